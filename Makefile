@@ -1,0 +1,58 @@
+# Thin: every target is one or two commands. VENV and PYTHON can be set from outside.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+UV     := $(VENV)/uv-bootstrap/bin/uv
+OUT    ?= demo-output
+# Where pip is configured with a local folder of wheels, uv (which ignores pip's configuration) is told of it;
+# elsewhere uv picks the CPU or GPU build of torch that suits the machine.
+FIND_LINKS = $(shell $(PYTHON) -m pip config get global.find-links 2>/dev/null)
+TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test check lint types contracts samples constraints clean
+
+help: ## this list
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
+
+$(UV):
+	$(PYTHON) -m venv $(VENV)/uv-bootstrap
+	$(VENV)/uv-bootstrap/bin/python -m pip install --quiet uv
+
+$(BIN)/bimvox: pyproject.toml constraints.txt | $(UV)
+	test -x $(BIN)/python || $(PYTHON) -m venv --without-pip $(VENV)
+	$(UV) pip install --quiet --python $(BIN)/python $(TORCH_FROM) -c constraints.txt -e . --group dev
+	@touch $@
+
+setup: $(BIN)/bimvox ## make the virtual environment and install everything into it
+
+demo: setup ## the main job on a sample building: voxelize, plan, verify, render
+	@PATH="$(abspath $(BIN)):$$PATH" OUT="$(OUT)" sh demo.sh
+
+test: setup ## the whole test suite
+	$(BIN)/python -m pytest
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: setup
+	$(BIN)/mypy
+
+contracts: setup
+	$(BIN)/lint-imports --no-cache
+
+check: lint types contracts test ## ruff, strict mypy, import contracts, tests: run it before every commit
+
+samples: setup ## write the sample models again (they are byte-identical each time)
+	$(BIN)/python -m sample_models.write
+
+constraints: $(UV) ## resolve the pinned versions again
+	echo 'torch==2.13.0' > $(VENV)/pins.txt
+	$(UV) pip compile --quiet --universal --python-version 3.11 $(if $(FIND_LINKS),--find-links $(FIND_LINKS)) \
+	  -c $(VENV)/pins.txt --group dev pyproject.toml --no-header --no-annotate --upgrade -o $(VENV)/resolved.txt
+	{ head -1 constraints.txt; grep -vE '^(nvidia-|cuda-|triton|torch==)' $(VENV)/resolved.txt; echo 'torch==2.13.0'; } > $(VENV)/constraints.txt
+	mv $(VENV)/constraints.txt constraints.txt
+
+clean: ## remove the virtual environment and what the demo wrote
+	rm -rf $(VENV) $(OUT) build *.egg-info

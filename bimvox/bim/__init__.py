@@ -1,0 +1,1 @@
+"""Buildings: reading IFC and mesh files into elements with triangles in metres."""

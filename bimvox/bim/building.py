@@ -1,0 +1,145 @@
+"""A building as elements with triangles: what every reader returns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Role(StrEnum):
+    """What an element is to the lift planner."""
+
+    COMPONENT = "component"
+    """Prefabricated: it is lifted from the yard to its place."""
+    STRUCTURE = "structure"
+    """Stands there before the first lift, and stays."""
+    FITTING = "fitting"
+    """Installed after the lifts (doors, windows, finishes, services): not there while the crane works."""
+    GROUND = "ground"
+    """Terrain."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TriangleMesh:
+    """Triangles in metres, right-handed, z up.
+
+    Attributes:
+        vertices_m: (V, 3) float64.
+        faces: (F, 3) int32 indices into ``vertices_m``, counter-clockwise seen from outside where the source says so.
+    """
+
+    vertices_m: NDArray[np.float64]
+    faces: NDArray[np.int32]
+
+    @property
+    def triangles_m(self) -> NDArray[np.float64]:
+        """(F, 3, 3) float64: triangle, corner, coordinate."""
+        return self.vertices_m[self.faces]
+
+    @property
+    def bounds_m(self) -> NDArray[np.float64]:
+        """(2, 3) float64: lowest and highest corner of the vertices that a face uses."""
+        used = self.vertices_m[np.unique(self.faces)]
+        return np.stack([used.min(axis=0), used.max(axis=0)])
+
+    @property
+    def signed_volume_m3(self) -> float:
+        """Volume by the divergence theorem; exact for closed meshes, negative for inverted ones."""
+        centre = self.vertices_m.mean(axis=0)
+        a, b, c = np.moveaxis(self.triangles_m - centre, 1, 0)
+        return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Element:
+    """One element of a building: one lift, or one thing in its way.
+
+    Attributes:
+        id: Unique within the building. The GlobalId where it is unique, else made unique with ``#<step id>``; for
+            meshes the body's name.
+        global_id: IFC GlobalId; equal to ``id`` for meshes.
+        ifc_class: For example ``IfcBeam``; ``Mesh`` for bodies of mesh files.
+        name: The source's name, may be empty.
+        mesh: Triangles in metres in the building's frame.
+        role: What it is to the planner.
+        mass_kg: Its mass.
+        mass_source: ``quantity``, ``density`` (of its material) or ``default`` (2400 kg/m3).
+        type_name: Name of its IFC type, if any.
+        storey: Name of the storey that holds it, if any.
+        material: Name of its (main) material, if any.
+        members: Ids of the products whose geometry was merged into this element (an assembly's parts).
+    """
+
+    id: str
+    global_id: str
+    ifc_class: str
+    name: str
+    mesh: TriangleMesh
+    role: Role
+    mass_kg: float
+    mass_source: str
+    type_name: str | None = None
+    storey: str | None = None
+    material: str | None = None
+    members: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class SkippedProduct:
+    """A product of the source that is no element, and why."""
+
+    global_id: str
+    ifc_class: str
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Where a building came from.
+
+    Attributes:
+        name: File name without folder, so that logs do not depend on where a file lies.
+        sha256: Of the file's bytes.
+        format: ``IFC2X3``, ``IFC4``, ``IFC4X3_ADD2``, or a mesh format such as ``STL``.
+        unit: Length unit the file is written in (``m``, ``mm``, ``ft`` ...).
+        unit_assumed: Whether that unit was assumed because the file does not say.
+    """
+
+    name: str
+    sha256: str
+    format: str
+    unit: str
+    unit_assumed: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Building:
+    """A building read from a file.
+
+    Attributes:
+        elements: In the order of the file (step id, or body order).
+        skipped: Every product that gave no element.
+        source: Where it came from.
+        origin_m: (3,) float64, subtracted from the file's world coordinates so that numbers stay small; whole metres,
+            so that a lattice anchored at multiples of the cell size is not shifted. ``world = local + origin_m``.
+        georeference: Map conversion of the file, if any, as plain values (``eastings_m``, ``crs`` ...).
+        notes: What a reader should know (repairs made, doubts), one sentence each.
+    """
+
+    elements: tuple[Element, ...]
+    skipped: tuple[SkippedProduct, ...]
+    source: Source
+    origin_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    georeference: Mapping[str, str | float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def bounds_m(self) -> NDArray[np.float64]:
+        """(2, 3) float64: the box around all elements."""
+        corners = np.stack([element.mesh.bounds_m for element in self.elements])
+        return np.stack([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])

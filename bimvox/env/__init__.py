@@ -1,0 +1,1 @@
+"""Environments: actions, dynamics, reward, observation; single (Gymnasium) and batched."""

@@ -1,0 +1,174 @@
+"""The error tree. Only ``cli`` turns one into an exit code; the library raises, never exits.
+
+::
+
+    BimvoxError
+    ├── InputError               bad input: exit code 2
+    │   ├── FileError            missing, unreadable, empty, truncated or garbage file
+    │   │   ├── IfcError         an IFC file that cannot be used
+    │   │   ├── MeshError        a mesh file that cannot be used
+    │   │   ├── GridFileError    a grid file that is damaged or not ours
+    │   │   ├── LogFileError     a log that is damaged or not ours
+    │   │   └── ObstructionFileError
+    │   ├── ConfigError          a site file with an unknown key or an impossible value
+    │   ├── GridTooLargeError    more cells than allowed; says which cell size would fit
+    │   ├── SelectionError       nothing, or nothing usable, was selected
+    │   └── PolicyError          a policy that is missing, damaged or does not fit
+    └── PlanningError            no valid plan, or a check failed: exit code 1
+        ├── NoPlanError          no lift at all could be planned
+        └── VerificationError    a proof failed; nothing was written
+
+Every error carries its evidence as fields, and a message that says what was wrong, where, and what to do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+
+class BimvoxError(Exception):
+    """Root of every error that bimvox raises on purpose.
+
+    Args:
+        message: What was wrong and where.
+        hint: What the user can do about it, one sentence.
+    """
+
+    code = "error"
+
+    def __init__(self, message: str, *, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+
+    def __str__(self) -> str:
+        return f"{self.message}\n  hint: {self.hint}" if self.hint else self.message
+
+
+class InputError(BimvoxError):
+    """Bad input: the user can mend it."""
+
+    code = "input"
+
+
+class FileError(InputError):
+    """A file that is missing, unreadable, empty, truncated or garbage."""
+
+    code = "file"
+
+    def __init__(self, path: Path | str, message: str, *, hint: str | None = None) -> None:
+        super().__init__(f"{path}: {message}", hint=hint)
+        self.path = Path(path)
+
+
+class IfcError(FileError):
+    """An IFC file that cannot be used."""
+
+    code = "ifc"
+
+
+class MeshError(FileError):
+    """A mesh file that cannot be used."""
+
+    code = "mesh"
+
+
+class GridFileError(FileError):
+    """A grid file that is damaged, hostile, or not ours."""
+
+    code = "grid"
+
+
+class LogFileError(FileError):
+    """A log that is damaged or not ours."""
+
+    code = "log"
+
+
+class ObstructionFileError(FileError):
+    """An obstruction file that cannot be used; ``key`` names the place inside it."""
+
+    code = "obstructions"
+
+    def __init__(self, path: Path | str, message: str, *, key: str | None = None, hint: str | None = None) -> None:
+        super().__init__(path, f"{key}: {message}" if key else message, hint=hint)
+        self.key = key
+
+
+class ConfigError(InputError):
+    """A site file with an unknown key or an impossible value; ``key`` is the dotted place inside it."""
+
+    code = "config"
+
+    def __init__(
+        self,
+        path: Path | str,
+        key: str | None,
+        message: str,
+        *,
+        available: Sequence[str] = (),
+        hint: str | None = None,
+    ) -> None:
+        super().__init__(f"{path}: {key}: {message}" if key else f"{path}: {message}", hint=hint)
+        self.path = Path(path)
+        self.key = key
+        self.available = tuple(available)
+
+
+class GridTooLargeError(InputError):
+    """The grid would have more cells than allowed."""
+
+    code = "grid-too-large"
+
+    def __init__(self, cells: int, limit: int, voxel_size_m: float, fitting_voxel_size_m: float) -> None:
+        super().__init__(
+            f"a grid of {cells:,} cells at {voxel_size_m:g} m is above the limit of {limit:,}",
+            hint=f"--voxel-size {fitting_voxel_size_m:g} would fit",
+        )
+        self.cells = cells
+        self.limit = limit
+        self.voxel_size_m = voxel_size_m
+        self.fitting_voxel_size_m = fitting_voxel_size_m
+
+
+class SelectionError(InputError):
+    """Nothing, or nothing usable, was selected."""
+
+    code = "selection"
+
+
+class PolicyError(InputError):
+    """A policy that is missing, damaged, or does not fit the site; ``differs`` says in what."""
+
+    code = "policy"
+
+    def __init__(self, message: str, *, differs: Mapping[str, object] | None = None, hint: str | None = None) -> None:
+        super().__init__(message, hint=hint)
+        self.differs = dict(differs or {})
+
+
+class PlanningError(BimvoxError):
+    """No valid plan, or a check failed."""
+
+    code = "planning"
+
+
+class NoPlanError(PlanningError):
+    """No lift at all could be planned; ``reasons`` maps component id to its reason."""
+
+    code = "no-plan"
+
+    def __init__(self, message: str, *, reasons: Mapping[str, str] | None = None, hint: str | None = None) -> None:
+        super().__init__(message, hint=hint)
+        self.reasons = dict(reasons or {})
+
+
+class VerificationError(PlanningError):
+    """A proof failed; ``failures`` lists what, where."""
+
+    code = "verification"
+
+    def __init__(self, message: str, *, failures: Sequence[str] = (), hint: str | None = None) -> None:
+        super().__init__(message, hint=hint)
+        self.failures = tuple(failures)

@@ -1,0 +1,43 @@
+"""A voxel shape as a short list of disjoint boxes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+
+
+@kernel
+def boxes_of(cells: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """Cut a shape into disjoint boxes, greedily: grow along z, then x, then y from the first cell not yet covered.
+
+    Args:
+        cells: (X, Y, Z) boolean shape.
+
+    Returns:
+        (B, 6) int32 half-open boxes ``x0 y0 z0 x1 y1 z1`` whose union is the shape and which do not overlap.
+    """
+    nx, ny, nz = cells.shape
+    left = cells.copy()
+    boxes = np.empty((max(1, int(cells.sum())), 6), np.int32)
+    count = 0
+    for i in range(nx):
+        for j in range(ny):
+            for k in range(nz):
+                if not left[i, j, k]:
+                    continue
+                k1 = k + 1
+                while k1 < nz and left[i, j, k1]:
+                    k1 += 1
+                i1 = i + 1
+                while i1 < nx and left[i1, j, k:k1].all():
+                    i1 += 1
+                j1 = j + 1
+                while j1 < ny and left[i:i1, j1, k:k1].all():
+                    j1 += 1
+                left[i:i1, j:j1, k:k1] = False
+                boxes[count, 0], boxes[count, 1], boxes[count, 2] = i, j, k
+                boxes[count, 3], boxes[count, 4], boxes[count, 5] = i1, j1, k1
+                count += 1
+    return boxes[:count].copy()

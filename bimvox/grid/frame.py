@@ -1,0 +1,45 @@
+"""The only converter between metres and cells."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+# Rounding noise, as a share of a cell: a coordinate this close below a cell border counts as on it, because sizes like
+# 0.1 m have no exact binary value.
+_SNAP = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class GridFrame:
+    """Half-open, corner-origin cells: cell (i, j, k) covers ``origin_m + h * [i, i + 1)`` in x, and so on.
+
+    Attributes:
+        origin_m: Lowest corner of cell (0, 0, 0), metres.
+        voxel_size_m: Edge of a cell, metres.
+    """
+
+    origin_m: tuple[float, float, float]
+    voxel_size_m: float
+
+    def cell_of(self, points_m: ArrayLike) -> NDArray[np.int64]:
+        """Return the cell that holds each point: (..., 3) float -> (..., 3) int64."""
+        scaled = (np.asarray(points_m, dtype=np.float64) - np.array(self.origin_m)) / self.voxel_size_m
+        cells: NDArray[np.int64] = np.floor(scaled + _SNAP).astype(np.int64)
+        return cells
+
+    def corner_of(self, cells: ArrayLike) -> NDArray[np.float64]:
+        """Return the lowest corner of each cell, metres: (..., 3) int -> (..., 3) float64."""
+        return np.array(self.origin_m) + self.voxel_size_m * np.asarray(cells, dtype=np.float64)
+
+    def centre_of(self, cells: ArrayLike) -> NDArray[np.float64]:
+        """Return the centre of each cell, metres: (..., 3) int -> (..., 3) float64."""
+        return self.corner_of(np.asarray(cells, dtype=np.float64) + 0.5)
+
+    def cells_over(self, low_m: ArrayLike, high_m: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the half-open cell box [low, high) that covers the metre box, borders not spilling over."""
+        scaled = (np.asarray(high_m, dtype=np.float64) - np.array(self.origin_m)) / self.voxel_size_m
+        low = self.cell_of(low_m)
+        return low, np.maximum(np.ceil(scaled - _SNAP).astype(np.int64), low + 1)

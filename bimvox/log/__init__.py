@@ -1,0 +1,1 @@
+"""Logs: MCAP schemas, recorder and reader."""

@@ -1,0 +1,1 @@
+"""Planning: contact, order, yard, search, rollout, and the independent verifier."""

@@ -1,0 +1,120 @@
+"""A lift and a lift plan: what planning hands on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.site.component import IntVec, Shape, StoredPose
+from bimvox.site.site import Site
+
+
+class Method(StrEnum):
+    """How a path was found."""
+
+    POLICY = "policy"
+    RETRAINED = "retrained"
+    SEARCH = "search"
+
+
+class Status(StrEnum):
+    """What became of a lift."""
+
+    PLANNED = "planned"
+    INFEASIBLE = "infeasible"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class YardPlace:
+    """Where and how a component waits in the yard.
+
+    Attributes:
+        delivery: Number of the truckload it comes with, from 0. A delivery arrives when the lifts of all earlier ones
+            are done, so the yard holds one delivery at a time.
+        pose: How it lies.
+        shape: Its shape as it lies.
+        cell_vox: Reference cell of that shape.
+    """
+
+    delivery: int
+    pose: StoredPose
+    shape: Shape
+    cell_vox: IntVec
+
+    @property
+    def transit_start_vox(self) -> IntVec:
+        """Reference cell of the component as built in, after it was erected and raised by one voxel."""
+        x, y, z = self.cell_vox
+        return (x, y, z + 1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lift:
+    """One component's way from the yard to its place.
+
+    Attributes:
+        component: Index into ``Site.components``.
+        order: Position in the assembly order, from 0.
+        place: Where it waits; None where the yard has no room for it.
+        status: Planned or infeasible.
+        method: How the path was found; None where there is none.
+        path_vox: (N, 3) int32 reference cells from the transit start to the target, both included, one unit move
+            between neighbours; None where infeasible.
+        shortest_moves: The fewest unit moves possible under the same rules; None where infeasible.
+        contact_moves: How many of the last placements were cleared by the narrow phase.
+        reason: Why it is infeasible, one sentence.
+        blocked_by: Ids of what blocks it.
+    """
+
+    component: int
+    order: int
+    place: YardPlace | None
+    status: Status
+    method: Method | None = None
+    path_vox: NDArray[np.int32] | None = None
+    shortest_moves: int | None = None
+    contact_moves: int = 0
+    reason: str | None = None
+    blocked_by: tuple[str, ...] = ()
+
+    @property
+    def moves(self) -> int | None:
+        """Number of unit moves, or None where infeasible."""
+        return None if self.path_vox is None else len(self.path_vox) - 1
+
+
+@dataclass(frozen=True, slots=True)
+class ModelledClash:
+    """Two parts that the building's author drew into each other.
+
+    Attributes:
+        first: Id of one part.
+        second: Id of the other.
+        depth_m: How deep, metres; a lower bound where ``at_least`` is set.
+        at_least: Whether the parts run so deep into each other that the depth could not be measured further.
+    """
+
+    first: str
+    second: str
+    depth_m: float
+    at_least: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LiftPlan:
+    """All lifts of a site, in order.
+
+    Attributes:
+        site: What was planned.
+        lifts: One per component, ascending ``order``; infeasible ones included.
+        clashes: Pairs drawn into each other; such a pair may overlap as deep as drawn and no deeper.
+        notes: What a reader should know (parts that nothing supports, interlocked groups ...), one sentence each.
+    """
+
+    site: Site
+    lifts: tuple[Lift, ...]
+    clashes: tuple[ModelledClash, ...] = ()
+    notes: tuple[str, ...] = ()

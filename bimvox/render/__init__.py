@@ -1,0 +1,1 @@
+"""Pictures: a voxel ray-caster and what it draws."""

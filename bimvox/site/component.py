@@ -1,0 +1,82 @@
+"""A prefabricated component: a rigid voxel shape, where it goes, and how it lies in the yard."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import TriangleMesh
+
+IntVec = tuple[int, int, int]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shape:
+    """A rigid set of cells relative to its reference cell, the lowest corner of its bounding box.
+
+    Attributes:
+        cells: (N, 3) int32, all >= 0, in ascending order.
+        boxes: (B, 6) int32 half-open boxes ``x0 y0 z0 x1 y1 z1``, disjoint, their union is ``cells``.
+    """
+
+    cells: NDArray[np.int32]
+    boxes: NDArray[np.int32]
+
+    @property
+    def size_vox(self) -> IntVec:
+        """Edges of the bounding box."""
+        x, y, z = (int(n) for n in self.boxes[:, 3:].max(axis=0))
+        return (x, y, z)
+
+
+class StoredPose(StrEnum):
+    """How a component lies in the yard, relative to how it is built in."""
+
+    AS_BUILT = "as_built"
+    LYING_X = "lying_x"
+    """Turned over so that its foot is at the lowest-index end and it lies along +x (the paper's column)."""
+    LYING_Y = "lying_y"
+    """The same along +y."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Component:
+    """One part to be lifted.
+
+    Attributes:
+        index: Position in ``Site.components``.
+        id: Unique id; GlobalId where there is one.
+        global_id: IFC GlobalId, or the body's name.
+        ifc_class: For example ``IfcBeam``.
+        name: The source's name.
+        shape: Its cells as built in.
+        target_vox: Reference cell at its place in the building.
+        mesh: Its triangles at its place, metres in the site's frame.
+        mass_kg: Its mass.
+        hook_offset_vox: Cell of the hook line relative to the reference cell: x and y of the column above the centre of
+            mass, z one above the shape's top.
+        erected: Whether it is stored lying down and erected before transit (columns).
+        start_vox: Reference cell in the yard as given by the site file, or None where the yard is to be packed.
+        stored_pose: Pose in the yard for an explicit ``start_vox``.
+        before: Ids of components that must come later than this one (the planner's own constraint).
+        after: Ids of components that must come earlier than this one.
+    """
+
+    index: int
+    id: str
+    global_id: str
+    ifc_class: str
+    name: str
+    shape: Shape
+    target_vox: IntVec
+    mesh: TriangleMesh
+    mass_kg: float
+    hook_offset_vox: IntVec
+    erected: bool = False
+    start_vox: IntVec | None = None
+    stored_pose: StoredPose | None = None
+    before: tuple[str, ...] = ()
+    after: tuple[str, ...] = ()

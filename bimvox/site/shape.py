@@ -1,0 +1,58 @@
+"""Shapes: making them from cells, and turning them for the yard."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bimvox.grid.boxes import boxes_of
+from bimvox.site.component import IntVec, Shape, StoredPose
+
+
+def shape_of(cells: ArrayLike) -> tuple[Shape, IntVec]:
+    """Return the shape of a set of cells and its reference cell.
+
+    Args:
+        cells: (N, 3) integer cells, N >= 1, in any order.
+
+    Returns:
+        The shape relative to the lowest corner of the bounding box, and that corner.
+    """
+    absolute = np.unique(np.asarray(cells, dtype=np.int32), axis=0)
+    low = absolute.min(axis=0)
+    relative = absolute - low
+    dense = np.zeros(relative.max(axis=0) + 1, np.bool_)
+    dense[tuple(relative.T)] = True
+    return Shape(_frozen(relative), _frozen(boxes_of(dense))), (int(low[0]), int(low[1]), int(low[2]))
+
+
+def stored_shape(shape: Shape, pose: StoredPose) -> Shape:
+    """Return the shape as it lies in the yard.
+
+    A lying component has its foot (lowest z as built in) at the lowest-index end of the axis it lies along.
+    """
+    if pose is StoredPose.AS_BUILT:
+        return shape
+    x, y, z = shape.cells.T
+    size_x, size_y, _ = shape.size_vox
+    turned = (z, y, size_x - 1 - x) if pose is StoredPose.LYING_X else (x, z, size_y - 1 - y)
+    return shape_of(np.stack(turned, axis=1))[0]
+
+
+def erection_size_vox(shape: Shape, pose: StoredPose) -> IntVec:
+    """Return the box, from the stored reference cell up, that a component sweeps while it is erected and raised.
+
+    A rectangle of L by w stays within sqrt(L^2 + w^2) in both directions when it is turned through a quarter with its
+    lowest and its foot-side corner held; one cell more in z for the raise by one voxel before transit.
+    """
+    size_x, size_y, size_z = shape.size_vox
+    if pose is StoredPose.AS_BUILT:
+        return (size_x, size_y, size_z + 1)
+    width = size_x if pose is StoredPose.LYING_X else size_y
+    reach = int(np.ceil(np.hypot(size_z, width) - 1e-9)) if width > 1 else size_z
+    return (reach, size_y, reach + 1) if pose is StoredPose.LYING_X else (size_x, reach, reach + 1)
+
+
+def _frozen(array: NDArray[np.int32]) -> NDArray[np.int32]:
+    array.flags.writeable = False
+    return array

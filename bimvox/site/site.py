@@ -1,0 +1,91 @@
+"""A site: the grid, what stands on it, what is to be lifted, the crane and the rules. A change makes a new one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import TriangleMesh
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.grid.frame import GridFrame
+from bimvox.site.component import Component
+
+GROUND_ID = "ground"
+CRANE_ID = "crane"
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """The rules of a site.
+
+    Attributes:
+        contact_tolerance_m: How deep the real triangles of neighbours may touch on the last moves.
+        support_gap_m: How far below a part its support may be (grout joints, bearings).
+        rope: Whether a hoist rope above the load must be kept free (only with a crane).
+        sample_period_s: Spacing of the timed trajectory in the log.
+    """
+
+    contact_tolerance_m: float = 0.010
+    support_gap_m: float = 0.050
+    rope: bool = True
+    sample_period_s: float = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Blocker:
+    """One fixed thing that can be in the way.
+
+    Attributes:
+        id: ``ground``, ``crane``, the id of a structure element, or the id of an obstruction.
+        kind: ``ground``, ``crane``, ``structure`` or ``obstruction``.
+        cells: (N, 3) int32 cells that it occupies, inside the grid.
+        mesh: Its triangles in the site's frame where neighbours may touch it (structure), else None.
+    """
+
+    id: str
+    kind: str
+    cells: NDArray[np.int32]
+    mesh: TriangleMesh | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Site:
+    """Everything that a plan depends on.
+
+    Attributes:
+        name: Name of the site.
+        frame: Metres to cells; site metres, z = 0 at the top of the ground; the ground slab is layer k = 0.
+        labels: (X, Y, Z) uint8 ``Label`` of everything but components: ground and areas on the slab, structure,
+            obstructions.
+        blockers: Everything fixed; ``blockers[0]`` is the ground.
+        components: What is to be lifted.
+        crane: The crane, or None for a site without one (the paper's).
+        rules: The rules.
+        yard: (X, Y) bool, columns whose slab cell is yard.
+        site_to_ifc: (4, 4) float64 transform from the site's frame to the model's own coordinates.
+        source: Plain values about the model (``name``, ``sha256`` ...).
+        geometry_digest: Hash of grid, component shapes and crane: the policy's key.
+        digest: Hash of all that a plan depends on, obstructions included: the plan's key.
+    """
+
+    name: str
+    frame: GridFrame
+    labels: NDArray[np.uint8]
+    blockers: tuple[Blocker, ...]
+    components: tuple[Component, ...]
+    crane: TowerCrane | None
+    rules: Rules
+    yard: NDArray[np.bool_]
+    site_to_ifc: NDArray[np.float64]
+    source: Mapping[str, str | float | bool] = field(default_factory=dict)
+    geometry_digest: str = ""
+    digest: str = ""
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """(X, Y, Z)."""
+        x, y, z = self.labels.shape
+        return (x, y, z)

@@ -1,0 +1,1 @@
+"""Trajectories: from voxel stairs to timed crane motion and commands."""

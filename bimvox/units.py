@@ -1,0 +1,31 @@
+"""Units of length that input files may be written in, and how numbers are named.
+
+Inside bimvox every length is in metres and every angle in radians; names carry their unit
+(``_m _rad _s _ns _vox _kg``).
+"""
+
+from __future__ import annotations
+
+from bimvox.errors import InputError
+
+METRES_PER_UNIT: dict[str, float] = {
+    "m": 1.0,
+    "dm": 0.1,
+    "cm": 0.01,
+    "mm": 0.001,
+    "ft": 0.3048,
+    "in": 0.0254,
+}
+
+
+def metres_per(unit: str) -> float:
+    """Return how many metres one ``unit`` is.
+
+    Raises:
+        InputError: If the unit is not known.
+    """
+    try:
+        return METRES_PER_UNIT[unit]
+    except KeyError:
+        known = ", ".join(METRES_PER_UNIT)
+        raise InputError(f"unknown unit {unit!r}", hint=f"known units: {known}") from None

@@ -1,0 +1,1 @@
+"""Voxelizing: surface, interior and ownership of cells."""

@@ -1,0 +1,1 @@
+"""The stages over files: the only part that knows both the library and the disk."""
