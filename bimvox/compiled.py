@@ -39,3 +39,12 @@ numba.config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"]
 def kernel(function: F) -> F:
     """Compile ``function`` to machine code on first use, cached on disk, the GIL released while it runs."""
     return numba.njit(cache=True, nogil=True)(function)  # type: ignore[no-any-return]
+
+
+def leaf_kernel(function: F) -> F:
+    """Compile like :func:`kernel`, without counting references to arrays.
+
+    Counting them is atomic, and costs more than ten times what a look-up in a table does. Only for functions that
+    create no array and return none: they read and write arrays that their caller holds.
+    """
+    return numba.njit(cache=True, nogil=True, _nrt=False)(function)  # type: ignore[no-any-return]

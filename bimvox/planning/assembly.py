@@ -1,0 +1,202 @@
+"""The site while the building grows: one stage per lift.
+
+A stage is what the planner may know when it plans a lift: the collision rule at that moment, where the transit starts,
+and the last moves, or why there are none. Everything that does not depend on obstructions (contacts, order, yard) is
+prepared once and kept by the replanner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.planning.contact import Contacts
+from bimvox.planning.insertion import Insertion, NoInsertion, find_insertion
+from bimvox.planning.lift import YardPlace
+from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
+from bimvox.planning.sequence import Precedence, Sequence, assembly_order, precedence
+from bimvox.planning.yard import allocate_yard
+from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.site.component import Component, IntVec
+from bimvox.site.shape import erection_size_vox
+from bimvox.site.site import Site
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Preparation:
+    """What a plan rests on, obstructions aside.
+
+    Attributes:
+        contacts: Which parts touch, and how deep.
+        relations: What must stand before what.
+        sequence: The assembly order.
+        places: Per component its place in the yard, None where it has none.
+    """
+
+    contacts: Contacts
+    relations: Precedence
+    sequence: Sequence
+    places: tuple[YardPlace | None, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Obstacle:
+    """Why a lift cannot be planned.
+
+    Attributes:
+        reason: One sentence.
+        blocked_by: Ids of what blocks it.
+    """
+
+    reason: str
+    blocked_by: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stage:
+    """The moment before a lift.
+
+    Attributes:
+        component: The part.
+        place: Where it waits.
+        clearance: The collision rule for it now.
+        start_vox: Where its transit starts.
+        insertion: Its last moves.
+    """
+
+    component: Component
+    place: YardPlace
+    clearance: Clearance
+    start_vox: IntVec
+    insertion: Insertion
+
+    @property
+    def clearance_with_insertion(self) -> Clearance:
+        """The collision rule with the placements of the last moves cleared: what the crane's motion is checked by."""
+        path = self.insertion.path_vox
+        low = path.min(axis=0)
+        cleared = np.zeros(path.max(axis=0) - low + 1, np.bool_)
+        cleared[tuple((path - low).T)] = True
+        return self.clearance._replace(cleared_low=low.astype(np.int32), cleared=cleared)
+
+
+def prepare(site: Site, progress: Progress | None = None) -> Preparation:
+    """Find contacts, order and yard places of a site."""
+    report = progress or (lambda stage, done, total: None)
+    report("contacts", 0, len(site.components))
+    contacts = Contacts(site)
+    relations = precedence(site, contacts, lambda done, total: report("order", done, total))
+    sequence = assembly_order(site, relations)
+    return Preparation(contacts, relations, sequence, allocate_yard(site, sequence.order))
+
+
+class Assembly:
+    """Walks through the lifts in order, keeping what stands where.
+
+    Args:
+        site: The site.
+        preparation: What was prepared for it.
+    """
+
+    def __init__(self, site: Site, preparation: Preparation) -> None:
+        self._site, self._preparation = site, preparation
+        self._occupancy = Occupancy(site)
+        count = len(site.components)
+        self._present: dict[str, NDArray[np.int32]] = {b.id: b.cells for b in site.blockers}
+        self._standing = set(range(count, len(preparation.contacts.solids)))
+        self._delivery = -1
+        self._stored: dict[int, NDArray[np.int32]] = {}
+
+    def begin(self, index: int) -> Stage | Obstacle:
+        """Take component ``index`` out of the yard and say what its lift looks like."""
+        component, place = self._site.components[index], self._preparation.places[index]
+        if place is None:
+            size = "x".join(f"{n * self._site.frame.voxel_size_m:g}" for n in component.shape.size_vox)
+            return Obstacle(f"the yard has no place for it ({size} m) within the crane's reach and capacity")
+        self._receive(place.delivery)
+        self._take_from_yard(index)
+        relations = self._preparation.relations
+        missing = [j for j in relations.supports[index] if j not in self._standing]
+        if missing:
+            names = tuple(self._site.components[j].id for j in missing)
+            return Obstacle("what it rests on is not in place", names)
+        return self._stage(component, place)
+
+    def finish(self, index: int, *, placed: bool) -> None:
+        """The lift is done: the part stands in its place, or is back in the yard."""
+        component = self._site.components[index]
+        if placed:
+            cells = target_cells(component)
+            self._standing.add(index)
+        else:
+            place = self._preparation.places[index]
+            if place is None:
+                return
+            cells = stored_cells(place)
+            self._stored[index] = cells
+        self._occupancy.add(cells)
+        self._present[component.id] = cells
+
+    def who_is_at(self, cells: NDArray[np.int32]) -> tuple[str, ...]:
+        """Return the ids of everything that occupies one of the cells now."""
+        mask = np.zeros(self._site.shape, np.bool_)
+        inside = ((cells >= 0) & (cells < self._site.shape)).all(axis=1)
+        mask[tuple(cells[inside].T)] = True
+        return tuple(name for name, own in self._present.items() if mask[tuple(own.T)].any())
+
+    def _stage(self, component: Component, place: YardPlace) -> Stage | Obstacle:
+        clearance = self._occupancy.clearance(component)
+        swept = erection_size_vox(component.shape, place.pose)
+        box = np.argwhere(np.ones(swept, np.bool_)) + np.array(place.cell_vox)
+        in_the_way = self.who_is_at(box.astype(np.int32)) if swept[2] else ()
+        if in_the_way:
+            return Obstacle("it cannot be raised from its place in the yard", in_the_way)
+        start = place.transit_start_vox
+        if not placement_is_free(clearance, *start):
+            return self._blocked_start(component, clearance, start)
+        insertion = find_insertion(
+            self._site, self._preparation.contacts, self._occupancy.counts, component, clearance, self._standing
+        )
+        if isinstance(insertion, NoInsertion):
+            return self._blocked_target(insertion)
+        return Stage(component, place, clearance, start, insertion)
+
+    def _blocked_start(self, component: Component, clearance: Clearance, start: IntVec) -> Obstacle:
+        who = self.who_is_at(component.shape.cells + np.array(start, np.int32))
+        if who:
+            return Obstacle("it is blocked above its place in the yard", who)
+        hook = np.array(start) + np.array(component.hook_offset_vox)
+        rope = np.array([[hook[0], hook[1], z] for z in range(hook[2], self._site.shape[2])], np.int32).reshape(-1, 3)
+        who = self.who_is_at(rope)
+        if who:
+            return Obstacle("the hoist rope above its place in the yard is blocked", who)
+        return Obstacle("the crane cannot pick it up from its place in the yard (reach, capacity, zone or boundary)")
+
+    def _blocked_target(self, blocked: NoInsertion) -> Obstacle:
+        solids = self._preparation.contacts.solids
+        by_cells = self.who_is_at(np.array(blocked.cells, np.int32).reshape(-1, 3)) if blocked.cells else ()
+        near = {solids[n].id for n in blocked.solids}
+        return Obstacle(blocked.reason, tuple(sorted({*by_cells, *near})))
+
+    def _receive(self, delivery: int) -> None:
+        if delivery <= self._delivery:
+            return
+        for index in list(self._stored):
+            self._take_from_yard(index)
+        self._delivery = delivery
+        for index, place in enumerate(self._preparation.places):
+            if place is not None and place.delivery == delivery:
+                self._stored[index] = stored_cells(place)
+                self._occupancy.add(self._stored[index])
+                self._present[self._site.components[index].id] = self._stored[index]
+
+    def _take_from_yard(self, index: int) -> None:
+        cells = self._stored.pop(index, None)
+        if cells is not None:
+            self._occupancy.remove(cells)
+            del self._present[self._site.components[index].id]

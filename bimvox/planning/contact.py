@@ -1,0 +1,217 @@
+"""Which parts touch in the finished building, and how deep each pair may touch on the way in.
+
+Neighbouring parts touch, and conservatively voxelized neighbours share cells, along the whole descent too. Where the
+broad phase (boxes against the summed-area table) hits nothing but neighbours, the real triangles decide: one part with
+its surface moved inward by the tolerance against the other's true surface. Where the author drew two parts into each
+other deeper than that, the pair may overlap as deep as drawn and no deeper, and is listed as a modelled clash.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import fcl
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+from bimvox.bim.building import TriangleMesh
+from bimvox.planning.erosion import eroded_triangles_m
+from bimvox.planning.lift import ModelledClash
+from bimvox.planning.sweep import blocked_steps
+from bimvox.site.site import Site
+
+_DEPTH_STEP_M = 0.001
+_DEPTH_REACH_M = 2.0
+_LARGEST_SHARE_OF_THICKNESS = 0.45  # moving a surface inward further than that would turn the part inside out
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solid:
+    """One thing that can touch: a component at its place, or fixed structure.
+
+    Attributes:
+        id: Component or structure id.
+        cells: (N, 3) int32 cells in the grid.
+        mesh: Its triangles in the site's frame.
+    """
+
+    id: str
+    cells: NDArray[np.int32]
+    mesh: TriangleMesh
+
+
+class Contacts:
+    """Neighbours, and the depth to which each pair may touch.
+
+    Solids are numbered: components by their index, then structure. Everything here depends on the finished building
+    alone, not on obstructions, so a replanner keeps it.
+
+    Args:
+        site: The site.
+
+    Attributes:
+        solids: Components first, in the order of ``site.components``.
+        neighbours: Per component, the numbers of the solids that share or touch cells with it in the finished building.
+        clashes: Pairs that are drawn into each other.
+    """
+
+    def __init__(self, site: Site) -> None:
+        self._tolerance_m = site.rules.contact_tolerance_m
+        self._shape = site.shape
+        components = [
+            Solid(c.id, (c.shape.cells + np.array(c.target_vox, np.int32)).astype(np.int32), c.mesh)
+            for c in site.components
+        ]
+        structure = [Solid(b.id, b.cells, b.mesh) for b in site.blockers if b.mesh is not None]
+        self.solids: tuple[Solid, ...] = (*components, *structure)
+        self._component_count = len(components)
+        self._triangles = [solid.mesh.triangles_m for solid in self.solids]
+        self._eroded: dict[tuple[int, float], NDArray[np.float64]] = {}
+        self.neighbours: tuple[tuple[int, ...], ...] = self._find_neighbours()
+        self._depths_m: dict[tuple[int, int], float | None] = {}
+        self.clashes: tuple[ModelledClash, ...] = self._find_clashes()
+
+    def triangles_m(self, solid: int) -> NDArray[np.float64]:
+        """(F, 3, 3) float64 true triangles of a solid."""
+        return self._triangles[solid]
+
+    def allowed_depth_m(self, first: int, second: int) -> float | None:
+        """Return how deep two solids may touch; None where they run through each other as drawn and no depth serves."""
+        pair = (min(first, second), max(first, second))
+        return self._depths_m.get(pair, self._tolerance_m)
+
+    def eroded_m(self, solid: int, depth_m: float) -> NDArray[np.float64]:
+        """(F, 3, 3) float64 triangles of a solid with its surface moved inward."""
+        key = (solid, round(depth_m, 6))
+        if key not in self._eroded:
+            self._eroded[key] = eroded_triangles_m(self.solids[solid].mesh, depth_m)
+        return self._eroded[key]
+
+    def meets_on_move(
+        self,
+        moving: int,
+        offset_m: NDArray[np.float64],
+        fixed: int,
+        axis: int,
+        direction: int,
+        step_m: float,
+        count: int,
+    ) -> NDArray[np.bool_]:
+        """Return which steps of a straight move make a component meet another solid deeper than the pair may touch.
+
+        Args:
+            moving: Number of the component.
+            offset_m: (3,) where it is, relative to its place in the building.
+            fixed: Number of the other solid, at its place.
+            axis: 0, 1 or 2.
+            direction: +1 or -1.
+            step_m: Length of a step, metres.
+            count: Number of steps.
+
+        Returns:
+            (count,) bool.
+        """
+        depth_m = self.allowed_depth_m(moving, fixed)
+        if depth_m is None:
+            return np.zeros(count, np.bool_)
+        moved = self.eroded_m(moving, depth_m) + offset_m
+        return blocked_steps(moved, self._triangles[fixed], axis, direction, step_m, count)
+
+    @cached_property
+    def bounds_m(self) -> NDArray[np.float64]:
+        """(N, 2, 3) float64 boxes around all solids."""
+        return np.stack([np.stack([t.min(axis=(0, 1)), t.max(axis=(0, 1))]) for t in self._triangles])
+
+    def _find_neighbours(self) -> tuple[tuple[int, ...], ...]:
+        numbers = np.concatenate([np.full(len(s.cells), n, np.int32) for n, s in enumerate(self.solids)])
+        keys = np.concatenate([self._key(solid.cells) for solid in self.solids])
+        order = np.argsort(keys, kind="stable")
+        keys, numbers = keys[order], numbers[order]
+        found = []
+        for number in range(self._component_count):
+            around = self._key(_grown(self.solids[number].cells))
+            low, high = np.searchsorted(keys, around, "left"), np.searchsorted(keys, around, "right")
+            runs = [numbers[(low + n)[low + n < high]] for n in range(int((high - low).max()))]
+            met = np.unique(np.concatenate(runs))
+            found.append(tuple(int(n) for n in met if n != number))
+        return tuple(found)
+
+    def _key(self, cells: NDArray[np.int32]) -> NDArray[np.int64]:
+        """One number a cell; one cell of margin all round, so that grown shapes do not wrap."""
+        _, ny, nz = self._shape
+        x, y, z = (cells.astype(np.int64) + 1).T
+        key: NDArray[np.int64] = (x * (ny + 2) + y) * (nz + 2) + z
+        return key
+
+    def _find_clashes(self) -> tuple[ModelledClash, ...]:
+        shapes: dict[int, fcl.CollisionObject] = {}
+        clashes = []
+        for first in range(self._component_count):
+            pairs = [n for n in self.neighbours[first] if n > first]
+            pairs = [n for n in pairs if self._boxes_overlap(first, n)]
+            if not pairs:
+                continue
+            inner = _bvh(self.eroded_m(first, self._erosion_limit_m(first, self._tolerance_m)))
+            for second in pairs:
+                if second not in shapes:
+                    shapes[second] = _bvh(self._triangles[second])
+                if not fcl.collide(inner, shapes[second]):
+                    continue
+                depth_m = self._drawn_depth_m(first, second)
+                limit_m = self._erosion_limit_m(first, np.inf)
+                allowed = None if depth_m is None or depth_m + _DEPTH_STEP_M > limit_m else depth_m + _DEPTH_STEP_M
+                if allowed is not None and fcl.collide(_bvh(self.eroded_m(first, allowed)), shapes[second]):
+                    allowed = None
+                self._depths_m[first, second] = allowed
+                clashes.append(
+                    ModelledClash(
+                        self.solids[first].id,
+                        self.solids[second].id,
+                        depth_m if depth_m is not None else _DEPTH_REACH_M,
+                        at_least=depth_m is None,
+                    )
+                )
+        return tuple(clashes)
+
+    def _boxes_overlap(self, first: int, second: int) -> bool:
+        a, b = self.bounds_m[first], self.bounds_m[second]
+        return bool((a[0] < b[1]).all() and (b[0] < a[1]).all())
+
+    def _erosion_limit_m(self, solid: int, wanted_m: float) -> float:
+        low, high = self.bounds_m[solid]
+        return float(min(wanted_m, _LARGEST_SHARE_OF_THICKNESS * (high - low).min()))
+
+    def _drawn_depth_m(self, first: int, second: int) -> float | None:
+        """The shortest straight way along an axis that takes one part out of the other; None beyond the reach."""
+        steps = round(_DEPTH_REACH_M / _DEPTH_STEP_M)
+        shortest = None
+        for axis in range(3):
+            for direction in (1, -1):
+                blocked = blocked_steps(
+                    self._triangles[first], self._triangles[second], axis, direction, _DEPTH_STEP_M, steps
+                )
+                if blocked[-1]:
+                    continue
+                out_m = (int(np.flatnonzero(blocked).max(initial=-1)) + 1) * _DEPTH_STEP_M
+                shortest = out_m if shortest is None else min(shortest, out_m)
+        return shortest
+
+
+def _grown(cells: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Cells of a shape and all cells that touch it, corners included."""
+    low = cells.min(axis=0) - 1
+    dense = np.zeros(cells.max(axis=0) - low + 2, np.bool_)
+    dense[tuple((cells - low).T)] = True
+    grown: NDArray[np.bool_] = binary_dilation(dense, np.ones((3, 3, 3), np.bool_))
+    around: NDArray[np.int32] = (np.argwhere(grown) + low).astype(np.int32)
+    return around
+
+
+def _bvh(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
+    shape = fcl.BVHModel()
+    shape.beginModel(len(triangles_m), 3 * len(triangles_m))
+    shape.addSubModel(triangles_m.reshape(-1, 3), np.arange(3 * len(triangles_m)).reshape(-1, 3))
+    shape.endModel()
+    return fcl.CollisionObject(shape)

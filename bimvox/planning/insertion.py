@@ -1,0 +1,223 @@
+"""The last moves: from the gate, the first placement that is free by cells, down to the part's place.
+
+Near its place a part meets cells that its neighbours share, so the broad phase alone would call every place blocked.
+Here the narrow phase decides: every placement of the insertion may hit nothing but neighbours by cells, and every move
+between two of them must not make the triangles meet deeper than the pair may touch (exact, not sampled). Straight down
+first; where that is blocked, the shortest way round within a small window.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.env.actions import MOVES
+from bimvox.grid.occupancy import summed_area_table
+from bimvox.planning.contact import Contacts
+from bimvox.site.clearance import HOOK_FORBIDDEN, Clearance, boxes_are_free, hook_is_free
+from bimvox.site.component import Component, IntVec
+from bimvox.site.site import Site
+
+_SIDEWAYS_VOX = 6
+_PLACEMENTS = 600
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Insertion:
+    """The last moves of a lift.
+
+    Attributes:
+        path_vox: (K + 1, 3) int32 placements from the gate to the target, both included.
+    """
+
+    path_vox: NDArray[np.int32]
+
+    @property
+    def gate_vox(self) -> IntVec:
+        """The first placement that is free by cells: where transit ends."""
+        x, y, z = (int(n) for n in self.path_vox[0])
+        return (x, y, z)
+
+    @property
+    def moves(self) -> int:
+        """Number of unit moves."""
+        return len(self.path_vox) - 1
+
+
+@dataclass(frozen=True, slots=True)
+class NoInsertion:
+    """Why a part cannot come down to its place.
+
+    Attributes:
+        reason: One sentence.
+        solids: Numbers of the neighbours that are in the way (see ``Contacts.solids``).
+        cells: (N, 3) int cells of the part that hit something else.
+    """
+
+    reason: str
+    solids: tuple[int, ...] = ()
+    cells: tuple[IntVec, ...] = ()
+
+
+def find_insertion(
+    site: Site,
+    contacts: Contacts,
+    counts: NDArray[np.uint16],
+    component: Component,
+    clearance: Clearance,
+    present: Collection[int],
+) -> Insertion | NoInsertion:
+    """Find the last moves of a component.
+
+    Args:
+        site: The site.
+        contacts: Its contacts.
+        counts: (X, Y, Z) how many things occupy each cell now.
+        component: The part.
+        clearance: The collision rule for it now, nothing cleared.
+        present: Numbers of the solids that stand now.
+
+    Returns:
+        The moves, or why there are none.
+    """
+    return _Inserter(site, contacts, counts, component, clearance, present).find()
+
+
+class _Inserter:
+    def __init__(
+        self,
+        site: Site,
+        contacts: Contacts,
+        counts: NDArray[np.uint16],
+        component: Component,
+        clearance: Clearance,
+        present: Collection[int],
+    ) -> None:
+        self.contacts, self.component, self.clearance = contacts, component, clearance
+        self.step_m = site.frame.voxel_size_m
+        self.target = np.array(component.target_vox)
+        self.near = tuple(n for n in contacts.neighbours[component.index] if n in present)
+        size = np.array(component.shape.size_vox)
+        self.low = np.array([*np.maximum(self.target[:2] - _SIDEWAYS_VOX, 0), 0])
+        high = np.array([*np.minimum((self.target + size)[:2] + _SIDEWAYS_VOX, site.shape[:2]), site.shape[2]])
+        foreign = counts[self.low[0] : high[0], self.low[1] : high[1]].astype(np.int32)
+        for number in self.near:
+            cells = contacts.solids[number].cells
+            inside = ((cells >= self.low) & (cells < high)).all(axis=1)
+            np.subtract.at(foreign, tuple((cells[inside] - self.low).T), 1)
+        self.foreign = foreign > 0
+        self.rule = clearance._replace(table=summed_area_table(self.foreign))
+        hook = self.target + np.array(component.hook_offset_vox)
+        self.hook_m = site.frame.centre_of(hook)
+        self.highest = site.shape[2] - int(size[2])
+        origin = site.frame.origin_m
+        self.hook_column = tuple(int(n) for n in (hook - self.low)[:2])
+        self.hook_m[2] = origin[2] + self.step_m * hook[2]
+        self.met: dict[tuple[IntVec, int], tuple[int, ...]] = {}
+
+    def find(self) -> Insertion | NoInsertion:
+        straight = self._straight_down()
+        if isinstance(straight, Insertion):
+            return straight
+        return self._round_about() or straight
+
+    def _straight_down(self) -> Insertion | NoInsertion:
+        rise = self.highest - int(self.target[2])
+        blocked = {
+            n: self.contacts.meets_on_move(self.component.index, np.zeros(3), n, 2, 1, self.step_m, max(rise, 1))
+            for n in self.near
+        }
+        for k in range(rise + 1):
+            place = (int(self.target[0]), int(self.target[1]), int(self.target[2]) + k)
+            if self._is_gate(place):
+                return self._insertion([(place[0], place[1], z) for z in range(place[2], int(self.target[2]) - 1, -1)])
+            wrong = self._wrong_at(place)
+            if wrong is not None:
+                return wrong
+            hit = tuple(n for n in self.near if k < rise and blocked[n][k])
+            if hit:
+                return NoInsertion("its straight descent is blocked by parts that it would run into", hit)
+        return NoInsertion("no room above its place to lower it from", self.near)
+
+    def _round_about(self) -> Insertion | None:
+        """Breadth first from the target outward; a move out is the move in, reversed."""
+        start = (int(self.target[0]), int(self.target[1]), int(self.target[2]))
+        if self._wrong_at(start) is not None:
+            return None
+        came_from: dict[IntVec, IntVec | None] = {start: None}
+        queue = deque([start])
+        while queue and len(came_from) < _PLACEMENTS:
+            here = queue.popleft()
+            if self._is_gate(here):
+                path = [here]
+                while (back := came_from[path[-1]]) is not None:
+                    path.append(back)
+                return self._insertion(path)
+            for action, move in enumerate(MOVES.tolist()):
+                there = (here[0] + move[0], here[1] + move[1], here[2] + move[2])
+                if there in came_from or np.abs(np.array(there) - self.target)[:2].max() > _SIDEWAYS_VOX:
+                    continue
+                if there[2] > self.highest or there[2] < 1 or self._met_on(here, action):
+                    continue
+                if self._is_gate(there) or self._wrong_at(there) is None:
+                    came_from[there] = here
+                    queue.append(there)
+        return None
+
+    def _insertion(self, places: list[IntVec]) -> Insertion:
+        return Insertion(np.array(places, np.int32).reshape(-1, 3))
+
+    def _is_gate(self, place: IntVec) -> bool:
+        return boxes_are_free(self.clearance, *place) and hook_is_free(self.clearance, *place)
+
+    def _wrong_at(self, place: IntVec) -> NoInsertion | None:
+        local = np.array(place) - self.low
+        if not boxes_are_free(self.rule, int(local[0]), int(local[1]), int(local[2])):
+            cells = self.component.shape.cells + local
+            inside = ((cells >= 0) & (cells < self.foreign.shape)).all(axis=1)
+            hit = cells[inside][self.foreign[tuple(cells[inside].T)]] + self.low
+            where = "at its place" if place == self.component.target_vox else "above its place"
+            return NoInsertion(f"it is blocked {where}", (), tuple((int(x), int(y), int(z)) for x, y, z in hit[:4096]))
+        return self._rope_wrong_at(place)
+
+    def _rope_wrong_at(self, place: IntVec) -> NoInsertion | None:
+        if hook_is_free(self.clearance, *place):
+            return None
+        offset = np.array(place) - self.target
+        hook = np.array(place) + np.array(self.component.hook_offset_vox)
+        if self.clearance.hook_floor[hook[0], hook[1]] == HOOK_FORBIDDEN:
+            return NoInsertion("the crane's hook is not allowed above its place (reach, capacity or zone)")
+        column = (hook - self.low)[:2]
+        above = np.flatnonzero(self.foreign[column[0], column[1], max(0, int(hook[2])) :])
+        if len(above):
+            cell = (int(hook[0]), int(hook[1]), int(hook[2] + above[0]))
+            return NoInsertion("the hoist rope above its place is blocked", (), (cell,))
+        point = self.hook_m + offset * self.step_m
+        hit = tuple(n for n in self.near if _is_over(self.contacts.triangles_m(n), point))
+        return NoInsertion("the hoist rope above its place is blocked", hit) if hit else None
+
+    def _met_on(self, here: IntVec, action: int) -> bool:
+        move = MOVES[action]
+        axis = int(np.flatnonzero(move)[0])
+        offset_m = (np.array(here) - self.target) * self.step_m
+        return any(
+            self.contacts.meets_on_move(self.component.index, offset_m, n, axis, int(move[axis]), self.step_m, 1)[0]
+            for n in self.near
+        )
+
+
+def _is_over(triangles_m: NDArray[np.float64], point_m: NDArray[np.float64]) -> bool:
+    """Whether a vertical line going up from the point meets a triangle."""
+    a, b, c = (triangles_m[:, n, :2] - point_m[:2] for n in range(3))
+    ab, bc, ca = (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((a, b), (b, c), (c, a)))
+    total = ab + bc + ca
+    over = (((ab >= 0) & (bc >= 0) & (ca >= 0)) | ((ab <= 0) & (bc <= 0) & (ca <= 0))) & (np.abs(total) > 1e-12)
+    if not over.any():
+        return False
+    z = triangles_m[over][:, :, 2]
+    height = (bc[over] * z[:, 0] + ca[over] * z[:, 1] + ab[over] * z[:, 2]) / total[over]
+    return bool((height > point_m[2]).any())

@@ -1,0 +1,133 @@
+"""Planning every lift in order: policy first, then complete search, else a reason.
+
+A path that a policy proposes is taken only if it passes the same collision rule, move by move; where it fails, search
+gives a shortest path at once. Where search finds nothing, the set of placements that can be reached is the proof, and
+what closes it in is named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.env.actions import MOVES
+from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Progress, Stage
+from bimvox.planning.lift import Lift, LiftPlan, Method, Status
+from bimvox.planning.search import all_free, reachable, shortest_path
+from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.site.component import IntVec
+from bimvox.site.site import Site
+
+Propose = Callable[[Clearance, IntVec, IntVec], "NDArray[np.int32] | None"]
+"""A policy: (collision rule, start, goal) -> (N, 3) int32 path, or None where it did not arrive."""
+
+_FLOOD_LIMIT = 300_000
+_BORDER_LIMIT = 20_000
+
+
+def plan_lifts(
+    site: Site,
+    preparation: Preparation,
+    *,
+    propose: Propose | None = None,
+    previous: LiftPlan | None = None,
+    progress: Progress | None = None,
+) -> LiftPlan:
+    """Plan every lift of a site.
+
+    Args:
+        site: The site.
+        preparation: Contacts, order and yard of its geometry.
+        propose: The policy; None for search alone.
+        previous: A plan of the same geometry with other obstructions; a lift whose path still holds is kept as it is.
+        progress: Called with (stage, done, total).
+
+    Returns:
+        The plan, infeasible lifts included with their reason.
+    """
+    before = {lift.component: lift for lift in previous.lifts} if previous else {}
+    assembly = Assembly(site, preparation)
+    lifts = []
+    for order, index in enumerate(preparation.sequence.order):
+        stage = assembly.begin(index)
+        lift = _plan_lift(assembly, stage, order, index, preparation, before.get(index), propose)
+        assembly.finish(index, placed=lift.status is Status.PLANNED)
+        lifts.append(lift)
+        if progress is not None:
+            progress("lifts", order + 1, len(preparation.sequence.order))
+    return LiftPlan(site, tuple(lifts), preparation.contacts.clashes, preparation.sequence.notes)
+
+
+def _plan_lift(
+    assembly: Assembly,
+    stage: Stage | Obstacle,
+    order: int,
+    index: int,
+    preparation: Preparation,
+    before: Lift | None,
+    propose: Propose | None,
+) -> Lift:
+    place = preparation.places[index]
+    if isinstance(stage, Obstacle):
+        return Lift(index, order, place, Status.INFEASIBLE, reason=stage.reason, blocked_by=stage.blocked_by)
+    last, gate = stage.insertion.path_vox, stage.insertion.gate_vox
+    if before is not None and before.path_vox is not None and _still_holds(before.path_vox, stage):
+        return before
+    shortest = shortest_path(stage.clearance, stage.start_vox, gate).path_vox
+    if shortest is None:
+        found = _why_unreachable(assembly, stage)
+        return Lift(index, order, place, Status.INFEASIBLE, reason=found.reason, blocked_by=found.blocked_by)
+    proposed = propose(stage.clearance, stage.start_vox, gate) if propose else None
+    accepted = proposed is not None and is_valid_transit(stage, proposed)
+    transit = proposed if accepted and proposed is not None else shortest
+    return Lift(
+        index,
+        order,
+        place,
+        Status.PLANNED,
+        method=Method.POLICY if accepted else Method.SEARCH,
+        path_vox=_frozen(np.concatenate([transit, last[1:]]).astype(np.int32)),
+        shortest_moves=len(shortest) - 1 + stage.insertion.moves,
+        contact_moves=stage.insertion.moves,
+    )
+
+
+def is_valid_transit(stage: Stage, path_vox: NDArray[np.int32]) -> bool:
+    """Return whether a path leads by unit moves over free placements from the transit start to the gate."""
+    steps = np.abs(np.diff(path_vox.astype(np.int64), axis=0)).sum(axis=1)
+    return bool(
+        len(path_vox)
+        and tuple(path_vox[0]) == stage.start_vox
+        and tuple(path_vox[-1]) == stage.insertion.gate_vox
+        and (steps == 1).all()
+        and all_free(stage.clearance, path_vox)
+    )
+
+
+def _still_holds(path_vox: NDArray[np.int32], stage: Stage) -> bool:
+    """Whether an earlier path ends in the same last moves, and its transit is still free."""
+    last = stage.insertion.path_vox
+    transit = path_vox[: len(path_vox) - len(last) + 1]
+    return np.array_equal(path_vox[-len(last) :], last) and is_valid_transit(stage, transit)
+
+
+def _why_unreachable(assembly: Assembly, stage: Stage) -> Obstacle:
+    """Name what closes in the start or the place, whichever is the smaller room."""
+    from_start = reachable(stage.clearance, stage.start_vox, _FLOOD_LIMIT)
+    from_gate = reachable(stage.clearance, stage.insertion.gate_vox, _FLOOD_LIMIT)
+    where, room = (
+        ("its place in the yard", from_start) if len(from_start) <= len(from_gate) else ("its place", from_gate)
+    )
+    around = (room[:, None, :] + MOVES[None, :, :]).reshape(-1, 3)
+    border = np.unique(around, axis=0)
+    blocked = np.array([not placement_is_free(stage.clearance, *(int(n) for n in p)) for p in border[:_BORDER_LIMIT]])
+    cells = (border[:_BORDER_LIMIT][blocked][:, None, :] + stage.component.shape.cells[None, :, :]).reshape(-1, 3)
+    who = tuple(name for name in assembly.who_is_at(np.unique(cells, axis=0).astype(np.int32)) if name != "ground")
+    return Obstacle(f"no way leads out of the room of {len(room)} placements around {where}", who)
+
+
+def _frozen(array: NDArray[np.int32]) -> NDArray[np.int32]:
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,162 @@
+"""Complete shortest-path search over the placements of a component: the guarantee behind the policy.
+
+A* with unit moves and the Manhattan distance as heuristic. Along a move the estimate f = g + h either stays or grows by
+two, so two stacks (this f, the next f) replace the priority queue; the last pushed is the first taken, which follows a
+path to its end before trying its siblings (tie-breaking on depth).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.env.actions import MOVES
+from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.site.component import IntVec
+
+_UNKNOWN, _FREE, _BLOCKED, _CLOSED = 0, 1, 2, 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SearchResult:
+    """What a search found.
+
+    Attributes:
+        path_vox: (N, 3) int32 reference cells from start to goal, a shortest path; None where there is none.
+        expanded: Number of placements that were looked at from; all that can be reached where there is no path.
+    """
+
+    path_vox: NDArray[np.int32] | None
+    expanded: int
+
+
+def shortest_path(clearance: Clearance, start: IntVec, goal: IntVec) -> SearchResult:
+    """Find a shortest path of unit moves, or show that there is none by looking at every placement within reach.
+
+    Args:
+        clearance: The collision rule.
+        start: Reference cell to start from; must be free.
+        goal: Reference cell to reach.
+
+    Returns:
+        The path, one of the shortest, always the same one; or no path.
+    """
+    path, expanded = _a_star(clearance, np.array(start, np.int64), np.array(goal, np.int64), MOVES)
+    return SearchResult(path if len(path) else None, int(expanded))
+
+
+def reachable(clearance: Clearance, cell: IntVec, limit: int) -> NDArray[np.int32]:
+    """Return the placements that can be reached from ``cell``, at most ``limit`` of them: (N, 3) int32."""
+    found: NDArray[np.int32] = _flood(clearance, np.array(cell, np.int64), MOVES, limit)
+    return found
+
+
+@kernel
+def _pushed(stack: NDArray[np.int64], size: int, value: int) -> NDArray[np.int64]:
+    """Put ``value`` at ``size``, growing the stack where it is full."""
+    if size == stack.shape[0]:
+        grown = np.empty(2 * size, np.int64)
+        grown[:size] = stack
+        stack = grown
+    stack[size] = value
+    return stack
+
+
+@kernel
+def _a_star(
+    clearance: Clearance, start: NDArray[np.int64], goal: NDArray[np.int64], moves: NDArray[np.int32]
+) -> tuple[NDArray[np.int32], int]:
+    nx, ny, nz = clearance.table.shape[0] - 1, clearance.table.shape[1] - 1, clearance.table.shape[2] - 1
+    state = np.zeros(nx * ny * nz, np.uint8)
+    cost = np.zeros(nx * ny * nz, np.int32)
+    came_by = np.full(nx * ny * nz, -1, np.int8)
+    this_f, next_f = np.empty(1024, np.int64), np.empty(1024, np.int64)
+    this_size, next_size, expanded = 0, 0, 0
+    no_path = np.empty((0, 3), np.int32)
+    if not placement_is_free(clearance, start[0], start[1], start[2]):
+        return no_path, expanded
+    if not placement_is_free(clearance, goal[0], goal[1], goal[2]):
+        return no_path, expanded
+    first = (start[0] * ny + start[1]) * nz + start[2]
+    last = (goal[0] * ny + goal[1]) * nz + goal[2]
+    state[first] = _FREE
+    this_f = _pushed(this_f, this_size, first)
+    this_size += 1
+    while this_size or next_size:
+        if not this_size:
+            this_f, next_f = next_f, this_f
+            this_size, next_size = next_size, 0
+        this_size -= 1
+        here = this_f[this_size]
+        if state[here] == _CLOSED:
+            continue
+        state[here] = _CLOSED
+        expanded += 1
+        if here == last:
+            break
+        x, y, z = here // (ny * nz), here // nz % ny, here % nz
+        away = abs(x - goal[0]) + abs(y - goal[1]) + abs(z - goal[2])
+        for action in range(moves.shape[0]):
+            u, v, w = x + moves[action, 0], y + moves[action, 1], z + moves[action, 2]
+            if u < 0 or v < 0 or w < 0 or u >= nx or v >= ny or w >= nz:
+                continue
+            there = (u * ny + v) * nz + w
+            if state[there] == _UNKNOWN:
+                state[there] = _FREE if placement_is_free(clearance, u, v, w) else _BLOCKED
+            elif state[there] != _FREE or cost[there] <= cost[here] + 1:
+                continue
+            if state[there] == _BLOCKED:
+                continue
+            cost[there] = cost[here] + 1
+            came_by[there] = action
+            if abs(u - goal[0]) + abs(v - goal[1]) + abs(w - goal[2]) < away:
+                this_f = _pushed(this_f, this_size, there)
+                this_size += 1
+            else:
+                next_f = _pushed(next_f, next_size, there)
+                next_size += 1
+    if state[last] != _CLOSED:
+        return no_path, expanded
+    path = np.empty((cost[last] + 1, 3), np.int32)
+    x, y, z = goal[0], goal[1], goal[2]
+    for step in range(cost[last], -1, -1):
+        path[step, 0], path[step, 1], path[step, 2] = x, y, z
+        action = came_by[(x * ny + y) * nz + z]
+        if action >= 0:
+            x, y, z = x - moves[action, 0], y - moves[action, 1], z - moves[action, 2]
+    return path, expanded
+
+
+@kernel
+def _flood(clearance: Clearance, start: NDArray[np.int64], moves: NDArray[np.int32], limit: int) -> NDArray[np.int32]:
+    nx, ny, nz = clearance.table.shape[0] - 1, clearance.table.shape[1] - 1, clearance.table.shape[2] - 1
+    seen = np.zeros((nx, ny, nz), np.bool_)
+    found = np.empty((limit, 3), np.int32)
+    if limit < 1 or not placement_is_free(clearance, start[0], start[1], start[2]):
+        return found[:0].copy()
+    seen[start[0], start[1], start[2]] = True
+    found[0, 0], found[0, 1], found[0, 2] = start[0], start[1], start[2]
+    size, at = 1, 0
+    while at < size:
+        for action in range(moves.shape[0]):
+            u, v, w = found[at, 0] + moves[action, 0], found[at, 1] + moves[action, 1], found[at, 2] + moves[action, 2]
+            if u < 0 or v < 0 or w < 0 or u >= nx or v >= ny or w >= nz or seen[u, v, w]:
+                continue
+            seen[u, v, w] = True
+            if size < limit and placement_is_free(clearance, u, v, w):
+                found[size, 0], found[size, 1], found[size, 2] = u, v, w
+                size += 1
+        at += 1
+    return found[:size].copy()
+
+
+@kernel
+def all_free(clearance: Clearance, path_vox: NDArray[np.int32]) -> bool:
+    """Return whether every placement of a path is free."""
+    for n in range(path_vox.shape[0]):
+        if not placement_is_free(clearance, path_vox[n, 0], path_vox[n, 1], path_vox[n, 2]):
+            return False
+    return True

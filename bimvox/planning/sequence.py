@@ -1,0 +1,165 @@
+"""The assembly order: what must stand before what, and one order that respects it.
+
+Two relations come from geometry, by the same swept-contact test that clears the last moves:
+
+* *descent*: i before j where j in place would be met by i coming straight down (the load hangs on a rope);
+* *support*: j before i where i rests on j: moved down by the support gap (grout joint, bearing), i meets j.
+
+The planner's own ``before`` and ``after`` are added. A part that nothing below supports and that does not stand on the
+ground or on structure is hung: it waits for one of the parts that it touches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.errors import InputError
+from bimvox.planning.contact import Contacts
+from bimvox.site.site import Site
+
+_FAR_M = 10_000.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Precedence:
+    """What must come before what, by component index.
+
+    Attributes:
+        descent: Per component, those that must come later because they would block its straight descent.
+        supports: Per component, the components that it rests on.
+        grounded: Per component, whether it rests on the ground or on structure.
+        touching: Per component, the components that it shares or touches cells with.
+        wanted: Per component, those that must come earlier because the planner says so.
+    """
+
+    descent: tuple[tuple[int, ...], ...]
+    supports: tuple[tuple[int, ...], ...]
+    grounded: tuple[bool, ...]
+    touching: tuple[tuple[int, ...], ...]
+    wanted: tuple[tuple[int, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sequence:
+    """An assembly order.
+
+    Attributes:
+        order: Component indices, first lift first.
+        notes: Where the order could not keep every relation, or a part stands on nothing, one sentence each.
+    """
+
+    order: tuple[int, ...]
+    notes: tuple[str, ...] = ()
+
+
+def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], None] | None = None) -> Precedence:
+    """Find what must stand before what.
+
+    Args:
+        site: The site.
+        contacts: Its contacts.
+        progress: Called with (done, total) components.
+
+    Returns:
+        The relations.
+
+    Raises:
+        InputError: If a ``before`` or ``after`` names a component that does not exist.
+    """
+    count = len(site.components)
+    boxes = contacts.bounds_m
+    gap_m = site.rules.support_gap_m + site.rules.contact_tolerance_m
+    descent, supports, grounded = [], [], []
+    for i in range(count):
+        low, high = boxes[i]
+        over = ((boxes[:, 0, :2] < high[:2]) & (boxes[:, 1, :2] > low[:2])).all(axis=1)
+        over[i] = False
+        above = np.flatnonzero(over & (boxes[:, 1, 2] > low[2]))
+        below = np.flatnonzero(over & (boxes[:, 0, 2] < low[2] + gap_m) & (boxes[:, 1, 2] > low[2] - gap_m))
+        descent.append(tuple(int(j) for j in above if j < count and _met(contacts, i, int(j), 1, _FAR_M)))
+        held = [int(j) for j in _near_below(boxes, i, over, gap_m) if _met(contacts, i, int(j), -1, gap_m)]
+        supports.append(tuple(j for j in held if j < count))
+        grounded.append(bool(low[2] <= gap_m) or any(j >= count for j in held) or _stands_on_drawn(contacts, i, below))
+        if progress is not None:
+            progress(i + 1, count)
+    touching = tuple(tuple(j for j in contacts.neighbours[i] if j < count) for i in range(count))
+    return Precedence(tuple(descent), tuple(supports), tuple(grounded), touching, _wanted(site))
+
+
+def assembly_order(site: Site, relations: Precedence) -> Sequence:
+    """Choose one order that respects the relations: lowest first, then from the far corner on.
+
+    Where relations go round in a circle (interlocked parts, or parts drawn into each other) the lowest part whose
+    supports stand goes next, and a note names what it was waiting for: its lift then needs a lateral insertion.
+    """
+    count = len(site.components)
+    must_precede = [set(relations.wanted[i]) for i in range(count)]
+    for i in range(count):
+        for j in relations.descent[i]:
+            if i not in relations.descent[j]:
+                must_precede[j].add(i)
+    lowest = [float(c.mesh.bounds_m[0, 2]) for c in site.components]
+    rank = [(site.components[i].target_vox[2], site.components[i].target_vox[:2], i) for i in range(count)]
+    placed: set[int] = set()
+    left = set(range(count))
+    order: list[int] = []
+    notes = [
+        f"{site.components[i].id}: nothing supports it within {site.rules.support_gap_m:g} m; it is set after a part "
+        "that it touches"
+        if relations.touching[i]
+        else f"{site.components[i].id}: floats {lowest[i]:.2f} m above the ground, touching nothing"
+        for i in range(count)
+        if not relations.supports[i] and not relations.grounded[i]
+    ]
+    while left:
+        supported = [i for i in left if _is_supported(i, relations, placed)]
+        ready = [i for i in supported if must_precede[i] <= placed]
+        if not ready:
+            ready = supported or sorted(left)
+            chosen = min(ready, key=rank.__getitem__)
+            waiting = ", ".join(site.components[j].id for j in sorted(must_precede[chosen] - placed)) or "its support"
+            notes.append(f"{site.components[chosen].id}: its place in the order is circular; it waited for {waiting}")
+        else:
+            chosen = min(ready, key=rank.__getitem__)
+        order.append(chosen)
+        placed.add(chosen)
+        left.remove(chosen)
+    return Sequence(tuple(order), tuple(notes))
+
+
+def _met(contacts: Contacts, i: int, j: int, direction: int, reach_m: float) -> bool:
+    return bool(contacts.meets_on_move(i, np.zeros(3), j, 2, direction, reach_m, 1)[0])
+
+
+def _near_below(boxes: NDArray[np.float64], i: int, over: NDArray[np.bool_], gap_m: float) -> NDArray[np.int64]:
+    """Solids under part i's outline whose top can be near one of its undersides."""
+    return np.flatnonzero(over & (boxes[:, 0, 2] < boxes[i, 1, 2]) & (boxes[:, 1, 2] > boxes[i, 0, 2] - gap_m))
+
+
+def _stands_on_drawn(contacts: Contacts, i: int, below: NDArray[np.int64]) -> bool:
+    """Whether a part is drawn right through something below it, so that no gap can be measured."""
+    return any(contacts.allowed_depth_m(i, int(j)) is None for j in below)
+
+
+def _is_supported(i: int, relations: Precedence, placed: set[int]) -> bool:
+    if relations.supports[i]:
+        return placed.issuperset(relations.supports[i])
+    return relations.grounded[i] or not relations.touching[i] or not placed.isdisjoint(relations.touching[i])
+
+
+def _wanted(site: Site) -> tuple[tuple[int, ...], ...]:
+    numbers = {component.id: component.index for component in site.components}
+    earlier: list[set[int]] = [set() for _ in site.components]
+    for component in site.components:
+        for other, key in [*((o, "after") for o in component.after), *((o, "before") for o in component.before)]:
+            if other not in numbers:
+                raise InputError(f"component {component.id}: {key} names {other!r}, which is no component of the site")
+            if key == "after":
+                earlier[component.index].add(numbers[other])
+            else:
+                earlier[numbers[other]].add(component.index)
+    return tuple(tuple(sorted(e)) for e in earlier)

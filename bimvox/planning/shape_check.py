@@ -1,0 +1,50 @@
+"""The verifier's test of voxelization: a part's cells cover its true surface."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.grid.frame import GridFrame
+from bimvox.planning.proof import Check
+from bimvox.site.component import Component
+
+_BORDER_M = 2e-4  # a point this close to a cell border may count to either side (the voxelizer's tolerance is 0.1 mm)
+_FINEST = 64
+
+
+def check_shape(check: Check, component: Component, frame: GridFrame) -> None:
+    """Check that points spread over a part's triangles, half a cell apart, lie in its cells at its place.
+
+    Args:
+        check: Where the result goes.
+        component: The part.
+        frame: Metres to cells.
+    """
+    own = component.shape.cells
+    dense = np.zeros(own.max(axis=0) + 3, np.bool_)
+    dense[tuple((own + 1).T)] = True
+    low = np.array(component.target_vox) - 1
+    points = _spread(component.mesh.triangles_m, frame.voxel_size_m / 2)
+    covered = np.zeros(len(points), np.bool_)
+    scaled = (points - np.array(frame.origin_m)) / frame.voxel_size_m
+    border = _BORDER_M / frame.voxel_size_m
+    for corner in np.ndindex(2, 2, 2):
+        cells = np.floor(scaled + border * (2 * np.array(corner) - 1)).astype(np.int64) - low
+        inside = ((cells >= 0) & (cells < dense.shape)).all(axis=1)
+        covered[inside] |= dense[tuple(cells[inside].T)]
+    bare = points[~covered]
+    where = f" at ({bare[0][0]:.3f}, {bare[0][1]:.3f}, {bare[0][2]:.3f}) m" if len(bare) else ""
+    check.look(not len(bare), f"{component.id}: its surface{where} lies outside its cells", samples=len(points))
+
+
+def _spread(triangles_m: NDArray[np.float64], spacing_m: float) -> NDArray[np.float64]:
+    """Points over every triangle, corners included, at most ``spacing_m`` apart (or ``_FINEST`` an edge)."""
+    longest = np.linalg.norm(triangles_m - np.roll(triangles_m, 1, axis=1), axis=2).max(axis=1)
+    parts = np.clip(np.ceil(longest / spacing_m), 1, _FINEST).astype(int)
+    found = []
+    for count in np.unique(parts):
+        i, j = np.triu_indices(count + 1)
+        weights = np.stack([i, j - i, count - j], axis=1) / count
+        found.append(np.einsum("wc,tcd->twd", weights, triangles_m[parts == count]).reshape(-1, 3))
+    return np.concatenate(found)

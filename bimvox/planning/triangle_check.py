@@ -1,0 +1,194 @@
+"""The verifier's test of real triangles: a collision library, finely sampled.
+
+FCL (Pan, Chitta, Manocha 2012) says whether two triangle sets meet. The tolerance is the part's surface moved inward;
+before it is trusted, the moved surface is checked to lie within reach of the true one, so that a part that lost its
+shape cannot pass for free.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import fcl
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import TriangleMesh
+from bimvox.planning.erosion import eroded_triangles_m
+from bimvox.planning.lift import LiftPlan
+from bimvox.planning.proof import Check
+from bimvox.site.component import Component
+
+_SPACING_M = 0.02
+_ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
+_DRAWN_SLACK_M = 0.002
+
+
+class TriangleCheck:
+    """Real triangles of everything that can touch: components by their index, then structure.
+
+    Args:
+        plan: The plan; its modelled clashes say which pairs may overlap as deep as drawn.
+    """
+
+    def __init__(self, plan: LiftPlan) -> None:
+        site = plan.site
+        self._site = site
+        self._meshes: list[TriangleMesh] = [c.mesh for c in site.components]
+        self._cells = [c.shape.cells + np.array(c.target_vox, np.int32) for c in site.components]
+        ids = [c.id for c in site.components]
+        for blocker in site.blockers:
+            if blocker.mesh is not None:
+                self._meshes.append(blocker.mesh)
+                self._cells.append(blocker.cells)
+                ids.append(blocker.id)
+        numbers = {name: n for n, name in enumerate(ids)}
+        self._ids = ids
+        self._clashes = {
+            frozenset((numbers[c.first], numbers[c.second])): (c.depth_m, c.at_least)
+            for c in plan.clashes
+            if c.first in numbers and c.second in numbers
+        }
+        self._boxes = [mesh.bounds_m for mesh in self._meshes]
+        self._raw: dict[int, fcl.CollisionObject] = {}
+        self._inner: dict[tuple[int, float], fcl.CollisionObject] = {}
+
+    def check_moves(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
+        """Check that a part meets another no deeper than it may along a path of unit moves.
+
+        Args:
+            check: Where the result goes.
+            component: The part.
+            path: (N, 3) placements.
+            other: Number of the other solid.
+        """
+        size_m = self._site.frame.voxel_size_m
+        offsets_m = (path - np.array(component.target_vox)) * size_m
+        low, high = self._boxes[component.index]
+        other_low, other_high = self._boxes[other]
+        swept_low, swept_high = low + offsets_m.min(axis=0), high + offsets_m.max(axis=0)
+        if (swept_low > other_high).any() or (swept_high < other_low).any():
+            return
+        depth_m = self._allowed_depth_m(check, component.index, other)
+        if depth_m is None:
+            self._check_no_fuller(check, component, path, other)
+            return
+        part = self._eroded(check, component.index, depth_m)
+        fixed = self._fixed(other)
+        count = max(1, int(np.ceil(size_m / self._spacing_m(component.index, other))))
+        shares = np.arange(count) / count
+        samples = np.concatenate(
+            [*(a + shares[:, None] * (b - a) for a, b in itertools.pairwise(offsets_m)), offsets_m[-1:]]
+        )
+        for offset_m in samples:
+            if (low + offset_m > other_high).any() or (high + offset_m < other_low).any():
+                check.look(True, "")
+                continue
+            part.setTranslation(offset_m)
+            met = bool(fcl.collide(part, fixed))
+            check.look(
+                not met,
+                f"{component.id}: meets {self._ids[other]} deeper than {depth_m:.3f} m, at {_metres(offset_m)}",
+            )
+        check.measure(depth_m)
+
+    def rope_is_clear(self, component: Component, offset_m: NDArray[np.float64], other: int) -> bool:
+        """Return whether a rope above the part's hook line misses another solid's triangles."""
+        frame = self._site.frame
+        foot = np.array(component.target_vox) + np.array(component.hook_offset_vox) + np.array([0.5, 0.5, 0.0])
+        foot_m = np.array(frame.origin_m) + frame.voxel_size_m * foot + offset_m
+        top_m = max(self._boxes[other][1][2], foot_m[2]) + 1.0
+        rope = fcl.CollisionObject(fcl.Box(_ROPE_M, _ROPE_M, top_m - foot_m[2]))
+        rope.setTranslation(np.array([foot_m[0], foot_m[1], (foot_m[2] + top_m) / 2]))
+        return not fcl.collide(rope, self._fixed(other))
+
+    def carried_by(self, component: Component) -> tuple[int, ...]:
+        """Return the components that a part rests on in the finished building: it meets them when it sinks by the gap.
+
+        Parts beside it are kept out by narrowing it in plan.
+        """
+        rules = self._site.rules
+        low, high = self._boxes[component.index]
+        tolerance_m = min(rules.contact_tolerance_m, 0.2 * float((high - low)[:2].min()))
+        centre = (low + high) / 2
+        scale = np.ones(3)
+        scale[:2] = 1.0 - 2.0 * tolerance_m / (high - low)[:2]
+        sunk = _object((component.mesh.triangles_m - centre) * scale + centre)
+        found = []
+        for other in range(len(self._site.components)):
+            other_low, other_high = self._boxes[other]
+            beside = (other_low[:2] >= high[:2]).any() or (other_high[:2] <= low[:2]).any()
+            if other == component.index or beside or frozenset((component.index, other)) in self._clashes:
+                continue
+            if other_high[2] > low[2] + rules.contact_tolerance_m or other_high[2] < low[2] - rules.support_gap_m:
+                continue
+            sunk.setTranslation(np.array([0.0, 0.0, other_high[2] - low[2] - 1e-4]))
+            if fcl.collide(sunk, self._fixed(other)):
+                found.append(other)
+        return tuple(found)
+
+    def _allowed_depth_m(self, check: Check, first: int, second: int) -> float | None:
+        """How deep a pair may touch; None where it is drawn too deep into each other for any depth to serve."""
+        tolerance_m = self._site.rules.contact_tolerance_m
+        clash = self._clashes.get(frozenset((first, second)))
+        if clash is None:
+            return tolerance_m
+        depth_m, at_least = clash
+        drawn = self._fixed(first)
+        drawn.setTranslation(np.zeros(3))
+        check.look(
+            bool(fcl.collide(drawn, self._fixed(second))),
+            f"{self._ids[first]} and {self._ids[second]}: listed as drawn into each other, but they are not",
+        )
+        allowed_m = max(tolerance_m, depth_m + _DRAWN_SLACK_M)
+        thickness_m = float(min((b[1] - b[0]).min() for b in (self._boxes[first], self._boxes[second])))
+        return None if at_least or allowed_m > 0.4 * thickness_m else allowed_m
+
+    def _check_no_fuller(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
+        """Where no depth serves: the pair never shares more cells than in the finished building, as drawn."""
+        there = {tuple(c) for c in self._cells[other].tolist()}
+        own = component.shape.cells
+        drawn = sum(tuple(c) in there for c in (own + np.array(component.target_vox)).tolist())
+        for place in path:
+            shared = sum(tuple(c) in there for c in (own + place).tolist())
+            check.look(
+                shared <= max(drawn, 1),
+                f"{component.id}: overlaps {self._ids[other]} in {shared} cells at {tuple(place)}, drawn are {drawn}",
+            )
+
+    def _spacing_m(self, first: int, second: int) -> float:
+        """Fine enough that the thinner of the two cannot slip through between two samples."""
+        thickness = min(float((b[1] - b[0]).min()) for b in (self._boxes[first], self._boxes[second]))
+        return float(np.clip(thickness / 2, 0.002, _SPACING_M))
+
+    def _eroded(self, check: Check, number: int, depth_m: float) -> fcl.CollisionObject:
+        key = (number, round(depth_m, 6))
+        if key not in self._inner:
+            mesh = self._meshes[number]
+            inner = eroded_triangles_m(mesh, depth_m)
+            low, high = self._boxes[number]
+            slack = 3.0 * depth_m + 1e-6
+            moved = np.abs(np.stack([inner.min(axis=(0, 1)) - low, inner.max(axis=(0, 1)) - high])).max()
+            check.look(
+                bool(moved <= slack and len(inner) >= 0.5 * len(mesh.faces)),
+                f"{self._ids[number]}: its surface moved inward by {depth_m:.3f} m lost its shape",
+            )
+            self._inner[key] = _object(inner)
+        return self._inner[key]
+
+    def _fixed(self, number: int) -> fcl.CollisionObject:
+        if number not in self._raw:
+            self._raw[number] = _object(self._meshes[number].triangles_m)
+        return self._raw[number]
+
+
+def _object(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
+    shape = fcl.BVHModel()
+    shape.beginModel(len(triangles_m), 3 * len(triangles_m))
+    shape.addSubModel(triangles_m.reshape(-1, 3), np.arange(3 * len(triangles_m)).reshape(-1, 3))
+    shape.endModel()
+    return fcl.CollisionObject(shape)
+
+
+def _metres(offset_m: NDArray[np.float64]) -> str:
+    return "(" + ", ".join(f"{v:+.2f}" for v in offset_m) + ") m"

@@ -1,0 +1,280 @@
+"""Proves a finished plan again, by other means than it was made.
+
+The planner asks a summed-area table and an exact sweep. This module asks neither: it marks raw cells in plain boolean
+grids that it rebuilds for every lift, and tests the real triangles with a collision library (FCL), finely sampled.
+Infeasible lifts prove nothing and are not looked at, except that what they leave out must not be leaned on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from bimvox.crane.load_chart import capacity_kg
+from bimvox.planning.lift import Lift, LiftPlan, Status
+from bimvox.planning.proof import Check, Verification
+from bimvox.planning.shape_check import check_shape
+from bimvox.planning.triangle_check import TriangleCheck
+from bimvox.site.component import Component, StoredPose
+from bimvox.site.shape import erection_size_vox, stored_shape
+from bimvox.site.site import Site
+
+_CHUNK = 2_000_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Thing:
+    """Something that stands somewhere: its name, cells, and the number of its triangles (-1 where it has none)."""
+
+    name: str
+    cells: NDArray[np.int32]
+    solid: int
+
+
+def verify_plan(plan: LiftPlan) -> Verification:
+    """Check every planned lift of a plan.
+
+    Args:
+        plan: The plan.
+
+    Returns:
+        Every check, with what failed and where.
+    """
+    return _Verifier(plan).run()
+
+
+class _Verifier:
+    def __init__(self, plan: LiftPlan) -> None:
+        self.plan, self.site = plan, plan.site
+        self.triangles = TriangleCheck(plan)
+        names = "complete", "shapes", "unit_moves", "boundary", "cells", "triangles", "rope", "reach", "support", "yard"
+        self.checks = {name: Check(name) for name in names}
+        self.checks["triangles"].unit = "m"
+        self.checks["reach"].unit = "share of capacity"
+        count = len(self.site.components)
+        structure = [b for b in self.site.blockers if b.mesh is not None]
+        numbers = {id(b): count + n for n, b in enumerate(structure)}
+        self.fixed = [_Thing(b.id, b.cells, numbers.get(id(b), -1)) for b in self.site.blockers]
+        self.finished = [
+            _Thing(c.id, c.shape.cells + np.array(c.target_vox, np.int32), c.index) for c in self.site.components
+        ]
+
+    def run(self) -> Verification:
+        self._check_complete()
+        standing: list[_Thing] = []
+        placed: set[int] = set()
+        lifts = sorted(self.plan.lifts, key=lambda lift: lift.order)
+        delivery = 0
+        for position, lift in enumerate(lifts):
+            if lift.place is not None:
+                self.checks["yard"].look(
+                    lift.place.delivery >= delivery,
+                    f"{self._name(lift)}: comes with an earlier delivery than the lift before",
+                )
+                delivery = lift.place.delivery
+            if lift.status is not Status.PLANNED:
+                continue
+            stored = self._stored(lifts, position, delivery, placed)
+            self._check_lift(lift, [*self.fixed, *standing, *stored], placed)
+            placed.add(lift.component)
+            standing.append(self.finished[lift.component])
+        return Verification(tuple(self.checks.values()))
+
+    def _name(self, lift: Lift) -> str:
+        return self.site.components[lift.component].id
+
+    def _stored(self, lifts: list[Lift], position: int, delivery: int, placed: set[int]) -> list[_Thing]:
+        """Everything of the same delivery that is not in place."""
+        return [
+            _Thing(self._name(other), other.place.shape.cells + np.array(other.place.cell_vox, np.int32), -1)
+            for n, other in enumerate(lifts)
+            if n != position
+            and other.place is not None
+            and other.place.delivery == delivery
+            and other.component not in placed
+        ]
+
+    def _check_complete(self) -> None:
+        check = self.checks["complete"]
+        seen = [lift.component for lift in self.plan.lifts]
+        check.look(sorted(seen) == list(range(len(self.site.components))), "not every component has exactly one lift")
+        orders = sorted(lift.order for lift in self.plan.lifts)
+        check.look(orders == list(range(len(orders))), "the lifts are not numbered 0, 1, 2 ...")
+        for lift in self.plan.lifts:
+            good = (lift.path_vox is not None and lift.place is not None) == (lift.status is Status.PLANNED)
+            check.look(good or lift.path_vox is None, f"{self._name(lift)}: its path and its status disagree")
+            if lift.status is Status.INFEASIBLE:
+                check.look(bool(lift.reason), f"{self._name(lift)}: infeasible without a reason")
+
+    def _check_lift(self, lift: Lift, present: list[_Thing], placed: set[int]) -> None:
+        component = self.site.components[lift.component]
+        path, place = lift.path_vox, lift.place
+        if path is None or place is None:
+            self.checks["complete"].look(False, f"{component.id}: planned, but without a path or a place in the yard")
+            return
+        check_shape(self.checks["shapes"], component, self.site.frame)
+        self._check_moves(lift, component, path)
+        inside = self._check_boundary(component, path)
+        if not inside:
+            return
+        self._check_yard(lift, component, present)
+        self._check_cells(component, path, present)
+        self._check_hook(component, path, present)
+        self._check_support(component, placed)
+
+    def _check_moves(self, lift: Lift, component: Component, path: NDArray[np.int32]) -> None:
+        check, place = self.checks["unit_moves"], lift.place
+        if place is None:
+            return
+        start = (place.cell_vox[0], place.cell_vox[1], place.cell_vox[2] + 1)
+        check.look(tuple(path[0]) == start, f"{component.id}: its path starts at {tuple(path[0])}, not above its place")
+        check.look(
+            tuple(path[-1]) == component.target_vox,
+            f"{component.id}: its path ends at {tuple(path[-1])}, not at its place {component.target_vox}",
+        )
+        steps = np.abs(np.diff(path.astype(np.int64), axis=0))
+        bad = np.flatnonzero((steps.sum(axis=1) != 1) | (steps.max(axis=1, initial=0) != 1))
+        check.look(not len(bad), f"{component.id}: move {bad[:1]} is not one cell along one axis", samples=len(steps))
+        if lift.shortest_moves is not None:
+            check.look(lift.shortest_moves <= len(steps), f"{component.id}: shorter than the shortest path")
+
+    def _check_boundary(self, component: Component, path: NDArray[np.int32]) -> bool:
+        size = component.shape.cells.max(axis=0)
+        good = ((path >= 0).all(axis=1) & (path + size < self.site.shape).all(axis=1)).all()
+        self.checks["boundary"].look(bool(good), f"{component.id}: leaves the site's boundary", samples=len(path))
+        return bool(good)
+
+    def _check_yard(self, lift: Lift, component: Component, present: list[_Thing]) -> None:
+        check, place = self.checks["yard"], lift.place
+        if place is None:
+            return
+        cells = place.shape.cells + np.array(place.cell_vox)
+        turned = stored_shape(component.shape, place.pose)
+        check.look(
+            np.array_equal(turned.cells, place.shape.cells), f"{component.id}: stored in another shape than its own"
+        )
+        inside = bool(((cells >= 0) & (cells < self.site.shape)).all())
+        check.look(inside, f"{component.id}: stored outside the site")
+        if not inside:
+            return
+        check.look(place.cell_vox[2] == 1, f"{component.id}: is not stored on the ground")
+        if component.start_vox is None:
+            check.look(bool(self.site.yard[tuple(cells[:, :2].T)].all()), f"{component.id}: stored outside the yard")
+        size = np.array(erection_size_vox(component.shape, place.pose))
+        low = np.array(place.cell_vox)
+        for thing in present:
+            hit = ((thing.cells >= low) & (thing.cells < low + size)).all(axis=1)
+            raised = "erected" if place.pose is not StoredPose.AS_BUILT else "raised"
+            check.look(not hit.any(), f"{component.id}: meets {thing.name} while it is {raised}")
+
+    def _check_cells(self, component: Component, path: NDArray[np.int32], present: list[_Thing]) -> None:
+        """Raw cells, placement by placement; where only neighbours are hit, on the last moves, the triangles decide."""
+        check = self.checks["cells"]
+        own = component.shape.cells
+        target = own + np.array(component.target_vox)
+        near = [thing for thing in present if thing.solid >= 0 and _touches(target, thing.cells)]
+        far = [thing for thing in present if not any(thing is other for other in near)]
+        hits_far = self._hits(own, path, _marked(self.site, far))
+        for n in np.flatnonzero(hits_far)[:1]:
+            cells = own + path[n]
+            names = [t.name for t in far if len(_common(cells, t.cells))]
+            check.look(False, f"{component.id}: at placement {n}, cell {tuple(path[n])}, it meets {', '.join(names)}")
+        check.look(True, "", samples=len(path) * len(own))
+        hits_near = self._hits(own, path, _marked(self.site, near))
+        if not hits_near.any():
+            return
+        first = max(0, int(np.flatnonzero(hits_near)[0]) - 1)
+        for thing in near:
+            self.triangles.check_moves(self.checks["triangles"], component, path[first:], thing.solid)
+
+    def _hits(self, own: NDArray[np.int32], path: NDArray[np.int32], marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        hits = np.zeros(len(path), np.bool_)
+        step = max(1, _CHUNK // len(own))
+        for n in range(0, len(path), step):
+            cells = path[n : n + step, None, :] + own[None, :, :]
+            hits[n : n + step] = marked[cells[..., 0], cells[..., 1], cells[..., 2]].any(axis=1)
+        return hits
+
+    def _check_hook(self, component: Component, path: NDArray[np.int32], present: list[_Thing]) -> None:
+        site = self.site
+        if site.crane is None:
+            return
+        hook = path + np.array(component.hook_offset_vox, np.int32)
+        centre_m = np.array(site.frame.origin_m)[:2] + site.frame.voxel_size_m * (hook[:, :2] + 0.5)
+        radius_m = np.hypot(*(centre_m - np.array(site.crane.base_m[:2])).T)
+        reach = self.checks["reach"]
+        low_m, high_m = site.crane.min_radius_m - 1e-6, site.crane.jib_length_m + 1e-6
+        good = (radius_m >= low_m) & (radius_m <= high_m)
+        reach.look(
+            bool(good.all()), f"{component.id}: hook radius {radius_m[~good][:1]} m is out of reach", samples=len(hook)
+        )
+        load_kg = component.mass_kg + site.crane.rigging_mass_kg
+        most_kg = capacity_kg(site.crane.chart, float(radius_m.max()))
+        reach.measure(load_kg / most_kg if most_kg > 0 else np.inf)
+        reach.look(
+            load_kg <= most_kg + 1e-6,
+            f"{component.id}: {load_kg:.0f} kg at {radius_m.max():.1f} m, where the crane carries {most_kg:.0f} kg",
+        )
+        if site.rules.rope:
+            self._check_rope(component, path, hook, present)
+
+    def _check_rope(
+        self, component: Component, path: NDArray[np.int32], hook: NDArray[np.int32], present: list[_Thing]
+    ) -> None:
+        check = self.checks["rope"]
+        marked = _marked(self.site, present)
+        for n, (x, y, z) in enumerate(hook.tolist()):
+            column = marked[x, y, max(z, 0) :]
+            if not column.any():
+                check.look(True, "")
+                continue
+            above = np.array([[x, y, z + int(k)] for k in np.flatnonzero(column)])
+            over = [t for t in present if len(_common(above, t.cells))]
+            offset_m = (path[n] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
+            clear = all(t.solid >= 0 and self.triangles.rope_is_clear(component, offset_m, t.solid) for t in over)
+            names = ", ".join(t.name for t in over)
+            check.look(clear, f"{component.id}: at placement {n} the hoist rope meets {names}")
+
+    def _check_support(self, component: Component, placed: set[int]) -> None:
+        """Everything that carries the part in the finished building stands before it is set."""
+        for other in self.triangles.carried_by(component):
+            self.checks["support"].look(
+                other in placed,
+                f"{component.id}: rests on {self.site.components[other].id}, which is not in place",
+            )
+        for earlier in component.after:
+            self._check_wanted(component, earlier, placed, must=True)
+        for later in component.before:
+            self._check_wanted(component, later, placed, must=False)
+
+    def _check_wanted(self, component: Component, other: str, placed: set[int], *, must: bool) -> None:
+        number = next((c.index for c in self.site.components if c.id == other), None)
+        good = number is None or (number in placed) == must or self._is_infeasible(number)
+        word = "after" if must else "before"
+        self.checks["support"].look(good, f"{component.id}: is not set {word} {other}, as the site file asks")
+
+    def _is_infeasible(self, number: int) -> bool:
+        return any(lift.component == number and lift.status is Status.INFEASIBLE for lift in self.plan.lifts)
+
+
+def _marked(site: Site, things: list[_Thing]) -> NDArray[np.bool_]:
+    marked = np.zeros(site.shape, np.bool_)
+    for thing in things:
+        marked[tuple(thing.cells.T)] = True
+    return marked
+
+
+def _touches(cells: NDArray[np.int32], others: NDArray[np.int32]) -> bool:
+    """Whether two sets of cells share a cell or touch, corners included."""
+    if (cells.min(axis=0) > others.max(axis=0) + 1).any() or (others.min(axis=0) > cells.max(axis=0) + 1).any():
+        return False
+    return bool(cKDTree(cells).count_neighbors(cKDTree(others), 1.0, p=np.inf))
+
+
+def _common(cells: NDArray[np.int32], others: NDArray[np.int32]) -> NDArray[np.int32]:
+    wanted = {tuple(c) for c in cells.tolist()}
+    common: NDArray[np.int32] = others[[tuple(c) in wanted for c in others.tolist()]]
+    return common

@@ -1,0 +1,121 @@
+"""The yard: where each part waits, in truckloads.
+
+Parts are placed in the order in which they are needed, each at the first place that is free of its neighbours by a gap,
+of fixed things, and within the crane's reach with the part's mass. When the next part finds no room, a new delivery
+begins: it arrives when every earlier lift is done, and what an earlier delivery could not be lifted goes back with the
+truck. A first-fit scan over the yard's cells, not a rectangle packer, because yards are polygons with holes (mast,
+structure) and the crane's reach cuts them too. Obstructions are not looked at: they come and go, and a lift that one of
+them blocks is said to be blocked.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.planning.lift import YardPlace
+from bimvox.planning.occupancy import lowest_hook
+from bimvox.site.clearance import HOOK_FORBIDDEN
+from bimvox.site.component import Component, IntVec, Shape, StoredPose
+from bimvox.site.shape import erection_size_vox, stored_shape
+from bimvox.site.site import Site
+
+_GAP_VOX = 1
+
+
+def allocate_yard(site: Site, order: tuple[int, ...]) -> tuple[YardPlace | None, ...]:
+    """Give every component its place in the yard.
+
+    Args:
+        site: The site.
+        order: Component indices in assembly order.
+
+    Returns:
+        Per component (by index) its place; None where it does not fit even into the empty yard.
+    """
+    open_yard = _open_yard(site)
+    for component in site.components:
+        if component.start_vox is not None:
+            _take(open_yard, component.start_vox, _footprint(component, _explicit_pose(component)))
+    places: list[YardPlace | None] = [None] * len(site.components)
+    free, delivery, used = open_yard.copy(), 0, False
+    for index in order:
+        component = site.components[index]
+        if component.start_vox is not None:
+            pose = _explicit_pose(component)
+            places[index] = YardPlace(delivery, pose, stored_shape(component.shape, pose), component.start_vox)
+            continue
+        found = _find(site, component, free)
+        if found is None and used:
+            free, delivery, used = open_yard.copy(), delivery + 1, False
+            found = _find(site, component, free)
+        if found is None:
+            continue
+        pose, shape, cell = found
+        _take(free, cell, _footprint(component, pose))
+        used = True
+        places[index] = YardPlace(delivery, pose, shape, cell)
+    return tuple(places)
+
+
+def storage_poses(component: Component) -> tuple[StoredPose, ...]:
+    """Return the poses in which a component may wait, the preferred one first."""
+    return (StoredPose.LYING_X, StoredPose.LYING_Y) if component.erected else (StoredPose.AS_BUILT,)
+
+
+def _explicit_pose(component: Component) -> StoredPose:
+    return component.stored_pose or storage_poses(component)[0]
+
+
+def _open_yard(site: Site) -> NDArray[np.bool_]:
+    free = site.yard.copy()
+    for blocker in site.blockers:
+        if blocker.kind in ("structure", "crane"):
+            free[tuple(blocker.cells[blocker.cells[:, 2] > 0, :2].T)] = False
+    return free
+
+
+def _footprint(component: Component, pose: StoredPose) -> tuple[int, int]:
+    size_x, size_y, _ = erection_size_vox(component.shape, pose)
+    return size_x, size_y
+
+
+def _take(free: NDArray[np.bool_], cell: IntVec, footprint: tuple[int, int]) -> None:
+    x, y, _ = cell
+    free[
+        max(0, x - _GAP_VOX) : x + footprint[0] + _GAP_VOX,
+        max(0, y - _GAP_VOX) : y + footprint[1] + _GAP_VOX,
+    ] = False
+
+
+def _find(site: Site, component: Component, free: NDArray[np.bool_]) -> tuple[StoredPose, Shape, IntVec] | None:
+    hook = lowest_hook(site, np.zeros(site.shape[:2], np.int32), component.mass_kg) < HOOK_FORBIDDEN
+    for pose in storage_poses(component):
+        size_x, size_y, size_z = erection_size_vox(component.shape, pose)
+        if 1 + size_z > site.shape[2]:
+            continue
+        offset_x, offset_y, _ = component.hook_offset_vox
+        x, y = _first_fit(free, hook, size_x, size_y, offset_x, offset_y)
+        if x >= 0:
+            return pose, stored_shape(component.shape, pose), (int(x), int(y), 1)
+    return None
+
+
+@kernel
+def _first_fit(
+    free: NDArray[np.bool_], hook: NDArray[np.bool_], size_x: int, size_y: int, offset_x: int, offset_y: int
+) -> tuple[int, int]:
+    """Lowest y, then lowest x, at which a footprint is free and the hook above it allowed; (-1, -1) where none is."""
+    nx, ny = free.shape
+    taken = np.zeros((nx + 1, ny + 1), np.int32)
+    for i in range(nx):
+        for j in range(ny):
+            taken[i + 1, j + 1] = np.int32(not free[i, j]) + taken[i, j + 1] + taken[i + 1, j] - taken[i, j]
+    for j in range(ny - size_y + 1):
+        for i in range(nx - size_x + 1):
+            if not hook[i + offset_x, j + offset_y]:
+                continue
+            if taken[i + size_x, j + size_y] - taken[i, j + size_y] - taken[i + size_x, j] + taken[i, j] == 0:
+                return i, j
+    return -1, -1

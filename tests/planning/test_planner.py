@@ -1,0 +1,187 @@
+import dataclasses
+
+import numpy as np
+from box_sites import box_cells, box_site
+
+from bimvox.planning.assembly import Assembly, Stage, prepare
+from bimvox.planning.lift import Method, Status
+from bimvox.planning.planner import plan_lifts
+from bimvox.planning.search import shortest_path
+from bimvox.site.site import Blocker
+
+PORTAL = [
+    ("slab", (1.0, 1.0, 3.4), (5.0, 2.0, 3.6)),
+    ("beam", (1.0, 1.4, 3.0), (5.0, 1.6, 3.4)),
+    ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
+    ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
+]
+
+
+def plan_of(site, **options):
+    return plan_lifts(site, prepare(site), **options)
+
+
+def with_obstructions(site, *obstructions):
+    more = [Blocker(name, "obstruction", box_cells(site.frame, low, high)) for name, low, high in obstructions]
+    return dataclasses.replace(site, blockers=(*site.blockers, *more))
+
+
+def lift_of(plan, name):
+    return next(lift for lift in plan.lifts if plan.site.components[lift.component].id == name)
+
+
+def test_every_part_of_a_portal_is_planned_from_yard_to_place():
+    site = box_site(PORTAL)
+    plan = plan_of(site)
+    assert [lift.status for lift in plan.lifts] == [Status.PLANNED] * 4
+    for order, lift in enumerate(plan.lifts):
+        component = site.components[lift.component]
+        assert lift.order == order
+        assert lift.method is Method.SEARCH
+        assert tuple(lift.path_vox[-1]) == component.target_vox
+        assert tuple(lift.path_vox[0]) == lift.place.transit_start_vox
+        assert site.yard[lift.place.cell_vox[:2]]
+        assert (np.abs(np.diff(lift.path_vox, axis=0)).sum(axis=1) == 1).all()
+        assert lift.moves == lift.shortest_moves
+
+
+def test_a_policys_path_is_taken_when_it_holds_and_dropped_when_not():
+    site = box_site(PORTAL)
+    good = plan_of(site, propose=lambda clearance, start, goal: shortest_path(clearance, start, goal).path_vox)
+    assert {lift.method for lift in good.lifts} == {Method.POLICY}
+    bad = plan_of(site, propose=lambda clearance, start, goal: np.array([start, goal], np.int32))
+    assert {lift.method for lift in bad.lifts} == {Method.SEARCH}
+    silent = plan_of(site, propose=lambda clearance, start, goal: None)
+    assert {lift.method for lift in silent.lifts} == {Method.SEARCH}
+
+
+def test_an_obstruction_on_a_target_blocks_that_lift_and_what_rests_on_it():
+    site = box_site(PORTAL)
+    plan = plan_of(with_obstructions(site, ("truck", (1.0, 1.0, 0.0), (1.5, 2.0, 1.0))))
+    left, beam, slab, right = (lift_of(plan, name) for name in ("left", "beam", "slab", "right"))
+    assert left.status is Status.INFEASIBLE
+    assert left.blocked_by == ("truck",)
+    assert beam.blocked_by == ("left",)
+    assert slab.blocked_by == ("beam",)
+    assert right.status is Status.PLANNED
+
+
+def test_an_obstruction_in_the_yard_blocks_the_lift_that_starts_there():
+    site = box_site(PORTAL)
+    start = lift_of(plan_of(site), "right").place.cell_vox
+    corner = np.array(start) * 0.5
+    plan = plan_of(
+        with_obstructions(site, ("bin", (corner[0], corner[1], 0.0), (corner[0] + 0.4, corner[1] + 0.4, 1.0)))
+    )
+    assert lift_of(plan, "right").blocked_by == ("bin",)
+    assert lift_of(plan, "left").status is Status.PLANNED
+
+
+def test_a_walled_in_target_names_the_walls():
+    site = box_site([("a", (3.0, 3.0, 0.0), (4.0, 4.0, 1.0))])
+    walls = [
+        ("south", (2.0, 2.0, 0.0), (5.0, 2.5, 9.5)),
+        ("north", (2.0, 4.5, 0.0), (5.0, 5.0, 9.5)),
+        ("west", (2.0, 2.0, 0.0), (2.5, 5.0, 9.5)),
+        ("east", (4.5, 2.0, 0.0), (5.0, 5.0, 9.5)),
+    ]
+    plan = plan_of(with_obstructions(site, *walls))
+    assert plan.lifts[0].status is Status.INFEASIBLE
+    assert set(plan.lifts[0].blocked_by) == {"south", "north", "west", "east"}
+    assert "no way" in plan.lifts[0].reason
+
+
+def test_replanning_keeps_what_is_not_affected_bit_for_bit():
+    site = box_site(PORTAL)
+    preparation = prepare(site)
+    first = plan_lifts(site, preparation)
+    beam = lift_of(first, "beam")
+    middle = site.frame.corner_of(beam.path_vox[len(beam.path_vox) // 2])
+    changed = with_obstructions(site, ("box", tuple(middle), tuple(middle + 0.5)))
+    second = plan_lifts(changed, preparation, previous=first)
+    for lift in first.lifts:
+        again = lift_of(second, site.components[lift.component].id)
+        assert again.status is Status.PLANNED
+        if lift is not beam:
+            swept = {
+                tuple(c) for p in lift.path_vox for c in (p + site.components[lift.component].shape.cells).tolist()
+            }
+            hit = {tuple(c) for c in box_cells(site.frame, middle, middle + 0.5).tolist()} & swept
+            assert bool(hit) != (again is lift)
+    assert lift_of(second, "beam") is not beam
+    third = plan_lifts(site, preparation, previous=second)
+    assert all(a is b for a, b in zip(second.lifts, third.lifts, strict=True))
+
+
+def test_a_column_next_to_a_wall_comes_down_along_it():
+    """They share cells all the way down, so only the triangles can tell that the descent is free."""
+    site = box_site(
+        [("wall", (3.0, 3.0, 0.0), (3.2, 6.0, 3.0)), ("column", (3.2, 3.0, 0.0), (3.6, 3.4, 3.0), {"erected": True})]
+    )
+    plan = plan_of(site)
+    assert [lift.status for lift in plan.lifts] == [Status.PLANNED] * 2
+    assert max(lift.contact_moves for lift in plan.lifts) >= 6
+
+
+def test_a_part_under_an_overhang_that_shares_its_cells_goes_in_sideways():
+    site = box_site(
+        [("insert", (4.0, 4.0, 0.0), (5.0, 5.0, 0.9))],
+        structure=[("roof", (4.5, 3.0, 0.92), (6.0, 6.0, 1.3))],
+    )
+    lift = plan_of(site).lifts[0]
+    assert lift.status is Status.PLANNED
+    assert lift.contact_moves > 0
+    assert lift.path_vox[-1][0] != lift.path_vox[-1 - lift.contact_moves][0]
+
+
+def test_a_part_under_a_lid_names_the_lid():
+    box = [
+        ("lid", (3.0, 3.0, 0.92), (6.0, 6.0, 1.3)),
+        ("south", (3.0, 3.0, 0.0), (6.0, 3.9, 0.92)),
+        ("north", (3.0, 5.1, 0.0), (6.0, 6.0, 0.92)),
+        ("west", (3.0, 3.9, 0.0), (3.9, 5.1, 0.92)),
+        ("east", (5.1, 3.9, 0.0), (6.0, 5.1, 0.92)),
+    ]
+    lift = plan_of(box_site([("insert", (4.0, 4.0, 0.0), (5.0, 5.0, 0.9))], structure=box)).lifts[0]
+    assert lift.status is Status.INFEASIBLE
+    assert lift.blocked_by == ("lid",)
+
+
+def test_deliveries_reuse_the_yard_and_nothing_overlaps():
+    parts = [(f"b{n}", (1.0, 1.0 + n, 0.0), (4.0, 1.4 + n, 0.5)) for n in range(12)]
+    site = box_site(parts, yard=((24, 2), (34, 12)))
+    preparation = prepare(site)
+    deliveries = [place.delivery for place in preparation.places]
+    assert max(deliveries) >= 2
+    plan = plan_lifts(site, preparation)
+    assert all(lift.status is Status.PLANNED for lift in plan.lifts)
+    for delivery in set(deliveries):
+        cells = [p.shape.cells + np.array(p.cell_vox) for p in preparation.places if p.delivery == delivery]
+        stacked = np.concatenate(cells)
+        assert len(np.unique(stacked, axis=0)) == len(stacked)
+
+
+def test_a_part_too_big_for_the_yard_is_named():
+    site = box_site([("long", (1, 1, 0), (12, 2, 1)), ("short", (1, 4, 0), (2, 5, 1))], yard=((30, 0), (40, 30)))
+    plan = plan_of(site)
+    assert "yard has no place" in lift_of(plan, "long").reason
+    assert lift_of(plan, "short").status is Status.PLANNED
+
+
+def test_stages_clear_exactly_the_last_moves():
+    site = box_site(PORTAL)
+    preparation = prepare(site)
+    assembly = Assembly(site, preparation)
+    for index in preparation.sequence.order:
+        stage = assembly.begin(index)
+        assert isinstance(stage, Stage)
+        rule = stage.clearance_with_insertion
+        assert rule.cleared.sum() == len(stage.insertion.path_vox)
+        assert all(rule.cleared[tuple(p - rule.cleared_low)] for p in stage.insertion.path_vox)
+        assembly.finish(index, placed=True)
+
+
+def test_an_explicit_start_wins():
+    start = (30, 10, 1)
+    site = box_site([("a", (1, 1, 0), (2, 2, 1), {"start_vox": start}), ("b", (4, 1, 0), (5, 2, 1))])
+    assert prepare(site).places[0].cell_vox == start

@@ -1,0 +1,99 @@
+from collections import deque
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bimvox.env.actions import MOVES
+from bimvox.grid.occupancy import summed_area_table
+from bimvox.planning.search import all_free, reachable, shortest_path
+from bimvox.site.clearance import NOTHING_CLEARED, Clearance
+
+SHAPE = (9, 8, 6)
+
+
+def clearance_of(occupied, size=(1, 1, 1), floor=None):
+    return Clearance(
+        summed_area_table(occupied),
+        np.array([[0, 0, 0, *size]], np.int32),
+        np.array([0, 0, size[2]], np.int32),
+        np.zeros(occupied.shape[:2], np.int32) if floor is None else floor,
+        *NOTHING_CLEARED,
+    )
+
+
+def brute_force_distances(occupied, size, goal):
+    """Breadth first over dense boolean arrays, sharing nothing with the search but the moves."""
+    free = np.zeros(occupied.shape, bool)
+    for cell in np.ndindex(*occupied.shape):
+        end = np.array(cell) + size
+        if (end <= occupied.shape).all():
+            free[cell] = not occupied[tuple(slice(a, b) for a, b in zip(cell, end, strict=True))].any()
+    distance = np.full(occupied.shape, -1)
+    if not free[goal]:
+        return free, distance
+    distance[goal] = 0
+    queue = deque([goal])
+    while queue:
+        here = queue.popleft()
+        for move in MOVES.tolist():
+            there = tuple(int(a + b) for a, b in zip(here, move, strict=True))
+            if (
+                all(0 <= n < m for n, m in zip(there, occupied.shape, strict=True))
+                and free[there]
+                and distance[there] < 0
+            ):
+                distance[there] = distance[here] + 1
+                queue.append(there)
+    return free, distance
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    st.integers(0, 2**32 - 1), st.floats(0.0, 0.5), st.tuples(st.integers(1, 3), st.integers(1, 2), st.integers(1, 2))
+)
+def test_the_path_is_shortest_and_complete(seed, share, size):
+    rng = np.random.default_rng(seed)
+    occupied = rng.random(SHAPE) < share
+    clearance = clearance_of(occupied, size)
+    start, goal = (tuple(int(rng.integers(0, n)) for n in SHAPE) for _ in range(2))
+    free, distance = brute_force_distances(occupied, size, goal)
+    result = shortest_path(clearance, start, goal)
+    if not free[start] or not free[goal] or distance[start] < 0:
+        assert result.path_vox is None
+        if free[start]:
+            room = {tuple(p) for p in reachable(clearance, start, 10_000).tolist()}
+            assert goal not in room
+        return
+    path = result.path_vox
+    assert len(path) - 1 == distance[start]
+    assert tuple(path[0]) == start
+    assert tuple(path[-1]) == goal
+    assert (np.abs(np.diff(path, axis=0)).sum(axis=1) == 1).all()
+    assert all(free[tuple(p)] for p in path)
+    assert all_free(clearance, path)
+
+
+def test_the_same_search_gives_the_same_path():
+    occupied = np.random.default_rng(3).random(SHAPE) < 0.2
+    occupied[0, 0, 0] = occupied[8, 7, 5] = False
+    clearance = clearance_of(occupied)
+    first = shortest_path(clearance, (0, 0, 0), (8, 7, 5)).path_vox
+    second = shortest_path(clearance, (0, 0, 0), (8, 7, 5)).path_vox
+    assert np.array_equal(first, second)
+
+
+def test_the_rope_keeps_a_load_from_passing_under_a_roof():
+    occupied = np.zeros(SHAPE, bool)
+    occupied[3:6, :, 4] = True
+    roof = np.zeros(SHAPE[:2], np.int32)
+    roof[3:6, :] = 5
+    assert shortest_path(clearance_of(occupied), (0, 0, 0), (8, 0, 0)).path_vox is not None
+    assert shortest_path(clearance_of(occupied, floor=roof), (0, 0, 0), (8, 0, 0)).path_vox.max(axis=0)[2] == 5
+
+
+def test_reachable_finds_the_whole_room_and_stops_at_its_limit():
+    occupied = np.zeros(SHAPE, bool)
+    occupied[4, :, :] = True
+    assert len(reachable(clearance_of(occupied), (0, 0, 0), 10_000)) == 4 * 8 * 6
+    assert len(reachable(clearance_of(occupied), (0, 0, 0), 10)) == 10
