@@ -185,15 +185,21 @@ class Contacts:
 
     def _drawn_depth_m(self, first: int, second: int) -> float | None:
         """The shortest straight way along an axis that takes one part out of the other; None beyond the reach."""
-        steps = round(_DEPTH_REACH_M / _DEPTH_STEP_M)
+        (low, high), (other_low, other_high) = self.bounds_m[first], self.bounds_m[second]
         shortest = None
         for axis in range(3):
             for direction in (1, -1):
-                blocked = blocked_steps(
-                    self._triangles[first], self._triangles[second], axis, direction, _DEPTH_STEP_M, steps
-                )
-                if blocked[-1]:
+                apart_m = other_high[axis] - low[axis] if direction > 0 else high[axis] - other_low[axis]
+                if apart_m > _DEPTH_REACH_M:
                     continue
+                blocked = blocked_steps(
+                    self._triangles[first],
+                    self._triangles[second],
+                    axis,
+                    direction,
+                    _DEPTH_STEP_M,
+                    int(np.ceil(apart_m / _DEPTH_STEP_M)) + 1,
+                )
                 out_m = (int(np.flatnonzero(blocked).max(initial=-1)) + 1) * _DEPTH_STEP_M
                 shortest = out_m if shortest is None else min(shortest, out_m)
         return shortest

@@ -134,14 +134,15 @@ class TriangleCheck:
         if clash is None:
             return tolerance_m
         depth_m, at_least = clash
-        drawn = self._fixed(first)
+        allowed_m = max(tolerance_m, depth_m + _DRAWN_SLACK_M)
+        thickness_m = float(min((b[1] - b[0]).min() for b in (self._boxes[first], self._boxes[second])))
+        # A depth along an axis is at most about twice the depth along the normal, which erosion measures.
+        drawn = self._eroded(check, first, min(depth_m / 2, 0.2 * thickness_m))
         drawn.setTranslation(np.zeros(3))
         check.look(
             bool(fcl.collide(drawn, self._fixed(second))),
-            f"{self._ids[first]} and {self._ids[second]}: listed as drawn into each other, but they are not",
+            f"{self._ids[first]} and {self._ids[second]}: listed as drawn {depth_m:.3f} m into each other, but are not",
         )
-        allowed_m = max(tolerance_m, depth_m + _DRAWN_SLACK_M)
-        thickness_m = float(min((b[1] - b[0]).min() for b in (self._boxes[first], self._boxes[second])))
         return None if at_least or allowed_m > 0.4 * thickness_m else allowed_m
 
     def _check_no_fuller(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:

@@ -82,9 +82,7 @@ def test_a_shifted_path_is_caught(plan, shift):
 
 def test_a_target_shifted_by_one_cell_is_caught(plan):
     site = plan.site
-    moved = dataclasses.replace(
-        site.components[2], target_vox=tuple(np.array(site.components[2].target_vox) + (1, 0, 0))
-    )
+    moved = dataclasses.replace(site.components[2], target_vox=tuple(np.add(site.components[2].target_vox, (1, 0, 0))))
     components = (*site.components[:2], moved, *site.components[3:])
     assert "unit_moves" in failed(dataclasses.replace(plan, site=dataclasses.replace(site, components=components)))
 
@@ -121,7 +119,7 @@ def test_resting_on_an_unplaced_part_is_caught(plan):
 
 
 def test_a_roof_over_the_rope_is_caught(plan):
-    target = np.array(plan.site.components[2].target_vox) + (0, 0, 10)
+    target = np.add(plan.site.components[2].target_vox, (0, 0, 10))
     corner = plan.site.frame.corner_of(target)
     roof = Blocker("roof", "obstruction", box_cells(plan.site.frame, corner - 0.6, corner + 0.6))
     roofed = dataclasses.replace(plan, site=dataclasses.replace(plan.site, blockers=(*plan.site.blockers, roof)))
@@ -162,10 +160,10 @@ def test_a_surface_outside_its_cells_is_caught(plan):
 
 def test_a_clash_that_is_none_is_caught():
     """A pair may not be excused by listing it as a modelled clash unless it is drawn so."""
-    site = box_site([("beam", (1.0, 1.4, 2.9), (5.0, 1.6, 3.3)), ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.88))])
+    site = box_site([("a", (1.0, 1.0, 0.0), (2.1, 2.0, 1.0)), ("b", (2.095, 1.0, 0.0), (3.0, 2.0, 1.0))])
     plan = plan_lifts(site, prepare(site))
     assert verify_plan(plan).verified
-    excused = dataclasses.replace(plan, clashes=(ModelledClash("left", "beam", 0.5),))
+    excused = dataclasses.replace(plan, clashes=(ModelledClash("a", "b", 0.1),))
     assert "triangles" in failed(excused)
 
 
