@@ -7,15 +7,16 @@ prepared once and kept by the replanner.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.errors import VerificationError
 from bimvox.planning.contact import Contacts
 from bimvox.planning.insertion import Insertion, NoInsertion, find_insertion
-from bimvox.planning.lift import YardPlace
+from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
 from bimvox.planning.sequence import Precedence, Sequence, assembly_order, precedence
 from bimvox.planning.yard import allocate_yard
@@ -127,6 +128,13 @@ class Assembly:
             return Obstacle("what it rests on is not in place", names)
         return self._stage(component, place)
 
+    def skip(self, index: int) -> None:
+        """Take component ``index`` out of the yard without asking what its lift looks like."""
+        place = self._preparation.places[index]
+        if place is not None:
+            self._receive(place.delivery)
+            self._take_from_yard(index)
+
     def finish(self, index: int, *, placed: bool) -> None:
         """The lift is done: the part stands in its place, or is back in the yard."""
         component = self._site.components[index]
@@ -200,3 +208,29 @@ class Assembly:
         if cells is not None:
             self._occupancy.remove(cells)
             del self._present[self._site.components[index].id]
+
+
+def replay(site: Site, preparation: Preparation, plan: LiftPlan) -> Iterator[tuple[Lift, Clearance]]:
+    """Walk through a finished plan: every planned lift with the collision rule of its stage, last moves cleared.
+
+    Args:
+        site: What was planned.
+        preparation: What was prepared for it.
+        plan: The plan.
+
+    Yields:
+        Planned lifts in order; one stage's tables at a time.
+
+    Raises:
+        VerificationError: If a lift that the plan calls planned meets an obstacle.
+    """
+    assembly = Assembly(site, preparation)
+    for lift in plan.lifts:
+        stage = assembly.begin(lift.component)
+        planned = lift.status is Status.PLANNED
+        if planned:
+            if isinstance(stage, Obstacle):
+                component = site.components[lift.component].id
+                raise VerificationError(f"{component}: planned, but {stage.reason}", failures=stage.blocked_by)
+            yield lift, stage.clearance_with_insertion
+        assembly.finish(lift.component, placed=planned)

@@ -2,8 +2,11 @@
 
 Neighbouring parts touch, and conservatively voxelized neighbours share cells, along the whole descent too. Where the
 broad phase (boxes against the summed-area table) hits nothing but neighbours, the real triangles decide: one part with
-its surface moved inward by the tolerance against the other's true surface. Where the author drew two parts into each
-other deeper than that, the pair may overlap as deep as drawn and no deeper, and is listed as a modelled clash.
+its surface moved inward by the tolerance against the other's true surface.
+
+Where the author drew two parts into each other deeper than that, the pair may overlap as deep as drawn and no deeper:
+the shortest straight way along an axis that takes one out of the other is its depth, and on the way in the part, moved
+aside by just that way, must be clear. Such a pair is listed as a modelled clash.
 """
 
 from __future__ import annotations
@@ -24,7 +27,8 @@ from bimvox.site.site import Site
 
 _DEPTH_STEP_M = 0.001
 _DEPTH_REACH_M = 2.0
-_LARGEST_SHARE_OF_THICKNESS = 0.45  # moving a surface inward further than that would turn the part inside out
+_NOWHERE = np.zeros(3)
+_THICKEST_SHARE = 0.45  # moving a surface inward further than that would turn the part inside out
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,26 +72,34 @@ class Contacts:
         self.solids: tuple[Solid, ...] = (*components, *structure)
         self._component_count = len(components)
         self._triangles = [solid.mesh.triangles_m for solid in self.solids]
-        self._eroded: dict[tuple[int, float], NDArray[np.float64]] = {}
+        self._eroded: dict[int, NDArray[np.float64]] = {}
         self.neighbours: tuple[tuple[int, ...], ...] = self._find_neighbours()
-        self._depths_m: dict[tuple[int, int], float | None] = {}
+        self._ways_out_m: dict[tuple[int, int], NDArray[np.float64] | None] = {}
         self.clashes: tuple[ModelledClash, ...] = self._find_clashes()
 
     def triangles_m(self, solid: int) -> NDArray[np.float64]:
         """(F, 3, 3) float64 true triangles of a solid."""
         return self._triangles[solid]
 
-    def allowed_depth_m(self, first: int, second: int) -> float | None:
-        """Return how deep two solids may touch; None where they run through each other as drawn and no depth serves."""
-        pair = (min(first, second), max(first, second))
-        return self._depths_m.get(pair, self._tolerance_m)
+    def way_out_m(self, moving: int, fixed: int) -> NDArray[np.float64] | None:
+        """Return the way that takes one solid out of another that it is drawn into.
 
-    def eroded_m(self, solid: int, depth_m: float) -> NDArray[np.float64]:
-        """(F, 3, 3) float64 triangles of a solid with its surface moved inward."""
-        key = (solid, round(depth_m, 6))
-        if key not in self._eroded:
-            self._eroded[key] = eroded_triangles_m(self.solids[solid].mesh, depth_m)
-        return self._eroded[key]
+        Returns:
+            (3,) zeros where they are not drawn into each other; None where no way within 2 m leads out, so that the
+            pair cannot be tested.
+        """
+        if (moving, fixed) in self._ways_out_m:
+            return self._ways_out_m[moving, fixed]
+        back = self._ways_out_m.get((fixed, moving), _NOWHERE)
+        return None if back is None else -back
+
+    def eroded_m(self, solid: int) -> NDArray[np.float64]:
+        """(F, 3, 3) float64 triangles of a solid with its surface moved inward by the tolerance."""
+        if solid not in self._eroded:
+            low, high = self.bounds_m[solid]
+            depth_m = min(self._tolerance_m, _THICKEST_SHARE * float((high - low).min()))
+            self._eroded[solid] = eroded_triangles_m(self.solids[solid].mesh, depth_m)
+        return self._eroded[solid]
 
     def meets_on_move(
         self,
@@ -113,10 +125,10 @@ class Contacts:
         Returns:
             (count,) bool.
         """
-        depth_m = self.allowed_depth_m(moving, fixed)
-        if depth_m is None:
+        way_m = self.way_out_m(moving, fixed)
+        if way_m is None:
             return np.zeros(count, np.bool_)
-        moved = self.eroded_m(moving, depth_m) + offset_m
+        moved = self.eroded_m(moving) + (offset_m + way_m)
         return blocked_steps(moved, self._triangles[fixed], axis, direction, step_m, count)
 
     @cached_property
@@ -153,40 +165,30 @@ class Contacts:
             pairs = [n for n in pairs if self._boxes_overlap(first, n)]
             if not pairs:
                 continue
-            inner = _bvh(self.eroded_m(first, self._erosion_limit_m(first, self._tolerance_m)))
+            inner = _bvh(self.eroded_m(first))
             for second in pairs:
                 if second not in shapes:
                     shapes[second] = _bvh(self._triangles[second])
+                inner.setTranslation(np.zeros(3))
                 if not fcl.collide(inner, shapes[second]):
                     continue
-                depth_m = self._drawn_depth_m(first, second)
-                limit_m = self._erosion_limit_m(first, np.inf)
-                allowed = None if depth_m is None or depth_m + _DEPTH_STEP_M > limit_m else depth_m + _DEPTH_STEP_M
-                if allowed is not None and fcl.collide(_bvh(self.eroded_m(first, allowed)), shapes[second]):
-                    allowed = None
-                self._depths_m[first, second] = allowed
-                clashes.append(
-                    ModelledClash(
-                        self.solids[first].id,
-                        self.solids[second].id,
-                        depth_m if depth_m is not None else _DEPTH_REACH_M,
-                        at_least=depth_m is None,
-                    )
-                )
+                way_m = self._way_out_as_drawn_m(first, second)
+                if way_m is not None:
+                    inner.setTranslation(way_m)
+                    if fcl.collide(inner, shapes[second]):
+                        way_m = None
+                self._ways_out_m[first, second] = way_m
+                clashes.append(_clash(self.solids[first].id, self.solids[second].id, way_m))
         return tuple(clashes)
 
     def _boxes_overlap(self, first: int, second: int) -> bool:
         a, b = self.bounds_m[first], self.bounds_m[second]
         return bool((a[0] < b[1]).all() and (b[0] < a[1]).all())
 
-    def _erosion_limit_m(self, solid: int, wanted_m: float) -> float:
-        low, high = self.bounds_m[solid]
-        return float(min(wanted_m, _LARGEST_SHARE_OF_THICKNESS * (high - low).min()))
-
-    def _drawn_depth_m(self, first: int, second: int) -> float | None:
+    def _way_out_as_drawn_m(self, first: int, second: int) -> NDArray[np.float64] | None:
         """The shortest straight way along an axis that takes one part out of the other; None beyond the reach."""
         (low, high), (other_low, other_high) = self.bounds_m[first], self.bounds_m[second]
-        shortest = None
+        shortest_m, way_m = np.inf, None
         for axis in range(3):
             for direction in (1, -1):
                 apart_m = other_high[axis] - low[axis] if direction > 0 else high[axis] - other_low[axis]
@@ -201,8 +203,16 @@ class Contacts:
                     int(np.ceil(apart_m / _DEPTH_STEP_M)) + 1,
                 )
                 out_m = (int(np.flatnonzero(blocked).max(initial=-1)) + 1) * _DEPTH_STEP_M
-                shortest = out_m if shortest is None else min(shortest, out_m)
-        return shortest
+                if out_m < shortest_m:
+                    shortest_m, way_m = out_m, direction * out_m * np.eye(3)[axis]
+        return way_m
+
+
+def _clash(first: str, second: str, way_m: NDArray[np.float64] | None) -> ModelledClash:
+    if way_m is None:
+        return ModelledClash(first, second, _DEPTH_REACH_M, None)
+    x, y, z = (round(float(n), 6) for n in way_m)
+    return ModelledClash(first, second, round(float(np.abs(way_m).sum()), 6), (x, y, z))
 
 
 def _grown(cells: NDArray[np.int32]) -> NDArray[np.int32]:

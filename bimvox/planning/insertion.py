@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from bimvox.env.actions import MOVES
 from bimvox.grid.occupancy import summed_area_table
 from bimvox.planning.contact import Contacts
+from bimvox.planning.sweep import is_over
 from bimvox.site.clearance import HOOK_FORBIDDEN, Clearance, boxes_are_free, hook_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import Site
@@ -197,7 +198,7 @@ class _Inserter:
             cell = (int(hook[0]), int(hook[1]), int(hook[2] + above[0]))
             return NoInsertion("the hoist rope above its place is blocked", (), (cell,))
         point = self.hook_m + offset * self.step_m
-        hit = tuple(n for n in self.near if _is_over(self.contacts.triangles_m(n), point))
+        hit = tuple(n for n in self.near if is_over(self.contacts.triangles_m(n), point))
         return NoInsertion("the hoist rope above its place is blocked", hit) if hit else None
 
     def _met_on(self, here: IntVec, action: int) -> bool:
@@ -208,16 +209,3 @@ class _Inserter:
             self.contacts.meets_on_move(self.component.index, offset_m, n, axis, int(move[axis]), self.step_m, 1)[0]
             for n in self.near
         )
-
-
-def _is_over(triangles_m: NDArray[np.float64], point_m: NDArray[np.float64]) -> bool:
-    """Whether a vertical line going up from the point meets a triangle."""
-    a, b, c = (triangles_m[:, n, :2] - point_m[:2] for n in range(3))
-    ab, bc, ca = (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((a, b), (b, c), (c, a)))
-    total = ab + bc + ca
-    over = (((ab >= 0) & (bc >= 0) & (ca >= 0)) | ((ab <= 0) & (bc <= 0) & (ca <= 0))) & (np.abs(total) > 1e-12)
-    if not over.any():
-        return False
-    z = triangles_m[over][:, :, 2]
-    height = (bc[over] * z[:, 0] + ca[over] * z[:, 1] + ab[over] * z[:, 2]) / total[over]
-    return bool((height > point_m[2]).any())

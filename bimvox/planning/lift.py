@@ -93,14 +93,20 @@ class ModelledClash:
     Attributes:
         first: Id of one part.
         second: Id of the other.
-        depth_m: How deep, metres; a lower bound where ``at_least`` is set.
-        at_least: Whether the parts run so deep into each other that the depth could not be measured further.
+        depth_m: How deep: the length of ``way_out_m``; a lower bound where there is none.
+        way_out_m: The shortest straight way along an axis that takes ``first`` out of ``second``; None where they run
+            so deep into each other, or interlock, that none was found.
     """
 
     first: str
     second: str
     depth_m: float
-    at_least: bool = False
+    way_out_m: tuple[float, float, float] | None
+
+    @property
+    def at_least(self) -> bool:
+        """Whether ``depth_m`` is a lower bound."""
+        return self.way_out_m is None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from bimvox.crane.reach import hook_floor
 from bimvox.grid.occupancy import summed_area_table, top_of_columns
 from bimvox.planning.lift import YardPlace
-from bimvox.site.clearance import NOTHING_CLEARED, Clearance
+from bimvox.site.clearance import HOOK_FORBIDDEN, NOTHING_CLEARED, Clearance
 from bimvox.site.component import Component
 from bimvox.site.site import Site
 
@@ -53,7 +53,7 @@ class Occupancy:
 
 
 def lowest_hook(site: Site, top: NDArray[np.int32], mass_kg: float) -> NDArray[np.int32]:
-    """Return the lowest admissible hook cell of every column: rope, reach and capacity in one map.
+    """Return the lowest admissible hook cell of every column: rope, reach, capacity and zones in one map.
 
     Args:
         site: The site.
@@ -63,7 +63,10 @@ def lowest_hook(site: Site, top: NDArray[np.int32], mass_kg: float) -> NDArray[n
     Returns:
         (X, Y) int32; ``HOOK_FORBIDDEN`` where no hook may be.
     """
-    return hook_floor(site.crane, site.frame, top, mass_kg, site.rules.rope)
+    floor = hook_floor(site.crane, site.frame, top, mass_kg, site.rules.rope)
+    if site.prohibited is not None:
+        floor = np.where(site.prohibited, HOOK_FORBIDDEN, floor)
+    return floor
 
 
 def target_cells(component: Component) -> NDArray[np.int32]:

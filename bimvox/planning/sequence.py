@@ -2,7 +2,7 @@
 
 Two relations come from geometry, by the same swept-contact test that clears the last moves:
 
-* *descent*: i before j where j in place would be met by i coming straight down (the load hangs on a rope);
+* *descent*: i before j where j in place would be met by i coming straight down, or by the rope that it hangs on;
 * *support*: j before i where i rests on j: moved down by the support gap (grout joint, bearing), i meets j.
 
 The planner's own ``before`` and ``after`` are added. A part that nothing below supports and that does not stand on the
@@ -16,9 +16,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import lil_array
+from scipy.sparse.csgraph import connected_components
 
 from bimvox.errors import InputError
 from bimvox.planning.contact import Contacts
+from bimvox.planning.sweep import is_over
 from bimvox.site.site import Site
 
 _FAR_M = 10_000.0
@@ -80,14 +83,15 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
         over[i] = False
         above = np.flatnonzero(over & (boxes[:, 1, 2] > low[2]))
         below = np.flatnonzero(over & (boxes[:, 0, 2] < low[2] + gap_m) & (boxes[:, 1, 2] > low[2] - gap_m))
-        descent.append(tuple(int(j) for j in above if j < count and _met(contacts, i, int(j), 1, _FAR_M)))
+        foot_m = _hook_foot_m(site, i)
+        descent.append(tuple(int(j) for j in above if j < count and _blocks(site, contacts, i, int(j), foot_m)))
         held = [int(j) for j in _near_below(boxes, i, over, gap_m) if _met(contacts, i, int(j), -1, gap_m)]
         supports.append(tuple(j for j in held if j < count))
         grounded.append(bool(low[2] <= gap_m) or any(j >= count for j in held) or _stands_on_drawn(contacts, i, below))
         if progress is not None:
             progress(i + 1, count)
     touching = tuple(tuple(j for j in contacts.neighbours[i] if j < count) for i in range(count))
-    return Precedence(tuple(descent), tuple(supports), tuple(grounded), touching, _wanted(site))
+    return Precedence(tuple(descent), _one_way(supports), tuple(grounded), touching, _wanted(site))
 
 
 def assembly_order(site: Site, relations: Precedence) -> Sequence:
@@ -131,8 +135,33 @@ def assembly_order(site: Site, relations: Precedence) -> Sequence:
     return Sequence(tuple(order), tuple(notes))
 
 
+def _one_way(supports: list[tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
+    """Leave out supports that go round in a circle (parts that cross, or are drawn into each other): they only touch."""
+    graph = lil_array((len(supports), len(supports)), dtype=np.int8)
+    for i, below in enumerate(supports):
+        for j in below:
+            graph[i, j] = 1
+    _, group = connected_components(graph.tocsr(), connection="strong")
+    return tuple(tuple(j for j in below if group[i] != group[j]) for i, below in enumerate(supports))
+
+
 def _met(contacts: Contacts, i: int, j: int, direction: int, reach_m: float) -> bool:
     return bool(contacts.meets_on_move(i, np.zeros(3), j, 2, direction, reach_m, 1)[0])
+
+
+def _blocks(site: Site, contacts: Contacts, i: int, j: int, foot_m: NDArray[np.float64]) -> bool:
+    """Whether j in place is in the way of i coming straight down, or of the rope that it hangs on."""
+    if _met(contacts, i, j, 1, _FAR_M):
+        return True
+    return site.crane is not None and site.rules.rope and is_over(contacts.triangles_m(j), foot_m)
+
+
+def _hook_foot_m(site: Site, i: int) -> NDArray[np.float64]:
+    """Foot of the hook line above part i at its place."""
+    component = site.components[i]
+    foot = np.add(component.target_vox, component.hook_offset_vox) + np.array([0.5, 0.5, 0.0])
+    foot_m: NDArray[np.float64] = np.array(site.frame.origin_m) + site.frame.voxel_size_m * foot
+    return foot_m
 
 
 def _near_below(boxes: NDArray[np.float64], i: int, over: NDArray[np.bool_], gap_m: float) -> NDArray[np.int64]:
@@ -142,7 +171,7 @@ def _near_below(boxes: NDArray[np.float64], i: int, over: NDArray[np.bool_], gap
 
 def _stands_on_drawn(contacts: Contacts, i: int, below: NDArray[np.int64]) -> bool:
     """Whether a part is drawn right through something below it, so that no gap can be measured."""
-    return any(contacts.allowed_depth_m(i, int(j)) is None for j in below)
+    return any(contacts.way_out_m(i, int(j)) is None for j in below)
 
 
 def _is_supported(i: int, relations: Precedence, placed: set[int]) -> bool:

@@ -21,7 +21,8 @@ from bimvox.site.component import Component
 
 _SPACING_M = 0.02
 _ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
-_DRAWN_SLACK_M = 0.002
+_SHARE_STILL_INSIDE = 0.3  # at this share of its way out a part must still be inside
+_THICKEST_SHARE = 0.45
 
 
 class TriangleCheck:
@@ -45,13 +46,13 @@ class TriangleCheck:
         numbers = {name: n for n, name in enumerate(ids)}
         self._ids = ids
         self._clashes = {
-            frozenset((numbers[c.first], numbers[c.second])): (c.depth_m, c.at_least)
+            (numbers[c.first], numbers[c.second]): None if c.way_out_m is None else np.array(c.way_out_m)
             for c in plan.clashes
             if c.first in numbers and c.second in numbers
         }
         self._boxes = [mesh.bounds_m for mesh in self._meshes]
         self._raw: dict[int, fcl.CollisionObject] = {}
-        self._inner: dict[tuple[int, float], fcl.CollisionObject] = {}
+        self._inner: dict[int, fcl.CollisionObject] = {}
 
     def check_moves(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
         """Check that a part meets another no deeper than it may along a path of unit moves.
@@ -69,11 +70,11 @@ class TriangleCheck:
         swept_low, swept_high = low + offsets_m.min(axis=0), high + offsets_m.max(axis=0)
         if (swept_low > other_high).any() or (swept_high < other_low).any():
             return
-        depth_m = self._allowed_depth_m(check, component.index, other)
-        if depth_m is None:
+        way_m = self._way_out_m(check, component.index, other)
+        if way_m is None:
             self._check_no_fuller(check, component, path, other)
             return
-        part = self._eroded(check, component.index, depth_m)
+        part = self._eroded(check, component.index)
         fixed = self._fixed(other)
         count = max(1, int(np.ceil(size_m / self._spacing_m(component.index, other))))
         shares = np.arange(count) / count
@@ -84,13 +85,13 @@ class TriangleCheck:
             if (low + offset_m > other_high).any() or (high + offset_m < other_low).any():
                 check.look(True, "")
                 continue
-            part.setTranslation(offset_m)
+            part.setTranslation(offset_m + way_m)
             met = bool(fcl.collide(part, fixed))
             check.look(
                 not met,
-                f"{component.id}: meets {self._ids[other]} deeper than {depth_m:.3f} m, at {_metres(offset_m)}",
+                f"{component.id}: meets {self._ids[other]} deeper than it may, at {_metres(offset_m)}",
             )
-        check.measure(depth_m)
+        check.measure(float(np.abs(way_m).sum()) + self._site.rules.contact_tolerance_m)
 
     def rope_is_clear(self, component: Component, offset_m: NDArray[np.float64], other: int) -> bool:
         """Return whether a rope above the part's hook line misses another solid's triangles."""
@@ -118,7 +119,8 @@ class TriangleCheck:
         for other in range(len(self._site.components)):
             other_low, other_high = self._boxes[other]
             beside = (other_low[:2] >= high[:2]).any() or (other_high[:2] <= low[:2]).any()
-            if other == component.index or beside or frozenset((component.index, other)) in self._clashes:
+            pair = (component.index, other)
+            if other == component.index or beside or pair in self._clashes or pair[::-1] in self._clashes:
                 continue
             if other_high[2] > low[2] + rules.contact_tolerance_m or other_high[2] < low[2] - rules.support_gap_m:
                 continue
@@ -127,23 +129,23 @@ class TriangleCheck:
                 found.append(other)
         return tuple(found)
 
-    def _allowed_depth_m(self, check: Check, first: int, second: int) -> float | None:
-        """How deep a pair may touch; None where it is drawn too deep into each other for any depth to serve."""
-        tolerance_m = self._site.rules.contact_tolerance_m
-        clash = self._clashes.get(frozenset((first, second)))
-        if clash is None:
-            return tolerance_m
-        depth_m, at_least = clash
-        allowed_m = max(tolerance_m, depth_m + _DRAWN_SLACK_M)
-        thickness_m = float(min((b[1] - b[0]).min() for b in (self._boxes[first], self._boxes[second])))
-        # A depth along an axis is at most about twice the depth along the normal, which erosion measures.
-        drawn = self._eroded(check, first, min(depth_m / 2, 0.2 * thickness_m))
-        drawn.setTranslation(np.zeros(3))
+    def _way_out_m(self, check: Check, moving: int, fixed: int) -> NDArray[np.float64] | None:
+        """The way out of a listed clash, doubted first; zeros for any other pair, None where no way serves."""
+        if (moving, fixed) in self._clashes:
+            pair, sign = (moving, fixed), 1.0
+        elif (fixed, moving) in self._clashes:
+            pair, sign = (fixed, moving), -1.0
+        else:
+            return np.zeros(3)
+        way_m = self._clashes[pair]
+        drawn = self._fixed(pair[0])
+        drawn.setTranslation(np.zeros(3) if way_m is None else way_m * _SHARE_STILL_INSIDE)
         check.look(
-            bool(fcl.collide(drawn, self._fixed(second))),
-            f"{self._ids[first]} and {self._ids[second]}: listed as drawn {depth_m:.3f} m into each other, but are not",
+            bool(fcl.collide(drawn, self._fixed(pair[1]))),
+            f"{self._ids[pair[0]]} and {self._ids[pair[1]]}: listed as drawn into each other deeper than they are",
         )
-        return None if at_least or allowed_m > 0.4 * thickness_m else allowed_m
+        drawn.setTranslation(np.zeros(3))
+        return None if way_m is None else way_m * sign
 
     def _check_no_fuller(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
         """Where no depth serves: the pair never shares more cells than in the finished building, as drawn."""
@@ -162,20 +164,21 @@ class TriangleCheck:
         thickness = min(float((b[1] - b[0]).min()) for b in (self._boxes[first], self._boxes[second]))
         return float(np.clip(thickness / 2, 0.002, _SPACING_M))
 
-    def _eroded(self, check: Check, number: int, depth_m: float) -> fcl.CollisionObject:
-        key = (number, round(depth_m, 6))
-        if key not in self._inner:
+    def _eroded(self, check: Check, number: int) -> fcl.CollisionObject:
+        """A part with its surface moved inward by the tolerance, checked to have kept its shape."""
+        if number not in self._inner:
             mesh = self._meshes[number]
-            inner = eroded_triangles_m(mesh, depth_m)
             low, high = self._boxes[number]
+            depth_m = min(self._site.rules.contact_tolerance_m, _THICKEST_SHARE * float((high - low).min()))
+            inner = eroded_triangles_m(mesh, depth_m)
             slack = 3.0 * depth_m + 1e-6
             moved = np.abs(np.stack([inner.min(axis=(0, 1)) - low, inner.max(axis=(0, 1)) - high])).max()
             check.look(
                 bool(moved <= slack and len(inner) >= 0.5 * len(mesh.faces)),
                 f"{self._ids[number]}: its surface moved inward by {depth_m:.3f} m lost its shape",
             )
-            self._inner[key] = _object(inner)
-        return self._inner[key]
+            self._inner[number] = _object(inner)
+        return self._inner[number]
 
     def _fixed(self, number: int) -> fcl.CollisionObject:
         if number not in self._raw:

@@ -32,15 +32,17 @@ def test_parts_drawn_into_each_other_are_listed_with_their_depth():
     (clash,) = contacts.clashes  # b and c overlap by 5 mm, which is within the tolerance
     assert (clash.first, clash.second) == ("a", "b")
     assert clash.depth_m == pytest.approx(0.05, abs=0.0015)
-    assert contacts.allowed_depth_m(0, 1) == pytest.approx(0.051, abs=0.0015)
-    assert contacts.allowed_depth_m(1, 2) == pytest.approx(0.01)
+    assert contacts.way_out_m(0, 1) == pytest.approx([-0.05, 0, 0], abs=0.0015)
+    assert contacts.way_out_m(1, 0) == pytest.approx([0.05, 0, 0], abs=0.0015)
+    assert contacts.way_out_m(1, 2) == pytest.approx([0, 0, 0])
 
 
-def test_a_part_drawn_right_through_another_has_no_depth_that_serves():
-    site = box_site([("wall", (1.0, 1.0, 0.0), (6.0, 1.2, 3.0)), ("cross", (3.0, 0.0, 0.0), (3.2, 4.0, 3.0))])
+def test_a_part_drawn_right_through_another_has_no_short_way_out():
+    site = box_site([("wall", (1.0, 1.0, 0.0), (6.0, 1.2, 3.0)), ("cross", (3.0, -3.0, 0.0), (3.2, 4.0, 3.0))])
     contacts = Contacts(site)
-    assert [(c.first, c.second) for c in contacts.clashes] == [("wall", "cross")]
-    assert contacts.allowed_depth_m(0, 1) is None
+    assert [(c.first, c.second, c.way_out_m) for c in contacts.clashes] == [("wall", "cross", None)]
+    assert contacts.way_out_m(0, 1) is None
+    assert contacts.way_out_m(1, 0) is None
 
 
 def test_moves_meet_only_beyond_the_tolerance():

@@ -1,9 +1,9 @@
 import pytest
-from box_sites import box_site
+from box_sites import box_site, test_crane
 
 from bimvox.errors import InputError
 from bimvox.planning.contact import Contacts
-from bimvox.planning.sequence import assembly_order, precedence
+from bimvox.planning.sequence import _one_way, assembly_order, precedence
 
 PORTAL = [
     ("slab", (1.0, 1.0, 3.4), (5.0, 2.0, 3.6)),
@@ -77,3 +77,18 @@ def test_structure_below_counts_as_support():
     relations, sequence = order_of(site)
     assert relations.grounded == (True,)
     assert not sequence.notes
+
+
+def test_parts_that_rest_on_each_other_do_not_wait_for_each_other():
+    """Two parts with a hook each, the one's over the other's and the other way round."""
+    site = box_site([("a", (1, 1, 0), (2, 2, 1)), ("b", (4, 1, 0), (5, 2, 1))])
+    assert _one_way([(1,), (0,)]) == ((), ())
+    assert _one_way([(1,), (2,), (1, 3), ()]) == ((1,), (), (3,), ())
+    assert order_of(site)[1].order == (0, 1)
+
+
+def test_what_would_block_the_rope_comes_later():
+    """A cap over the middle of a ring does not touch the ring's way down, but its rope's."""
+    ring = ("frame", (1.0, 1.0, 0.0), (3.0, 3.0, 0.5))
+    site = box_site([ring, ("cap", (1.8, 1.8, 3.0), (2.6, 2.6, 3.2))], crane=test_crane(base=(8.0, 8.0, 0.0)))
+    assert order_of(site)[0].descent[0] == (1,)

@@ -163,7 +163,7 @@ def test_a_clash_that_is_none_is_caught():
     site = box_site([("a", (1.0, 1.0, 0.0), (2.1, 2.0, 1.0)), ("b", (2.095, 1.0, 0.0), (3.0, 2.0, 1.0))])
     plan = plan_lifts(site, prepare(site))
     assert verify_plan(plan).verified
-    excused = dataclasses.replace(plan, clashes=(ModelledClash("a", "b", 0.1),))
+    excused = dataclasses.replace(plan, clashes=(ModelledClash("a", "b", 0.1, (-0.1, 0.0, 0.0)),))
     assert "triangles" in failed(excused)
 
 

@@ -1,0 +1,81 @@
+"""``bimvox init``: a site file with everything guessed that can be guessed."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, Literal, cast
+
+from bimvox.errors import FileError
+from pipeline.artifacts import check_output, default_output, require_input, write_atomically
+from pipeline.load_site import say_notes
+from pipeline.progress import Progress
+
+
+def init(
+    model: Path,
+    out: Path | None = None,
+    *,
+    select: str | None = None,
+    unit: str | None = None,
+    voxel_size_m: float | None = None,
+    assemblies: str = "whole",
+    force: bool = False,
+    progress: Progress,
+) -> dict[str, Any]:
+    """Write a commented site file for a model.
+
+    Args:
+        model: IFC or mesh file.
+        out: Site file; default: the model's name with ``.site.toml``, in the current folder.
+        select: What is to be lifted; default: by class.
+        unit: Length unit of a mesh file.
+        voxel_size_m: Cell size for planning; default: guessed.
+        assemblies: ``whole`` or ``parts``.
+        force: Whether an existing site file, which may hold the planner's edits, is replaced.
+        progress: Told of the stages.
+
+    Returns:
+        The document of ``bimvox init --json``.
+
+    Raises:
+        FileError: If the site file exists and ``force`` is not given.
+    """
+    from bimvox.bim.building import Role
+    from bimvox.bim.read import ReadOptions, read_building
+    from bimvox.site.guess import guess_site
+    from bimvox.site.template import site_toml
+
+    require_input(model)
+    target = out or default_output(model, ".site.toml")
+    check_output(target, inputs=[model])
+    if target.exists() and not force:
+        raise FileError(target, "exists already and may hold edits", hint="--force replaces it, -o names another file")
+    mode = cast("Literal['whole', 'parts']", assemblies)
+    building = read_building(model, ReadOptions(select=select, unit=unit, assemblies=mode), progress.report)
+    say_notes(building, progress)
+    progress.stage("guess")
+    config = guess_site(
+        building,
+        Path(os.path.relpath(model.resolve(), target.resolve().parent)),
+        name=model.stem,
+        select=select,
+        unit=cast("Any", unit),
+        assemblies=mode,
+        voxel_size_m=voxel_size_m,
+    )
+    examples = [element.id for element in building.elements if element.role is Role.COMPONENT][:2]
+    write_atomically(target, site_toml(config, example_ids=examples).encode(), inputs=[model])
+    progress.finish()
+    roles = [element.role for element in building.elements]
+    crane = config.crane
+    return {
+        "site": str(target),
+        "model": str(model),
+        "voxel_size_m": config.model.voxel_size_m,
+        "components": roles.count(Role.COMPONENT),
+        "structure": roles.count(Role.STRUCTURE),
+        "crane": crane.name if crane is not None and crane.kind != "none" else None,
+        "notes": list(building.notes),
+        "seconds": progress.seconds,
+    }
