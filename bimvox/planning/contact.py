@@ -22,12 +22,13 @@ from scipy.ndimage import binary_dilation
 from bimvox.bim.building import TriangleMesh
 from bimvox.planning.erosion import eroded_triangles_m
 from bimvox.planning.lift import ModelledClash
-from bimvox.planning.sweep import blocked_steps
+from bimvox.planning.sweep import blocked_steps, crossings_above
 from bimvox.site.site import Site
 
 _DEPTH_STEP_M = 0.001
 _DEPTH_REACH_M = 2.0
 _NOWHERE = np.zeros(3)
+_WAYS_TRIED = 8
 _THICKEST_SHARE = 0.45  # moving a surface inward further than that would turn the part inside out
 
 
@@ -172,11 +173,7 @@ class Contacts:
                 inner.setTranslation(np.zeros(3))
                 if not fcl.collide(inner, shapes[second]):
                     continue
-                way_m = self._way_out_as_drawn_m(first, second)
-                if way_m is not None:
-                    inner.setTranslation(way_m)
-                    if fcl.collide(inner, shapes[second]):
-                        way_m = None
+                way_m = self._way_out_as_drawn_m(first, second, inner, shapes[second])
                 self._ways_out_m[first, second] = way_m
                 clashes.append(_clash(self.solids[first].id, self.solids[second].id, way_m))
         return tuple(clashes)
@@ -185,26 +182,31 @@ class Contacts:
         a, b = self.bounds_m[first], self.bounds_m[second]
         return bool((a[0] < b[1]).all() and (b[0] < a[1]).all())
 
-    def _way_out_as_drawn_m(self, first: int, second: int) -> NDArray[np.float64] | None:
+    def _way_out_as_drawn_m(
+        self, first: int, second: int, inner: fcl.CollisionObject, other: fcl.CollisionObject
+    ) -> NDArray[np.float64] | None:
         """The shortest straight way along an axis that takes one part out of the other; None beyond the reach."""
         (low, high), (other_low, other_high) = self.bounds_m[first], self.bounds_m[second]
-        shortest_m, way_m = np.inf, None
+        shortest_m, way_m = _DEPTH_REACH_M, None
         for axis in range(3):
             for direction in (1, -1):
                 apart_m = other_high[axis] - low[axis] if direction > 0 else high[axis] - other_low[axis]
-                if apart_m > _DEPTH_REACH_M:
-                    continue
+                count = int(np.ceil(min(apart_m, shortest_m) / _DEPTH_STEP_M)) + 1
                 blocked = blocked_steps(
-                    self._triangles[first],
-                    self._triangles[second],
-                    axis,
-                    direction,
-                    _DEPTH_STEP_M,
-                    int(np.ceil(apart_m / _DEPTH_STEP_M)) + 1,
+                    self._triangles[first], self._triangles[second], axis, direction, _DEPTH_STEP_M, count
                 )
-                out_m = (int(np.flatnonzero(blocked).max(initial=-1)) + 1) * _DEPTH_STEP_M
-                if out_m < shortest_m:
-                    shortest_m, way_m = out_m, direction * out_m * np.eye(3)[axis]
+                # Parts are hollow (channels, frames): a way out may end between two contacts.
+                ends = np.flatnonzero(blocked[:-1] & ~blocked[1:]) + 1
+                for step in ends[:_WAYS_TRIED]:
+                    out_m = float(step) * _DEPTH_STEP_M
+                    if out_m >= shortest_m:
+                        break
+                    moved_m = direction * out_m * np.eye(3)[axis]
+                    inner.setTranslation(moved_m)
+                    point_m = self._triangles[first][0].mean(axis=0) + moved_m
+                    if not fcl.collide(inner, other) and crossings_above(self._triangles[second], point_m) % 2 == 0:
+                        shortest_m, way_m = out_m, moved_m
+                        break
         return way_m
 
 

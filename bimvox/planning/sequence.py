@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import connected_components
 
 from bimvox.errors import InputError
 from bimvox.planning.contact import Contacts
-from bimvox.planning.sweep import is_over
+from bimvox.planning.sweep import crossings_above
 from bimvox.site.site import Site
 
 _FAR_M = 10_000.0
@@ -136,7 +136,7 @@ def assembly_order(site: Site, relations: Precedence) -> Sequence:
 
 
 def _one_way(supports: list[tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
-    """Leave out supports that go round in a circle (parts that cross, or are drawn into each other): they only touch."""
+    """Leave out supports that go round in a circle (parts that cross, or are drawn together): these only touch."""
     graph = lil_array((len(supports), len(supports)), dtype=np.int8)
     for i, below in enumerate(supports):
         for j in below:
@@ -153,7 +153,7 @@ def _blocks(site: Site, contacts: Contacts, i: int, j: int, foot_m: NDArray[np.f
     """Whether j in place is in the way of i coming straight down, or of the rope that it hangs on."""
     if _met(contacts, i, j, 1, _FAR_M):
         return True
-    return site.crane is not None and site.rules.rope and is_over(contacts.triangles_m(j), foot_m)
+    return site.crane is not None and site.rules.rope and crossings_above(contacts.triangles_m(j), foot_m) > 0
 
 
 def _hook_foot_m(site: Site, i: int) -> NDArray[np.float64]:

@@ -62,17 +62,17 @@ def first_contact_m(
     return bool(blocked_steps(moving_m, fixed_m, axis, direction, reach_m, 1)[0])
 
 
-def is_over(triangles_m: NDArray[np.float64], point_m: NDArray[np.float64]) -> bool:
-    """Return whether a vertical line going up from a point, (3,) metres, meets one of (F, 3, 3) triangles."""
+def crossings_above(triangles_m: NDArray[np.float64], point_m: NDArray[np.float64]) -> int:
+    """Return how many of (F, 3, 3) triangles a vertical line going up from a point, (3,) metres, meets."""
     a, b, c = (triangles_m[:, n, :2] - point_m[:2] for n in range(3))
     ab, bc, ca = (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((a, b), (b, c), (c, a)))
     total = ab + bc + ca
     over = (((ab >= 0) & (bc >= 0) & (ca >= 0)) | ((ab <= 0) & (bc <= 0) & (ca <= 0))) & (np.abs(total) > 1e-12)
     if not over.any():
-        return False
+        return 0
     z = triangles_m[over][:, :, 2]
     height = (bc[over] * z[:, 0] + ca[over] * z[:, 1] + ab[over] * z[:, 2]) / total[over]
-    return bool((height > point_m[2]).any())
+    return int((height > point_m[2]).sum())
 
 
 def _seen_along(triangles_m: NDArray[np.float64], axis: int, direction: int) -> NDArray[np.float64]:
