@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
+from bimvox.compiled import kernel, leaf_kernel
 
 
 @kernel
@@ -26,7 +26,7 @@ def summed_area_table(occupied: NDArray[np.bool_]) -> NDArray[np.int32]:
     return table
 
 
-@kernel
+@leaf_kernel
 def box_sum(table: NDArray[np.int32], x0: int, y0: int, z0: int, x1: int, y1: int, z1: int) -> int:
     """Return how many cells of the half-open box [x0, x1) x [y0, y1) x [z0, z1) are occupied; it must lie inside."""
     return int(

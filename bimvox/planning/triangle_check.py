@@ -21,7 +21,7 @@ from bimvox.site.component import Component
 
 _SPACING_M = 0.02
 _ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
-_SHARE_STILL_INSIDE = 0.3  # at this share of its way out a part must still be inside
+_SHARES_STILL_INSIDE = (0.3, 0.5, 0.7, 0.9)  # shares of its way out at one of which a part must still meet the other
 _THICKEST_SHARE = 0.45
 
 
@@ -139,9 +139,12 @@ class TriangleCheck:
             return np.zeros(3)
         way_m = self._clashes[pair]
         drawn = self._fixed(pair[0])
-        drawn.setTranslation(np.zeros(3) if way_m is None else way_m * _SHARE_STILL_INSIDE)
+        inside = False
+        for share in (0.0,) if way_m is None else _SHARES_STILL_INSIDE:
+            drawn.setTranslation(np.zeros(3) if way_m is None else way_m * share)
+            inside = inside or bool(fcl.collide(drawn, self._fixed(pair[1])))
         check.look(
-            bool(fcl.collide(drawn, self._fixed(pair[1]))),
+            inside,
             f"{self._ids[pair[0]]} and {self._ids[pair[1]]}: listed as drawn into each other deeper than they are",
         )
         drawn.setTranslation(np.zeros(3))

@@ -17,11 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
+from bimvox.compiled import leaf_kernel
+from bimvox.crane.reach import HOOK_FORBIDDEN as HOOK_FORBIDDEN
 from bimvox.grid.occupancy import box_sum
-
-HOOK_FORBIDDEN = np.int32(2**30)
-"""Entry of ``hook_floor`` where no hook may be."""
 
 
 class Clearance(NamedTuple):
@@ -49,7 +47,7 @@ NOTHING_CLEARED = (np.zeros(3, np.int32), np.zeros((0, 0, 0), np.bool_))
 """``cleared_low`` and ``cleared`` where the narrow phase has nothing to say."""
 
 
-@kernel
+@leaf_kernel
 def boxes_are_free(clearance: Clearance, x: int, y: int, z: int) -> bool:
     """Return whether the shape at reference cell (x, y, z) lies inside the grid and meets no occupied cell."""
     table = clearance.table
@@ -64,7 +62,7 @@ def boxes_are_free(clearance: Clearance, x: int, y: int, z: int) -> bool:
     return True
 
 
-@kernel
+@leaf_kernel
 def hook_is_free(clearance: Clearance, x: int, y: int, z: int) -> bool:
     """Return whether the hook line above a component at reference cell (x, y, z) is free and allowed."""
     hook_x, hook_y = x + clearance.hook_offset[0], y + clearance.hook_offset[1]
@@ -74,7 +72,7 @@ def hook_is_free(clearance: Clearance, x: int, y: int, z: int) -> bool:
     return bool(z + clearance.hook_offset[2] >= floor[hook_x, hook_y])
 
 
-@kernel
+@leaf_kernel
 def placement_is_free(clearance: Clearance, x: int, y: int, z: int) -> bool:
     """Return whether the component may be at reference cell (x, y, z)."""
     i, j, k = x - clearance.cleared_low[0], y - clearance.cleared_low[1], z - clearance.cleared_low[2]

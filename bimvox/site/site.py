@@ -22,12 +22,14 @@ class Rules:
     """The rules of a site.
 
     Attributes:
+        clearance_m: Distance kept from obstructions and the crane's mast: their cells are grown by whole cells.
         contact_tolerance_m: How deep the real triangles of neighbours may touch on the last moves.
         support_gap_m: How far below a part its support may be (grout joints, bearings).
         rope: Whether a hoist rope above the load must be kept free (only with a crane).
         sample_period_s: Spacing of the timed trajectory in the log.
     """
 
+    clearance_m: float = 0.0
     contact_tolerance_m: float = 0.010
     support_gap_m: float = 0.050
     rope: bool = True
@@ -41,7 +43,8 @@ class Blocker:
     Attributes:
         id: ``ground``, ``crane``, the id of a structure element, or the id of an obstruction.
         kind: ``ground``, ``crane``, ``structure`` or ``obstruction``.
-        cells: (N, 3) int32 cells that it occupies, inside the grid.
+        cells: (N, 3) int32 cells that it occupies, inside the grid; for obstructions and the mast grown by the rules'
+            clearance.
         mesh: Its triangles in the site's frame where neighbours may touch it (structure), else None.
     """
 
@@ -66,8 +69,12 @@ class Site:
         rules: The rules.
         yard: (X, Y) bool, columns whose slab cell is yard.
         site_to_ifc: (4, 4) float64 transform from the site's frame to the model's own coordinates.
+        prohibited: (X, Y) bool, columns above which a zone forbids the hook; None where there is no zone.
         source: Plain values about the model (``name``, ``sha256`` ...).
+        notes: What a reader should know about the site, one sentence each.
+        obstruction_notes: The same about the obstructions (clipped, outside).
         geometry_digest: Hash of grid, component shapes and crane: the policy's key.
+        fixed_digest: Hash of all that a plan depends on but the obstructions.
         digest: Hash of all that a plan depends on, obstructions included: the plan's key.
     """
 
@@ -80,8 +87,12 @@ class Site:
     rules: Rules
     yard: NDArray[np.bool_]
     site_to_ifc: NDArray[np.float64]
+    prohibited: NDArray[np.bool_] | None = None
     source: Mapping[str, str | float | bool] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    obstruction_notes: tuple[str, ...] = ()
     geometry_digest: str = ""
+    fixed_digest: str = ""
     digest: str = ""
 
     @property
