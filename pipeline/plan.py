@@ -198,8 +198,6 @@ def log_of(proven: Planned, policy: PolicyInUse, files: dict[str, bytes], *, see
         "seed": str(seed),
         "policy": policy.id,
         "policy_steps": str(policy.steps),
-        "site_digest": proven.plan.site.digest,
-        "geometry_digest": proven.plan.site.geometry_digest,
     }
     return PlanLog(plan=proven.plan, motions=proven.motions, attachments=files, metadata=metadata, revision=revision)
 

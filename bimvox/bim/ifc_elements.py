@@ -1,0 +1,129 @@
+"""Make elements of products: identity, role, mass, and one mesh for what is lifted in one piece."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bimvox.bim.building import Element, Role, TriangleMesh
+from bimvox.bim.ifc_assembly import Aggregation, Extent, Group
+from bimvox.bim.ifc_open import OpenedIfc
+from bimvox.bim.ifc_properties import Properties, weakest
+from bimvox.bim.ifc_roles import UNKNOWN, role_of_class
+from bimvox.bim.name_roles import role_by_name
+
+_STAYS = (Role.STRUCTURE, Role.GROUND)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """A product with clean triangles, relative to the building's local origin."""
+
+    mesh: TriangleMesh
+    extent: Extent
+    exact: bool
+
+
+class ElementBuilder:
+    """Makes elements of groups of parts, and counts what is worth a note."""
+
+    def __init__(self, opened: OpenedIfc, parts: Mapping[int, Part], selected: frozenset[int] | None) -> None:
+        self._file = opened.file
+        self._schema = opened.schema
+        self._parts = parts
+        self._selected = selected
+        self._properties = Properties(opened.file)
+        self._ids: set[str] = set()
+        self._made_unique: list[str] = []
+        self._guessed = 0
+        self._refused = 0
+
+    def groups(self, assemblies: str) -> list[Group]:
+        """Return the lifts, in file order."""
+        extents = {step_id: part.extent for step_id, part in self._parts.items()}
+        aggregation = Aggregation(self._file, extents, lambda product: self._role(product) in _STAYS)
+        return aggregation.parts() if assemblies == "parts" else aggregation.wholes(self._selected)
+
+    def element(self, group: Group) -> Element:
+        """Make the element of a group."""
+        owner = self._file.by_id(group.owner)
+        masses = []
+        for step_id in group.members:
+            part = self._parts[step_id]
+            masses.append(self._properties.mass(self._file.by_id(step_id), part.extent.volume_m3, part.exact))
+            self._guessed += not part.exact
+            self._refused += masses[-1].stated_refused
+        material = self._properties.material(owner)
+        if material is None:
+            heaviest = max(zip(masses, group.members, strict=True), key=lambda pair: pair[0].kg)[1]
+            material = self._properties.material(self._file.by_id(heaviest))
+        whole = group.members != (group.owner,)
+        return Element(
+            id=self._unique(owner),
+            global_id=str(owner.GlobalId),
+            ifc_class=str(owner.is_a()),
+            name=str(owner.Name or ""),
+            mesh=_joined([self._parts[step_id].mesh for step_id in group.members]),
+            role=self._planned_role(owner, group),
+            mass_kg=sum(mass.kg for mass in masses),
+            mass_source=weakest([mass.source for mass in masses]),
+            type_name=self._properties.type_name(owner),
+            storey=self._properties.storey(owner),
+            material=material,
+            members=tuple(str(self._file.by_id(step_id).GlobalId) for step_id in group.members) if whole else (),
+        )
+
+    def notes(self) -> list[str]:
+        """Return what the elements so far are worth noting for."""
+        notes = []
+        if self._made_unique:
+            notes.append(f"GlobalIds that occur more than once were made unique: {', '.join(self._made_unique)}")
+        if self._guessed:
+            notes.append(f"parts that are not closed, whose mass is a guess unless stated: {self._guessed}")
+        if self._refused:
+            notes.append(
+                f"stated weights that cannot be, given the volume of the part, and were not used: {self._refused}"
+            )
+        return notes
+
+    def _unique(self, owner: Any) -> str:
+        global_id = str(owner.GlobalId)
+        unique = global_id if global_id not in self._ids else f"{global_id}#{owner.id()}"
+        if unique != global_id:
+            self._made_unique.append(unique)
+        self._ids.add(unique)
+        return unique
+
+    def _role(self, product: Any) -> Role:
+        """Return what a product is by its class, its state, and its name where the class says nothing."""
+        ifc_class = product.is_a()
+        role = role_of_class(self._schema, ifc_class) or Role.FITTING
+        if ifc_class in UNKNOWN:
+            role = role_by_name(str(product.Name or "")) or role_by_name(str(product.ObjectType or "")) or role
+        if role in (Role.COMPONENT, Role.FITTING) and self._properties.is_existing(product):
+            return Role.STRUCTURE
+        return role
+
+    def _planned_role(self, owner: Any, group: Group) -> Role:
+        """Return the role of a group, after the selection has had its say."""
+        role = self._role(owner)
+        if owner.is_a("IfcElementAssembly"):
+            inside = [self._role(self._file.by_id(step_id)) for step_id in group.members]
+            role = role if role in inside else inside[0]
+        if self._selected is None:
+            return role
+        if not self._selected.isdisjoint((group.owner, *group.members, *group.ancestors)):
+            return Role.COMPONENT
+        return Role.STRUCTURE if role is Role.COMPONENT else role
+
+
+def _joined(meshes: list[TriangleMesh]) -> TriangleMesh:
+    """Concatenate meshes, each keeping its own vertices."""
+    if len(meshes) == 1:
+        return meshes[0]
+    offsets = np.cumsum([0] + [len(mesh.vertices_m) for mesh in meshes[:-1]])
+    faces = [mesh.faces + offset for mesh, offset in zip(meshes, offsets, strict=True)]
+    return TriangleMesh(np.concatenate([mesh.vertices_m for mesh in meshes]), np.concatenate(faces).astype(np.int32))

@@ -1,0 +1,178 @@
+"""What the file says about an element beside its geometry: type, storey, material, state, mass."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import ifcopenshell.util.element as element_util
+import ifcopenshell.util.unit as unit_util
+
+from bimvox.bim.densities import DEFAULT_DENSITY_KG_M3, density_by_name
+
+_WEIGHTS = ("grossweight", "netweight", "weight")
+_VOLUMES = ("grossvolume", "netvolume", "volume")
+_PLAUSIBLE_KG_M3 = (5.0, 23000.0)
+"""From insulation to beyond lead: a weight outside this, over the part's volume, is a wrong number or unit."""
+SOURCES = ("quantity", "density", "default")
+"""Where a mass comes from, the surest first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mass:
+    """A mass, its source, and whether a stated weight was thrown out because it cannot be."""
+
+    kg: float
+    source: str
+    stated_refused: bool = False
+
+
+class Properties:
+    """Looks properties up in one file.
+
+    Args:
+        file: The ``ifcopenshell.file``.
+    """
+
+    def __init__(self, file: Any) -> None:
+        self._kg_per_unit = _scale(file, "MASSUNIT", base=1e-3)
+        self._m3_per_unit = _scale(file, "VOLUMEUNIT", base=1.0)
+        self._density_per_unit = _scale(file, "MASSDENSITYUNIT", base=1e-3)
+        self._density_by_material: dict[int, float | None] = {}
+        self._sets: dict[int, dict[str, dict[str, Any]]] = {}
+        self._old_densities: dict[int, float] = {}
+        if file.schema == "IFC2X3":
+            for properties in file.by_type("IfcGeneralMaterialProperties"):
+                if properties.MassDensity:
+                    self._old_densities[properties.Material.id()] = float(properties.MassDensity)
+
+    def type_name(self, product: Any) -> str | None:
+        """Return the name of its type, None if it has none."""
+        kind = element_util.get_type(product)
+        return str(kind.Name) if kind is not None and kind.Name else None
+
+    def storey(self, product: Any) -> str | None:
+        """Return the name of the storey around it, None outside of storeys."""
+        place = element_util.get_container(product)
+        seen = set()
+        while place is not None and place.id() not in seen:
+            seen.add(place.id())
+            if place.is_a("IfcBuildingStorey"):
+                return str(place.Name or place.GlobalId)
+            place = element_util.get_aggregate(place)
+        return None
+
+    def material(self, product: Any) -> str | None:
+        """Return the name of its material, of the thickest layer where there are several."""
+        layers = self._layers(product)
+        named = [(thickness, material) for material, thickness in layers if (material.Name or "").strip()]
+        return str(max(named, key=lambda layer: layer[0])[1].Name).strip() if named else None
+
+    def is_existing(self, product: Any) -> bool:
+        """Say whether its common property set states that it stands there already (``Status``)."""
+        for properties in self._sets_of(product).values():
+            status = properties.get("Status")
+            for value in status if isinstance(status, list | tuple) else (status,):
+                if str(value).upper() in ("EXISTING", "DEMOLISH"):
+                    return True
+        return False
+
+    def mass(self, product: Any, volume_m3: float, exact: bool) -> Mass:
+        """Return the mass of one product.
+
+        A stated weight comes first, then volume times density of its material, then the default density.
+
+        Args:
+            product: The ``IfcProduct``.
+            volume_m3: Volume of its mesh.
+            exact: Whether that volume is exact; a stated volume takes its place where it is not.
+        """
+        stated = self._sets_of(product)
+        weight = _first(stated, _WEIGHTS)
+        refused = False
+        if weight is not None:
+            kg = weight * self._kg_per_unit
+            low, high = _PLAUSIBLE_KG_M3
+            if volume_m3 == 0.0 or not exact or low <= kg / volume_m3 <= high:
+                return Mass(kg, "quantity")
+            refused = True
+        if not exact:
+            volume = _first(stated, _VOLUMES)
+            volume_m3 = volume * self._m3_per_unit if volume is not None else volume_m3
+        density = self._density(product)
+        if density is None:
+            return Mass(volume_m3 * DEFAULT_DENSITY_KG_M3, "default", refused)
+        return Mass(volume_m3 * density, "density", refused)
+
+    def _sets_of(self, product: Any) -> dict[str, dict[str, Any]]:
+        """Return the property and quantity sets of a product and its type (looked up once: it is slow)."""
+        if product.id() not in self._sets:
+            self._sets[product.id()] = element_util.get_psets(product)
+        return self._sets[product.id()]
+
+    def _density(self, product: Any) -> float | None:
+        """Mean of its layers by thickness, of those whose density is known."""
+        known = [(self._density_of(material), thickness) for material, thickness in self._layers(product)]
+        pairs = [(density, thickness) for density, thickness in known if density is not None]
+        total = sum(thickness for _, thickness in pairs)
+        return sum(density * thickness for density, thickness in pairs) / total if total > 0 else None
+
+    def _density_of(self, material: Any) -> float | None:
+        key = material.id()
+        if key not in self._density_by_material:
+            stated = self._old_densities.get(key)
+            if stated is None and getattr(material, "HasProperties", None):
+                stated = element_util.get_pset(material, "Pset_MaterialCommon", "MassDensity")
+            density = float(stated) * self._density_per_unit if stated else None
+            if density is None or not _PLAUSIBLE_KG_M3[0] <= density <= _PLAUSIBLE_KG_M3[1]:
+                density = density_by_name(str(material.Name or ""))
+            self._density_by_material[key] = density
+        return self._density_by_material[key]
+
+    def _layers(self, product: Any) -> list[tuple[Any, float]]:
+        """Return (material, weight) of its layers; the first only where the parts' shares are not stated."""
+        material = element_util.get_material(product, should_skip_usage=True)
+        if material is None:
+            return []
+        if material.is_a("IfcMaterial"):
+            return [(material, 1.0)]
+        if material.is_a("IfcMaterialLayerSet"):
+            layers = [(layer.Material, float(layer.LayerThickness or 0.0)) for layer in material.MaterialLayers]
+        elif material.is_a("IfcMaterialProfileSet"):
+            layers = [(profile.Material, 1.0) for profile in material.MaterialProfiles][:1]
+        elif material.is_a("IfcMaterialConstituentSet"):
+            constituents = material.MaterialConstituents or ()
+            layers = [(constituent.Material, float(constituent.Fraction or 0.0)) for constituent in constituents]
+            if not any(share for _, share in layers):
+                layers = [(made_of, 1.0) for made_of, _ in layers][:1]
+        elif material.is_a("IfcMaterialList"):
+            layers = [(made_of, 1.0) for made_of in material.Materials][:1]
+        else:
+            return []
+        return [(made_of, weight) for made_of, weight in layers if made_of is not None]
+
+
+def weakest(sources: Sequence[str]) -> str:
+    """Return the least sure of several mass sources."""
+    return max(sources, key=SOURCES.index)
+
+
+def _first(sets: dict[str, dict[str, Any]], names: Sequence[str]) -> float | None:
+    """Return the first positive number under one of these names, earlier names first."""
+    found: dict[str, float] = {}
+    for values in sets.values():
+        for key, value in values.items():
+            name = key.lower().replace(" ", "")
+            if name in names and isinstance(value, int | float) and not isinstance(value, bool) and value > 0:
+                found.setdefault(name, float(value))
+    return next((found[name] for name in names if name in found), None)
+
+
+def _scale(file: Any, unit_type: str, base: float) -> float:
+    """Return what one project unit is in kg, m3 or kg/m3; 1.0 where the project does not state it."""
+    assignment = file.by_type("IfcProject")[0].UnitsInContext
+    for unit in assignment.Units if assignment else ():
+        if getattr(unit, "UnitType", None) == unit_type:
+            return float(unit_util.get_unit_scale(unit)) * base
+    return 1.0

@@ -1,0 +1,103 @@
+"""What each IFC class is to a lift planner: the one table."""
+
+from __future__ import annotations
+
+import functools
+
+import ifcopenshell
+
+from bimvox.bim.building import Role
+
+NOT_SOLID: dict[str, str] = {
+    "IfcFeatureElement": "a void or surface feature: it is cut from its host",
+    "IfcSpatialElement": "a space: it is not built",
+    "IfcSpatialStructureElement": "a space: it is not built",
+    "IfcVirtualElement": "virtual: it is not built",
+    "IfcAnnotation": "an annotation",
+    "IfcGrid": "a grid",
+    "IfcPositioningElement": "a positioning element",
+    "IfcLinearPositioningElement": "a positioning element",
+    "IfcPort": "a port",
+    "IfcStructuralItem": "structural analysis",
+    "IfcStructuralActivity": "structural analysis",
+}
+"""Products that are nothing to lift and nothing to hit, whatever is selected."""
+
+TOO_SMALL: dict[str, str] = {
+    "IfcReinforcingElement": "reinforcement comes inside its concrete",
+    "IfcFastener": "a fastener",
+    "IfcMechanicalFastener": "a fastener",
+    "IfcDiscreteAccessory": "an accessory",
+}
+"""Products left out unless a query selects them: they come on their host, and thousands of them cost minutes."""
+
+ROLES: dict[str, Role] = {
+    # Lifted from the yard.
+    "IfcColumn": Role.COMPONENT,
+    "IfcBeam": Role.COMPONENT,
+    "IfcSlab": Role.COMPONENT,
+    "IfcWall": Role.COMPONENT,
+    "IfcMember": Role.COMPONENT,
+    "IfcPlate": Role.COMPONENT,
+    "IfcStair": Role.COMPONENT,
+    "IfcStairFlight": Role.COMPONENT,
+    "IfcRamp": Role.COMPONENT,
+    "IfcRampFlight": Role.COMPONENT,
+    "IfcRoof": Role.COMPONENT,
+    "IfcChimney": Role.COMPONENT,
+    "IfcElementAssembly": Role.COMPONENT,
+    "IfcBuildingElementPart": Role.COMPONENT,
+    "IfcBuildingElementComponent": Role.COMPONENT,
+    # Cast or driven in place before the first lift.
+    "IfcFooting": Role.STRUCTURE,
+    "IfcPile": Role.STRUCTURE,
+    "IfcDeepFoundation": Role.STRUCTURE,
+    # Terrain.
+    "IfcSite": Role.GROUND,
+    "IfcGeographicElement": Role.GROUND,
+    "IfcGeotechnicalElement": Role.GROUND,
+    "IfcEarthworksElement": Role.GROUND,
+    "IfcCourse": Role.GROUND,
+    "IfcPavement": Role.GROUND,
+    # Everything else that is built comes after the lifts: doors, windows, coverings, railings, curtain walls,
+    # furniture, services, lifts and escalators.
+    "IfcElement": Role.FITTING,
+    "IfcProxy": Role.FITTING,
+}
+"""Role by class; a class that is not listed has the role of its nearest listed supertype."""
+
+UNKNOWN = frozenset({"IfcBuildingElementProxy", "IfcProxy", "IfcCivilElement", "IfcBuiltElement"})
+"""Classes that say nothing about what a thing is. They are fittings (a trunk full of model text, trees and markers in
+real files) unless their name says otherwise, and components where a file has no others."""
+
+SPLIT = frozenset({"IfcStair", "IfcRamp", "IfcRoof"})
+"""Wholes that are put together on site: their flights, stringers and slabs are lifted one by one."""
+
+
+@functools.cache
+def ancestry(schema: str, ifc_class: str) -> tuple[str, ...]:
+    """Return a class and its supertypes, nearest first."""
+    declaration = ifcopenshell.ifcopenshell_wrapper.schema_by_name(schema).declaration_by_name(ifc_class).as_entity()
+    names = []
+    while declaration is not None:
+        names.append(str(declaration.name()))
+        declaration = declaration.supertype()
+    return tuple(names)
+
+
+def role_of_class(schema: str, ifc_class: str) -> Role | None:
+    """Return the role of a class, None where it is nothing that is built."""
+    return next((ROLES[name] for name in ancestry(schema, ifc_class) if name in ROLES), None)
+
+
+def reason_not_solid(schema: str, ifc_class: str) -> str | None:
+    """Return why a class is never an element, None where it may be one."""
+    names = ancestry(schema, ifc_class)
+    if "IfcSite" in names:
+        return None
+    return next((NOT_SOLID[name] for name in names if name in NOT_SOLID), None)
+
+
+def reason_too_small(schema: str, ifc_class: str) -> str | None:
+    """Return why a class is left out by default, None where it is not."""
+    return next((TOO_SMALL[name] for name in ancestry(schema, ifc_class) if name in TOO_SMALL), None)

@@ -1,0 +1,33 @@
+"""What a plain name says about a body, where the file has no classes (meshes) or an empty one (IFC proxies)."""
+
+from __future__ import annotations
+
+import re
+
+from bimvox.bim.building import Role
+
+_GROUND = "ground terrain topography topo soil subsoil earth landscape dtm dem gelaende gelände terrein maaiveld"
+_STRUCTURE = """existing bestand bestaand obstruction obstructions obstacle obstacles excavator digger crane truck lorry
+    vehicle fence hoarding scaffold scaffolding neighbour neighbor stockpile container"""
+
+WORDS: dict[Role, frozenset[str]] = {
+    Role.GROUND: frozenset(_GROUND.split()),
+    Role.STRUCTURE: frozenset(_STRUCTURE.split()),
+}
+"""A word of the name that gives its role."""
+
+WHOLE_NAMES: dict[str, Role] = {"floor": Role.GROUND, "site": Role.GROUND}
+"""Names that give a role only when they are all there is: ``floor_2`` is a storey, ``floor`` is what one stands on."""
+
+_WORD = re.compile(r"[A-ZÄÖÜ]+(?![a-zäöü])|[A-ZÄÖÜ]?[a-zäöüß]+")
+
+
+def role_by_name(name: str) -> Role | None:
+    """Return the role that a name states, or None where it says nothing.
+
+    The name is cut into words at spaces, punctuation, digits and camel case: ``ExistingWall-3`` has ``existing``.
+    """
+    words = [word.lower() for word in _WORD.findall(name)]
+    if len(words) == 1 and name.strip().lower() in WHOLE_NAMES:
+        return WHOLE_NAMES[words[0]]
+    return next((role for role, known in WORDS.items() if known.intersection(words)), None)

@@ -1,0 +1,68 @@
+"""One door for every building file: the suffix decides which reader opens it."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from bimvox.bim.building import Building
+from bimvox.bim.ifc_geometry import GeometryPool
+from bimvox.bim.options import Progress, ReadOptions
+from bimvox.bim.step_file import check_frame, step_bytes
+from bimvox.errors import FileError
+
+__all__ = ["IFC_SUFFIXES", "MESH_SUFFIXES", "Progress", "ReadOptions", "read_building"]
+
+IFC_SUFFIXES = (".ifc", ".ifczip")
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".3mf")
+
+
+def read_building(path: Path, options: ReadOptions | None = None, progress: Progress | None = None) -> Building:
+    """Read an IFC or mesh file into elements with triangles in metres, z up.
+
+    Args:
+        path: The file; its suffix says its format, case-insensitive.
+        options: What to lift, units, time limits; the defaults if None.
+        progress: Called with (stage, done, total).
+
+    Raises:
+        FileError: If the file is missing, empty, unreadable, truncated, garbage, or of no known kind.
+        SelectionError: If ``options.select`` is malformed or matches nothing.
+        InputError: If ``options.unit`` is unknown or contradicts the file.
+    """
+    path, options, report = Path(path), options or ReadOptions(), progress or _silent
+    suffix = path.suffix.lower()
+    if suffix not in IFC_SUFFIXES + MESH_SUFFIXES:
+        accepted = ", ".join(IFC_SUFFIXES + MESH_SUFFIXES)
+        raise FileError(path, f"{suffix or 'no suffix'}: not a building file", hint=f"accepted are {accepted}")
+    data = _bytes_of(path)
+    digest = hashlib.sha256(data).hexdigest()
+    if suffix in IFC_SUFFIXES:
+        check_frame(path, step_bytes(path, data))
+        # The worker imports IfcOpenShell and opens the file while this process does the same.
+        with GeometryPool(path, timeout_s=options.timeout_s, processes=options.processes) as pool:
+            from bimvox.bim.ifc_reader import read_ifc
+
+            return read_ifc(path, data, digest, options, report, pool)
+    from bimvox.bim.mesh_file import read_mesh_file
+
+    return read_mesh_file(path, data, digest, options, report)
+
+
+def _bytes_of(path: Path) -> bytes:
+    """Return the file's bytes, or say plainly why not."""
+    if path.is_dir():
+        raise FileError(path, "is a folder", hint="name the model file inside it")
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise FileError(path, "no such file", hint="check the spelling of the path") from None
+    except OSError as error:
+        raise FileError(path, f"cannot be read: {error.strerror}", hint="check its permissions") from error
+    if not data:
+        raise FileError(path, "is empty", hint="export or copy the model again")
+    return data
+
+
+def _silent(stage: str, done: int, total: int) -> None:
+    """Report nothing."""

@@ -1,0 +1,68 @@
+"""From the building's frame to the site's: square to the building, z = 0 at the top of the ground."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import Building, Role, TriangleMesh
+from bimvox.errors import SelectionError
+
+
+def turn_about_z(yaw_rad: float) -> NDArray[np.float64]:
+    """Return the (3, 3) rotation by ``yaw_rad``, counter-clockwise seen from above; exact at quarter turns."""
+    quarters = yaw_rad / (math.pi / 2)
+    if abs(quarters - round(quarters)) < 1e-12:
+        # cos(pi / 2) is 6e-17, which would tilt every face off the lattice by a rounding error.
+        cos, sin = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[round(quarters) % 4]
+    else:
+        cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+
+
+def in_site_frame(building: Building, *, ground_m: float, yaw_rad: float = 0.0) -> tuple[Building, NDArray[np.float64]]:
+    """Express a building in the site frame.
+
+    The building is turned by ``-yaw_rad`` about the z axis through its local origin (so that one drawn at
+    ``yaw_rad`` to its axes ends up square), then shifted so that ``ground_m`` becomes z = 0. x and y are not shifted.
+
+    Args:
+        building: In its local frame.
+        ground_m: Local height of the top of the ground, metres.
+        yaw_rad: Direction of the building's main axis in its local frame, radians.
+
+    Returns:
+        The building with its vertices in the site frame (``origin_m`` and ``georeference`` still speak of the local
+        frame), and ``site_to_local``, (4, 4) float64: ``world = site_to_local @ site + origin_m``.
+    """
+    site_to_local = np.eye(4)
+    site_to_local[:3, :3] = turn_about_z(yaw_rad)
+    site_to_local[2, 3] = ground_m
+    local_to_site = turn_about_z(-yaw_rad)
+
+    def moved(mesh: TriangleMesh) -> TriangleMesh:
+        # "+ 0.0" turns the -0.0 that the rotation leaves behind into 0.0, so that equal places have equal bytes.
+        vertices = mesh.vertices_m @ local_to_site.T - np.array([0.0, 0.0, ground_m]) + 0.0
+        return TriangleMesh(vertices, mesh.faces)
+
+    elements = tuple(replace(element, mesh=moved(element.mesh)) for element in building.elements)
+    return replace(building, elements=elements), site_to_local
+
+
+def lowest_m(building: Building) -> float:
+    """Return the lowest height of components and structure, metres in the building's frame.
+
+    Raises:
+        SelectionError: If the building has neither.
+    """
+    roles = (Role.COMPONENT, Role.STRUCTURE)
+    heights = [float(element.mesh.bounds_m[0, 2]) for element in building.elements if element.role in roles]
+    if not heights:
+        raise SelectionError(
+            f"{building.source.name}: nothing is lifted or stands, so it has no lowest point",
+            hint="select elements to lift",
+        )
+    return min(heights)

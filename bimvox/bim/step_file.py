@@ -1,0 +1,68 @@
+"""The STEP file around a model: whether it is all there, and which schema it states; needs no IfcOpenShell."""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from pathlib import Path
+
+from bimvox.errors import IfcError
+
+MAX_UNZIPPED_BYTES = 4 << 30
+_HEADER_BYTES = 1 << 16
+_TAIL_BYTES = 1 << 12
+_SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'([^']*)'", re.IGNORECASE)
+_COMMENT = re.compile(rb"/\*.*?\*/", re.DOTALL)
+
+
+def step_bytes(path: Path, data: bytes) -> bytes:
+    """Return the STEP text of an ``.ifc``, or of the one IFC file inside an ``.ifczip``.
+
+    Raises:
+        IfcError: If the archive is damaged or does not hold exactly one IFC file.
+    """
+    if path.suffix.lower() != ".ifczip":
+        return data
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            inside = [entry for entry in archive.infolist() if entry.filename.lower().endswith(".ifc")]
+            if len(inside) != 1:
+                raise IfcError(path, f"holds {len(inside)} .ifc files, not exactly one", hint="unpack it and name one")
+            if inside[0].file_size > MAX_UNZIPPED_BYTES:
+                raise IfcError(path, f"unpacks to {inside[0].file_size:,} bytes, above the limit", hint="unpack it")
+            return archive.read(inside[0])
+    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
+        raise IfcError(path, f"is not a readable zip archive: {error}", hint="zip or export it again") from error
+
+
+def check_frame(path: Path, step: bytes) -> None:
+    """Check the first and the last line of the file.
+
+    Raises:
+        IfcError: If it is not a STEP file, or is truncated.
+    """
+    start = step[:_HEADER_BYTES].removeprefix(b"\xef\xbb\xbf")
+    if not without_comments(start).lstrip().startswith(b"ISO-10303-21"):
+        raise IfcError(path, "is not an IFC file: it does not begin with ISO-10303-21", hint="export the model as IFC")
+    if b"END-ISO-10303-21" not in step[-_TAIL_BYTES:]:
+        raise IfcError(
+            path, "is truncated: it does not end with END-ISO-10303-21", hint="copy or download the whole file again"
+        )
+
+
+def stated_schema(path: Path, step: bytes) -> tuple[str, tuple[int, int]]:
+    """Return the schema name in the header, upper case, and the range of bytes that it takes.
+
+    Raises:
+        IfcError: If the header names none.
+    """
+    match = _SCHEMA.search(step, 0, _HEADER_BYTES)
+    if match is None:
+        raise IfcError(path, "its header names no schema (FILE_SCHEMA)", hint="export the model again")
+    return match[1].decode("ascii", "replace").strip().upper(), match.span(1)
+
+
+def without_comments(step: bytes) -> bytes:
+    """Blank the comments out, line breaks and offsets kept."""
+    return _COMMENT.sub(lambda found: re.sub(rb"[^\n]", b" ", found[0]), step)

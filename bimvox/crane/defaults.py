@@ -1,0 +1,134 @@
+"""Default machines: four hammerhead tower cranes with rates and load charts of data-sheet class.
+
+They are no maker's product: rates are the ones data sheets of that size give (hoist 43 m/min up to about 8 t, 27 m/min
+up to about 12 t; trolley 76 m/min on two falls, 38 m/min on four; slewing 0.8 rpm), one rate per machine whatever the
+load; the charts follow a constant tipping moment, rounded down to 50 kg. Replace them by the real machine's data in the
+site file.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+
+from bimvox.crane.tower_crane import AxisLimits, LoadChart, TowerCrane
+from bimvox.errors import InputError
+
+_PER_MIN = 1.0 / 60.0
+
+SLEWING = AxisLimits(rate=0.8 * 2.0 * pi * _PER_MIN, acceleration=0.3 * pi / 180.0, jerk=0.3 * pi / 180.0)
+"""0.8 rpm; 0.3 deg/s^2, built up within one second: braking from full rate takes 17 s and 41 degrees."""
+
+TROLLEY_2_FALLS = AxisLimits(rate=76.0 * _PER_MIN, acceleration=0.25, jerk=0.25)
+TROLLEY_4_FALLS = AxisLimits(rate=38.0 * _PER_MIN, acceleration=0.25, jerk=0.25)
+HOIST_MEDIUM = AxisLimits(rate=43.0 * _PER_MIN, acceleration=0.3, jerk=0.3)
+HOIST_HEAVY = AxisLimits(rate=27.0 * _PER_MIN, acceleration=0.3, jerk=0.3)
+
+HOOK_BLOCK_M = 2.0
+"""Room between the highest hook and the rope exit: hook block and limit switch."""
+
+DEFAULT_CRANES: tuple[TowerCrane, ...] = (
+    TowerCrane(
+        name="hammerhead-30",
+        base_m=(0.0, 0.0, 0.0),
+        mast_size_m=1.2,
+        jib_height_m=25.0,
+        jib_length_m=30.0,
+        min_radius_m=2.5,
+        sling_m=2.5,
+        rigging_mass_kg=250.0,
+        slewing=SLEWING,
+        trolley=TROLLEY_2_FALLS,
+        hoist=HOIST_MEDIUM,
+        chart=LoadChart(
+            (16.5, 17.5, 20.0, 22.5, 25.0, 27.5, 30.0),
+            (5000.0, 4700.0, 4100.0, 3600.0, 3200.0, 2850.0, 2600.0),
+        ),
+    ),
+    TowerCrane(
+        name="hammerhead-45",
+        base_m=(0.0, 0.0, 0.0),
+        mast_size_m=1.6,
+        jib_height_m=35.0,
+        jib_length_m=45.0,
+        min_radius_m=2.8,
+        sling_m=3.0,
+        rigging_mass_kg=300.0,
+        slewing=SLEWING,
+        trolley=TROLLEY_2_FALLS,
+        hoist=HOIST_MEDIUM,
+        chart=LoadChart(
+            (15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0),
+            (8000.0, 6000.0, 4700.0, 3800.0, 3200.0, 2750.0, 2350.0),
+        ),
+    ),
+    TowerCrane(
+        name="hammerhead-65",
+        base_m=(0.0, 0.0, 0.0),
+        mast_size_m=2.0,
+        jib_height_m=45.0,
+        jib_length_m=65.0,
+        min_radius_m=3.2,
+        sling_m=3.0,
+        rigging_mass_kg=450.0,
+        slewing=SLEWING,
+        trolley=TROLLEY_4_FALLS,
+        hoist=HOIST_MEDIUM,
+        chart=LoadChart(
+            (17.5, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0, 55.0, 60.0, 65.0),
+            (10000.0, 8600.0, 6750.0, 5450.0, 4550.0, 3900.0, 3350.0, 2950.0, 2600.0, 2300.0, 2100.0),
+        ),
+    ),
+    TowerCrane(
+        name="hammerhead-75",
+        base_m=(0.0, 0.0, 0.0),
+        mast_size_m=2.45,
+        jib_height_m=60.0,
+        jib_length_m=75.0,
+        min_radius_m=3.6,
+        sling_m=3.5,
+        rigging_mass_kg=900.0,
+        slewing=SLEWING,
+        trolley=TROLLEY_4_FALLS,
+        hoist=HOIST_HEAVY,
+        chart=LoadChart(
+            (19.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0, 55.0, 60.0, 65.0, 70.0, 75.0),
+            (
+                20000.0,
+                19400.0,
+                15200.0,
+                12400.0,
+                10400.0,
+                8900.0,
+                7700.0,
+                6800.0,
+                6000.0,
+                5400.0,
+                4850.0,
+                4400.0,
+                4000.0,
+            ),
+        ),
+    ),
+)
+"""Ascending by size."""
+
+
+def default_crane(
+    name: str, base_m: tuple[float, float, float] = (0.0, 0.0, 0.0), jib_height_m: float | None = None
+) -> TowerCrane:
+    """Return a default crane by name, put on its base.
+
+    Args:
+        name: One of the names in ``DEFAULT_CRANES``.
+        base_m: Foot of the slewing axis.
+        jib_height_m: Height of the rope exit above the site's z = 0; the machine's own where not given.
+
+    Raises:
+        InputError: If there is no such crane.
+    """
+    for crane in DEFAULT_CRANES:
+        if crane.name == name:
+            return replace(crane, base_m=base_m, jib_height_m=jib_height_m or crane.jib_height_m)
+    known = ", ".join(crane.name for crane in DEFAULT_CRANES)
+    raise InputError(f"no default crane is called {name!r}", hint=f"known cranes: {known}")

@@ -1,0 +1,128 @@
+"""Choosing a crane and where it stands: the smallest default that carries every part where it is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bimvox.crane.defaults import DEFAULT_CRANES, HOOK_BLOCK_M
+from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.reach import allowed_radii_m
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import InputError
+
+MAST_CLEARANCE_M = 1.5
+"""Free width between the mast and the building or the yard."""
+
+_PITCH_M = 1.0
+_RING_M = 12.0
+
+
+def fit_crane(
+    points_m: ArrayLike,
+    masses_kg: ArrayLike,
+    footprint_m: ArrayLike,
+    height_under_hook_m: float,
+    *,
+    keep_clear_m: Sequence[ArrayLike] = (),
+    cranes: Sequence[TowerCrane] = DEFAULT_CRANES,
+    margin_m: float = 0.5,
+) -> TowerCrane:
+    """Return the first crane that serves every point, on the base where it is used least.
+
+    Bases are tried on a lattice of 1 m in a ring around the building, clear of it and of the other areas by 1.5 m plus
+    half the mast. Of the bases that serve every point the one with the smallest largest radius, as a share of what is
+    allowed for that mass, is taken; ties go to the lowest y, then x. The same input gives the same crane.
+
+    Args:
+        points_m: (N, 2) hook positions on plan: targets and yard corners.
+        masses_kg: (N,) mass to be carried there, without rigging.
+        footprint_m: (K, 2) corners of the building's footprint, a simple polygon.
+        height_under_hook_m: Height above the site's z = 0 that the hook has to get up to.
+        keep_clear_m: Other (K, 2) polygons that the mast has to keep clear of (yards).
+        cranes: Machines to choose from, the preferred one first; their base and jib height are ignored.
+        margin_m: How far inside the radius limits every point must lie.
+
+    Raises:
+        InputError: If no crane serves every point; says which point stops the last one.
+    """
+    points = np.asarray(points_m, dtype=np.float64).reshape(-1, 2)
+    masses = np.broadcast_to(np.asarray(masses_kg, dtype=np.float64), len(points))
+    areas = [np.asarray(area, dtype=np.float64) for area in (footprint_m, *keep_clear_m)]
+    if not len(points):
+        raise InputError("no point for a crane to reach", hint="give at least one target")
+    for crane in cranes:
+        bases = _bases(areas, MAST_CLEARANCE_M + crane.mast_size_m / 2.0)
+        limits = np.array([allowed_radii_m(crane, float(mass)) for mass in masses])
+        low, high = limits[:, 0] + margin_m, limits[:, 1] - margin_m
+        radii = np.hypot(points[:, 0] - bases[:, 0, None], points[:, 1] - bases[:, 1, None])
+        served = (radii >= low) & (radii <= high)
+        good = np.flatnonzero(served.all(axis=1))
+        if len(good):
+            use = (radii[good] / high).max(axis=1)
+            x, y = bases[good[int(np.argmin(np.round(use, 9)))]].tolist()
+            return replace(crane, base_m=(x, y, 0.0), jib_height_m=float(height_under_hook_m + HOOK_BLOCK_M))
+    raise _no_crane(cranes[-1], points, masses, bases, radii, served)
+
+
+def _no_crane(
+    crane: TowerCrane,
+    points: NDArray[np.float64],
+    masses: NDArray[np.float64],
+    bases: NDArray[np.float64],
+    radii: NDArray[np.float64],
+    served: NDArray[np.bool_],
+) -> InputError:
+    """Say why the largest crane will not do."""
+    if not len(bases):
+        return InputError(
+            f"no place for the mast of {crane.name} within {_RING_M:g} m of the building, clear of the yard",
+            hint="give [crane] base_m in the site file, or move the yard",
+        )
+    best = int(np.argmax(served.sum(axis=1)))
+    worst = int(np.argmax(np.where(served[best], -np.inf, masses * radii[best])))
+    x, y = points[worst]
+    radius = float(radii[best, worst])
+    able = max(0.0, capacity_kg(crane.chart, radius) - crane.rigging_mass_kg)
+    reached = int(served[best].sum())
+    return InputError(
+        f"no default crane serves every point: {crane.name} would carry {able:.0f} kg at {radius:.1f} m, where "
+        f"{masses[worst]:.0f} kg are needed at ({x:.1f}, {y:.1f}); it serves {reached} of {len(points)}",
+        hint="give a [crane] of your own in the site file, move the yard closer, or leave the heaviest parts out",
+    )
+
+
+def _bases(areas: Sequence[NDArray[np.float64]], clear_m: float) -> NDArray[np.float64]:
+    """(B, 2) lattice points around the first area, at least ``clear_m`` from every area, by ascending y, then x."""
+    low = np.floor(areas[0].min(axis=0) - clear_m - _RING_M)
+    high = np.ceil(areas[0].max(axis=0) + clear_m + _RING_M)
+    y, x = np.meshgrid(
+        np.arange(low[1], high[1] + _PITCH_M, _PITCH_M), np.arange(low[0], high[0] + _PITCH_M, _PITCH_M), indexing="ij"
+    )
+    lattice = np.stack([x.ravel(), y.ravel()], axis=1)
+    distances = [distance_to_polygon_m(lattice, area) for area in areas]
+    fits = distances[0] <= clear_m + _RING_M
+    for distance in distances:
+        fits &= distance >= clear_m
+    return lattice[fits]
+
+
+def distance_to_polygon_m(points_m: NDArray[np.float64], polygon_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return each point's distance to a simple polygon, 0 inside: (N, 2), (K, 2) -> (N,)."""
+    start, end = polygon_m, np.roll(polygon_m, -1, axis=0)
+    edge = end - start
+    relative = points_m[:, None, :] - start[None]
+    length_squared = np.maximum((edge**2).sum(axis=1), 1e-300)
+    along = np.clip((relative * edge).sum(axis=2) / length_squared, 0.0, 1.0)
+    nearest = np.sqrt(((relative - along[:, :, None] * edge) ** 2).sum(axis=2)).min(axis=1)
+    # Even-odd rule: an edge is crossed by the ray in +x where its ends lie on both sides of the point's y.
+    y = points_m[:, 1, None]
+    crosses = (start[:, 1] > y) != (end[:, 1] > y)
+    rise = np.where(edge[:, 1] == 0.0, 1.0, edge[:, 1])
+    at_x = start[:, 0] + (y - start[:, 1]) / rise * edge[:, 0]
+    inside = (crosses & (points_m[:, 0, None] < at_x)).sum(axis=1) % 2 == 1
+    distance: NDArray[np.float64] = np.where(inside, 0.0, nearest)
+    return distance

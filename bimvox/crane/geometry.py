@@ -1,0 +1,14 @@
+"""What the crane itself takes up on the site."""
+
+from __future__ import annotations
+
+from bimvox.crane.tower_crane import TowerCrane
+
+Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+
+
+def mast_box_m(crane: TowerCrane) -> Box:
+    """Return the lowest and the highest corner of the mast, from its foot up to the jib, metres."""
+    x, y, z = crane.base_m
+    half = crane.mast_size_m / 2.0
+    return (x - half, y - half, z), (x + half, y + half, crane.jib_height_m)

@@ -1,0 +1,123 @@
+"""Reach: where the hook may be, as one map over the site's columns.
+
+Rope, reach and capacity bind the hook, not the load's boxes: a column is admissible where its centre lies between the
+smallest and the largest radius, and within the radius at which the load chart carries the mass.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.crane.load_chart import max_radius_m
+from bimvox.crane.tower_crane import TowerCrane
+
+HOOK_FORBIDDEN = np.int32(2**30)
+"""Entry of a hook floor where no hook may be."""
+
+# Rounding noise of a radius, metres: a column whose centre is exactly at the limit counts as within.
+_SLACK_M = 1e-9
+
+
+class ColumnFrame(Protocol):
+    """What is needed of ``bimvox.grid.frame.GridFrame`` (grid and crane do not import each other)."""
+
+    @property
+    def origin_m(self) -> tuple[float, float, float]:
+        """Lowest corner of cell (0, 0, 0), metres."""
+
+    @property
+    def voxel_size_m(self) -> float:
+        """Edge of a cell, metres."""
+
+
+def allowed_radii_m(crane: TowerCrane, mass_kg: float) -> tuple[float, float]:
+    """Return the smallest and the largest hook radius for a load of ``mass_kg``; largest < smallest if there is none.
+
+    The crane's rigging is counted with the load.
+    """
+    carried = max_radius_m(crane.chart, mass_kg + crane.rigging_mass_kg)
+    return crane.min_radius_m, min(crane.jib_length_m, carried) if carried > 0.0 else -np.inf
+
+
+def hook_allowed(
+    crane: TowerCrane | None, frame: ColumnFrame, shape: tuple[int, int], mass_kg: float
+) -> NDArray[np.bool_]:
+    """Return the columns over which the hook may be with a load.
+
+    Args:
+        crane: The crane; without one every column is allowed.
+        frame: Metres to cells.
+        shape: (X, Y) number of columns.
+        mass_kg: The load's mass, without rigging.
+
+    Returns:
+        (X, Y) bool, measured at the centre of the column.
+    """
+    floor = hook_floor(crane, frame, np.zeros(shape, np.int32), mass_kg, rope=False)
+    allowed: NDArray[np.bool_] = floor != HOOK_FORBIDDEN
+    return allowed
+
+
+def hook_floor(
+    crane: TowerCrane | None, frame: ColumnFrame, top: NDArray[np.int32], mass_kg: float, rope: bool
+) -> NDArray[np.int32]:
+    """Return the lowest cell at which the foot of the hook line may be, per column.
+
+    Args:
+        crane: The crane; without one nothing is forbidden and the floor is 0 everywhere.
+        frame: Metres to cells.
+        top: (X, Y) int32 height map: one above the highest occupied cell of each column, 0 where it is empty.
+        mass_kg: The load's mass, without rigging.
+        rope: Whether the column above the hook must be free: the floor is then ``top``, else 0.
+
+    Returns:
+        (X, Y) int32; ``HOOK_FORBIDDEN`` where the hook may not be: outside the crane's radii for this mass, or where
+        even the lowest place has no room for the slings under the jib.
+    """
+    if crane is None:
+        return np.zeros(top.shape, np.int32)
+    low_m, high_m = allowed_radii_m(crane, mass_kg)
+    highest = (crane.jib_height_m - crane.sling_m - frame.origin_m[2]) / frame.voxel_size_m
+    floor: NDArray[np.int32] = _hook_floor(
+        top,
+        bool(rope),
+        (frame.origin_m[0] - crane.base_m[0]) / frame.voxel_size_m,
+        (frame.origin_m[1] - crane.base_m[1]) / frame.voxel_size_m,
+        (low_m - _SLACK_M) / frame.voxel_size_m,
+        (high_m + _SLACK_M) / frame.voxel_size_m,
+        int(np.floor(highest + 1e-6)),
+        HOOK_FORBIDDEN,
+    )
+    return floor
+
+
+@kernel
+def _hook_floor(
+    top: NDArray[np.int32],
+    rope: bool,
+    from_axis_x: float,
+    from_axis_y: float,
+    low: float,
+    high: float,
+    highest: int,
+    forbidden: np.int32,
+) -> NDArray[np.int32]:
+    """All lengths in cells; ``from_axis`` is the grid's corner seen from the slewing axis."""
+    floor = np.full(top.shape, forbidden, np.int32)
+    if high < low:
+        return floor
+    low_squared = max(low, 0.0) ** 2
+    high_squared = high**2
+    for i in range(top.shape[0]):
+        dx = from_axis_x + i + 0.5
+        for j in range(top.shape[1]):
+            dy = from_axis_y + j + 0.5
+            squared = dx * dx + dy * dy
+            lowest = top[i, j] if rope else np.int32(0)
+            if low_squared <= squared <= high_squared and lowest <= highest:
+                floor[i, j] = lowest
+    return floor

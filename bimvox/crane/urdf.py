@@ -1,0 +1,95 @@
+"""The crane as a URDF robot: links of boxes, joints ``slewing``, ``trolley`` and ``hoist``.
+
+The joint names and meanings are those of the log's joint states: slewing rad, trolley m from the slewing axis, hoist m
+of rope below the jib. Specification: http://wiki.ros.org/urdf/XML.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+
+JOINTS = ("slewing", "trolley", "hoist")
+
+_COUNTER_JIB_SHARE = 0.25
+_HOOK_BLOCK_M = (0.5, 0.5, 1.0)
+
+
+def urdf(crane: TowerCrane) -> str:
+    """Return the crane's URDF, an XML text that ends with a line break.
+
+    Frames: ``site`` (the site's frame), ``crane_base`` (foot of the slewing axis), ``jib`` (on the axis at the height
+    of the rope exit, x along the jib), ``trolley``, ``hook`` (the hook's point, its block above it).
+
+    Args:
+        crane: The crane.
+    """
+    robot = ET.Element("robot", name=crane.name)
+    mast = crane.mast_size_m
+    deck = mast / 2.0
+    height = crane.jib_height_m - crane.base_m[2]
+    counter = _COUNTER_JIB_SHARE * crane.jib_length_m
+    ET.SubElement(robot, "link", name="site")
+    base = _link(robot, "crane_base")
+    _box(base, "mast", (mast, mast, height), (0.0, 0.0, height / 2.0))
+    jib = _link(robot, "jib")
+    _box(jib, "jib", (crane.jib_length_m, deck, deck), (crane.jib_length_m / 2.0, 0.0, deck / 2.0))
+    _box(jib, "counter_jib", (counter, deck, deck), (-counter / 2.0, 0.0, deck / 2.0))
+    _box(jib, "counterweight", (mast, mast, mast), (-counter + mast / 2.0, 0.0, -mast / 2.0))
+    _box(_link(robot, "trolley"), "trolley", (deck, deck, 0.25), (0.0, 0.0, 0.125))
+    _box(_link(robot, "hook"), "hook", _HOOK_BLOCK_M, (0.0, 0.0, _HOOK_BLOCK_M[2] / 2.0))
+    _joint(robot, "site_to_crane_base", "fixed", "site", "crane_base", crane.base_m)
+    slewing = _joint(robot, "slewing", "continuous", "crane_base", "jib", (0.0, 0.0, height), (0, 0, 1))
+    _limit(slewing, crane.slewing)
+    trolley = _joint(robot, "trolley", "prismatic", "jib", "trolley", (0.0, 0.0, 0.0), (1, 0, 0))
+    _limit(trolley, crane.trolley, (crane.min_radius_m, crane.jib_length_m))
+    hoist = _joint(robot, "hoist", "prismatic", "trolley", "hook", (0.0, 0.0, 0.0), (0, 0, -1))
+    _limit(hoist, crane.hoist, (0.0, height))
+    ET.indent(robot)
+    return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
+
+
+def _link(robot: ET.Element, name: str) -> ET.Element:
+    return ET.SubElement(robot, "link", name=name)
+
+
+def _box(link: ET.Element, name: str, size_m: Sequence[float], centre_m: Sequence[float]) -> None:
+    for kind in ("visual", "collision"):
+        shape = ET.SubElement(link, kind, name=name)
+        ET.SubElement(shape, "origin", xyz=_numbers(centre_m), rpy="0 0 0")
+        ET.SubElement(ET.SubElement(shape, "geometry"), "box", size=_numbers(size_m))
+
+
+def _joint(
+    robot: ET.Element,
+    name: str,
+    kind: str,
+    parent: str,
+    child: str,
+    origin_m: Sequence[float],
+    axis: Sequence[float] | None = None,
+) -> ET.Element:
+    joint = ET.SubElement(robot, "joint", name=name, type=kind)
+    ET.SubElement(joint, "parent", link=parent)
+    ET.SubElement(joint, "child", link=child)
+    ET.SubElement(joint, "origin", xyz=_numbers(origin_m), rpy="0 0 0")
+    if axis is not None:
+        ET.SubElement(joint, "axis", xyz=_numbers(axis))
+    return joint
+
+
+def _limit(joint: ET.Element, limits: AxisLimits, span: tuple[float, float] | None = None) -> None:
+    limit = ET.SubElement(joint, "limit", effort="0", velocity=_number(limits.rate))
+    if span is not None:
+        limit.set("lower", _number(span[0]))
+        limit.set("upper", _number(span[1]))
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return " ".join(_number(value) for value in values)
+
+
+def _number(value: float) -> str:
+    return f"{value:.9g}"

@@ -1,0 +1,64 @@
+"""The exact distance-to-go: fewest unit moves to the target from every free placement."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.env.actions import ACTION_COUNT, MOVES
+from bimvox.site.clearance import Clearance, placement_is_free
+
+UNREACHABLE = -1
+"""Entry of a distance field from which the target cannot be reached."""
+
+FARTHEST = 2**15 - 1
+"""A field ends here; what lies farther counts as unreachable (int16 halves the memory of a large site)."""
+
+
+@kernel
+def distance_field(clearance: Clearance, target: NDArray[np.int32]) -> NDArray[np.int16]:
+    """Return the breadth-first field of one lift.
+
+    Args:
+        clearance: What decides whether a placement is free; its table gives the site's shape.
+        target: (3,) int32 reference cell of the target.
+
+    Returns:
+        (X, Y, Z) int16 moves to the target, ``UNREACHABLE`` where there is no way or the placement is not free. All
+        unreachable where the target itself is not free.
+    """
+    nx, ny, nz = clearance.table.shape[0] - 1, clearance.table.shape[1] - 1, clearance.table.shape[2] - 1
+    unseen, blocked = np.int16(-3), np.int16(-2)
+    field = np.full((nx, ny, nz), unseen, np.int16)
+    if placement_is_free(clearance, target[0], target[1], target[2]):
+        frontier = np.empty((1024, 3), np.int32)
+        upcoming = np.empty((1024, 3), np.int32)
+        frontier[0] = target
+        count = 1
+        field[target[0], target[1], target[2]] = 0
+        distance = 0
+        while count > 0 and distance < FARTHEST:
+            distance += 1
+            found = 0
+            if upcoming.shape[0] < ACTION_COUNT * count:
+                upcoming = np.empty((2 * ACTION_COUNT * count, 3), np.int32)
+            for c in range(count):
+                for a in range(ACTION_COUNT):
+                    x, y, z = frontier[c, 0] + MOVES[a, 0], frontier[c, 1] + MOVES[a, 1], frontier[c, 2] + MOVES[a, 2]
+                    if x < 0 or y < 0 or z < 0 or x >= nx or y >= ny or z >= nz or field[x, y, z] != unseen:
+                        continue
+                    if placement_is_free(clearance, x, y, z):
+                        field[x, y, z] = distance
+                        upcoming[found, 0], upcoming[found, 1], upcoming[found, 2] = x, y, z
+                        found += 1
+                    else:
+                        field[x, y, z] = blocked
+            frontier, upcoming = upcoming, frontier
+            count = found
+    for x in range(nx):
+        for y in range(ny):
+            for z in range(nz):
+                if field[x, y, z] < 0:
+                    field[x, y, z] = UNREACHABLE
+    return field

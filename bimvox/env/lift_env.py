@@ -1,0 +1,161 @@
+"""One lift as a Gymnasium environment, ``bimvox/Lift-v0``. Importing this module registers it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, SupportsFloat
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.env.actions import ACTION_COUNT, Action
+from bimvox.env.default_problem import default_problem
+from bimvox.env.dynamics import has_arrived, transition
+from bimvox.env.limits import StepLimit, steps_allowed
+from bimvox.env.observation import OBSERVATION_SIZE, observe
+from bimvox.env.pool import pool_of
+from bimvox.env.problem import LiftProblem, is_learnable
+from bimvox.env.reward import REWARDS, reward
+from bimvox.env.starts import YARD_ONLY, StartMix, draw_start
+from bimvox.env.state import NO_ACTION, LiftState, initial_state
+from bimvox.site.clearance import placement_is_free
+
+ENV_ID = "bimvox/Lift-v0"
+
+
+class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
+    """Bring one component from the yard to its place, a voxel at a time.
+
+    The same pure functions as in :class:`bimvox.env.batched.BatchedLiftEnv` decide what happens; this one is for
+    experiments and for other people's learners, that one for training.
+
+    ``reset`` takes the options ``problem`` (index) and ``start`` (reference cell). ``info`` holds ``is_success``,
+    ``bumped``, ``cell_vox`` and ``distance`` (moves to the target).
+
+    Args:
+        problems: What to draw episodes from; the paper's site without.
+        reward_name: A key of ``REWARDS``.
+        mix: Where episodes begin; only at the problems' yard starts without.
+        limit: How many actions an episode may take.
+        render_mode: None or ``ansi``.
+
+    Raises:
+        ValueError: A problem is not learnable, or the render mode is unknown.
+    """
+
+    metadata = {"render_modes": ["ansi"], "render_fps": 4}  # noqa: RUF012  (Gymnasium's own convention)
+
+    def __init__(
+        self,
+        problems: Sequence[LiftProblem] | None = None,
+        *,
+        reward_name: str = "shaped",
+        mix: StartMix = YARD_ONLY,
+        limit: StepLimit = StepLimit(),  # noqa: B008  (immutable)
+        render_mode: str | None = None,
+    ) -> None:
+        if render_mode not in (None, "ansi"):
+            raise ValueError(f"render_mode {render_mode!r}: only None and 'ansi' are known")
+        self._problems = tuple(problems) if problems is not None else (default_problem(),)
+        if not all(is_learnable(problem) for problem in self._problems):
+            raise ValueError("a problem has no distance field, or no start from which its target can be reached")
+        self._pool = pool_of(self._problems, with_distances=True)
+        self._weights = REWARDS[reward_name]
+        self._mix = mix
+        self._limit = limit
+        self.render_mode = render_mode
+        self.action_space = gymnasium.spaces.Discrete(ACTION_COUNT)
+        self.observation_space = gymnasium.spaces.Box(-1.0, 1.0, (OBSERVATION_SIZE,), np.float32)
+        self._p = 0
+        self._state = LiftState(0, 0, 0, NO_ACTION, 0)
+        self._allowed = 0
+
+    @property
+    def problem(self) -> LiftProblem:
+        """The problem of the running episode."""
+        return self._problems[self._p]
+
+    @property
+    def state(self) -> LiftState:
+        """The state of the running episode."""
+        return self._state
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begin an episode; see the class for ``options``."""
+        super().reset(seed=seed)
+        chosen = options or {}
+        self._p = int(chosen.get("problem", self.np_random.integers(len(self._problems))))
+        if "start" in chosen:
+            cell = tuple(int(c) for c in chosen["start"])
+            if self.problem.distance_from(cell) < 0:
+                raise ValueError(f"start {cell}: the target cannot be reached from there")
+        else:
+            generator = self.np_random.integers(2**63, size=1).astype(np.uint64)
+            cell = draw_start(self._pool, self._p, self._mix, generator)
+        self._state = initial_state(*cell)
+        self._allowed = steps_allowed(self._limit, self.problem.distance_from(cell))
+        return self._observation(), self._info(bumped=False)
+
+    def step(self, action: np.int64) -> tuple[NDArray[np.float32], SupportsFloat, bool, bool, dict[str, Any]]:
+        """Take one action; see Gymnasium."""
+        before = self._state
+        self._state, bumped = transition(self.problem.clearance, before, int(action))
+        arrived = has_arrived(self._state, self._target)
+        earned = reward(
+            self._weights,
+            self.problem.distance_from(before[:3]),
+            self.problem.distance_from(self._state[:3]),
+            bumped,
+            arrived,
+            before.steps >= self._allowed,
+        )
+        truncated = not arrived and self._state.steps >= self._allowed
+        return self._observation(), earned, arrived, truncated, self._info(bumped=bumped)
+
+    def render(self) -> str | None:
+        """Return the layer of the component's reference cell as text: C here, T target's column, # not free."""
+        if self.render_mode is None:
+            return None
+        nx, ny, _ = self.problem.grid_shape
+        x, y, z, last_action, steps = self._state
+        target = self.problem.target_vox
+        rows = []
+        for j in range(ny - 1, -1, -1):
+            row = ["." if placement_is_free(self.problem.clearance, i, j, z) else "#" for i in range(nx)]
+            if j == target[1]:
+                row[target[0]] = "T"
+            if j == y:
+                row[x] = "C"
+            rows.append("".join(row))
+        done = "-" if last_action == NO_ACTION else Action(last_action).name.lower()
+        return "\n".join([f"step {steps}, cell {(x, y, z)}, target {target}, last action {done}", *rows]) + "\n"
+
+    @property
+    def _target(self) -> NDArray[np.int32]:
+        return np.asarray(self.problem.target_vox, np.int32)
+
+    def _observation(self) -> NDArray[np.float32]:
+        out = np.empty(OBSERVATION_SIZE, np.float32)
+        observe(self.problem.clearance, self._target, self._state, out)
+        return out
+
+    def _info(self, *, bumped: bool) -> dict[str, Any]:
+        cell = self._state[:3]
+        return {
+            "is_success": bool(has_arrived(self._state, self._target)),
+            "bumped": bumped,
+            "cell_vox": cell,
+            "distance": self.problem.distance_from(cell),
+        }
+
+
+def register() -> None:
+    """Make ``gymnasium.make("bimvox/Lift-v0")`` work; done when this module is imported."""
+    if ENV_ID not in gymnasium.registry:
+        gymnasium.register(ENV_ID, entry_point="bimvox.env.lift_env:LiftEnv")
+
+
+register()

@@ -1,0 +1,145 @@
+"""Many problems in flat arrays, so that one kernel can step lifts on different sites, stages and components."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel, leaf_kernel
+from bimvox.env.problem import LiftProblem
+from bimvox.site.clearance import Clearance
+
+S = TypeVar("S", bound=np.generic)
+
+
+class ProblemPool(NamedTuple):
+    """P problems; a plain tuple, so that kernels take it. Tables and hook maps that problems share are held once.
+
+    Attributes:
+        tables: (sum of table sizes,) int32, the summed-area tables one after the other.
+        table_start: (P,) int64 where each problem's table begins.
+        table_shape: (P, 3) int64.
+        boxes: (sum of boxes, 6) int32.
+        boxes_start: (P + 1,) int64.
+        hook_offset: (P, 3) int32.
+        hook_floors: (sum of X * Y,) int32.
+        hook_floor_start: (P,) int64.
+        cleared_low: (P, 3) int32.
+        cleared: (sum of window sizes,) bool.
+        cleared_start: (P,) int64.
+        cleared_shape: (P, 3) int64.
+        target: (P, 3) int32.
+        starts: (sum of starts, 3) int32.
+        starts_start: (P + 1,) int64.
+        distances: (sum of field sizes,) int16; empty where the problems have none.
+        distance_start: (P,) int64.
+    """
+
+    tables: NDArray[np.int32]
+    table_start: NDArray[np.int64]
+    table_shape: NDArray[np.int64]
+    boxes: NDArray[np.int32]
+    boxes_start: NDArray[np.int64]
+    hook_offset: NDArray[np.int32]
+    hook_floors: NDArray[np.int32]
+    hook_floor_start: NDArray[np.int64]
+    cleared_low: NDArray[np.int32]
+    cleared: NDArray[np.bool_]
+    cleared_start: NDArray[np.int64]
+    cleared_shape: NDArray[np.int64]
+    target: NDArray[np.int32]
+    starts: NDArray[np.int32]
+    starts_start: NDArray[np.int64]
+    distances: NDArray[np.int16]
+    distance_start: NDArray[np.int64]
+
+
+def pool_of(problems: Sequence[LiftProblem], *, with_distances: bool) -> ProblemPool:
+    """Pack problems.
+
+    Args:
+        problems: At least one.
+        with_distances: Whether to pack the distance fields too (training); every problem must have one then.
+
+    Raises:
+        ValueError: There is no problem, or one has no distance field though it is needed.
+    """
+    if not problems:
+        raise ValueError("a pool needs at least one problem")
+    if with_distances and any(problem.distance is None for problem in problems):
+        raise ValueError("every problem needs a distance field: make it with training_problem()")
+    clearances = [problem.clearance for problem in problems]
+    tables, table_start = _packed([c.table for c in clearances], np.int32)
+    floors, floor_start = _packed([c.hook_floor for c in clearances], np.int32)
+    cleared, cleared_start = _packed([c.cleared for c in clearances], np.bool_)
+    fields = [p.distance for p in problems if p.distance is not None] if with_distances else []
+    distances, distance_start = _packed(fields, np.int16)
+    return ProblemPool(
+        tables=tables,
+        table_start=table_start,
+        table_shape=np.array([c.table.shape for c in clearances], np.int64),
+        boxes=np.concatenate([c.boxes for c in clearances]).astype(np.int32),
+        boxes_start=_bounds([len(c.boxes) for c in clearances]),
+        hook_offset=np.array([c.hook_offset for c in clearances], np.int32),
+        hook_floors=floors,
+        hook_floor_start=floor_start,
+        cleared_low=np.array([c.cleared_low for c in clearances], np.int32),
+        cleared=cleared,
+        cleared_start=cleared_start,
+        cleared_shape=np.array([c.cleared.shape for c in clearances], np.int64),
+        target=np.array([p.target_vox for p in problems], np.int32),
+        starts=np.concatenate([p.starts_vox for p in problems]).astype(np.int32),
+        starts_start=_bounds([len(p.starts_vox) for p in problems]),
+        distances=distances,
+        distance_start=distance_start,
+    )
+
+
+@kernel
+def pooled_clearance(pool: ProblemPool, p: int) -> Clearance:
+    """Return views of problem ``p``'s clearance."""
+    nx, ny, nz = pool.table_shape[p]
+    start = pool.table_start[p]
+    table = pool.tables[start : start + nx * ny * nz].reshape((nx, ny, nz))
+    start = pool.hook_floor_start[p]
+    hook_floor = pool.hook_floors[start : start + (nx - 1) * (ny - 1)].reshape((nx - 1, ny - 1))
+    a, b, c = pool.cleared_shape[p]
+    start = pool.cleared_start[p]
+    cleared = pool.cleared[start : start + a * b * c].reshape((a, b, c))
+    boxes = pool.boxes[pool.boxes_start[p] : pool.boxes_start[p + 1]]
+    return Clearance(table, boxes, pool.hook_offset[p], hook_floor, pool.cleared_low[p], cleared)
+
+
+@leaf_kernel
+def pooled_distance(pool: ProblemPool, p: int, x: int, y: int, z: int) -> int:
+    """Return the moves to the target of problem ``p`` from a reference cell inside the site; 0 without a field."""
+    if pool.distances.size == 0:
+        return 0
+    ny, nz = pool.table_shape[p, 1] - 1, pool.table_shape[p, 2] - 1
+    return int(pool.distances[pool.distance_start[p] + (x * ny + y) * nz + z])
+
+
+def _packed(arrays: Sequence[NDArray[S]], dtype: type[S]) -> tuple[NDArray[S], NDArray[np.int64]]:
+    """Return arrays flat, one after the other, equal objects once, and where each begins."""
+    first: dict[int, int] = {}
+    unique: list[NDArray[S]] = []
+    starts = np.zeros(len(arrays), np.int64)
+    end = 0
+    for index, array in enumerate(arrays):
+        if id(array) not in first:
+            first[id(array)] = end
+            unique.append(array.reshape(-1))
+            end += array.size
+        starts[index] = first[id(array)]
+    if len(unique) == 1:  # a single large table is not worth a copy
+        return unique[0].astype(dtype, copy=False), starts
+    flat = np.concatenate(unique).astype(dtype, copy=False) if unique else np.zeros(0, dtype)
+    return flat, starts
+
+
+def _bounds(counts: Sequence[int]) -> NDArray[np.int64]:
+    """Return (P + 1,) boundaries of consecutive runs."""
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)

@@ -1,0 +1,72 @@
+"""A zip of named byte strings that is the same for the same input, and is read without trusting it."""
+
+from __future__ import annotations
+
+import io
+import struct
+import zipfile
+import zlib
+from collections.abc import Mapping
+
+_TIMESTAMP = (1980, 1, 1, 0, 0, 0)  # the earliest that zip knows: no wall clock in the bytes
+_UNIX = 3
+_LEVEL = 6
+_MAX_RATIO = 1_040  # deflate cannot do better than 1032 : 1, so a larger claim is a lie
+_MAX_BYTES = 4 << 30
+
+BROKEN_ZIP = (
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+    EOFError,
+    NotImplementedError,
+    OSError,
+    RuntimeError,
+    ValueError,
+    MemoryError,
+)
+"""What the zip reader raises on bytes that are no zip, or no longer one."""
+
+
+class ArchiveError(ValueError):
+    """Bytes that are not a sound archive; the message says why."""
+
+
+def pack(members: Mapping[str, bytes]) -> bytes:
+    """Return a deflated zip of ``members``, in their order."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, data in members.items():
+            info = zipfile.ZipInfo(name, _TIMESTAMP)
+            info.create_system = _UNIX
+            info.external_attr = 0o644 << 16
+            info.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(info, data, compresslevel=_LEVEL)
+    return buffer.getvalue()
+
+
+def unpack(data: bytes) -> dict[str, bytes]:
+    """Return the members of an archive made by :func:`pack`; checksums are verified, sizes before anything is read.
+
+    Raises:
+        ArchiveError: If the bytes are damaged, claim impossible sizes, or are no zip.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            _check_claims(archive.infolist())
+            return {info.filename: archive.read(info) for info in archive.infolist()}
+    except ArchiveError:
+        raise
+    except BROKEN_ZIP as error:
+        raise ArchiveError(f"it is damaged or no archive ({error})") from error
+
+
+def _check_claims(infos: list[zipfile.ZipInfo]) -> None:
+    for info in infos:
+        if info.file_size > _MAX_RATIO * info.compress_size + 1024:
+            raise ArchiveError(f"{info.filename} claims {info.file_size:,} bytes out of {info.compress_size:,}")
+    total = sum(info.file_size for info in infos)
+    if total > _MAX_BYTES:
+        raise ArchiveError(f"it claims to hold {total:,} bytes, more than the {_MAX_BYTES:,} allowed")
+    if len({info.filename for info in infos}) != len(infos):
+        raise ArchiveError("it holds two members of the same name")

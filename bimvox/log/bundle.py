@@ -1,0 +1,143 @@
+"""A site as one file inside the log: all that is needed to prove the log again from the log alone.
+
+A zip of ``site.json`` and one flat ``<dtype>.npy`` for each dtype; the JSON refers into them (see ``codec``). Labels,
+blockers, shapes, meshes (float64, exactly), crane, rules, yard, transforms and digests: everything a ``Site`` holds.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import TriangleMesh
+from bimvox.errors import LogFileError
+from bimvox.grid.labels import Label
+from bimvox.log.archive import ArchiveError, pack, unpack
+from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, DecodeError, decode, encode
+from bimvox.site.component import Shape
+from bimvox.site.site import Site
+
+_FORMAT = "bimvox-site"
+_VERSION = 1
+_MAX_HEADER = 10_000
+
+
+def site_to_bytes(site: Site) -> bytes:
+    """Return ``site`` as a compressed bundle; the same site gives the same bytes."""
+    arrays = ArrayWriter()
+    document = {"format": _FORMAT, "version": _VERSION, "site": encode(site, arrays)}
+    members = {"site.json": json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode()}
+    members |= {f"{dtype}.npy": _to_npy(flat) for dtype, flat in arrays.flat().items()}
+    return pack(members)
+
+
+def site_from_bytes(data: bytes, name: str) -> Site:
+    """Return the site of a bundle.
+
+    Args:
+        data: What :func:`site_to_bytes` returned.
+        name: Where it came from, for messages.
+
+    Raises:
+        LogFileError: If the bundle is damaged, hostile, or contradicts itself.
+    """
+    try:
+        return _read(unpack(data))
+    except (ArchiveError, DecodeError, RecursionError, UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise LogFileError(name, f"the site in it cannot be read: {error}") from error
+
+
+def _read(members: dict[str, bytes]) -> Site:
+    if "site.json" not in members:
+        raise ArchiveError("it has no site.json")
+    flat = {dtype: _from_npy(members[f"{dtype}.npy"], dtype) for dtype in DTYPES if f"{dtype}.npy" in members}
+    document = json.loads(members["site.json"])
+    if not isinstance(document, dict) or document.get("format") != _FORMAT:
+        raise ArchiveError("it is not a site")
+    if document.get("version") != _VERSION:
+        raise ArchiveError(f"its version {document.get('version')!r} is not {_VERSION}; use the bimvox that made it")
+    site: Site = decode(Site, document.get("site"), ArrayReader(flat), "site")
+    _check(site)
+    return site
+
+
+def _to_npy(flat: NDArray[Any]) -> bytes:
+    buffer = io.BytesIO()
+    little = flat.astype(flat.dtype.newbyteorder("<"), copy=False)
+    np.lib.format.write_array(buffer, little, version=(1, 0), allow_pickle=False)
+    return buffer.getvalue()
+
+
+def _from_npy(data: bytes, dtype: str) -> NDArray[Any]:
+    """Return the flat array of a .npy; its size is compared with the data before anything is allocated."""
+    stream = io.BytesIO(data)
+    try:
+        if np.lib.format.read_magic(stream) != (1, 0):
+            raise ArchiveError(f"{dtype}.npy has an unknown version")
+        shape, _, found = np.lib.format.read_array_header_1_0(stream, max_header_size=_MAX_HEADER)
+    except ValueError as error:
+        raise ArchiveError(f"{dtype}.npy: {error}") from error
+    body = memoryview(data)[stream.tell() :]
+    if found.name != dtype or len(shape) != 1 or shape[0] * found.itemsize != len(body):
+        raise ArchiveError(f"{dtype}.npy does not hold what its header says")
+    return np.frombuffer(body, dtype=found)
+
+
+def _check(site: Site) -> None:
+    """Raise DecodeError where the parts of a site contradict each other: later code indexes with these numbers."""
+    if site.labels.ndim != 3 or 0 in site.labels.shape:
+        raise DecodeError("site.labels: not a grid")
+    if int(site.labels.max()) > max(Label):
+        raise DecodeError("site.labels: unknown label")
+    if site.yard.shape != site.labels.shape[:2] or site.site_to_ifc.shape != (4, 4):
+        raise DecodeError("site.yard or site.site_to_ifc: wrong shape")
+    if not site.frame.voxel_size_m > 0:
+        raise DecodeError("site.frame.voxel_size_m: not positive")
+    for n, blocker in enumerate(site.blockers):
+        _check_cells(blocker.cells, site.shape, f"site.blockers[{n}].cells")
+        if blocker.mesh is not None:
+            _check_mesh(blocker.mesh, f"site.blockers[{n}].mesh")
+    for n, component in enumerate(site.components):
+        where = f"site.components[{n}]"
+        if component.index != n:
+            raise DecodeError(f"{where}.index: {component.index} instead of {n}")
+        _check_cells(component.shape.cells, site.shape, f"{where}.shape.cells")
+        _check_boxes(component.shape, f"{where}.shape.boxes")
+        _check_mesh(component.mesh, f"{where}.mesh")
+        high = np.add(component.target_vox, component.shape.size_vox)
+        if min(component.target_vox) < 0 or (high > site.shape).any():
+            raise DecodeError(f"{where}.target_vox: outside the grid")
+
+
+def _check_cells(cells: NDArray[np.int32], shape: tuple[int, int, int], where: str) -> None:
+    if (
+        cells.ndim != 2
+        or cells.shape[1] != 3
+        or (cells.size and (cells.min() < 0 or (cells.max(axis=0) >= shape).any()))
+    ):
+        raise DecodeError(f"{where}: not cells of the grid")
+
+
+def _check_mesh(mesh: TriangleMesh, where: str) -> None:
+    if mesh.vertices_m.ndim != 2 or mesh.vertices_m.shape[1] != 3 or mesh.faces.ndim != 2 or mesh.faces.shape[1] != 3:
+        raise DecodeError(f"{where}: not triangles")
+    if mesh.faces.size and (mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices_m)):
+        raise DecodeError(f"{where}: a face names a vertex that is not there")
+
+
+def _check_boxes(shape: Shape, where: str) -> None:
+    """Raise unless the boxes are disjoint and their union is the cells."""
+    if not shape.cells.size or shape.boxes.ndim != 2 or shape.boxes.shape[1] != 6:
+        raise DecodeError(f"{where}: not boxes")
+    dense = np.zeros(shape.cells.max(axis=0) + 1, np.int32)
+    dense[tuple(shape.cells.T)] = 1
+    if (shape.boxes < 0).any() or (shape.boxes[:, 3:].max(axis=0) != dense.shape).any():
+        raise DecodeError(f"{where}: they do not fit the cells")
+    for x0, y0, z0, x1, y1, z1 in shape.boxes.tolist():
+        dense[x0:x1, y0:y1, z0:z1] -= 1
+    if dense.any():
+        raise DecodeError(f"{where}: their union is not the cells")

@@ -1,0 +1,165 @@
+"""Dataclasses to plain JSON values and flat arrays, and back, by their type hints.
+
+Every array goes to the end of one flat array of its dtype, and the JSON value keeps ``{"dtype", "start", "shape"}``.
+So the format follows the types: a field that is added to one of them, with a default, is written and read from then on,
+and files from before still read.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import types
+import typing
+from collections.abc import Mapping, Sequence
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+DTYPES = ("bool", "uint8", "int32", "int64", "float32", "float64")
+
+
+class DecodeError(ValueError):
+    """A value that does not fit the type it should have; the message names the place."""
+
+
+class ArrayWriter:
+    """Collects arrays, one flat array a dtype."""
+
+    def __init__(self) -> None:
+        self._parts: dict[str, list[NDArray[Any]]] = {}
+        self._length: dict[str, int] = {}
+
+    def put(self, array: NDArray[Any]) -> dict[str, Any]:
+        """Append ``array`` and return where it is."""
+        dtype = array.dtype.name
+        if dtype not in DTYPES:
+            raise TypeError(f"arrays of {dtype} are not stored")
+        start = self._length.get(dtype, 0)
+        self._parts.setdefault(dtype, []).append(np.ascontiguousarray(array).reshape(-1))
+        self._length[dtype] = start + array.size
+        return {"dtype": dtype, "start": start, "shape": list(array.shape)}
+
+    def flat(self) -> dict[str, NDArray[Any]]:
+        """Return the flat arrays by dtype, in the order of ``DTYPES``."""
+        return {dtype: np.concatenate(self._parts[dtype]) for dtype in DTYPES if dtype in self._parts}
+
+
+class ArrayReader:
+    """Gives arrays back, read-only views into the flat ones."""
+
+    def __init__(self, flat: Mapping[str, NDArray[Any]]) -> None:
+        self._flat = flat
+
+    def get(self, place: Any, dtype: str, where: str) -> NDArray[Any]:
+        """Return the array at ``place``, which must be of ``dtype``."""
+        if not isinstance(place, dict) or set(place) != {"dtype", "start", "shape"} or place["dtype"] != dtype:
+            raise DecodeError(f"{where}: not a reference to an array of {dtype}")
+        shape, start = place["shape"], place["start"]
+        if not isinstance(shape, list) or not all(_is_size(n) for n in [*shape, start]):
+            raise DecodeError(f"{where}: the array has an impossible shape")
+        size = math.prod(shape)
+        flat = self._flat.get(dtype, np.zeros(0, dtype))
+        if start + size > flat.size:
+            raise DecodeError(f"{where}: the array reaches past the end of the stored data")
+        view = flat[start : start + size].reshape(shape)
+        view.flags.writeable = False
+        return view
+
+
+def encode(value: Any, arrays: ArrayWriter) -> Any:
+    """Return ``value`` as plain JSON values; its arrays go to ``arrays``."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: encode(getattr(value, field.name), arrays) for field in dataclasses.fields(value)}
+    if isinstance(value, np.ndarray):
+        return arrays.put(value)
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Mapping):
+        return {str(key): encode(item, arrays) for key, item in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [encode(item, arrays) for item in value]
+    if value is None or isinstance(value, str | bool | int | float):
+        return value
+    raise TypeError(f"values of {type(value).__name__} are not stored")
+
+
+def decode(hint: Any, value: Any, arrays: ArrayReader, where: str) -> Any:
+    """Return ``value`` as the type that ``hint`` says.
+
+    Raises:
+        DecodeError: If it does not fit; the message names the place.
+    """
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is np.ndarray:
+        return arrays.get(value, np.dtype(typing.get_args(arguments[1])[0]).name, where)
+    if origin in (typing.Union, types.UnionType):
+        return _decode_union(arguments, value, arrays, where)
+    if origin is tuple:
+        return _decode_tuple(arguments, value, arrays, where)
+    if origin is not None and issubclass(origin, Mapping):
+        if not isinstance(value, dict):
+            raise DecodeError(f"{where}: not a table")
+        return {key: decode(arguments[1], item, arrays, f"{where}.{key}") for key, item in value.items()}
+    if dataclasses.is_dataclass(hint):
+        return _decode_dataclass(hint, value, arrays, where)
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        try:
+            return hint(value)
+        except ValueError:
+            raise DecodeError(f"{where}: {value!r} is not one of {', '.join(str(m.value) for m in hint)}") from None
+    if hint is float and isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    if type(value) is hint or (hint is types.NoneType and value is None):
+        return value
+    raise DecodeError(f"{where}: {value!r} is not {getattr(hint, '__name__', hint)}")
+
+
+def _decode_union(options: tuple[Any, ...], value: Any, arrays: ArrayReader, where: str) -> Any:
+    if value is None and types.NoneType in options:
+        return None
+    failure: DecodeError | None = None
+    exact_first = sorted(options, key=lambda option: option is not type(value))
+    for option in exact_first:
+        if option is types.NoneType:
+            continue
+        try:
+            return decode(option, value, arrays, where)
+        except DecodeError as error:
+            failure = failure or error
+    raise failure or DecodeError(f"{where}: {value!r} fits none of the types allowed")
+
+
+def _decode_tuple(arguments: tuple[Any, ...], value: Any, arrays: ArrayReader, where: str) -> tuple[Any, ...]:
+    if not isinstance(value, list):
+        raise DecodeError(f"{where}: not a list")
+    if len(arguments) == 2 and arguments[1] is Ellipsis:
+        hints = (arguments[0],) * len(value)
+    elif len(arguments) == len(value):
+        hints = arguments
+    else:
+        raise DecodeError(f"{where}: {len(value)} values instead of {len(arguments)}")
+    return tuple(
+        decode(hint, item, arrays, f"{where}[{n}]") for n, (hint, item) in enumerate(zip(hints, value, strict=True))
+    )
+
+
+def _decode_dataclass(hint: Any, value: Any, arrays: ArrayReader, where: str) -> Any:
+    if not isinstance(value, dict):
+        raise DecodeError(f"{where}: not a table")
+    hints = typing.get_type_hints(hint)
+    fields = {field.name: field for field in dataclasses.fields(hint)}
+    if unknown := sorted(set(value) - set(fields)):
+        raise DecodeError(f"{where}: unknown key {unknown[0]!r} (written by a newer bimvox?)")
+    for name, field in fields.items():
+        if name not in value and field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
+            raise DecodeError(f"{where}: {name!r} is missing")
+    return hint(**{name: decode(hints[name], item, arrays, f"{where}.{name}") for name, item in value.items()})
+
+
+def _is_size(value: Any) -> bool:
+    return type(value) is int and 0 <= value < 2**48

@@ -1,0 +1,132 @@
+"""``bimvox.CraneCommand``: what the crane is told, as protobuf, without a compiler at run time.
+
+One definition: the tables below. The descriptor that the log carries and the ``.proto`` text that ``bimvox schema log``
+prints are both made from them. Fields are only ever added, never renumbered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+from google.protobuf import descriptor_pool, message_factory, timestamp_pb2
+from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto
+
+from bimvox.log.messages import stamp
+from bimvox.trajectory.commands import CraneCommand
+from bimvox.trajectory.motion import PhaseName
+
+PACKAGE = "bimvox"
+MESSAGE = "CraneCommand"
+PROTO_FILE = "bimvox/CraneCommand.proto"
+
+_TIMESTAMP = "google.protobuf.Timestamp"
+_SCALARS = {
+    "uint32": FieldDescriptorProto.TYPE_UINT32,
+    "string": FieldDescriptorProto.TYPE_STRING,
+    "double": FieldDescriptorProto.TYPE_DOUBLE,
+    "bool": FieldDescriptorProto.TYPE_BOOL,
+}
+
+
+class _Field(NamedTuple):
+    number: int
+    type: str
+    name: str
+    comment: str
+
+
+FIELDS = (
+    _Field(1, _TIMESTAMP, "time", "When it is given, since the start of the site's clock."),
+    _Field(2, "uint32", "lift_order", "The lift's position in the assembly order, from 0."),
+    _Field(3, "string", "component_id", "The component: its GlobalId, made unique where it is not."),
+    _Field(4, "Phase", "phase", "Phase of the lift."),
+    _Field(5, "double", "slew_rate_rad_s", "Slewing rate to hold until the next command, counter-clockwise positive."),
+    _Field(6, "double", "trolley_rate_m_s", "Trolley rate to hold until the next command, outward positive."),
+    _Field(7, "double", "hoist_rate_m_s", "Hoisting rate to hold until the next command, up positive."),
+    _Field(8, "double", "slew_rad", "Slewing angle at the next command, from the site's +x axis, unwrapped."),
+    _Field(9, "double", "radius_m", "Distance of the hook from the slewing axis at the next command."),
+    _Field(10, "double", "height_m", "Height of the hook above the site's z = 0 at the next command."),
+    _Field(11, "double", "rope_length_m", "Rope below the jib at the next command."),
+    _Field(12, "bool", "loaded", "Whether the component hangs on the hook."),
+)
+
+PHASE_NUMBERS: dict[PhaseName, int] = {
+    PhaseName.APPROACH: 1,
+    PhaseName.HOOK_ON: 2,
+    PhaseName.RAISE: 3,
+    PhaseName.HOIST: 4,
+    PhaseName.TRAVERSE: 5,
+    PhaseName.LOWER: 6,
+    PhaseName.SET: 7,
+    PhaseName.RELEASE: 8,
+}
+_PHASES = {"PHASE_UNSPECIFIED": 0, **{f"PHASE_{name.name}": number for name, number in PHASE_NUMBERS.items()}}
+
+
+def file_descriptor() -> FileDescriptorProto:
+    """Return the descriptor of the file that defines the message."""
+    file = FileDescriptorProto(
+        name=PROTO_FILE, package=PACKAGE, syntax="proto3", dependency=[timestamp_pb2.DESCRIPTOR.name]
+    )
+    message = file.message_type.add(name=MESSAGE)
+    phases = message.enum_type.add(name="Phase")
+    for name, number in _PHASES.items():
+        phases.value.add(name=name, number=number)
+    for field in FIELDS:
+        added = message.field.add(name=field.name, number=field.number, label=FieldDescriptorProto.LABEL_OPTIONAL)
+        if field.type in _SCALARS:
+            added.type = _SCALARS[field.type]
+        elif field.type == _TIMESTAMP:
+            added.type, added.type_name = FieldDescriptorProto.TYPE_MESSAGE, f".{_TIMESTAMP}"
+        else:
+            added.type, added.type_name = FieldDescriptorProto.TYPE_ENUM, f".{PACKAGE}.{MESSAGE}.{field.type}"
+    return file
+
+
+def proto_text() -> str:
+    """Return the definition as ``.proto`` text."""
+    lines = ['syntax = "proto3";', "", f'import "{timestamp_pb2.DESCRIPTOR.name}";', "", f"package {PACKAGE};", ""]
+    lines += ["// What a tower crane is told: rates of its axes to hold until the next command, and where they lead."]
+    lines += [f"message {MESSAGE} {{", "  enum Phase {"]
+    lines += [f"    {name} = {number};" for name, number in _PHASES.items()]
+    lines += ["  }"]
+    for field in FIELDS:
+        lines += ["", f"  // {field.comment}", f"  {field.type} {field.name} = {field.number};"]
+    return "\n".join([*lines, "}", ""])
+
+
+def _message_class() -> Any:
+    # The default pool, so that the timestamps of this message and of Foxglove's are the same class.
+    pool = descriptor_pool.Default()
+    pool.Add(file_descriptor())
+    return message_factory.GetMessageClass(pool.FindMessageTypeByName(f"{PACKAGE}.{MESSAGE}"))
+
+
+CraneCommandMessage: Any = _message_class()
+"""The protobuf class."""
+
+
+def to_messages(commands: Iterable[CraneCommand], component_ids: list[str], jib_height_m: float) -> Iterable[Any]:
+    """Yield commands as protobuf messages.
+
+    Args:
+        commands: In order.
+        component_ids: Id of every component, by its index.
+        jib_height_m: Height of the rope's exit, for the rope length.
+    """
+    for command in commands:
+        yield CraneCommandMessage(
+            time=stamp(command.time_ns),
+            lift_order=command.order,
+            component_id=component_ids[command.component],
+            phase=PHASE_NUMBERS[command.phase],
+            slew_rate_rad_s=command.slew_rate_rad_s,
+            trolley_rate_m_s=command.trolley_rate_m_s,
+            hoist_rate_m_s=command.hoist_rate_m_s,
+            slew_rad=command.target_slew_rad,
+            radius_m=command.target_radius_m,
+            height_m=command.target_height_m,
+            rope_length_m=jib_height_m - command.target_height_m,
+            loaded=command.loaded,
+        )

@@ -1,0 +1,152 @@
+"""Spans and phases of the motions as JSON inside the log. The samples themselves are on ``/crane/joint_states``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.errors import LogFileError
+from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, encode
+from bimvox.trajectory.motion import LiftMotion, Phase
+from bimvox.trajectory.trajectory import Trajectory
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """A trajectory without its samples; times from the start of the lift."""
+
+    start_ns: int
+    end_ns: int
+    bound_s: float
+    corner: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Record:
+    """A motion without its samples: where they are among the joint states, and what they belong to."""
+
+    order: int
+    component: int
+    start_ns: int
+    end_ns: int
+    first_sample: int
+    samples: int
+    phases: tuple[Phase, ...]
+    approach: _Part | None
+    raising: _Part
+    loaded: _Part
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointSamples:
+    """The joint states of a log.
+
+    Attributes:
+        sequence: (N,) int64 message numbers, ascending; without gaps unless messages were lost.
+        time_ns: (N,) int64.
+        axes: (N, 3) float64 slew (rad), radius (m), height (m).
+    """
+
+    sequence: NDArray[np.int64]
+    time_ns: NDArray[np.int64]
+    axes: NDArray[np.float64]
+
+
+def motions_to_json(motions: Sequence[LiftMotion]) -> bytes:
+    """Return everything about motions but their samples."""
+    records = []
+    first = 0
+    for motion in motions:
+        count = len(motion.samples()[0])
+        records.append(
+            _Record(
+                order=motion.order,
+                component=motion.component,
+                start_ns=motion.start_ns,
+                end_ns=motion.end_ns,
+                first_sample=first,
+                samples=count,
+                phases=motion.phases,
+                approach=None if motion.approach is None else _part_of(motion.approach),
+                raising=_part_of(motion.raising),
+                loaded=_part_of(motion.loaded),
+            )
+        )
+        first += count
+    return json.dumps({"motions": encode(records, ArrayWriter())}, indent=1).encode()
+
+
+def motions_from_json(data: bytes, joints: JointSamples, name: str, *, partial: bool = False) -> tuple[LiftMotion, ...]:
+    """Return the motions of a log.
+
+    Args:
+        data: What :func:`motions_to_json` returned.
+        joints: The joint states.
+        name: Where it came from, for messages.
+        partial: Whether motions whose samples were lost are left out, rather than an error.
+
+    Raises:
+        LogFileError: If it is damaged or does not fit the samples.
+    """
+    try:
+        document = json.loads(data)
+        if not isinstance(document, dict):
+            document = {}
+        records = decode(tuple[_Record, ...], document.get("motions"), ArrayReader({}), "motions")
+        found = (_motion(record, joints, partial) for record in records)
+        return tuple(motion for motion in found if motion is not None)
+    except (DecodeError, RecursionError, UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise LogFileError(name, f"the motions in it cannot be read: {error}") from error
+
+
+def _part_of(trajectory: Trajectory) -> _Part:
+    return _Part(
+        start_ns=int(trajectory.time_ns[0]),
+        end_ns=int(trajectory.time_ns[-1]),
+        bound_s=float(trajectory.bound_s),
+        corner=tuple(int(n) for n in trajectory.corner),
+    )
+
+
+def _motion(record: _Record, joints: JointSamples, partial: bool) -> LiftMotion | None:
+    low, high = np.searchsorted(joints.sequence, [record.first_sample, record.first_sample + record.samples])
+    time_ns, axes = joints.time_ns[low:high] - record.start_ns, joints.axes[low:high]
+    if len(time_ns) != record.samples or record.samples < 2:
+        if partial:
+            return None
+        raise DecodeError(f"lift {record.order}: {len(time_ns)} of {record.samples} joint states are there")
+    if time_ns[0] != 0 or time_ns[-1] != record.end_ns - record.start_ns or (np.diff(time_ns) <= 0).any():
+        raise DecodeError(f"lift {record.order}: its joint states do not ascend from its start to its end")
+
+    def cut(part: _Part) -> Trajectory:
+        inside = (time_ns >= part.start_ns) & (time_ns <= part.end_ns)
+        times = time_ns[inside]
+        if not len(times) or times[0] != part.start_ns or times[-1] != part.end_ns:
+            raise DecodeError(f"lift {record.order}: its joint states do not cover its motion")
+        corner = np.array(part.corner, np.int64)
+        if corner.size and (corner.min() < 0 or corner.max() >= len(times)):
+            raise DecodeError(f"lift {record.order}: a corner is no sample")
+        slew_rad, radius_m, height_m = (_frozen(axis) for axis in axes[inside].T)
+        return Trajectory(_frozen(times), slew_rad, radius_m, height_m, _frozen(corner), part.bound_s)
+
+    return LiftMotion(
+        order=record.order,
+        component=record.component,
+        approach=None if record.approach is None else cut(record.approach),
+        raising=cut(record.raising),
+        loaded=cut(record.loaded),
+        phases=record.phases,
+        start_ns=record.start_ns,
+        end_ns=record.end_ns,
+    )
+
+
+def _frozen(array: NDArray[Any]) -> NDArray[Any]:
+    array = np.ascontiguousarray(array)
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,84 @@
+"""What a reader should know, in words and as spans: ``/log`` and ``/events``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from foxglove_schemas_protobuf.Event_pb2 import Event
+from foxglove_schemas_protobuf.Log_pb2 import Log
+
+from bimvox.log import topics
+from bimvox.log.messages import pairs, stamp
+from bimvox.log.plan_log import LogEvent, PlanLog
+from bimvox.log.track import LoadTrack
+from bimvox.planning.lift import Status
+
+LIFT_EVENT = "lift"
+PHASE_EVENT = "phase"
+OWN_EVENTS = frozenset((LIFT_EVENT, PHASE_EVENT))
+
+
+def log_messages(record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int) -> Iterator[tuple[int, str, Any]]:
+    """Yield the messages of ``/log``: at the start what holds for the whole plan, then each lift as it begins."""
+    site, plan = record.plan.site, record.plan
+    lifts = record.all_lifts
+    planned = sum(lift.status is Status.PLANNED for lift in lifts)
+    yield _line(start_ns, Log.INFO, f"{site.name}: {planned} of {len(lifts)} lifts planned")
+    if record.context:
+        yield _line(start_ns, Log.INFO, f"this is an extract: {len(plan.lifts)} of {len(lifts)} lifts")
+    for lift in plan.lifts:
+        if lift.status is Status.INFEASIBLE:
+            component = site.components[lift.component]
+            blocked = f" (blocked by {', '.join(lift.blocked_by)})" if lift.blocked_by else ""
+            yield _line(start_ns, Log.WARNING, f"{component.id} cannot be lifted: {lift.reason}{blocked}")
+    for clash in plan.clashes:
+        depth = f"{'at least ' if clash.way_out_m is None else ''}{clash.depth_m * 1000:.1f} mm"
+        yield _line(start_ns, Log.WARNING, f"drawn into each other: {clash.first} and {clash.second}, {depth}")
+    for note in plan.notes:
+        yield _line(start_ns, Log.INFO, note)
+    delivery = None
+    for track in tracks:
+        lift, component = track.lift, site.components[track.lift.component]
+        if lift.place is not None and lift.place.delivery != delivery:
+            delivery = lift.place.delivery
+            yield _line(track.start_ns, Log.INFO, f"delivery {delivery} is in the yard")
+        yield _line(
+            track.start_ns,
+            Log.INFO,
+            f"lift {lift.order}: {component.ifc_class} {component.name or component.id}, {component.mass_kg:.0f} kg, "
+            f"{lift.moves} moves (fewest possible {lift.shortest_moves}) by {lift.method}",
+        )
+
+
+def event_messages(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[tuple[int, str, Any]]:
+    """Yield the messages of ``/events`` by their start: lifts, their phases, and the events of the record."""
+    components = record.plan.site.components
+    events = list(record.events)
+    motions = {motion.order: motion for motion in record.motions}
+    for track in tracks:
+        lift, component = track.lift, components[track.lift.component]
+        about = {"order": str(lift.order), "component": component.id, "global_id": component.global_id}
+        whole = about | {
+            "name": component.name,
+            "method": str(lift.method),
+            "moves": str(lift.moves),
+            "shortest_moves": str(lift.shortest_moves),
+        }
+        events.append(LogEvent(LIFT_EVENT, track.start_ns, track.end_ns, whole))
+        if (motion := motions.get(lift.order)) is not None:
+            events += [
+                LogEvent(PHASE_EVENT, phase.start_ns, phase.end_ns, {"phase": phase.name.value} | about)
+                for phase in motion.phases
+            ]
+    for event in sorted(events, key=lambda event: event.start_ns):
+        message = Event(
+            start_time=stamp(event.start_ns),
+            end_time=stamp(event.end_ns),
+            metadata=pairs({"kind": event.kind} | dict(event.fields)),
+        )
+        yield event.start_ns, topics.EVENTS, message
+
+
+def _line(time_ns: int, level: Any, text: str) -> tuple[int, str, Any]:
+    return time_ns, topics.LOG, Log(timestamp=stamp(time_ns), level=level, message=text, name="bimvox")

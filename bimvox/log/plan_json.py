@@ -1,0 +1,132 @@
+"""The lift plan as JSON inside the log. The paths themselves are on ``/crane/path/planned``."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Collection, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.errors import LogFileError
+from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, encode
+from bimvox.planning.lift import Lift, LiftPlan, ModelledClash, Status, YardPlace
+from bimvox.site.component import IntVec, StoredPose
+from bimvox.site.shape import stored_shape
+from bimvox.site.site import Site
+
+_VERSION = 1
+_NO_ARRAYS = ArrayReader({})
+
+
+def plan_to_json(plan: LiftPlan, context: Collection[Lift] = ()) -> bytes:
+    """Return a plan as JSON.
+
+    Args:
+        plan: The plan; its lifts are marked ``carried``.
+        context: Lifts of the same plan that this log does not carry (it is an extract), so that the state of the
+            building before every carried lift is still known.
+    """
+    marked = [(lift, True) for lift in plan.lifts] + [(lift, False) for lift in context]
+    document = {
+        "version": _VERSION,
+        "lifts": [_lift_to_json(plan.site, lift, carried) for lift, carried in sorted(marked, key=_order)],
+        "clashes": [encode(clash, ArrayWriter()) for clash in plan.clashes],
+        "notes": list(plan.notes),
+    }
+    return json.dumps(document, ensure_ascii=False, indent=1).encode()
+
+
+def plan_from_json(
+    data: bytes, site: Site, paths: Mapping[int, NDArray[np.int32]], name: str, *, partial: bool = False
+) -> tuple[LiftPlan, tuple[Lift, ...]]:
+    """Return the plan of a log, and the lifts that the log does not carry.
+
+    Args:
+        data: What :func:`plan_to_json` returned.
+        site: The site that it belongs to.
+        paths: (N, 3) int32 reference cells by lift order.
+        name: Where it came from, for messages.
+        partial: Whether planned lifts may lack their path (a recovered log); such a lift counts as not carried.
+
+    Raises:
+        LogFileError: If it is damaged or does not fit the site or the paths.
+    """
+    try:
+        return _read(json.loads(data), site, paths, partial)
+    except (DecodeError, RecursionError, UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise LogFileError(name, f"the plan in it cannot be read: {error}") from error
+
+
+def _read(
+    document: Any, site: Site, paths: Mapping[int, NDArray[np.int32]], partial: bool
+) -> tuple[LiftPlan, tuple[Lift, ...]]:
+    if not isinstance(document, dict) or document.get("version") != _VERSION:
+        raise DecodeError(f"not a plan of version {_VERSION}")
+    records = document.get("lifts")
+    if not isinstance(records, list):
+        raise DecodeError("lifts: not a list")
+    carried: list[Lift] = []
+    context: list[Lift] = []
+    last = -1
+    for n, record in enumerate(records):
+        lift, is_carried = _lift_from_json(record, site, f"lifts[{n}]")
+        if lift.order <= last:
+            raise DecodeError(f"lifts[{n}].order: {lift.order} does not come after {last}")
+        last = lift.order
+        path = paths.get(lift.order)
+        if is_carried and lift.status is Status.PLANNED:
+            if path is None and not partial:
+                raise DecodeError(f"lifts[{n}]: its path is not in the log")
+            is_carried = path is not None
+            lift = dataclasses.replace(lift, path_vox=path)
+            if path is not None and record["moves"] != lift.moves:
+                raise DecodeError(f"lifts[{n}]: {record['moves']} moves, but its path has {lift.moves}")
+        (carried if is_carried else context).append(lift)
+    clashes = decode(tuple[ModelledClash, ...], document.get("clashes"), _NO_ARRAYS, "clashes")
+    notes = decode(tuple[str, ...], document.get("notes"), _NO_ARRAYS, "notes")
+    return LiftPlan(site, tuple(carried), clashes, notes), tuple(context)
+
+
+def _order(entry: tuple[Lift, bool]) -> int:
+    return entry[0].order
+
+
+def _lift_to_json(site: Site, lift: Lift, carried: bool) -> dict[str, Any]:
+    component = site.components[lift.component]
+    place = lift.place
+    bare = encode(dataclasses.replace(lift, place=None, path_vox=None), ArrayWriter())
+    del bare["path_vox"]
+    return {
+        "id": component.id,
+        "global_id": component.global_id,
+        "carried": carried,
+        "moves": lift.moves,
+        **bare,
+        "place": place
+        and {"delivery": place.delivery, "pose": place.pose.value, "cell_vox": [int(n) for n in place.cell_vox]},
+    }
+
+
+def _lift_from_json(record: Any, site: Site, where: str) -> tuple[Lift, bool]:
+    if not isinstance(record, dict) or not isinstance(record.get("carried"), bool) or "moves" not in record:
+        raise DecodeError(f"{where}: not a lift")
+    added = {"id", "global_id", "carried", "moves", "place"}
+    lift: Lift = decode(
+        Lift, {key: value for key, value in record.items() if key not in added} | {"place": None}, _NO_ARRAYS, where
+    )
+    if not 0 <= lift.component < len(site.components):
+        raise DecodeError(f"{where}.component: the site has no component {lift.component}")
+    component = site.components[lift.component]
+    if record.get("id") != component.id:
+        raise DecodeError(f"{where}.id: {record.get('id')!r}, but component {lift.component} is {component.id!r}")
+    if (place := record.get("place")) is not None:
+        if not isinstance(place, dict):
+            raise DecodeError(f"{where}.place: not a table")
+        pose = decode(StoredPose, place.get("pose"), _NO_ARRAYS, f"{where}.place.pose")
+        delivery = decode(int, place.get("delivery"), _NO_ARRAYS, f"{where}.place.delivery")
+        cell = decode(IntVec, place.get("cell_vox"), _NO_ARRAYS, f"{where}.place.cell_vox")
+        lift = dataclasses.replace(lift, place=YardPlace(delivery, pose, stored_shape(component.shape, pose), cell))
+    return lift, record["carried"]

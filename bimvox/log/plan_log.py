@@ -1,0 +1,84 @@
+"""What a log holds, as a value."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+
+from bimvox.planning.lift import Lift, LiftPlan, Status
+from bimvox.trajectory.motion import LiftMotion
+
+
+@dataclass(frozen=True, slots=True)
+class LogEvent:
+    """A span that is worth a mark on the timeline, such as a replan.
+
+    Attributes:
+        kind: What it is; ``lift`` and ``phase`` are the recorder's own.
+        start_ns: When it starts on the site's clock.
+        end_ns: When it ends.
+        fields: Plain values about it.
+    """
+
+    kind: str
+    start_ns: int
+    end_ns: int
+    fields: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanLog:
+    """A plan over time, with everything that it was made from.
+
+    Attributes:
+        plan: The site and the lifts that the log carries.
+        motions: One per planned lift, in order; empty on a site without a crane.
+        attachments: Files that the plan was made from (site file, obstruction file, grid ...), by name.
+        metadata: Plain values about the plan (seed, policy, hashes ...).
+        revision: Number of the plan among those for the same site; 0 for the first.
+        events: Spans besides lifts and phases.
+        context: Lifts of the same plan that the log does not carry, without their paths: it is an extract.
+    """
+
+    plan: LiftPlan
+    motions: tuple[LiftMotion, ...] = ()
+    attachments: Mapping[str, bytes] = field(default_factory=dict)
+    metadata: Mapping[str, str] = field(default_factory=dict)
+    revision: int = 0
+    events: tuple[LogEvent, ...] = ()
+    context: tuple[Lift, ...] = ()
+
+    @property
+    def all_lifts(self) -> tuple[Lift, ...]:
+        """Lifts carried and not carried, ascending order."""
+        return tuple(sorted((*self.plan.lifts, *self.context), key=lambda lift: lift.order))
+
+    @property
+    def planned(self) -> tuple[Lift, ...]:
+        """The lifts carried that have a path."""
+        return tuple(lift for lift in self.plan.lifts if lift.status is Status.PLANNED)
+
+    def extract(self, orders: Collection[int]) -> PlanLog:
+        """Return the part of the log with the lifts of those orders; the others become context.
+
+        Events outside the motions of those lifts are left out.
+        """
+        left = tuple(lift for lift in self.plan.lifts if lift.order not in orders)
+        motions = tuple(motion for motion in self.motions if motion.order in orders)
+        return dataclasses.replace(
+            self,
+            plan=dataclasses.replace(self.plan, lifts=tuple(lift for lift in self.plan.lifts if lift.order in orders)),
+            motions=motions,
+            events=tuple(event for event in self.events if _meets(event, motions)),
+            context=tuple(
+                sorted(
+                    (*self.context, *(dataclasses.replace(lift, path_vox=None) for lift in left)),
+                    key=lambda lift: lift.order,
+                )
+            ),
+        )
+
+
+def _meets(event: LogEvent, motions: tuple[LiftMotion, ...]) -> bool:
+    return not motions or any(event.start_ns <= m.end_ns and m.start_ns <= event.end_ns for m in motions)

@@ -1,0 +1,162 @@
+"""Reads a log back as the value that was written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.Event_pb2 import Event
+from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
+from google.protobuf.message import DecodeError as ProtobufError
+from numpy.typing import NDArray
+
+from bimvox.crane.urdf import JOINTS
+from bimvox.errors import LogFileError
+from bimvox.log import topics
+from bimvox.log.bundle import site_from_bytes
+from bimvox.log.container import Contents, LogMessage, read_contents, read_file
+from bimvox.log.messages import nanoseconds
+from bimvox.log.motion_json import JointSamples, motions_from_json
+from bimvox.log.narration import LIFT_EVENT, PHASE_EVENT
+from bimvox.log.plan_json import plan_from_json
+from bimvox.log.plan_log import LogEvent, PlanLog
+from bimvox.planning.lift import Status
+from bimvox.site.site import Site
+from bimvox.trajectory.motion import LiftMotion
+
+# The rest of the log is for viewers: it follows from these and the attachments.
+_NEEDED = frozenset((topics.PLANNED, topics.JOINTS, topics.EVENTS))
+
+
+def read_log(path: Path | str) -> PlanLog:
+    """Return what a log holds.
+
+    Args:
+        path: A log written by ``write_log``.
+
+    Raises:
+        LogFileError: If it is missing, empty, no log of ours, truncated or damaged; the message says which, and how to
+            recover what is left.
+    """
+    path = Path(path)
+    return log_of(read_contents(read_file(path), path, _NEEDED), path)
+
+
+def log_of(contents: Contents, path: Path) -> PlanLog:
+    """Return what the contents of a file mean.
+
+    Of a recovered log, lifts whose path or motion is not whole become context.
+
+    Raises:
+        LogFileError: If it is no log of ours, or its parts do not fit each other.
+    """
+    metadata = contents.metadata.get(topics.METADATA)
+    if metadata is None:
+        raise LogFileError(path, f"is no log of bimvox: it has no metadata record {topics.METADATA!r}")
+    if metadata.get("schema_version") != str(topics.SCHEMA_VERSION):
+        raise LogFileError(
+            path,
+            f"is of schema version {metadata.get('schema_version')}, this bimvox reads {topics.SCHEMA_VERSION}",
+            hint="use the bimvox that wrote it",
+        )
+    for name in (topics.SITE_FILE, topics.PLAN_FILE):
+        if name not in contents.attachments:
+            raise LogFileError(path, f"the attachment {name} is missing")
+    try:
+        return _assemble(contents, metadata, path, partial=metadata.get(topics.RECOVERED) == "true")
+    except (ProtobufError, ValueError) as error:
+        raise LogFileError(path, f"a message in it cannot be read: {error}") from error
+
+
+def _assemble(contents: Contents, metadata: dict[str, str], path: Path, *, partial: bool) -> PlanLog:
+    name = str(path)
+    site = site_from_bytes(contents.attachments[topics.SITE_FILE], name)
+    plan_data = contents.attachments[topics.PLAN_FILE]
+    paths, events = _paths_and_events(contents.messages, site, path)
+    plan, context = plan_from_json(plan_data, site, paths, name, partial=partial)
+    motions: tuple[LiftMotion, ...] = ()
+    if (data := contents.attachments.get(topics.MOTION_FILE)) is not None:
+        motions = motions_from_json(data, _joints(contents.messages, site, path), name, partial=partial)
+    log = PlanLog(
+        plan=plan,
+        motions=motions,
+        attachments={key: value for key, value in contents.attachments.items() if key not in topics.OWN_ATTACHMENTS},
+        metadata={key: value for key, value in metadata.items() if key not in topics.OWN_METADATA},
+        revision=int(metadata.get("revision", "0")),
+        events=tuple(events),
+        context=context,
+    )
+    return _whole_lifts_only(log) if partial and topics.MOTION_FILE in contents.attachments else log
+
+
+def _whole_lifts_only(log: PlanLog) -> PlanLog:
+    """Keep the planned lifts that have both a path and a motion."""
+    timed = {motion.order for motion in log.motions}
+    return log.extract(
+        [lift.order for lift in log.plan.lifts if lift.status is Status.INFEASIBLE or lift.order in timed]
+    )
+
+
+def _paths_and_events(
+    messages: list[LogMessage], site: Site, path: Path
+) -> tuple[dict[int, NDArray[np.int32]], list[LogEvent]]:
+    """Return (N, 3) int32 reference cells by lift order, and the events that are not the recorder's own."""
+    paths: dict[int, NDArray[np.int32]] = {}
+    starts: dict[int, NDArray[np.int32]] = {}
+    events: list[LogEvent] = []
+    orders: dict[int, int] = {}
+    for message in messages:
+        if message.topic == topics.PLANNED:
+            starts[message.time_ns] = _cells(message.data, site, path)
+        elif message.topic == topics.EVENTS:
+            event = Event.FromString(message.data)
+            fields = {pair.key: pair.value for pair in event.metadata}
+            kind = fields.pop("kind", "")
+            if kind == LIFT_EVENT:
+                orders[nanoseconds(event.start_time)] = int(fields["order"])
+            elif kind != PHASE_EVENT:
+                events.append(LogEvent(kind, nanoseconds(event.start_time), nanoseconds(event.end_time), fields))
+    # A path is sent when its lift begins, and no two lifts begin at once.
+    for start_ns, cells in starts.items():
+        if start_ns in orders:
+            paths[orders[start_ns]] = cells
+    return paths, events
+
+
+def _cells(data: bytes, site: Site, path: Path) -> NDArray[np.int32]:
+    """Return the path of a message as (N, 3) int32 reference cells."""
+    poses = PosesInFrame.FromString(data).poses
+    corner_m = np.array([(p.position.x, p.position.y, p.position.z) for p in poses], np.float64).reshape(-1, 3)
+    if not len(corner_m) or not np.isfinite(corner_m).all():
+        raise LogFileError(path, "a planned path in it is empty or not finite")
+    cells = site.frame.cell_of(corner_m + site.frame.voxel_size_m / 2)
+    off_m = float(np.abs(site.frame.corner_of(cells) - corner_m).max())
+    if off_m > 1e-6 * site.frame.voxel_size_m or (cells < 0).any() or (cells >= site.shape).any():
+        raise LogFileError(path, "a planned path in it does not run through cells of the site")
+    result: NDArray[np.int32] = cells.astype(np.int32)
+    result.flags.writeable = False
+    return result
+
+
+def _joints(messages: list[LogMessage], site: Site, path: Path) -> JointSamples:
+    if site.crane is None:
+        raise LogFileError(path, "it holds motions, but its site has no crane")
+    found = [message for message in messages if message.topic == topics.JOINTS]
+    found.sort(key=lambda message: message.sequence)
+    positions = np.array([_positions(message.data, path) for message in found], np.float64).reshape(-1, len(JOINTS))
+    positions[:, 2] = site.crane.jib_height_m - positions[:, 2]
+    return JointSamples(
+        sequence=np.array([message.sequence for message in found], np.int64),
+        time_ns=np.array([message.time_ns for message in found], np.int64),
+        axes=positions,
+    )
+
+
+def _positions(data: bytes, path: Path) -> list[float]:
+    states: dict[str, Any] = {joint.name: joint for joint in JointStates.FromString(data).joints}
+    try:
+        return [float(states[name].position) for name in JOINTS]
+    except KeyError as error:
+        raise LogFileError(path, f"a joint state in it lacks the joint {error}") from error

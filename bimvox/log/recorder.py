@@ -1,0 +1,196 @@
+"""Writes a plan as an MCAP log. The same plan gives the same bytes: no wall clock, no version of a library."""
+
+from __future__ import annotations
+
+import heapq
+import json
+from collections.abc import Iterable, Iterator
+from typing import Any, BinaryIO
+
+import numpy as np
+from foxglove_schemas_protobuf.JointState_pb2 import JointState
+from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+from foxglove_schemas_protobuf.Pose_pb2 import Pose
+from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
+from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
+from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+
+from bimvox import __version__
+from bimvox.crane.urdf import JOINTS, urdf
+from bimvox.errors import InputError
+from bimvox.log import topics
+from bimvox.log.bundle import site_to_bytes
+from bimvox.log.channels import LogWriter
+from bimvox.log.crane_command import to_messages
+from bimvox.log.messages import nanoseconds, pose, stamp
+from bimvox.log.motion_json import motions_to_json
+from bimvox.log.narration import OWN_EVENTS, event_messages, log_messages
+from bimvox.log.plan_json import plan_to_json
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.scene import scene_messages
+from bimvox.log.track import LoadTrack, crane_track, nominal_track
+from bimvox.log.transforms import crane_transforms, load_transforms
+from bimvox.log.voxels import voxel_grid
+from bimvox.trajectory.commands import commands
+
+Timed = tuple[int, str, Any]
+"""Time on the site's clock (ns), topic, message."""
+
+
+def write_log(stream: BinaryIO, record: PlanLog) -> int:
+    """Write a log.
+
+    Args:
+        stream: Where to; must be able to tell its position.
+        record: What to write.
+
+    Returns:
+        Number of messages.
+
+    Raises:
+        InputError: If the motions are not those of the planned lifts, or an attachment's or a metadata's name is one
+            of the log's own.
+    """
+    _check(record)
+    tracks = tracks_of(record)
+    start_ns = min((track.start_ns for track in tracks), default=0)
+    with LogWriter(stream) as writer:
+        writer.metadata(topics.METADATA, _metadata(record))
+        for name, data in _own_attachments(record):
+            writer.attachment(name, data)
+        for name in sorted(record.attachments):
+            writer.attachment(name, record.attachments[name])
+        streams: list[Iterable[Timed]] = [
+            [(start_ns, topics.VOXELS, voxel_grid(record.plan.site, start_ns))],
+            scene_messages(record.plan.site, record.all_lifts, tracks, start_ns),
+            _planned(record, tracks),
+            log_messages(record, tracks, start_ns),
+            event_messages(record, tracks),
+            _transforms(record, tracks),
+            _load(tracks),
+            _joints(record),
+            _commands(record),
+        ]
+        for time_ns, topic, message in heapq.merge(*streams, key=lambda timed: timed[0]):
+            writer.message(topic, time_ns, message)
+        return writer.messages
+
+
+def tracks_of(record: PlanLog) -> tuple[LoadTrack, ...]:
+    """Return the loads' tracks of all planned lifts that the log carries, in order."""
+    site = record.plan.site
+    if record.motions:
+        return tuple(
+            crane_track(site, lift, motion) for lift, motion in zip(record.planned, record.motions, strict=True)
+        )
+    tracks: list[LoadTrack] = []
+    for lift in record.planned:
+        tracks.append(nominal_track(site, lift, tracks[-1].end_ns if tracks else 0))
+    return tuple(tracks)
+
+
+def _check(record: PlanLog) -> None:
+    if record.plan.site.crane is None and record.motions:
+        raise InputError("motions for a site that has no crane")
+    planned = [lift.order for lift in record.planned]
+    timed = [motion.order for motion in record.motions]
+    if record.motions and planned != timed:
+        raise InputError(f"the motions are of lifts {timed}, but lifts {planned} are planned")
+    for name in (*record.attachments, *record.metadata):
+        if name in topics.OWN_ATTACHMENTS | topics.OWN_METADATA:
+            raise InputError(f"{name!r} is written by the log itself", hint="give it another name")
+    for event in record.events:
+        if event.kind in OWN_EVENTS:
+            raise InputError(f"an event {event.kind!r} is written by the log itself", hint="give it another kind")
+
+
+def _metadata(record: PlanLog) -> dict[str, str]:
+    site = record.plan.site
+    frame = site.frame
+    own = {
+        "schema_version": topics.SCHEMA_VERSION,
+        "bimvox": __version__,
+        "revision": record.revision,
+        "site": site.name,
+        "site_digest": site.digest,
+        "geometry_digest": site.geometry_digest,
+        "model": site.source.get("name", ""),
+        "model_sha256": site.source.get("sha256", ""),
+        "voxel_size_m": frame.voxel_size_m,
+        "origin_m": json.dumps(frame.origin_m),
+        "shape": json.dumps(site.shape),
+        "site_to_ifc": json.dumps(site.site_to_ifc.tolist()),
+        "path_pose": "lowest corner of the component's reference cell, site frame, metres",
+        "clock": "since the start of the first lift" if record.motions else "nominal, 1 s a unit move",
+        "extract": str(bool(record.context)).lower(),
+    }
+    return {key: str(value) for key, value in own.items()} | dict(record.metadata)
+
+
+def _own_attachments(record: PlanLog) -> Iterator[tuple[str, bytes]]:
+    yield topics.PLAN_FILE, plan_to_json(record.plan, record.context)
+    if record.motions:
+        yield topics.MOTION_FILE, motions_to_json(record.motions)
+    if (crane := record.plan.site.crane) is not None:
+        chart = {
+            "crane": crane.name,
+            "radius_m": crane.chart.radius_m,
+            "capacity_kg": crane.chart.capacity_kg,
+            "rigging_mass_kg": crane.rigging_mass_kg,
+        }
+        yield topics.URDF_FILE, urdf(crane).encode()
+        yield topics.CHART_FILE, json.dumps(chart, ensure_ascii=False, indent=1).encode()
+    yield topics.SITE_FILE, site_to_bytes(record.plan.site)
+
+
+def _planned(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Timed]:
+    frame = record.plan.site.frame
+    for track in tracks:
+        assert track.lift.path_vox is not None
+        poses = [pose(corner) for corner in frame.corner_of(track.lift.path_vox).tolist()]
+        message = PosesInFrame(timestamp=stamp(track.start_ns), frame_id="site", poses=poses)
+        yield track.start_ns, topics.PLANNED, message
+
+
+def _load(tracks: Iterable[LoadTrack]) -> Iterator[Timed]:
+    for track in tracks:
+        rows = zip(track.time_ns.tolist(), track.corner_m.tolist(), track.tilt.tolist(), strict=True)
+        for time_ns, (x, y, z), (qx, qy, qz, qw) in rows:
+            at = Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+            yield time_ns, topics.LOAD, PoseInFrame(timestamp=stamp(time_ns), frame_id="site", pose=at)
+
+
+def _transforms(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Timed]:
+    site = record.plan.site
+    motions = {motion.order: motion for motion in record.motions}
+    for track in tracks:
+        component_id = site.components[track.lift.component].id
+        if site.crane is not None and (motion := motions.get(track.lift.order)) is not None:
+            chain = crane_transforms(site.crane, *motion.samples(), track, component_id)
+        else:
+            chain = load_transforms(track, component_id)
+        for time_ns, message in chain:
+            yield time_ns, topics.TF, message
+
+
+def _joints(record: PlanLog) -> Iterator[Timed]:
+    crane = record.plan.site.crane
+    if crane is None:
+        return
+    for motion in record.motions:
+        times, axes = motion.samples()
+        joints = axes * np.array([1.0, 1.0, -1.0]) + np.array([0.0, 0.0, crane.jib_height_m])
+        for time_ns, values in zip(times.tolist(), joints.tolist(), strict=True):
+            states = [JointState(name=name, position=value) for name, value in zip(JOINTS, values, strict=True)]
+            yield time_ns, topics.JOINTS, JointStates(timestamp=stamp(time_ns), joints=states)
+
+
+def _commands(record: PlanLog) -> Iterator[Timed]:
+    crane = record.plan.site.crane
+    if crane is None:
+        return
+    told = commands(record.motions, record.plan.site.rules.sample_period_s)
+    ids = [component.id for component in record.plan.site.components]
+    for message in to_messages(told, ids, crane.jib_height_m):
+        yield nanoseconds(message.time), topics.COMMAND, message

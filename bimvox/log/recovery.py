@@ -1,0 +1,91 @@
+"""Saves what is whole of a damaged log."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from bimvox.errors import LogFileError
+from bimvox.log import topics
+from bimvox.log.channels import LogWriter
+from bimvox.log.container import Contents, LogMessage, read_file, salvage_contents
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.reader import log_of
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Recovered:
+    """What came out of a damaged log.
+
+    Attributes:
+        messages: Number of messages saved.
+        lost: What could not be saved, one sentence each; empty for a sound log.
+    """
+
+    messages: int
+    lost: tuple[str, ...]
+
+
+def recover(path: Path | str) -> Iterator[LogMessage]:
+    """Yield every complete message of a damaged log, in the order of the file.
+
+    Raises:
+        LogFileError: If it is no MCAP file, or nothing whole is left in it.
+    """
+    path = Path(path)
+    yield from salvage_contents(read_file(path), path).messages
+
+
+def write_recovered(path: Path | str, stream: BinaryIO) -> Recovered:
+    """Write a sound log of everything that is whole in a damaged one; the same damage gives the same bytes.
+
+    The log is marked as recovered, so that ``read_log`` takes lifts that are not whole as not carried.
+
+    Raises:
+        LogFileError: If it is no MCAP file or no log of ours, or nothing whole is left in it.
+    """
+    path = Path(path)
+    contents = _salvage(path)
+    with LogWriter(stream) as writer:
+        for name, values in contents.metadata.items():
+            writer.metadata(name, values)
+        for name, data in contents.attachments.items():
+            writer.attachment(name, data)
+        for message in contents.messages:
+            writer.raw(*message)
+        return Recovered(writer.messages, tuple(contents.lost))
+
+
+def recover_log(path: Path | str) -> tuple[PlanLog, Recovered]:
+    """Return the lifts of a damaged log that are whole, and what was lost.
+
+    Raises:
+        LogFileError: If the site or the plan did not survive, or no lift did.
+    """
+    path = Path(path)
+    contents = _salvage(path)
+    log = log_of(contents, path)
+    if not log.planned:
+        raise LogFileError(path, "no lift survived completely")
+    return log, Recovered(len(contents.messages), tuple(contents.lost))
+
+
+def recovered_bytes(path: Path | str) -> tuple[bytes, Recovered]:
+    """Return what :func:`write_recovered` writes."""
+    stream = io.BytesIO()
+    recovered = write_recovered(path, stream)
+    return stream.getvalue(), recovered
+
+
+def _salvage(path: Path) -> Contents:
+    contents = salvage_contents(read_file(path), path)
+    own = contents.metadata.get(topics.METADATA)
+    if own is None:
+        raise LogFileError(path, "what is left does not say that it is a log of bimvox (its metadata is lost)")
+    contents.metadata[topics.METADATA] = own | {topics.RECOVERED: "true"}
+    known = {topic.name for topic in topics.TOPICS}
+    contents.messages = [message for message in contents.messages if message.topic in known]
+    return contents

@@ -1,0 +1,207 @@
+"""The construction as a 3-D scene: boxes of every part, coloured by its state, sent again when the state changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.CubePrimitive_pb2 import CubePrimitive
+from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletion
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from numpy.typing import NDArray
+
+from bimvox.grid.boxes import boxes_of
+from bimvox.grid.frame import GridFrame
+from bimvox.grid.labels import Label
+from bimvox.log import topics
+from bimvox.log.colours import KIND_RGBA, STATE_RGBA, ConstructionState, Rgba
+from bimvox.log.messages import colour, pairs, pose, stamp, vector
+from bimvox.log.track import LoadTrack
+from bimvox.planning.lift import Lift, Status
+from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Site
+
+States = Mapping[int, ConstructionState]
+"""State of every component that can be seen, by its index; those not delivered yet are missing."""
+
+
+def component_frame(component_id: str) -> str:
+    """Return the name of the frame in the lowest corner of a component's reference cell."""
+    return f"component/{component_id}"
+
+
+def states_before(lifts: Iterable[Lift], order: int) -> dict[int, ConstructionState]:
+    """Return who is where when the lift of that order begins.
+
+    Earlier lifts are assembled; the delivery of this lift lies in the yard. A delivery arrives when all lifts of the
+    earlier ones are done, so no other parts are there.
+    """
+    lifts = tuple(lifts)
+    delivery = next((lift.place.delivery for lift in lifts if lift.order == order and lift.place is not None), None)
+    states = {}
+    for lift in lifts:
+        if lift.status is Status.PLANNED and lift.order < order:
+            states[lift.component] = ConstructionState.ASSEMBLED
+        elif lift.place is not None and lift.place.delivery == delivery:
+            states[lift.component] = ConstructionState.UNBUILT
+    return states
+
+
+@dataclass(slots=True)
+class Scene:
+    """Makes the updates of ``/scene``; remembers what was sent.
+
+    Attributes:
+        site: The site.
+        lifts: Lifts by component index.
+        sent: What the viewer shows now.
+    """
+
+    site: Site
+    lifts: Mapping[int, Lift]
+    sent: dict[int, ConstructionState]
+
+    def fixed(self, time_ns: int) -> Any:
+        """Return the update that draws ground, areas, existing structure, obstructions and the crane."""
+        entities = [entity for blocker in self.site.blockers for entity in self._blocker_entities(blocker, time_ns)]
+        if self.site.crane is not None:
+            entities += self._crane_entities(time_ns)
+        return SceneUpdate(entities=entities)
+
+    def change(self, states: States, time_ns: int) -> Any | None:
+        """Return the update from what was sent to ``states``; None where nothing changes."""
+        gone = [index for index in self.sent if index not in states]
+        changed = [index for index, state in states.items() if self.sent.get(index) is not state]
+        self.sent = dict(states)
+        if not gone and not changed:
+            return None
+        deletions = [
+            SceneEntityDeletion(
+                timestamp=stamp(time_ns), type=SceneEntityDeletion.MATCHING_ID, id=self.site.components[index].id
+            )
+            for index in sorted(gone)
+        ]
+        entities = [self._component_entity(index, states[index], time_ns) for index in sorted(changed)]
+        return SceneUpdate(deletions=deletions, entities=entities)
+
+    def _component_entity(self, index: int, state: ConstructionState, time_ns: int) -> Any:
+        component, lift, frame = self.site.components[index], self.lifts[index], self.site.frame
+        shape, corner_m, frame_id = component.shape, frame.corner_of(component.target_vox), "site"
+        if state is ConstructionState.UNBUILT and lift.place is not None:
+            shape, corner_m = lift.place.shape, frame.corner_of(lift.place.cell_vox)
+        elif state is ConstructionState.IN_TRANSIT:
+            corner_m, frame_id = np.zeros(3), component_frame(component.id)
+        return SceneEntity(
+            timestamp=stamp(time_ns),
+            frame_id=frame_id,
+            id=component.id,
+            frame_locked=True,
+            metadata=pairs(
+                {
+                    "global_id": component.global_id,
+                    "ifc_class": component.ifc_class,
+                    "name": component.name,
+                    "state": state.value,
+                    "order": lift.order,
+                    "mass_kg": component.mass_kg,
+                }
+            ),
+            cubes=_cubes(shape.boxes, corner_m, frame.voxel_size_m, STATE_RGBA[state]),
+        )
+
+    def _blocker_entities(self, blocker: Blocker, time_ns: int) -> list[Any]:
+        frame = self.site.frame
+        cells_of = {(blocker.kind, _entity_id(blocker)): blocker.cells}
+        if blocker.kind == GROUND_ID:
+            area = self.site.labels[tuple(blocker.cells.T)] == Label.CONSTRUCTION_AREA
+            cells_of = {
+                (GROUND_ID, GROUND_ID): blocker.cells[~area],
+                ("construction_area", "construction_area"): blocker.cells[area],
+            }
+        return [
+            SceneEntity(
+                timestamp=stamp(time_ns),
+                frame_id="site",
+                id=entity_id,
+                frame_locked=True,
+                metadata=pairs({"kind": kind}),
+                cubes=_cubes_of_cells(cells, frame, KIND_RGBA.get(kind, KIND_RGBA["structure"])),
+            )
+            for (kind, entity_id), cells in cells_of.items()
+            if len(cells)
+        ]
+
+    def _crane_entities(self, time_ns: int) -> list[Any]:
+        """Jib, trolley and hook block as boxes in the frames that move with them."""
+        crane = self.site.crane
+        assert crane is not None
+        width_m = crane.mast_size_m
+        boxes = {
+            "jib": (
+                (-0.2 * crane.jib_length_m, -width_m / 4, width_m / 4),
+                (1.2 * crane.jib_length_m, width_m / 2, width_m / 2),
+            ),
+            "trolley": ((-width_m / 4, -width_m / 4, 0.0), (width_m / 2, width_m / 2, width_m / 4)),
+            "hook": ((-width_m / 8, -width_m / 8, 0.0), (width_m / 4, width_m / 4, width_m / 2)),
+        }
+        return [
+            SceneEntity(
+                timestamp=stamp(time_ns),
+                frame_id=part,
+                id=f"{CRANE_ID}/{part}",
+                frame_locked=True,
+                cubes=[_cube(np.array(low), np.array(size), KIND_RGBA["crane"])],
+            )
+            for part, (low, size) in boxes.items()
+        ]
+
+
+def scene_messages(
+    site: Site, lifts: Iterable[Lift], tracks: Iterable[LoadTrack], start_ns: int
+) -> Iterator[tuple[int, str, Any]]:
+    """Yield the messages of ``/scene``: what stands there at the start, then every change of state at its time.
+
+    Args:
+        site: The site.
+        lifts: All lifts of the plan, also those that the log does not carry.
+        tracks: Those that it carries, in order.
+        start_ns: When the log starts.
+    """
+    lifts = tuple(lifts)
+    scene = Scene(site, {lift.component: lift for lift in lifts}, {})
+    yield start_ns, topics.SCENE, scene.fixed(start_ns)
+    for track in tracks:
+        states = states_before(lifts, track.lift.order)
+        for time_ns, state in (
+            (track.start_ns, ConstructionState.UNBUILT),
+            (track.lifted_ns, ConstructionState.IN_TRANSIT),
+            (track.arrived_ns, ConstructionState.ARRIVED),
+            (track.assembled_ns, ConstructionState.ASSEMBLED),
+        ):
+            states[track.lift.component] = state
+            if (update := scene.change(states, time_ns)) is not None:
+                yield time_ns, topics.SCENE, update
+
+
+def _entity_id(blocker: Blocker) -> str:
+    # Users name obstructions freely; the prefix keeps them apart from GlobalIds and from "ground".
+    return f"obstruction/{blocker.id}" if blocker.kind == "obstruction" else blocker.id
+
+
+def _cubes_of_cells(cells: NDArray[np.int32], frame: GridFrame, rgba: Rgba) -> list[Any]:
+    low = cells.min(axis=0)
+    dense = np.zeros(cells.max(axis=0) - low + 1, np.bool_)
+    dense[tuple((cells - low).T)] = True
+    return _cubes(boxes_of(dense), frame.corner_of(low), frame.voxel_size_m, rgba)
+
+
+def _cubes(boxes: NDArray[np.int32], corner_m: NDArray[np.float64], voxel_size_m: float, rgba: Rgba) -> list[Any]:
+    low_m = corner_m + voxel_size_m * boxes[:, :3]
+    size_m = voxel_size_m * (boxes[:, 3:] - boxes[:, :3])
+    return [_cube(low, size, rgba) for low, size in zip(low_m, size_m, strict=True)]
+
+
+def _cube(low_m: NDArray[np.float64], size_m: NDArray[np.float64], rgba: Rgba) -> Any:
+    return CubePrimitive(pose=pose((low_m + size_m / 2).tolist()), size=vector(size_m.tolist()), color=colour(rgba))

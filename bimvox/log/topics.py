@@ -1,0 +1,147 @@
+"""What is on which topic: the one table that the recorder, the reader and ``bimvox schema log`` use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from foxglove_schemas_protobuf.Event_pb2 import Event
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from foxglove_schemas_protobuf.VoxelGrid_pb2 import VoxelGrid
+from mcap_protobuf.schema import build_file_descriptor_set
+
+from bimvox.log.crane_command import CraneCommandMessage
+
+SCHEMA_VERSION = 1
+"""Of the log as a whole; fields and topics are only ever added."""
+
+TF = "/tf"
+VOXELS = "/site/voxels"
+PLANNED = "/crane/path/planned"
+LOAD = "/crane/load/pose"
+JOINTS = "/crane/joint_states"
+COMMAND = "/crane/command"
+SCENE = "/scene"
+LOG = "/log"
+EVENTS = "/events"
+
+SITE_FILE = "site.bimvox.zip"
+PLAN_FILE = "plan.json"
+URDF_FILE = "crane.urdf"
+CHART_FILE = "load_chart.json"
+MOTION_FILE = "motions.json"
+MEDIA_TYPES = {
+    SITE_FILE: "application/zip",
+    PLAN_FILE: "application/json",
+    MOTION_FILE: "application/json",
+    URDF_FILE: "application/xml",
+    CHART_FILE: "application/json",
+}
+OTHER_MEDIA_TYPE = "application/octet-stream"
+OWN_ATTACHMENTS = frozenset(MEDIA_TYPES)
+"""Attachments that the recorder makes; every other one is a file that the plan was made from."""
+
+METADATA = "bimvox"
+RECOVERED = "recovered"
+"""Metadata key of a log that was saved from a damaged one: some messages may be missing."""
+OWN_METADATA = frozenset(
+    (
+        "schema_version",
+        "bimvox",
+        "revision",
+        "site",
+        "site_digest",
+        "geometry_digest",
+        "model",
+        "model_sha256",
+        "voxel_size_m",
+        "origin_m",
+        "shape",
+        "site_to_ifc",
+        "path_pose",
+        "clock",
+        "extract",
+        RECOVERED,
+    )
+)
+"""Keys of the metadata record that the recorder fills in."""
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """One topic of the log.
+
+    Attributes:
+        name: Its name.
+        message: Its protobuf class.
+        meaning: What is on it.
+    """
+
+    name: str
+    message: Any
+    meaning: str
+
+    @property
+    def schema(self) -> str:
+        """Full name of its protobuf message."""
+        return str(self.message.DESCRIPTOR.full_name)
+
+    @property
+    def descriptor_set(self) -> bytes:
+        """Its schema as MCAP wants it: a serialized FileDescriptorSet with all dependencies."""
+        return bytes(build_file_descriptor_set(self.message).SerializeToString(deterministic=True))
+
+
+TOPICS = (
+    Topic(
+        TF,
+        FrameTransforms,
+        "site -> crane_base -> jib -> trolley -> hook -> component/<id>, at every sample. A component's frame is in "
+        "the lowest corner of its reference cell, its axes along the site's. Without a crane: site -> component/<id>.",
+    ),
+    Topic(
+        VOXELS,
+        VoxelGrid,
+        "Labels of the site's cells, uint8 `label`, Z-Y-X order; components at their places in the building; empty "
+        "layers at the top left out.",
+    ),
+    Topic(
+        PLANNED,
+        PosesInFrame,
+        "One message a planned lift, at its start: the proven voxel path. Position: lowest corner of the component's "
+        "reference cell, site frame, metres; one unit move between neighbours.",
+    ),
+    Topic(
+        LOAD,
+        PoseInFrame,
+        "Where the load is while it hangs on the hook: lowest corner of its reference cell, site frame, metres; turned "
+        "only while a part stored lying is tipped up.",
+    ),
+    Topic(
+        JOINTS,
+        JointStates,
+        "`slewing` rad from the site's +x axis, counter-clockwise, unwrapped; `trolley` m from the slewing axis; "
+        "`hoist` m of rope below the jib. None without a crane.",
+    ),
+    Topic(COMMAND, CraneCommandMessage, "What the crane is told, at a set rate. None without a crane."),
+    Topic(
+        SCENE,
+        SceneUpdate,
+        "Everything as boxes, entity id = GlobalId (made unique where it is not), coloured by construction state, sent "
+        "again when the state changes: unbuilt orange, in transit blue, arrived green, assembled pink; obstructions "
+        "black, ground gray.",
+    ),
+    Topic(
+        LOG, Log, "What a reader should know: lifts as they begin, infeasible ones with their reason, clashes, notes."
+    ),
+    Topic(
+        EVENTS,
+        Event,
+        "Spans: `kind` = `lift` (a whole lift), `phase` (a part of it) and others, such as `replan`.",
+    ),
+)

@@ -1,0 +1,114 @@
+"""Where the load is at every moment of a lift, with a crane or without."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.planning.lift import Lift
+from bimvox.site.component import StoredPose
+from bimvox.site.site import Site
+from bimvox.trajectory.load_frame import cells_of_axes, load_frame
+from bimvox.trajectory.motion import LiftMotion, PhaseName
+
+NOMINAL_MOVE_NS = 1_000_000_000
+"""Time of a unit move on a site without a crane; arrival until assembly takes as long."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoadTrack:
+    """A lift's load on the site's clock.
+
+    Attributes:
+        lift: The lift.
+        start_ns: When the lift starts.
+        lifted_ns: When the load leaves its place in the yard.
+        arrived_ns: When it is at its place in the building.
+        assembled_ns: When it is fixed there; until then it hangs on the hook.
+        end_ns: When the lift ends.
+        time_ns: (N,) int64 samples from ``lifted_ns`` to ``assembled_ns``.
+        corner_m: (N, 3) float64 origin of the component's frame: the lowest corner of its reference cell, site metres.
+        tilt: (N, 4) float64 quaternion x, y, z, w: its turn against how it is built in; not the identity only while a
+            part that was stored lying is tipped up.
+    """
+
+    lift: Lift
+    start_ns: int
+    lifted_ns: int
+    arrived_ns: int
+    assembled_ns: int
+    end_ns: int
+    time_ns: NDArray[np.int64]
+    corner_m: NDArray[np.float64]
+    tilt: NDArray[np.float64]
+
+
+def nominal_track(site: Site, lift: Lift, start_ns: int) -> LoadTrack:
+    """Return the track of a lift without a crane: the voxel path, a nominal time a move."""
+    assert lift.path_vox is not None
+    time_ns = start_ns + NOMINAL_MOVE_NS * np.arange(len(lift.path_vox), dtype=np.int64)
+    arrived_ns = int(time_ns[-1])
+    end_ns = arrived_ns + NOMINAL_MOVE_NS
+    return LoadTrack(
+        lift=lift,
+        start_ns=start_ns,
+        lifted_ns=start_ns,
+        arrived_ns=arrived_ns,
+        assembled_ns=end_ns,
+        end_ns=end_ns,
+        time_ns=time_ns,
+        corner_m=site.frame.corner_of(lift.path_vox),
+        tilt=_quaternions(np.zeros(len(time_ns)), StoredPose.AS_BUILT),
+    )
+
+
+def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
+    """Return the track of a lift from the crane's motion."""
+    assert site.crane is not None
+    assert lift.place is not None
+    component, place = site.components[lift.component], lift.place
+    lifted_ns = motion.start_ns + int(motion.raising.time_ns[0])
+    arrived_ns = motion.start_ns + int(motion.loaded.time_ns[-1])
+    assembled_ns = max([arrived_ns, *(p.end_ns for p in motion.phases if p.name is PhaseName.SET)])
+    time_ns, axes = motion.samples()
+    held = (time_ns >= lifted_ns) & (time_ns <= assembled_ns)
+    time_ns, axes = time_ns[held], axes[held]
+    load = load_frame(site.crane, site.frame, component.hook_offset_vox)
+    corner_m = site.frame.corner_of(cells_of_axes(load, axes))
+    angle_rad = np.zeros(len(time_ns))
+    if place.pose is not StoredPose.AS_BUILT:
+        size_m = site.frame.voxel_size_m
+        upright_m = load.zero_height_m + size_m * place.cell_vox[2]
+        tipping = time_ns < motion.start_ns + int(motion.raising.time_ns[-1])
+        low_m = float(motion.raising.height_m[0])
+        raised = np.clip((axes[:, 2] - low_m) / max(upright_m - low_m, 1e-9), 0.0, 1.0)
+        angle_rad = np.where(tipping, np.pi / 2 - np.arcsin(raised), 0.0)
+        # Turned with its lowest and its foot-side corner held: the origin's corner is lifted by the part's width.
+        width = component.shape.size_vox[0 if place.pose is StoredPose.LYING_X else 1]
+        turned = site.frame.corner_of(np.repeat(np.array(place.cell_vox)[None], len(time_ns), axis=0))
+        turned[:, 2] += size_m * width * np.sin(angle_rad) + np.maximum(0.0, axes[:, 2] - upright_m)
+        corner_m = np.where(tipping[:, None], turned, corner_m)
+    return LoadTrack(
+        lift=lift,
+        start_ns=motion.start_ns,
+        lifted_ns=lifted_ns,
+        arrived_ns=arrived_ns,
+        assembled_ns=assembled_ns,
+        end_ns=motion.end_ns,
+        time_ns=time_ns,
+        corner_m=corner_m,
+        tilt=_quaternions(angle_rad, place.pose),
+    )
+
+
+def _quaternions(angle_rad: NDArray[np.float64], pose: StoredPose) -> NDArray[np.float64]:
+    """(N, 4) x, y, z, w of a part tipped by angles from upright towards how it was stored."""
+    quaternions = np.zeros((len(angle_rad), 4))
+    quaternions[:, 3] = np.cos(angle_rad / 2)
+    if pose is StoredPose.LYING_X:
+        quaternions[:, 1] = np.sin(angle_rad / 2)
+    elif pose is StoredPose.LYING_Y:
+        quaternions[:, 0] = -np.sin(angle_rad / 2)
+    return quaternions

@@ -1,0 +1,107 @@
+"""Every choice that a training run depends on."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+from bimvox.env.limits import StepLimit
+from bimvox.env.reward import REWARDS
+from bimvox.env.starts import TRAINING_MIX, StartMix
+from bimvox.errors import PolicyError
+
+
+@dataclass(frozen=True, slots=True)
+class DqnConfig:
+    """Deep Q-learning (Mnih et al. 2015) with double Q-learning (van Hasselt et al. 2016), on many lifts at once.
+
+    Steps are environment steps, summed over all lifts that run side by side.
+
+    Attributes:
+        hidden: Widths of the hidden layers.
+        reward: A key of ``bimvox.env.reward.REWARDS``.
+        discount: Per step. Low, because the shaped reward tells at once how good a move was.
+        learning_rate: Of Adam.
+        batch_size: Transitions per gradient step.
+        buffer_size: Transitions remembered.
+        learning_starts: Steps before the first gradient step.
+        lifts: Environments side by side.
+        gradient_steps: Gradient steps per ``lifts`` environment steps.
+        target_update: Gradient steps between two copies to the target network.
+        double_q: Whether the online network chooses the action that the target network values.
+        exploration_first: Share of random actions at the start.
+        exploration_last: And from ``exploration_steps`` on.
+        exploration_steps: Steps over which the share falls, linearly; not a share of the budget, so that a larger
+            budget begins with the same run.
+        max_gradient_norm: Gradients are scaled down to this length.
+        mix: Where training episodes begin.
+        limit: Actions allowed per training episode and per test, from the exact distance.
+        test_every: Steps between two tests.
+        test_starts: Yard starts per test, evenly spread over the problems and over the starts of each.
+        required_success: Success rate at which training stops.
+        required_ratio: Mean path / shortest path that must hold too at that moment.
+    """
+
+    hidden: tuple[int, ...] = (256, 128)
+    reward: str = "shaped"
+    discount: float = 0.9
+    learning_rate: float = 1e-3
+    batch_size: int = 256
+    buffer_size: int = 50_000
+    learning_starts: int = 512
+    lifts: int = 64
+    gradient_steps: int = 4
+    target_update: int = 100
+    double_q: bool = True
+    exploration_first: float = 1.0
+    exploration_last: float = 0.1
+    exploration_steps: int = 2_000
+    max_gradient_norm: float = 10.0
+    mix: StartMix = TRAINING_MIX
+    limit: StepLimit = StepLimit()  # noqa: RUF009  (immutable)
+    test_every: int = 2_000
+    test_starts: int = 256
+    required_success: float = 1.0
+    required_ratio: float = 1.02
+
+    def __post_init__(self) -> None:
+        if self.reward not in REWARDS:
+            raise ValueError(f"reward {self.reward!r}: known are {', '.join(REWARDS)}")
+        if min(self.lifts, self.batch_size, self.gradient_steps, self.test_every, self.test_starts, *self.hidden) < 1:
+            raise ValueError("lifts, batch_size, gradient_steps, test_every, test_starts and hidden must be positive")
+        if self.buffer_size < self.lifts:
+            raise ValueError(f"buffer_size {self.buffer_size} holds not even one step of {self.lifts} lifts")
+        if not 0.0 <= self.discount < 1.0:
+            raise ValueError(f"discount {self.discount}: it must be in [0, 1)")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        plain = asdict(self)
+        plain["mix"] = self.mix._asdict()
+        plain["limit"] = self.limit._asdict()
+        return plain
+
+
+def config_from_dict(plain: dict[str, Any]) -> DqnConfig:
+    """Return the configuration of :meth:`DqnConfig.to_dict`.
+
+    Raises:
+        PolicyError: A key is missing or unknown, or a value is impossible.
+    """
+    names = {field.name for field in fields(DqnConfig)}
+    if set(plain) != names:
+        raise PolicyError(
+            "the training configuration has other keys than this version's",
+            differs={"missing": sorted(names - set(plain)), "unknown": sorted(set(plain) - names)},
+        )
+    try:
+        return DqnConfig(
+            **{
+                **plain,
+                "hidden": tuple(plain["hidden"]),
+                "mix": StartMix(**plain["mix"]),
+                "limit": StepLimit(**plain["limit"]),
+            }
+        )
+    except (TypeError, ValueError) as error:
+        raise PolicyError(f"the training configuration is impossible: {error}") from error

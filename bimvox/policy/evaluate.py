@@ -1,0 +1,78 @@
+"""How good a policy is on known problems: greedy roll-outs with the planner's own loop guard."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.env.limits import StepLimit
+from bimvox.env.problem import LiftProblem
+from bimvox.planning.rollout import LIFTS_AT_ONCE, ROLLOUT_LIMIT, Values, roll_out_starts
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evaluation:
+    """The outcome of a test.
+
+    Attributes:
+        problem: (L,) int64 problem of each roll-out.
+        arrived: (L,) bool.
+        moves: (L,) int64 moves of the path (loops cut).
+        shortest: (L,) int64 fewest moves possible.
+    """
+
+    problem: NDArray[np.int64]
+    arrived: NDArray[np.bool_]
+    moves: NDArray[np.int64]
+    shortest: NDArray[np.int64]
+
+    @property
+    def success_rate(self) -> float:
+        """Share of the roll-outs that reached the target."""
+        return float(self.arrived.mean())
+
+    @property
+    def length_ratio(self) -> float:
+        """Mean of path / shortest path over those that did; 0 where there is none."""
+        if not self.arrived.any():
+            return 0.0
+        return float((self.moves[self.arrived] / self.shortest[self.arrived]).mean())
+
+
+def evaluate(
+    values: Values, problems: Sequence[LiftProblem], *, starts: int, limit: StepLimit = ROLLOUT_LIMIT
+) -> Evaluation:
+    """Roll a policy out from yard starts, evenly spread over the problems and over the starts that each has.
+
+    Args:
+        values: The policy.
+        problems: Learnable problems.
+        starts: At most so many in all, but at least one of each problem.
+        limit: Moves allowed, from the exact distance.
+    """
+    problem_of: list[int] = []
+    chosen_starts: list[NDArray[np.int32]] = []
+    each = max(1, starts // len(problems))
+    for p, problem in enumerate(problems):
+        count = min(each, len(problem.starts_vox))
+        chosen = np.linspace(0, len(problem.starts_vox) - 1, count).round().astype(np.int64)
+        chosen_starts += list(problem.starts_vox[chosen])
+        problem_of += [p] * count
+    index = np.array(problem_of, np.int64)
+    cells = np.array(chosen_starts, np.int32)
+    shortest = np.array([problems[p].distance_from(cell) for p, cell in zip(problem_of, chosen_starts, strict=True)])
+    arrived = np.zeros(len(index), np.bool_)
+    moves = np.zeros(len(index), np.int64)
+    for first in range(0, len(problems), LIFTS_AT_ONCE):
+        rows = np.flatnonzero((index >= first) & (index < first + LIFTS_AT_ONCE))
+        part = problems[first : first + LIFTS_AT_ONCE]
+        rollouts = roll_out_starts(
+            values, part, index[rows] - first, cells[rows], limit=limit, least_moves=shortest[rows]
+        )
+        for row, rollout in zip(rows, rollouts, strict=True):
+            arrived[row] = rollout.arrived
+            moves[row] = len(rollout.path_vox) - 1
+    return Evaluation(index, arrived, moves, shortest.astype(np.int64))

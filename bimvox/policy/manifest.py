@@ -1,0 +1,131 @@
+"""What a stored policy says about itself."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from bimvox.env.observation import OBSERVATION_NAME, OBSERVATION_SIZE
+from bimvox.errors import PolicyError
+from bimvox.policy.config import DqnConfig, config_from_dict
+from bimvox.policy.trained import CurvePoint
+
+FORMAT_VERSION = 1
+"""Grows when the meaning of a stored policy changes."""
+
+_ID = re.compile(r"[0-9a-f]{16}")
+
+
+@dataclass(frozen=True, slots=True)
+class PolicyManifest:
+    """A policy without its weights.
+
+    Attributes:
+        id: Hash of the weights and of everything below: 16 hexadecimal digits.
+        format_version: ``FORMAT_VERSION`` of the version that wrote it.
+        geometry_key: Digest of the site's geometry that it was trained for.
+        observation: ``OBSERVATION_NAME`` that it was trained on.
+        observation_size: Entries of that vector.
+        layer_sizes: Widths from input to output.
+        weights_sha256: Of the file with the weights.
+        config: The choices it was trained with.
+        seed: The seed.
+        steps: Environment steps of its training.
+        success_rate: In its last test.
+        length_ratio: Mean path / shortest path in that test.
+        tested: Starts of that test.
+        curve: Every test of its training.
+        parent: Id of the policy it was trained from, if any.
+        versions: Versions of the libraries that trained it.
+    """
+
+    id: str
+    format_version: int
+    geometry_key: str
+    observation: str
+    observation_size: int
+    layer_sizes: tuple[int, ...]
+    weights_sha256: str
+    config: DqnConfig
+    seed: int
+    steps: int
+    success_rate: float
+    length_ratio: float
+    tested: int
+    curve: tuple[CurvePoint, ...]
+    parent: str | None
+    versions: Mapping[str, str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        plain = asdict(self)
+        plain["config"] = self.config.to_dict()
+        plain["layer_sizes"] = list(self.layer_sizes)
+        plain["curve"] = [list(point) for point in self.curve]
+        plain["versions"] = dict(self.versions)
+        return plain
+
+
+def canonical_json(plain: Mapping[str, Any]) -> str:
+    """Return the one way to write a manifest: sorted keys, two spaces, a newline at the end."""
+    return json.dumps(plain, sort_keys=True, indent=2, allow_nan=False) + "\n"
+
+
+def manifest_from_dict(plain: Any) -> PolicyManifest:
+    """Return the manifest of :meth:`PolicyManifest.to_dict`.
+
+    Raises:
+        PolicyError: It is not a manifest, or of a format that this version does not know.
+    """
+    if not isinstance(plain, dict):
+        raise PolicyError("the manifest is not a JSON object")
+    if plain.get("format_version") != FORMAT_VERSION:
+        raise PolicyError(
+            f"the policy has format version {plain.get('format_version')!r}; this version reads {FORMAT_VERSION}",
+            differs={"format_version": (plain.get("format_version"), FORMAT_VERSION)},
+        )
+    names = set(PolicyManifest.__dataclass_fields__)
+    if set(plain) != names:
+        raise PolicyError(
+            "the manifest has other keys than this version's",
+            differs={"missing": sorted(names - set(plain)), "unknown": sorted(set(plain) - names)},
+        )
+    if not (isinstance(plain["id"], str) and _ID.fullmatch(plain["id"])):
+        raise PolicyError(f"the manifest's id is {plain['id']!r}, not 16 hexadecimal digits")
+    if not isinstance(plain["config"], dict):
+        raise PolicyError("the manifest's config is not a JSON object")
+    try:
+        return PolicyManifest(
+            **{
+                **plain,
+                "layer_sizes": tuple(int(n) for n in plain["layer_sizes"]),
+                "config": config_from_dict(plain["config"]),
+                "curve": tuple(CurvePoint(int(s), float(rate), float(ratio)) for s, rate, ratio in plain["curve"]),
+                "success_rate": float(plain["success_rate"]),
+                "length_ratio": float(plain["length_ratio"]),
+                "versions": {str(name): str(version) for name, version in plain["versions"].items()},
+            }
+        )
+    except (TypeError, ValueError, AttributeError) as error:
+        raise PolicyError(f"the manifest holds an impossible value: {error}") from error
+
+
+def require_fit(manifest: PolicyManifest) -> None:
+    """Check that a policy sees what this version of bimvox shows.
+
+    Raises:
+        PolicyError: It was trained on another observation; ``differs`` says in what.
+    """
+    wanted = {"observation": OBSERVATION_NAME, "observation_size": OBSERVATION_SIZE}
+    has = {"observation": manifest.observation, "observation_size": manifest.observation_size}
+    differs = {key: (has[key], wanted[key]) for key in wanted if has[key] != wanted[key]}
+    if differs:
+        listed = ", ".join(f"{key} {mine!r} instead of {ours!r}" for key, (mine, ours) in differs.items())
+        raise PolicyError(
+            f"policy {manifest.id} does not fit: {listed}",
+            differs=differs,
+            hint="train a new one with this version of bimvox",
+        )

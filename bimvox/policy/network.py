@@ -1,0 +1,106 @@
+"""The Q-network at work: a multilayer perceptron from plain arrays, no torch.
+
+Compiled with a fixed order of summation, so that the values of a lift do not depend on which others are asked with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.env.actions import ACTION_COUNT
+from bimvox.env.observation import OBSERVATION_SIZE
+from bimvox.errors import PolicyError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class QNetwork:
+    """Values of the six actions for an observation.
+
+    Attributes:
+        weights: Per layer (inputs, outputs) float32, contiguous.
+        biases: Per layer (outputs,) float32. Rectified linear units after every layer but the last.
+    """
+
+    weights: tuple[NDArray[np.float32], ...]
+    biases: tuple[NDArray[np.float32], ...]
+
+    @property
+    def layer_sizes(self) -> tuple[int, ...]:
+        """Width of the input, of every hidden layer, and of the output."""
+        return (self.weights[0].shape[0], *(w.shape[1] for w in self.weights))
+
+    def __call__(self, observations: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return (N, 6) float32 action values of (N, OBSERVATION_SIZE) float32 observations."""
+        values = np.ascontiguousarray(observations, np.float32)
+        last = len(self.weights) - 1
+        for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
+            values = _layer(values, weight, bias, layer != last)
+        return values
+
+    def arrays(self) -> dict[str, NDArray[np.float32]]:
+        """Return the arrays by name, as they are stored."""
+        named: dict[str, NDArray[np.float32]] = {}
+        for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
+            named[f"layer{layer}.weight"] = weight
+            named[f"layer{layer}.bias"] = bias
+        return named
+
+
+def network_from_arrays(arrays: Mapping[str, NDArray[np.generic]]) -> QNetwork:
+    """Return the network of arrays named as by :meth:`QNetwork.arrays`.
+
+    Raises:
+        PolicyError: Names, types, shapes or values do not make a network for this version's observation and actions.
+    """
+    layers = len(arrays) // 2
+    expected = {f"layer{n}.{part}" for n in range(layers) for part in ("weight", "bias")}
+    if layers == 0 or set(arrays) != expected:
+        raise PolicyError(
+            f"the weights are named {sorted(arrays)}, a Q-network's layer<n>.weight and layer<n>.bias",
+            differs={"arrays": sorted(arrays)},
+        )
+    weights, biases = [], []
+    width = OBSERVATION_SIZE
+    for n in range(layers):
+        weight, bias = arrays[f"layer{n}.weight"], arrays[f"layer{n}.bias"]
+        if weight.dtype != np.float32 or bias.dtype != np.float32:
+            raise PolicyError(f"layer {n} holds {weight.dtype} and {bias.dtype}, not float32")
+        if weight.ndim != 2 or bias.ndim != 1 or weight.shape[0] != width or bias.shape[0] != weight.shape[1]:
+            raise PolicyError(
+                f"layer {n} has shapes {weight.shape} and {bias.shape}; it takes {width} inputs",
+                differs={f"layer{n}.weight": weight.shape, "inputs": width},
+                hint="train a policy with this version of bimvox",
+            )
+        if not (np.isfinite(weight).all() and np.isfinite(bias).all()):
+            raise PolicyError(f"layer {n} holds values that are not finite")
+        weights.append(np.require(weight, requirements=["C", "W"]))
+        biases.append(np.require(bias, requirements=["C", "W"]))
+        width = weight.shape[1]
+    if width != ACTION_COUNT:
+        raise PolicyError(f"the network gives {width} values, not one for each of {ACTION_COUNT} actions")
+    return QNetwork(tuple(weights), tuple(biases))
+
+
+@kernel
+def _layer(
+    inputs: NDArray[np.float32], weight: NDArray[np.float32], bias: NDArray[np.float32], rectify: bool
+) -> NDArray[np.float32]:
+    """Return one layer's output; inputs that are zero (free cells, mostly) cost nothing."""
+    outputs = np.empty((inputs.shape[0], weight.shape[1]), np.float32)
+    for n in range(inputs.shape[0]):
+        row = outputs[n]
+        row[:] = bias
+        for i in range(inputs.shape[1]):
+            value = inputs[n, i]
+            if value != 0.0:
+                for o in range(weight.shape[1]):
+                    row[o] += value * weight[i, o]
+        if rectify:
+            for o in range(weight.shape[1]):
+                row[o] = max(row[o], np.float32(0.0))
+    return outputs

@@ -1,0 +1,293 @@
+"""The policy store: one plain folder per policy, named by the hash of what is in it.
+
+::
+
+    <store>/<id>/weights.safetensors    the network's arrays
+    <store>/<id>/manifest.json          everything else
+
+The store is the folder in the environment variable ``BIMVOX_POLICIES``, else ``policies`` in the user's data folder.
+Files are safetensors and JSON: reading one runs no code, whoever wrote it. A folder is written beside the store's and
+renamed, so that it is there whole or not at all.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+from safetensors import SafetensorError
+from safetensors.numpy import load as arrays_from_bytes
+from safetensors.numpy import save as bytes_from_arrays
+
+from bimvox.env.observation import OBSERVATION_NAME, OBSERVATION_SIZE
+from bimvox.errors import PolicyError
+from bimvox.policy.manifest import FORMAT_VERSION, PolicyManifest, canonical_json, manifest_from_dict, require_fit
+from bimvox.policy.network import QNetwork, network_from_arrays
+from bimvox.policy.trained import TrainedPolicy
+
+STORE_VARIABLE = "BIMVOX_POLICIES"
+WEIGHTS_FILE = "weights.safetensors"
+MANIFEST_FILE = "manifest.json"
+
+LARGEST_FILE_BYTES = 64 * 2**20
+"""A file above this is not one of ours: a network takes about 1 MB."""
+
+_TEMPORARY = ".writing-"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StoredPolicy:
+    """A policy as loaded.
+
+    Attributes:
+        manifest: What it says about itself.
+        network: Its weights, ready to be asked.
+    """
+
+    manifest: PolicyManifest
+    network: QNetwork
+
+
+@dataclass(frozen=True, slots=True)
+class StoreScan:
+    """What a store holds.
+
+    Attributes:
+        manifests: Of all readable policies, ascending id.
+        damaged: Folder name and reason of every other one.
+    """
+
+    manifests: tuple[PolicyManifest, ...]
+    damaged: tuple[tuple[str, str], ...]
+
+
+def store_folder() -> Path:
+    """Return the folder of the store; it need not exist."""
+    chosen = os.environ.get(STORE_VARIABLE)
+    return Path(chosen) if chosen else Path(platformdirs.user_data_dir("bimvox")) / "policies"
+
+
+def save(policy: TrainedPolicy, geometry_key: str, *, folder: Path | None = None) -> str:
+    """Store a policy and return its id; storing the same one again changes nothing.
+
+    Args:
+        policy: What training gave.
+        geometry_key: Digest of the site's geometry.
+        folder: The store; the user's own without.
+
+    Raises:
+        PolicyError: The folder cannot be written.
+    """
+    store = folder or store_folder()
+    weights = bytes_from_arrays(policy.network.arrays())
+    manifest = _manifest_of(policy, geometry_key, weights)
+    place = store / manifest.id
+    if place.exists():
+        try:
+            load(manifest.id, folder=store)
+        except PolicyError:
+            shutil.rmtree(place)  # damaged since; the whole one takes its place
+        else:
+            return manifest.id
+    try:
+        store.mkdir(parents=True, exist_ok=True)
+        temporary = Path(tempfile.mkdtemp(prefix=_TEMPORARY, dir=store))
+        try:
+            _write(temporary / WEIGHTS_FILE, weights)
+            _write(temporary / MANIFEST_FILE, canonical_json(manifest.to_dict()).encode())
+            _rename(temporary, place)
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)
+    except OSError as error:
+        raise PolicyError(
+            f"{store}: the policy could not be written: {error}", hint=f"set {STORE_VARIABLE} to a folder of your own"
+        ) from error
+    return manifest.id
+
+
+def load(policy_id: str, *, folder: Path | None = None) -> StoredPolicy:
+    """Load a policy by its id, or by the beginning of it where only one begins so.
+
+    Raises:
+        PolicyError: There is no such policy, it is damaged, or it does not fit this version of bimvox.
+    """
+    store = folder or store_folder()
+    place = _place_of(policy_id, store)
+    manifest = _read_manifest(place)
+    weights = _read(place / WEIGHTS_FILE)
+    if hashlib.sha256(weights).hexdigest() != manifest.weights_sha256:
+        raise PolicyError(
+            f"{place / WEIGHTS_FILE}: the weights are not those that the manifest names",
+            differs={"weights_sha256": (hashlib.sha256(weights).hexdigest(), manifest.weights_sha256)},
+            hint=f"remove it with `bimvox policy remove {place.name}` and train again",
+        )
+    require_fit(manifest)
+    try:
+        arrays = arrays_from_bytes(weights)
+    except (SafetensorError, ValueError, KeyError) as error:
+        raise PolicyError(f"{place / WEIGHTS_FILE}: not a safetensors file: {error}") from error
+    network = network_from_arrays(arrays)
+    if network.layer_sizes != manifest.layer_sizes:
+        raise PolicyError(
+            f"{place}: the weights have layers {network.layer_sizes}, the manifest says {manifest.layer_sizes}",
+            differs={"layer_sizes": (network.layer_sizes, manifest.layer_sizes)},
+        )
+    return StoredPolicy(manifest, network)
+
+
+def find(geometry_key: str, *, folder: Path | None = None) -> tuple[PolicyManifest, ...]:
+    """Return the policies trained for a geometry that fit this version, best first; empty where there is none."""
+    fitting = [
+        manifest
+        for manifest in scan(folder=folder).manifests
+        if manifest.geometry_key == geometry_key
+        and (manifest.observation, manifest.observation_size) == (OBSERVATION_NAME, OBSERVATION_SIZE)
+    ]
+    return tuple(sorted(fitting, key=lambda m: (-m.success_rate, m.length_ratio, m.id)))
+
+
+def list_policies(*, folder: Path | None = None) -> tuple[PolicyManifest, ...]:
+    """Return the manifests of all readable policies, ascending id; :func:`scan` names the damaged ones too."""
+    return scan(folder=folder).manifests
+
+
+def scan(*, folder: Path | None = None) -> StoreScan:
+    """Read every manifest of the store; the weights are looked at only when a policy is loaded."""
+    store = folder or store_folder()
+    manifests, damaged = [], []
+    places = sorted(store.iterdir()) if store.is_dir() else []
+    for place in places:
+        if not place.is_dir() or place.name.startswith(_TEMPORARY):
+            continue
+        try:
+            manifests.append(_read_manifest(place))
+        except PolicyError as error:
+            damaged.append((place.name, error.message))
+    return StoreScan(tuple(manifests), tuple(damaged))
+
+
+def remove(policy_id: str, *, folder: Path | None = None) -> str:
+    """Remove a policy, damaged or not, and return its full id.
+
+    Raises:
+        PolicyError: There is no such policy, or it cannot be removed.
+    """
+    place = _place_of(policy_id, folder or store_folder())
+    try:
+        shutil.rmtree(place)
+    except OSError as error:
+        raise PolicyError(f"{place}: the policy could not be removed: {error}") from error
+    return place.name
+
+
+def _manifest_of(policy: TrainedPolicy, geometry_key: str, weights: bytes) -> PolicyManifest:
+    manifest = PolicyManifest(
+        id="",
+        format_version=FORMAT_VERSION,
+        geometry_key=geometry_key,
+        observation=OBSERVATION_NAME,
+        observation_size=OBSERVATION_SIZE,
+        layer_sizes=policy.network.layer_sizes,
+        weights_sha256=hashlib.sha256(weights).hexdigest(),
+        config=policy.config,
+        seed=policy.seed,
+        steps=policy.steps,
+        success_rate=policy.success_rate,
+        length_ratio=policy.length_ratio,
+        tested=policy.tested,
+        curve=policy.curve,
+        parent=policy.parent,
+        versions=_versions(),
+    )
+    return replace(manifest, id=_id_of(manifest.to_dict()))
+
+
+def _id_of(plain: Mapping[str, Any]) -> str:
+    """Return the hash of a manifest but for its id; the weights are in it by their own hash."""
+    rest = {key: value for key, value in plain.items() if key != "id"}
+    return hashlib.sha256(canonical_json(rest).encode()).hexdigest()[:16]
+
+
+def _versions() -> dict[str, str]:
+    """Return the versions of what a trained network depends on."""
+    found = {}
+    for name in ("bimvox", "numpy", "stable-baselines3", "torch"):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def _place_of(policy_id: str, store: Path) -> Path:
+    """Return the folder of the one policy whose id begins so."""
+    wanted = policy_id.lower()
+    names = sorted(p.name for p in store.iterdir() if p.is_dir()) if store.is_dir() else []
+    names = [name for name in names if not name.startswith(_TEMPORARY)]
+    matching = [name for name in names if wanted and name.startswith(wanted)]
+    if len(matching) != 1:
+        what = f"{len(matching)} policies begin with {policy_id!r}" if matching else f"there is no policy {policy_id!r}"
+        raise PolicyError(
+            f"{store}: {what}",
+            differs={"available": matching or names},
+            hint="`bimvox policy list` shows what there is",
+        )
+    return store / matching[0]
+
+
+def _read_manifest(place: Path) -> PolicyManifest:
+    """Read a manifest and check it against its id and its folder's name."""
+    file = place / MANIFEST_FILE
+    try:
+        plain = json.loads(_read(file).decode())
+    except (ValueError, RecursionError) as error:
+        raise PolicyError(f"{file}: not JSON: {error}") from error
+    try:
+        manifest = manifest_from_dict(plain)
+        identity = _id_of(plain)
+    except (PolicyError, ValueError) as error:
+        differs = error.differs if isinstance(error, PolicyError) else None
+        raise PolicyError(f"{file}: {error}", differs=differs) from error
+    if not manifest.id == identity == place.name:
+        raise PolicyError(
+            f"{file}: changed since it was written: its id is {manifest.id}, its content's {identity}, "
+            f"its folder's {place.name}",
+            differs={"id": (manifest.id, identity, place.name)},
+            hint="remove the policy and train again",
+        )
+    return manifest
+
+
+def _read(file: Path) -> bytes:
+    try:
+        if file.stat().st_size > LARGEST_FILE_BYTES:
+            raise PolicyError(f"{file}: {file.stat().st_size:,} bytes, more than a policy can have")
+        return file.read_bytes()
+    except OSError as error:
+        raise PolicyError(f"{file}: it cannot be read: {error.strerror}") from error
+
+
+def _write(file: Path, content: bytes) -> None:
+    """Write and flush to the disk: the rename that follows must not overtake the content."""
+    with file.open("wb") as stream:
+        stream.write(content)
+        stream.flush()
+        os.fsync(stream.fileno())
+
+
+def _rename(temporary: Path, place: Path) -> None:
+    """Move a whole folder into place; another process may have put the same one there meanwhile."""
+    try:
+        temporary.rename(place)
+    except OSError:
+        if not place.is_dir():
+            raise

@@ -1,0 +1,162 @@
+"""Training a site's policy: deep Q-learning until its greedy roll-outs succeed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import torch
+from stable_baselines3.common.callbacks import BaseCallback
+
+from bimvox.env.batched import BatchedLiftEnv
+from bimvox.env.problem import LiftProblem, is_learnable
+from bimvox.errors import PlanningError
+from bimvox.policy.config import DqnConfig
+from bimvox.policy.dqn import LiftDqn, load_network, network_of
+from bimvox.policy.evaluate import Evaluation, evaluate
+from bimvox.policy.network import QNetwork
+from bimvox.policy.trained import CurvePoint, TrainedPolicy
+from bimvox.policy.vec_env import LiftVecEnv
+
+HARD_PROBLEMS_FIRST = 4.0
+"""How much oftener a problem is drawn that failed from every start in the last test than one that succeeded."""
+
+
+def train(
+    problems: Sequence[LiftProblem],
+    config: DqnConfig,
+    *,
+    seed: int,
+    steps: int,
+    initial: QNetwork | None = None,
+    parent: str | None = None,
+    progress: Callable[[CurvePoint], None] | None = None,
+    checkpoint: Callable[[TrainedPolicy], None] | None = None,
+) -> TrainedPolicy:
+    """Train one policy for all of a site's lifts.
+
+    The best network tested is kept; training stops when it is as good as ``config`` requires, or when the budget is
+    used up. With ``initial``, that network is tested first, and returned as it is where it is good enough.
+
+    Args:
+        problems: The lifts, made by ``training_problem``. Those that cannot be solved teach nothing and are left out.
+        config: The choices.
+        seed: Same problems, config, seed and initial network: the same weights.
+        steps: Budget in environment steps, summed over the lifts that run side by side.
+        initial: Network to begin from.
+        parent: Its id, for the record.
+        progress: Told of every test.
+        checkpoint: Given the best policy so far after every test. Training again from it continues, but is not
+            identical to an unbroken run: the replay memory is not kept.
+
+    Raises:
+        PlanningError: None of the problems can be solved.
+    """
+    learnable = [problem for problem in problems if is_learnable(problem)]
+    if not learnable:
+        raise PlanningError(
+            f"none of {len(problems)} lifts has a way from the yard to its place, so there is nothing to learn",
+            hint="the search says for each lift what is in its way",
+        )
+    torch.set_num_threads(1)  # more threads only get in each other's way on layers this small
+    record = _Record(learnable, config, seed, parent, progress, checkpoint)
+    if initial is not None and record.test(initial, 0):
+        return record.policy
+    batch = BatchedLiftEnv(
+        learnable, config.lifts, reward_name=config.reward, mix=config.mix, limit=config.limit, seed=seed
+    )
+    dqn = LiftDqn(LiftVecEnv(batch), config, seed)
+    if initial is not None:
+        load_network(dqn, initial)
+    dqn.learn(steps, callback=_Tests(record, batch, steps))
+    return record.policy
+
+
+class _Record:
+    """The tests so far and the best policy among them."""
+
+    def __init__(
+        self,
+        problems: Sequence[LiftProblem],
+        config: DqnConfig,
+        seed: int,
+        parent: str | None,
+        progress: Callable[[CurvePoint], None] | None,
+        checkpoint: Callable[[TrainedPolicy], None] | None,
+    ) -> None:
+        self._problems = problems
+        self._config = config
+        self._seed = seed
+        self._parent = parent
+        self._progress = progress
+        self._checkpoint = checkpoint
+        self._curve: list[CurvePoint] = []
+        self._best: tuple[CurvePoint, QNetwork, int] | None = None
+        self.evaluation: Evaluation | None = None
+
+    @property
+    def policy(self) -> TrainedPolicy:
+        """The best policy tested so far."""
+        if self._best is None:
+            raise RuntimeError("no network was tested yet")
+        point, network, tested = self._best
+        return TrainedPolicy(
+            network,
+            tuple(self._curve),
+            self._curve[-1].steps,
+            point.success_rate,
+            point.length_ratio,
+            tested,
+            self._config,
+            self._seed,
+            self._parent,
+        )
+
+    def test(self, network: QNetwork, steps: int) -> bool:
+        """Test a network and return whether it is good enough."""
+        self.evaluation = evaluate(network, self._problems, starts=self._config.test_starts, limit=self._config.limit)
+        point = CurvePoint(steps, self.evaluation.success_rate, self.evaluation.length_ratio)
+        self._curve.append(point)
+        if self._best is None or _rank(point) > _rank(self._best[0]):
+            self._best = (point, network, self.evaluation.arrived.size)
+        if self._progress is not None:
+            self._progress(point)
+        if self._checkpoint is not None:
+            self._checkpoint(self.policy)
+        return point.success_rate >= self._config.required_success and point.length_ratio <= self._config.required_ratio
+
+
+def _rank(point: CurvePoint) -> tuple[float, float]:
+    """Return what makes one tested network better than another: it succeeds oftener, then it goes straighter."""
+    return (point.success_rate, -point.length_ratio)
+
+
+class _Tests(BaseCallback):
+    """Tests during one call of ``learn``: calling it in slices would restart the exploration schedule."""
+
+    def __init__(self, record: _Record, batch: BatchedLiftEnv, budget: int) -> None:
+        super().__init__()
+        self._record = record
+        self._batch = batch
+        self._budget = budget
+        self._next = 0
+
+    def _on_training_start(self) -> None:
+        self._next = self._interval
+
+    def _on_step(self) -> bool:
+        if self.num_timesteps < min(self._next, self._budget):
+            return True
+        self._next += self._interval
+        if self._record.test(network_of(self.model), self.num_timesteps):  # type: ignore[arg-type]
+            return False
+        evaluation = self._record.evaluation
+        if evaluation is not None:
+            tries = np.bincount(evaluation.problem)
+            failed = np.bincount(evaluation.problem, weights=~evaluation.arrived) / tries
+            self._batch.weigh_problems(1.0 + (HARD_PROBLEMS_FIRST - 1.0) * failed)
+        return True
+
+    @property
+    def _interval(self) -> int:
+        return int(self.model.config.test_every)  # type: ignore[attr-defined]

@@ -1,0 +1,197 @@
+"""Building the site: everything that a plan depends on, as one value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import Element, Role
+from bimvox.crane.geometry import mast_box_m
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import SelectionError
+from bimvox.grid.frame import GridFrame
+from bimvox.grid.labels import Label
+from bimvox.site.areas import columns_centred_in, columns_met_by
+from bimvox.site.checks import check_component, check_mast, check_yard
+from bimvox.site.component import Component, IntVec
+from bimvox.site.config import SiteConfig
+from bimvox.site.digest import digest_of
+from bimvox.site.obstruction_cells import Rasterise, obstruction_cells
+from bimvox.site.obstructions import EMPTY, Box, Obstruction, ObstructionSet
+from bimvox.site.parts import component_of, entries_by_id
+from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Rules, Site
+
+Parts = Sequence[tuple[Element, "NDArray[np.int32]"]]
+"""Elements in the site's frame, each with the (N, 3) int32 cells of the site's grid that it meets."""
+
+
+def build_site(
+    config: SiteConfig,
+    parts: Parts,
+    frame: GridFrame,
+    shape: IntVec,
+    *,
+    crane: TowerCrane | None,
+    rasterise: Rasterise,
+    obstructions: ObstructionSet = EMPTY,
+    site_to_ifc: NDArray[np.float64] | None = None,
+    source: Mapping[str, str | float | bool] | None = None,
+) -> Site:
+    """Build a site.
+
+    Args:
+        config: The site file, complete (see ``bimvox.site.guess.complete_config``).
+        parts: What the building consists of. Fittings and terrain are left out: the ground is flat at z = 0.
+        frame: From ``bimvox.site.extent.site_extent``.
+        shape: (X, Y, Z), with the frame.
+        crane: From ``bimvox.site.machine.crane_of``.
+        rasterise: Turns the mesh of an obstruction into cells.
+        obstructions: What is in the way for now.
+        site_to_ifc: (4, 4) transform from the site's frame to the model's coordinates; default: identity.
+        source: Plain values about the model, kept with the site.
+
+    Raises:
+        ConfigError: If the site file does not fit the building; names the key.
+        SelectionError: If there is nothing to lift.
+    """
+    rules = config.rules.rules()
+    entries = entries_by_id(config, (element for element, _ in parts))
+    components: list[Component] = []
+    blockers = [_ground(shape)]
+    notes: list[str] = []
+    ignored = 0
+    for element, cells in parts:
+        entry = entries.get(element.id)
+        if element.role is Role.COMPONENT and not (entry and entry.pinned):
+            check_component(config, element, cells, frame, shape)
+            components.append(component_of(len(components), element, cells, entry, frame))
+        elif element.role in (Role.COMPONENT, Role.STRUCTURE):
+            if len(cells):
+                blockers.append(Blocker(element.id, "structure", _frozen(cells), element.mesh))
+            else:
+                notes.append(f"{element.id}: standing structure outside the site's extent, left out")
+        elif element.role is Role.GROUND:
+            ignored += 1
+    if not components:
+        raise SelectionError("nothing to lift: no part of the model is a component", hint="see [model] select")
+    if ignored:
+        notes.append(f"{ignored} terrain element(s) left out: the ground is taken as flat at z = 0")
+    mast = _mast(crane, rules, frame, shape, rasterise) if crane else None
+    if mast is not None:
+        check_mast(config, mast, components, shape)
+        blockers.append(mast)
+    columns = (shape[0], shape[1])
+    construction = columns_centred_in([config.areas.construction] if config.areas.construction else [], frame, columns)
+    yard = columns_centred_in(config.areas.yard or (), frame, columns) & ~construction
+    check_yard(config, yard, components, shape)
+    zones = [zone.polygon for zone in config.zone]
+    slab = np.full(columns, Label.GROUND, np.uint8)
+    slab[yard] = Label.YARD
+    slab[construction] = Label.CONSTRUCTION_AREA
+    site = Site(
+        name=config.name or "site",
+        frame=frame,
+        labels=_labels(slab, shape, blockers),
+        blockers=tuple(blockers),
+        components=tuple(components),
+        crane=crane,
+        rules=rules,
+        yard=_frozen(yard),
+        site_to_ifc=np.eye(4) if site_to_ifc is None else site_to_ifc,
+        prohibited=_frozen(columns_met_by(zones, frame, columns)) if zones else None,
+        source=dict(source or {}),
+        notes=tuple(notes),
+    )
+    return with_obstructions(_with_fixed_digests(site), obstructions, rasterise)
+
+
+def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Rasterise) -> Site:
+    """Return a site with these obstructions in place of the ones it had; its geometry digest stays the same.
+
+    An obstruction outside the site is left out, one that sticks out is clipped, each with a note. An id that a part has
+    already gets ``obstruction:`` put before it, so that what blocks a lift is always told apart.
+    """
+    fixed = [blocker for blocker in site.blockers if blocker.kind != "obstruction"]
+    taken = {blocker.id for blocker in fixed} | {component.id for component in site.components}
+    added, notes = [], []
+    for obstruction in obstructions.obstructions:
+        cells, note = obstruction_cells(
+            obstruction, site.frame, site.shape, rasterise, grow_vox=_clearance_vox(site.rules, site.frame)
+        )
+        name = f"obstruction:{obstruction.id}" if obstruction.id in taken else obstruction.id
+        if note:
+            notes.append(note)
+        if name != obstruction.id:
+            notes.append(f"obstruction {obstruction.id!r} has the id of a part; it is called {name!r}")
+        if len(cells):
+            added.append(Blocker(name, "obstruction", _frozen(cells)))
+    return replace(
+        site,
+        labels=_labels(site.labels[:, :, 0], site.shape, [*fixed, *added]),
+        blockers=(*fixed, *added),
+        obstruction_notes=tuple(notes),
+        digest=digest_of("site 1", site.fixed_digest, [(blocker.id, blocker.cells) for blocker in added]),
+    )
+
+
+def _with_fixed_digests(site: Site) -> Site:
+    geometry = digest_of(
+        "geometry 1",
+        site.frame,
+        site.shape,
+        site.labels[:, :, 0],
+        site.yard,
+        site.prohibited,
+        [blocker.cells for blocker in site.blockers[1:]],
+        [(c.shape.cells, c.target_vox, c.hook_offset_vox, c.erected, c.mass_kg) for c in site.components],
+        replace(site.crane, name="") if site.crane else None,
+        replace(site.rules, sample_period_s=0.0),  # how densely a log is sampled is nothing to a policy
+    )
+    fixed = digest_of(
+        "fixed 1",
+        geometry,
+        site.crane,
+        site.rules,
+        [(c.id, c.mesh, c.start_vox, c.stored_pose, c.before, c.after) for c in site.components],
+        [(blocker.id, blocker.kind, blocker.mesh) for blocker in site.blockers],
+        site.site_to_ifc,
+        site.source.get("sha256"),  # its name and the rest do not change a plan
+    )
+    return replace(site, geometry_digest=geometry, fixed_digest=fixed)
+
+
+def _labels(slab: NDArray[np.uint8], shape: IntVec, blockers: Sequence[Blocker]) -> NDArray[np.uint8]:
+    """Paint what stands above the slab; the slab's layer keeps its areas, and an obstruction shows over structure."""
+    labels = np.zeros(shape, np.uint8)
+    for blocker in blockers[1:]:
+        label = Label.OBSTRUCTION if blocker.kind == "obstruction" else Label.STRUCTURE
+        labels[tuple(blocker.cells.T)] = label
+    labels[:, :, 0] = slab
+    return _frozen(labels)
+
+
+def _ground(shape: IntVec) -> Blocker:
+    x, y = np.indices(shape[:2], dtype=np.int32).reshape(2, -1)
+    return Blocker(GROUND_ID, "ground", _frozen(np.stack([x, y, np.zeros_like(x)], axis=1)))
+
+
+def _mast(crane: TowerCrane, rules: Rules, frame: GridFrame, shape: IntVec, rasterise: Rasterise) -> Blocker | None:
+    """The mast from its foot up through the grid's top; None where it stands outside the grid."""
+    low, high = mast_box_m(crane)
+    top_m = max(high[2], frame.origin_m[2] + shape[2] * frame.voxel_size_m)
+    mast = Obstruction(CRANE_ID, Box(low, (high[0], high[1], top_m)))
+    cells, _ = obstruction_cells(mast, frame, shape, rasterise, grow_vox=_clearance_vox(rules, frame))
+    return Blocker(CRANE_ID, "crane", _frozen(cells)) if len(cells) else None
+
+
+def _clearance_vox(rules: Rules, frame: GridFrame) -> int:
+    return int(np.ceil(rules.clearance_m / frame.voxel_size_m - 1e-9))
+
+
+def _frozen(array: NDArray[np.generic]) -> NDArray:  # type: ignore[type-arg]
+    frozen = array.copy() if array.flags.writeable else array
+    frozen.flags.writeable = False
+    return frozen

@@ -1,0 +1,263 @@
+"""The site file: what a planner may say about a site. ``bimvox schema site`` prints it.
+
+Everything but the path of the model may be left out; :mod:`bimvox.site.guess` fills in what is missing.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import shapely
+from pydantic import AfterValidator, BaseModel, Field, PrivateAttr, model_validator
+
+from bimvox.errors import ConfigError
+from bimvox.site.component import StoredPose
+from bimvox.site.site import Rules
+from bimvox.site.validation import STRICT, Flag, NotNegative, Number, Point2, Point2or3, Point3, Positive, Text, Whole
+
+_RULES = Rules()
+
+
+def _simple_polygon(corners: tuple[Point2, ...]) -> tuple[Point2, ...]:
+    """Refuse polygons without an area, and those that cross themselves."""
+    polygon = shapely.Polygon(corners)
+    if not polygon.is_valid:
+        raise ValueError(f"not a simple polygon: {shapely.is_valid_reason(polygon)}")
+    if polygon.area <= 0.0:
+        raise ValueError("the polygon has no area")
+    return corners
+
+
+Polygon = Annotated[tuple[Point2, ...], Field(min_length=3), AfterValidator(_simple_polygon)]
+"""Corners [x, y] in site metres, either way round, not closed."""
+
+
+class ModelConfig(BaseModel):
+    """The building model."""
+
+    model_config = STRICT
+
+    path: Path
+    """IFC or mesh file; a relative path starts at the site file's folder."""
+    select: Text | None = None
+    """What is to be lifted: an IfcOpenShell selector query, or names of bodies for a mesh. Default: every part that is
+    prefabricated by its class."""
+    unit: Literal["m", "dm", "cm", "mm", "ft", "in"] | None = None
+    """Length unit of a mesh file, which does not say; IFC files do."""
+    voxel_size_m: Positive | None = None
+    """Edge of a planning cell, metres."""
+    yaw_rad: Number = 0.0
+    """Angle of the site's x axis in the model, counter-clockwise, so that a building turned on its plot is planned
+    square to its own axes."""
+    ground_m: Number | None = None
+    """Height in the model that becomes the site's z = 0. Default: the lowest point of components and structure, down to
+    a whole cell."""
+    assemblies: Literal["whole", "parts"] = "whole"
+    """Whether an assembly is lifted as one, or part by part."""
+
+
+class GridConfig(BaseModel):
+    """The extent of the site. Default: around the building, the areas and the crane."""
+
+    model_config = STRICT
+
+    low_m: Point2or3
+    """Lowest corner [x, y]; a third value must be minus one cell, the bottom of the slab."""
+    high_m: Point3
+    """Highest corner [x, y, z]."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if any(high <= low for low, high in zip((*self.low_m[:2], 0.0), self.high_m, strict=True)):
+            raise ValueError("high_m must lie above low_m in x and y, and above 0 in z")
+        return self
+
+
+class AreasConfig(BaseModel):
+    """Areas on the ground. A column belongs to an area if its centre lies inside."""
+
+    model_config = STRICT
+
+    construction: Polygon | None = None
+    """The construction area."""
+    yard: Annotated[tuple[Polygon, ...], Field(min_length=1)] | None = None
+    """One or more areas where parts are stored; where they overlap the construction area, that wins."""
+
+
+class SlewingConfig(BaseModel):
+    """Limits of the slewing axis."""
+
+    model_config = STRICT
+
+    rate_rad_s: Positive
+    acceleration_rad_s2: Positive
+    jerk_rad_s3: Positive
+
+
+class TravelConfig(BaseModel):
+    """Limits of the trolley or the hoist."""
+
+    model_config = STRICT
+
+    rate_m_s: Positive
+    acceleration_m_s2: Positive
+    jerk_m_s3: Positive
+
+
+class CraneConfig(BaseModel):
+    """The crane. Without this table one is chosen; ``kind = "none"`` plans without one: no rope, no reach."""
+
+    model_config = STRICT
+
+    kind: Literal["hammerhead", "none"] = "hammerhead"
+    """Kind of crane."""
+    name: Text | None = None
+    """Name of the machine. With a name from the built-in list, the keys left out come from that machine."""
+    base_m: Point2or3 | None = None
+    """Foot of the slewing axis [x, y] or [x, y, z], site metres."""
+    jib_height_m: Positive | None = None
+    """Height of the trolley's rope exit above the site's z = 0."""
+    jib_length_m: Positive | None = None
+    """Largest hook radius."""
+    min_radius_m: NotNegative | None = None
+    """Smallest hook radius."""
+    mast_size_m: Positive | None = None
+    """Edge of the square mast section."""
+    sling_m: NotNegative | None = None
+    """Height of the slings: hook above the load's top."""
+    rigging_mass_kg: NotNegative | None = None
+    """Hook block, slings and spreader, counted with every load."""
+    slewing: SlewingConfig | None = None
+    """Limits of the slewing axis."""
+    trolley: TravelConfig | None = None
+    """Limits of the trolley."""
+    hoist: TravelConfig | None = None
+    """Limits of the hoist."""
+    chart: Annotated[tuple[tuple[Positive, Positive], ...], Field(min_length=1)] | None = None
+    """Load chart: [radius in m, capacity in kg] pairs, load and rigging together."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.kind == "none" and len(self.model_fields_set) > 1:
+            raise ValueError('kind = "none" takes no other key')
+        if self.min_radius_m is not None and self.jib_length_m is not None and self.min_radius_m >= self.jib_length_m:
+            raise ValueError("min_radius_m must be smaller than jib_length_m")
+        for (near, more), (far, less) in zip(self.chart or (), (self.chart or ())[1:], strict=False):
+            if far <= near or less > more:
+                raise ValueError("chart must have ascending radii and no ascending capacity")
+        return self
+
+
+class ComponentConfig(BaseModel):
+    """What the defaults get wrong about one component."""
+
+    model_config = STRICT
+
+    global_id: Text
+    """GlobalId of the part, or the body's name."""
+    start: Point2or3 | None = None
+    """Lowest corner [x, y] or [x, y, z] of the part as it lies in the yard, site metres. Default: packed."""
+    pose: StoredPose | None = None
+    """How it is stored: as it is built in, or lying along x or y with its foot at the lowest end, to be erected."""
+    before: tuple[Text, ...] = ()
+    """Ids of components that must be set later than this one."""
+    after: tuple[Text, ...] = ()
+    """Ids of components that must be set earlier than this one."""
+    pinned: Flag = False
+    """It stands already and is not lifted."""
+
+    @model_validator(mode="after")
+    def _liftable(self) -> Self:
+        if self.pinned and (self.start or self.pose or self.before or self.after):
+            raise ValueError("a pinned part is not lifted: it takes no start, pose, before or after")
+        return self
+
+
+class ZoneConfig(BaseModel):
+    """A zone on the plan."""
+
+    model_config = STRICT
+
+    kind: Literal["prohibited"] = "prohibited"
+    """``prohibited``: the hook may not be above it (EN 17076)."""
+    polygon: Polygon
+    """Its corners."""
+    name: Text | None = None
+    """For the reader."""
+
+
+class RulesConfig(BaseModel):
+    """The rules of the site."""
+
+    model_config = STRICT
+
+    clearance_m: NotNegative = _RULES.clearance_m
+    """Distance kept from obstructions and the crane's mast, up to whole cells."""
+    contact_tolerance_m: NotNegative = _RULES.contact_tolerance_m
+    """How deep the real triangles of neighbours may touch on the last moves."""
+    support_gap_m: NotNegative = _RULES.support_gap_m
+    """How far below a part its support may be (grout joints, bearings)."""
+    rope: Flag = _RULES.rope
+    """Whether the hoist rope above the load must be kept free."""
+    sample_period_s: Positive = _RULES.sample_period_s
+    """Spacing of the timed trajectory in the log."""
+
+    def rules(self) -> Rules:
+        """Return them as the planner takes them."""
+        return Rules(**self.model_dump())
+
+
+class PolicyConfig(BaseModel):
+    """The policy that proposes paths."""
+
+    model_config = STRICT
+
+    id: Text | None = None
+    """Id of a policy in the store. Default: the one trained for this site."""
+    steps: Annotated[Whole, Field(ge=1)] | None = None
+    """Training budget in environment steps."""
+    seed: Annotated[Whole, Field(ge=0)] = 0
+    """Seed of the training."""
+    required_success: Annotated[Number, Field(gt=0.0, le=1.0)] = 1.0
+    """Share of test episodes that must succeed for training to stop."""
+
+
+class SiteConfig(BaseModel):
+    """A site file."""
+
+    model_config = STRICT
+
+    _file: Path = PrivateAttr(default=Path("site.toml"))
+    name: Text | None = None
+    """Name of the site. Default: the file's name."""
+    model: ModelConfig
+    grid: GridConfig | None = None
+    areas: AreasConfig = AreasConfig()
+    crane: CraneConfig | None = None
+    component: tuple[ComponentConfig, ...] = ()
+    zone: tuple[ZoneConfig, ...] = ()
+    rules: RulesConfig = RulesConfig()
+    policy: PolicyConfig = PolicyConfig()
+
+    @property
+    def file(self) -> Path:
+        """The file that it was read from, for messages."""
+        return self._file
+
+    def error(self, key: str | None, message: str, **more: Any) -> ConfigError:
+        """Return an error about a key of this file."""
+        return ConfigError(self._file, key, message, **more)
+
+    @model_validator(mode="after")
+    def _each_component_once(self) -> Self:
+        ids = [entry.global_id for entry in self.component]
+        for number, global_id in enumerate(ids):
+            if global_id in ids[:number]:
+                raise ValueError(f"component[{number}].global_id: {global_id!r} is listed twice")
+        return self
+
+
+def site_json_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of the site file."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **SiteConfig.model_json_schema()}

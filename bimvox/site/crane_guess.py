@@ -1,0 +1,144 @@
+"""Which crane could serve a site: the smallest built-in machine, or else a larger one of the same build."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import Element
+from bimvox.crane.defaults import DEFAULT_CRANES
+from bimvox.crane.fit import fit_crane
+from bimvox.crane.tower_crane import AxisLimits, LoadChart, TowerCrane
+from bimvox.errors import InputError
+from bimvox.site.config import Polygon
+from bimvox.site.parts import centre_of_mass_m
+
+LARGER = "scaled"
+"""In the name of a machine that is larger than the built-in ones: none to be had off the shelf, check it."""
+
+_TYPICAL = 75.0
+
+
+def guess_crane(
+    components: Sequence[Element], footprint_m: NDArray[np.float64], yards: Sequence[Polygon], top_m: float
+) -> TowerCrane:
+    """Return a crane for a site.
+
+    It carries every part at its place, and the heaviest part at every corner of the yard; where that takes more than
+    the built-in machines, the heaviest in the yard's middle and a typical one (third quartile) at the corners; then a
+    larger machine of the same build; then one that serves all but the few parts with the largest load moment.
+
+    Args:
+        components: What is lifted, in the site's frame.
+        footprint_m: (2, 2) lowest and highest corner of the building on plan.
+        yards: Polygons of the yard, site metres.
+        top_m: Height that the load's top must get up to.
+
+    Raises:
+        InputError: If not even one part can be served.
+    """
+    places = np.array([_hook_m(element) for element in components])
+    masses = np.array([element.mass_kg for element in components])
+    site = _Site(places, masses, footprint_m, [np.array(yard) for yard in yards], top_m)
+    crane = site.crane(DEFAULT_CRANES, strict=True) or site.crane(DEFAULT_CRANES)
+    left_out = 0
+    while crane is None:
+        if site.crane(_LARGER_CRANES[-1:], left_out=left_out):
+            crane = site.crane(_LARGER_CRANES, left_out=left_out)
+        elif left_out == len(masses) - 1:
+            raise InputError(
+                "no crane reaches both the yard and a part's place",
+                hint="give [areas] yard closer to the building, or a [crane] of your own",
+            )
+        left_out = min(max(1, 2 * left_out), len(masses) - 1)
+    return replace(crane, slewing=_short(crane.slewing), trolley=_short(crane.trolley), hoist=_short(crane.hoist))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Site:
+    """What a crane has to serve.
+
+    Attributes:
+        places: (N, 2) hook positions of the parts, metres.
+        masses: (N,) their masses, kg.
+        footprint: (2, 2) the building's box on plan.
+        yards: (K, 2) corners of each.
+        top_m: Height that the load's top must get up to.
+    """
+
+    places: NDArray[np.float64]
+    masses: NDArray[np.float64]
+    footprint: NDArray[np.float64]
+    yards: Sequence[NDArray[np.float64]]
+    top_m: float
+
+    def crane(self, machines: Sequence[TowerCrane], *, strict: bool = False, left_out: int = 0) -> TowerCrane | None:
+        """The first machine that serves the site, or None where none does."""
+        places, masses = self._served(left_out)
+        heaviest = float(masses.max())
+        at_corner = heaviest if strict else float(np.percentile(masses, _TYPICAL))
+        points, loads = [places], [masses]
+        for yard in self.yards:
+            points += [yard, yard.mean(axis=0, keepdims=True)]
+            loads += [np.full(len(yard), at_corner), np.array([heaviest])]
+        (x0, y0), (x1, y1) = self.footprint
+        sling_m = max(machine.sling_m for machine in machines)
+        try:
+            return fit_crane(
+                np.concatenate(points),
+                np.concatenate(loads),
+                [[x0, y0], [x1, y0], [x1, y1], [x0, y1]],
+                float(np.ceil((self.top_m + sling_m) * 2) / 2),
+                keep_clear_m=self.yards,
+                cranes=machines,
+            )
+        except InputError:
+            return None
+
+    def _served(self, left_out: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Places and masses without the parts of the largest moment about the yard; per square metre the heaviest."""
+        moments = self.masses * np.hypot(*(self.places - np.mean(np.concatenate(self.yards), axis=0)).T)
+        keep = np.sort(np.argsort(moments, kind="stable")[: len(moments) - left_out])
+        rounded, which = np.unique(np.round(self.places[keep]), axis=0, return_inverse=True)
+        heaviest = np.zeros(len(rounded))
+        np.maximum.at(heaviest, which.ravel(), self.masses[keep])
+        return rounded, heaviest
+
+
+def _larger(reach: float, capacity: float) -> TowerCrane:
+    """The largest built-in machine with its jib and its chart scaled."""
+    crane = DEFAULT_CRANES[-1]
+    chart = LoadChart(
+        tuple(round(radius * reach, 2) for radius in crane.chart.radius_m),
+        tuple(round(mass * capacity, 0) for mass in crane.chart.capacity_kg),
+    )
+    return replace(
+        crane,
+        name=f"{crane.name} {LARGER} {reach:g} x {capacity:g}",
+        jib_length_m=round(crane.jib_length_m * reach, 2),
+        chart=chart,
+    )
+
+
+# Jib and capacity against the largest built-in machine, by ascending moment, up to about the largest tower cranes
+# built: 100 m of jib, 80 t at its end.
+_LARGER_CRANES = tuple(
+    _larger(reach, capacity)
+    for reach, capacity in sorted(
+        ((reach, capacity) for reach in (0.5, 0.75, 1.0, 1.35) for capacity in (1.5, 2.5, 5.0, 10.0, 20.0)),
+        key=lambda scale: (scale[0] * scale[1], scale[0]),
+    )
+)
+
+
+def _short(axis: AxisLimits) -> AxisLimits:
+    """To four digits: enough for a crane, and a planner can read them."""
+    return AxisLimits(*(float(f"{value:.4g}") for value in (axis.rate, axis.acceleration, axis.jerk)))
+
+
+def _hook_m(element: Element) -> NDArray[np.float64]:
+    centre = centre_of_mass_m(element.mesh)
+    return (element.mesh.bounds_m.mean(axis=0) if centre is None else centre)[:2]

@@ -1,0 +1,92 @@
+"""How large the site's grid is."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import Building, Role
+from bimvox.crane.geometry import mast_box_m
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import GridTooLargeError
+from bimvox.grid.frame import GridFrame
+from bimvox.site.component import IntVec
+from bimvox.site.config import SiteConfig
+from bimvox.site.placement import standing_bounds_m
+
+MAX_CELLS = 50_000_000
+MARGIN_VOX = 2
+HEADROOM_M = 3.0
+"""Free height between the building's top and the tallest part carried over it; practice keeps 2 to 3 m."""
+
+
+def site_extent(config: SiteConfig, building: Building, crane: TowerCrane | None) -> tuple[GridFrame, IntVec]:
+    """Return the frame and the shape of the site's grid.
+
+    Without a ``[grid]`` the grid covers the building, the areas and the mast with two cells around them, and reaches
+    up to where the tallest part passes over the building with 3 m to spare (see :func:`top_m`), no higher than the
+    crane can hold a load, never below the building's own top. Its lattice is anchored at whole multiples of the cell
+    size in the site's frame, to which an explicit extent is widened; the slab is the layer k = 0 below z = 0.
+
+    Args:
+        config: The site file, with ``model.voxel_size_m``.
+        building: In the site's frame.
+        crane: The crane, or None.
+
+    Raises:
+        ConfigError: If the explicit extent does not fit the cell size.
+        GridTooLargeError: If the grid would have more than 50 million cells.
+    """
+    size_m = config.model.voxel_size_m
+    if size_m is None:
+        raise config.error("model.voxel_size_m", "is missing")
+    if config.grid is not None:
+        low, high = _explicit(config, size_m)
+    else:
+        low, high = _around(config, building, crane, size_m)
+    frame = GridFrame((float(low[0]), float(low[1]), -size_m), size_m)
+    nx, ny = (int(n) for n in np.ceil((high[:2] - low[:2]) / size_m - 1e-6))
+    nz = 1 + int(np.ceil(high[2] / size_m - 1e-6))
+    cells = nx * ny * nz
+    if cells > MAX_CELLS:
+        fitting_m = size_m * (cells / MAX_CELLS) ** (1 / 3)
+        raise GridTooLargeError(cells, MAX_CELLS, size_m, float(np.ceil(fitting_m * 20) / 20))
+    return frame, (nx, ny, nz)
+
+
+def top_m(building: Building) -> float:
+    """Return the height that the load's top may need: building, headroom, and the tallest part on top of that."""
+    heights = [
+        float(np.ptp(element.mesh.bounds_m[:, 2])) for element in building.elements if element.role is Role.COMPONENT
+    ]
+    return float(standing_bounds_m(building.elements)[1, 2]) + HEADROOM_M + max(heights, default=0.0)
+
+
+def _explicit(config: SiteConfig, size_m: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    assert config.grid is not None
+    low, high = config.grid.low_m, config.grid.high_m
+    if len(low) == 3 and abs(low[2] + size_m) > 1e-6 * size_m:
+        raise config.error(
+            "grid.low_m",
+            f"its third value is {low[2]:g}, but the slab reaches from z = 0 one cell down to {-size_m:g}",
+            hint=f"write low_m = [{low[0]:g}, {low[1]:g}, {-size_m:g}], or leave the third value out",
+        )
+    corner = np.floor(np.array(low[:2]) / size_m + 1e-6) * size_m
+    return corner, np.array([*np.ceil(np.array(high[:2]) / size_m - 1e-6) * size_m, high[2]])
+
+
+def _around(
+    config: SiteConfig, building: Building, crane: TowerCrane | None, size_m: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    bounds = standing_bounds_m(building.elements)
+    corners = [bounds[:, :2]]
+    areas = (config.areas.construction, *(config.areas.yard or ()))
+    corners += [np.array(polygon) for polygon in areas if polygon is not None]
+    highest = top_m(building)
+    if crane is not None:
+        corners.append(np.array(mast_box_m(crane))[:, :2])
+        highest = max(min(highest, crane.jib_height_m - crane.sling_m), float(bounds[1, 2]))
+    points = np.concatenate(corners)
+    low = (np.floor(points.min(axis=0) / size_m + 1e-6) - MARGIN_VOX) * size_m
+    high = (np.ceil(points.max(axis=0) / size_m - 1e-6) + MARGIN_VOX) * size_m
+    return low, np.array([*high, highest])

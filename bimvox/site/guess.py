@@ -1,0 +1,166 @@
+"""What a site file leaves out, guessed from the building: cell size, ground, areas, crane."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import Building, Element, Role
+from bimvox.bim.site_frame import in_site_frame, lowest_m
+from bimvox.crane.reach import allowed_radii_m
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import GridTooLargeError, InputError, SelectionError
+from bimvox.site.config import ModelConfig, Polygon, SiteConfig
+from bimvox.site.crane_guess import guess_crane
+from bimvox.site.extent import site_extent, top_m
+from bimvox.site.machine import crane_config, crane_of
+from bimvox.site.parts import entries_by_id
+from bimvox.site.placement import dominant_yaw_rad, ground_height_m, standing_bounds_m
+from bimvox.site.yard_guess import yard_need, yards_beside
+
+VOXEL_SIZES_M = (0.1, 0.2, 0.25, 0.5, 1.0)
+PLANNING_CELLS = 2_500_000
+"""Cells of a site that plans quickly; the finest cell size that stays below it is taken."""
+
+_BORDER_M = 1.0  # of the construction area around the building
+
+
+def guess_site(
+    building: Building,
+    model_path: Path,
+    *,
+    name: str | None = None,
+    select: str | None = None,
+    unit: Literal["m", "dm", "cm", "mm", "ft", "in"] | None = None,
+    assemblies: Literal["whole", "parts"] = "whole",
+    voxel_size_m: float | None = None,
+) -> SiteConfig:
+    """Return a complete site file for a building.
+
+    Args:
+        building: As read (with that selection, unit and treatment of assemblies).
+        model_path: Its file, as the site file is to name it.
+        name: Name of the site; default: the model file's.
+        select: As ``[model] select``.
+        unit: As ``[model] unit``.
+        assemblies: As ``[model] assemblies``.
+        voxel_size_m: Cell size; default: guessed.
+    """
+    model = ModelConfig(
+        path=model_path,
+        select=select,
+        unit=unit,
+        assemblies=assemblies,
+        voxel_size_m=voxel_size_m,
+        yaw_rad=dominant_yaw_rad(building),
+    )
+    return complete_config(SiteConfig(name=name or model_path.stem, model=model), building)
+
+
+def complete_config(config: SiteConfig, building: Building) -> SiteConfig:
+    """Return a site file with everything filled in that it leaves out.
+
+    Args:
+        config: What the planner said; nothing of it is changed.
+        building: As read, before it is put on the site.
+
+    Raises:
+        SelectionError: If there is nothing to lift.
+        ConfigError: If what is there does not fit the building.
+        InputError: If no crane can serve the site.
+    """
+    lowest = config.model.ground_m
+    ground_local_m = lowest_m(building) if lowest is None else lowest - float(building.origin_m[2])
+    placed, _ = in_site_frame(building, ground_m=ground_local_m, yaw_rad=config.model.yaw_rad)
+    entries = entries_by_id(config, placed.elements)
+    pinned = {element_id for element_id, entry in entries.items() if entry.pinned}
+    lifted = [one for one in placed.elements if one.role is Role.COMPONENT and one.id not in pinned]
+    if not lifted:
+        raise SelectionError("nothing to lift: no part of the model is a component", hint="see [model] select")
+    config = _with_areas_and_crane(config, placed, lifted)
+    size_m = config.model.voxel_size_m or planning_voxel_size_m(config, placed)
+    ground_m = ground_height_m(building, size_m) if lowest is None else lowest
+    model = config.model.model_copy(update={"voxel_size_m": size_m, "ground_m": ground_m})
+    return config.model_copy(update={"model": model})
+
+
+def planning_voxel_size_m(config: SiteConfig, building: Building) -> float:
+    """Return the finest usual cell size at which the whole site stays below 2.5 million cells.
+
+    Args:
+        config: The site file; its own cell size is not looked at.
+        building: In the site's frame.
+    """
+    crane = crane_of(config)
+    grid = config.grid.model_copy(update={"low_m": config.grid.low_m[:2]}) if config.grid else None
+    for size_m in VOXEL_SIZES_M[:-1]:
+        model = config.model.model_copy(update={"voxel_size_m": size_m})
+        try:
+            _, shape = site_extent(config.model_copy(update={"model": model, "grid": grid}), building, crane)
+        except GridTooLargeError:
+            continue
+        if shape[0] * shape[1] * shape[2] <= PLANNING_CELLS:
+            return size_m
+    return VOXEL_SIZES_M[-1]
+
+
+def _with_areas_and_crane(config: SiteConfig, building: Building, lifted: list[Element]) -> SiteConfig:
+    footprint = standing_bounds_m(building.elements)[:, :2]
+    areas = config.areas
+    if areas.construction is None:
+        areas = areas.model_copy(update={"construction": _around(footprint)})
+    construction = np.array(areas.construction)
+    crane = crane_of(config)
+    wants_crane = config.crane is None
+    rough_m = config.model.voxel_size_m or planning_voxel_size_m(config.model_copy(update={"areas": areas}), building)
+    if areas.yard is None:
+        box = np.stack([construction.min(axis=0), construction.max(axis=0)])
+        candidates: list[tuple[Polygon, ...]] = [(yard,) for yard in yards_beside(box, yard_need(lifted, rough_m))]
+    else:
+        candidates = [areas.yard]
+    if wants_crane:
+        yards, crane = _best_with_crane(candidates, lifted, footprint, top_m(building) + 2 * rough_m)
+    else:
+        yards = max(candidates, key=lambda these: _reached(crane, these, lifted))
+    areas = areas.model_copy(update={"yard": yards})
+    return config.model_copy(update={"areas": areas, "crane": crane_config(crane) if wants_crane else config.crane})
+
+
+def _best_with_crane(
+    candidates: list[tuple[Polygon, ...]], lifted: list[Element], footprint: NDArray[np.float64], height_m: float
+) -> tuple[tuple[Polygon, ...], TowerCrane]:
+    """The yard that needs the smallest crane; ties go to the earlier one."""
+    best: tuple[float, tuple[Polygon, ...], TowerCrane] | None = None
+    failed: InputError | None = None
+    for yards in candidates:
+        try:
+            crane = guess_crane(lifted, footprint, yards, height_m)
+        except InputError as error:
+            failed = error
+            continue
+        moment = max(radius * mass for radius, mass in zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True))
+        if best is None or moment < best[0]:
+            best = (moment, yards, crane)
+    if best is None:
+        assert failed is not None
+        raise failed
+    return best[1], best[2]
+
+
+def _reached(crane: TowerCrane | None, yards: tuple[Polygon, ...], lifted: list[Element]) -> int:
+    """How many corners of a yard a given crane reaches with a typical part."""
+    if crane is None:
+        return 0
+    low_m, high_m = allowed_radii_m(crane, float(np.median([element.mass_kg for element in lifted])))
+    radii = np.hypot(*(np.concatenate([np.array(yard) for yard in yards]) - np.array(crane.base_m[:2])).T)
+    return int(((radii >= low_m) & (radii <= high_m)).sum())
+
+
+def _around(footprint: NDArray[np.float64]) -> Polygon:
+    """The building's box and 1 m around it, out to half metres."""
+    x0, y0 = (float(value) for value in np.floor((footprint[0] - _BORDER_M) * 2 + 1e-6) / 2)
+    x1, y1 = (float(value) for value in np.ceil((footprint[1] + _BORDER_M) * 2 - 1e-6) / 2)
+    return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))

@@ -1,0 +1,145 @@
+"""From elements and their cells to components: shape, place, hook, storage, and what the site file says of them."""
+
+from __future__ import annotations
+
+import graphlib
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import Element, Role, TriangleMesh
+from bimvox.grid.frame import GridFrame
+from bimvox.site.component import Component, IntVec, StoredPose
+from bimvox.site.config import ComponentConfig, SiteConfig
+from bimvox.site.shape import shape_of
+from bimvox.site.validation import nearest
+
+_UPRIGHT_CLASSES = frozenset({"IfcColumn", "IfcMember", "IfcPile", "Mesh"})
+_SLENDER = 2.0
+
+
+def entries_by_id(config: SiteConfig, elements: Iterable[Element]) -> dict[str, ComponentConfig]:
+    """Return the site file's ``[[component]]`` tables by element id, their before and after as element ids.
+
+    Raises:
+        ConfigError: If an id names no component, or more than one, or before and after contradict each other.
+    """
+    components = [element for element in elements if element.role is Role.COMPONENT]
+    entries: dict[str, ComponentConfig] = {}
+    for number, entry in enumerate(config.component):
+        key = f"component[{number}]"
+        found = _find(config, f"{key}.global_id", entry.global_id, components)
+        before = tuple(_find(config, f"{key}.before", name, components) for name in entry.before)
+        after = tuple(_find(config, f"{key}.after", name, components) for name in entry.after)
+        entries[found] = entry.model_copy(update={"before": before, "after": after})
+    sorter: graphlib.TopologicalSorter[str] = graphlib.TopologicalSorter()
+    for element_id, entry in entries.items():
+        sorter.add(element_id, *entry.after)
+        for later in entry.before:
+            sorter.add(later, element_id)
+    try:
+        sorter.prepare()
+    except graphlib.CycleError as error:
+        raise config.error(
+            "component", f"before and after go round in a circle: {' -> '.join(error.args[1])}"
+        ) from None
+    pinned = {element_id for element_id, entry in entries.items() if entry.pinned}
+    for number, (_, entry) in enumerate(entries.items()):
+        for name in (*entry.before, *entry.after):
+            if name in pinned:
+                raise config.error(f"component[{number}]", f"{name!r} is pinned, so it has no place in the order")
+    return entries
+
+
+def component_of(
+    index: int, element: Element, cells: NDArray[np.int32], entry: ComponentConfig | None, frame: GridFrame
+) -> Component:
+    """Return the component of an element.
+
+    Args:
+        index: Its position among the site's components.
+        element: In the site's frame.
+        cells: (N, 3) int32 cells of the site's grid that it meets, N >= 1.
+        entry: What the site file says of it.
+        frame: The site's.
+    """
+    shape, target_vox = shape_of(cells)
+    pose = entry.pose if entry else None
+    start_vox: IntVec | None = None
+    if entry is not None and entry.start is not None:
+        x, y, z = (int(n) for n in frame.cell_of((*entry.start, 0.0)[:3]))
+        start_vox = (x, y, z)
+    return Component(
+        index=index,
+        id=element.id,
+        global_id=element.global_id,
+        ifc_class=element.ifc_class,
+        name=element.name,
+        shape=shape,
+        target_vox=target_vox,
+        mesh=element.mesh,
+        mass_kg=element.mass_kg,
+        hook_offset_vox=_hook_offset(element.mesh, target_vox, shape.size_vox, frame, shape.cells),
+        erected=is_erected(element) if pose is None else pose is not StoredPose.AS_BUILT,
+        start_vox=start_vox,
+        stored_pose=pose,
+        before=entry.before if entry else (),
+        after=entry.after if entry else (),
+    )
+
+
+def is_erected(element: Element) -> bool:
+    """Return whether a part is delivered lying down: columns, members, piles and mesh bodies that stand slender.
+
+    Slender is at least twice as high as the larger side of its plan.
+    """
+    size = np.ptp(element.mesh.bounds_m, axis=0)
+    return element.ifc_class in _UPRIGHT_CLASSES and bool(size[2] >= _SLENDER * max(size[0], size[1]) - 1e-9)
+
+
+def centre_of_mass_m(mesh: TriangleMesh) -> NDArray[np.float64] | None:
+    """Return the (3,) centroid of the volume that a mesh encloses, or None where it encloses none.
+
+    Signed tetrahedra from a point near the mesh (divergence theorem); exact for closed meshes of either orientation.
+    """
+    near = mesh.bounds_m.mean(axis=0)
+    a, b, c = np.moveaxis(mesh.triangles_m - near, 1, 0)
+    volumes = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
+    total = float(volumes.sum())
+    if abs(total) <= 1e-6 * float(np.prod(np.maximum(np.ptp(mesh.bounds_m, axis=0), 1e-3))):
+        return None
+    centre: NDArray[np.float64] = near + (volumes[:, None] * (a + b + c) / 4.0).sum(axis=0) / total
+    return centre
+
+
+def _hook_offset(
+    mesh: TriangleMesh, target_vox: IntVec, size_vox: IntVec, frame: GridFrame, cells: NDArray[np.int32]
+) -> IntVec:
+    """The column above the centre of mass, inside the bounding box, one cell above the top."""
+    centre_m = centre_of_mass_m(mesh)
+    if centre_m is None:
+        column = np.floor(cells.mean(axis=0) + 0.5).astype(np.int64)
+    else:
+        column = frame.cell_of(centre_m) - np.array(target_vox)
+    x, y = (int(n) for n in np.clip(column[:2], 0, np.array(size_vox[:2]) - 1))
+    return (x, y, size_vox[2])
+
+
+def _find(config: SiteConfig, key: str, name: str, components: Sequence[Element]) -> str:
+    """Return the id of the one component that is called ``name``."""
+    if any(element.id == name for element in components):
+        return name
+    found = [element.id for element in components if element.global_id == name]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise config.error(key, f"{name!r} is the GlobalId of several parts", available=found, hint=f"use {found[0]!r}")
+    known: Mapping[str, str] = {element.id: element.name for element in components}
+    near = nearest(name, tuple(known))
+    raise config.error(
+        key,
+        f"no component has the id {name!r}",
+        available=tuple(known),
+        hint=f"did you mean {near!r}?" if near else None,
+    )

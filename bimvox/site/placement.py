@@ -1,0 +1,88 @@
+"""Putting a building on its site: from the model's coordinates to the site's frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import Building, Element, Role
+from bimvox.bim.site_frame import in_site_frame, lowest_m
+from bimvox.errors import SelectionError
+from bimvox.site.config import SiteConfig
+
+
+def place_building(config: SiteConfig, building: Building) -> tuple[Building, NDArray[np.float64]]:
+    """Put a building on its site.
+
+    Args:
+        config: The site file, with ``model.ground_m``.
+        building: As read.
+
+    Returns:
+        The building in the site's frame (z = 0 is the top of the ground), and ``site_to_ifc``, (4, 4) float64: site
+        metres to the model's own coordinates in metres.
+    """
+    if config.model.ground_m is None:
+        raise config.error("model.ground_m", "is missing")
+    local_m = config.model.ground_m - float(building.origin_m[2])
+    placed, site_to_local = in_site_frame(building, ground_m=local_m, yaw_rad=config.model.yaw_rad)
+    site_to_ifc = site_to_local.copy()
+    site_to_ifc[:3, 3] += building.origin_m
+    return placed, site_to_ifc
+
+
+def ground_height_m(building: Building, voxel_size_m: float) -> float:
+    """Return the height in the model of the lowest point of components and structure, down to a whole cell."""
+    lowest = lowest_m(building) + float(building.origin_m[2])
+    return float(np.round(np.floor(lowest / voxel_size_m + 1e-6) * voxel_size_m, 9)) + 0.0
+
+
+def standing(elements: Iterable[Element]) -> list[Element]:
+    """Return components and structure: what stands on the site while it is built."""
+    return [element for element in elements if element.role in (Role.COMPONENT, Role.STRUCTURE)]
+
+
+def standing_bounds_m(elements: Iterable[Element]) -> NDArray[np.float64]:
+    """Return the (2, 3) box around components and structure.
+
+    Raises:
+        SelectionError: If there are none.
+    """
+    corners = [element.mesh.bounds_m for element in standing(elements)]
+    if not corners:
+        raise SelectionError(
+            "the model has neither components nor structure", hint="see bimvox inspect, and [model] select"
+        )
+    return np.stack([np.min(corners, axis=0)[0], np.max(corners, axis=0)[1]])
+
+
+def dominant_yaw_rad(building: Building) -> float:
+    """Return the angle that the building's walls are turned by, in (-pi/4, pi/4]; 0 where there is no clear answer.
+
+    Vertical faces vote by area for the direction of their normal, taken modulo a right angle: the mean of
+    ``exp(4 i angle)``, then the area-weighted median within two degrees of it, which stray directions do not pull.
+    """
+    elements = standing(building.elements)
+    if not elements:
+        return 0.0
+    corners = np.concatenate([element.mesh.triangles_m for element in elements])
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1)
+    upright = (areas > 1e-9) & (np.abs(normals[:, 2]) < 0.01 * areas)
+    if not upright.any():
+        return 0.0
+    angles, weights = np.arctan2(normals[upright, 1], normals[upright, 0]), areas[upright]
+    mean = np.sum(weights * np.exp(4j * angles)) / weights.sum()
+    if abs(mean) < 0.5:
+        return 0.0
+    middle = float(np.angle(mean)) / 4.0
+    off = np.remainder(angles - middle + np.pi / 4, np.pi / 2) - np.pi / 4
+    near = np.flatnonzero(np.abs(off) < np.radians(2.0))
+    if not len(near):
+        return 0.0
+    near = near[np.argsort(off[near], kind="stable")]
+    half = np.searchsorted(np.cumsum(weights[near]), weights[near].sum() / 2.0)
+    yaw = middle + float(off[near[half]])
+    return float(np.round(yaw, 9)) if abs(yaw) > np.radians(0.05) else 0.0

@@ -1,0 +1,206 @@
+"""Writing a site file that a planner can read and edit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+from bimvox.site.config import AreasConfig, ComponentConfig, CraneConfig, Polygon, SiteConfig, ZoneConfig
+from bimvox.site.crane_guess import LARGER
+
+_HEAD = """\
+# A site of bimvox: what is lifted, where it waits, and by which crane. Lengths are metres, angles radians, masses kg,
+# in the site's frame: x and y as in the model (turned by yaw_rad), z = 0 at the top of the ground.
+# Every key may be left out but the model's path; what is left out is guessed again. `bimvox schema site` lists all.
+"""
+
+
+def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = ()) -> str:
+    """Return the text of a site file; :func:`bimvox.site.config_file.load_site_config` reads the same values back.
+
+    Args:
+        config: What it is to say, with the model's path as it is to be written.
+        example_ids: Ids of components, used in the commented-out examples.
+    """
+    sections = [
+        _HEAD + (f"\nname = {_text(config.name)}\n" if config.name else ""),
+        _model(config),
+        _grid(config),
+        _areas(config.areas),
+        _crane(config.crane),
+        _components(config.component, example_ids),
+        _zones(config.zone, config.areas.yard),
+        _rules(config),
+        _policy(config),
+    ]
+    return "\n".join(section for section in sections if section)
+
+
+def _model(config: SiteConfig) -> str:
+    model = config.model
+    select = (
+        f"select = {_text(model.select)}  # what is lifted"
+        if model.select
+        else '# select = "IfcColumn, IfcBeam, IfcSlab"  # what is lifted; default: all prefabricated classes\n'
+        '#   (an IfcOpenShell query; for a mesh the names of bodies: "column*, beam*")'
+    )
+    return _lines(
+        "[model]",
+        f"path = {_text(model.path.as_posix())}  # IFC or mesh, from this file's folder",
+        select,
+        model.unit and f"unit = {_text(model.unit)}  # of the mesh file",
+        _maybe("voxel_size_m", model.voxel_size_m, "edge of a planning cell"),
+        f"yaw_rad = {_number(model.yaw_rad)}  # angle of the site's x axis in the model, counter-clockwise",
+        _maybe("ground_m", model.ground_m, "height in the model that is the top of the ground"),
+        f'assemblies = {_text(model.assemblies)}  # lift assemblies "whole" or their "parts"',
+    )
+
+
+def _grid(config: SiteConfig) -> str:
+    note = "# The extent of the site; without it, around building, areas and crane."
+    if config.grid is None:
+        return _lines(note, "# [grid]", "# low_m = [0, 0]", "# high_m = [40, 30, 20]")
+    return _lines(note, "[grid]", f"low_m = {_numbers(config.grid.low_m)}", f"high_m = {_numbers(config.grid.high_m)}")
+
+
+def _areas(areas: AreasConfig) -> str:
+    yards = areas.yard or ()
+    return _lines(
+        "# Areas on the ground, as polygons of [x, y] corners.",
+        "[areas]",
+        areas.construction and f"construction = {_polygon(areas.construction)}",
+        yards and "# Where parts wait: one or more polygons, within the crane's reach. Parts come in truckloads.",
+        yards and f"yard = [{', '.join(_polygon(yard) for yard in yards)}]",
+    )
+
+
+def _crane(crane: CraneConfig | None) -> str:
+    if crane is None:
+        return ""
+    if crane.kind == "none":
+        return _lines("[crane]", 'kind = "none"  # no crane: no rope, no reach, no load chart')
+    lines: list[object] = ["[crane]", f'kind = {_text(crane.kind)}  # or "none"']
+    if crane.name:
+        lines += [
+            LARGER in crane.name and "# Larger than the built-in machines, which could not serve this site: check it.",
+            f"name = {_text(crane.name)}",
+        ]
+    lines += [
+        crane.base_m and f"base_m = {_numbers(crane.base_m)}  # foot of the slewing axis",
+        _maybe("jib_height_m", crane.jib_height_m, "rope exit above z = 0"),
+        _maybe("jib_length_m", crane.jib_length_m, "largest hook radius"),
+        _maybe("min_radius_m", crane.min_radius_m, "smallest hook radius"),
+        _maybe("mast_size_m", crane.mast_size_m, "edge of the square mast"),
+        _maybe("sling_m", crane.sling_m, "hook above the load's top"),
+        _maybe("rigging_mass_kg", crane.rigging_mass_kg, "hook block, slings and spreader, counted with every load"),
+    ]
+    for key, axis in (("slewing", crane.slewing), ("trolley", crane.trolley), ("hoist", crane.hoist)):
+        if axis is not None:
+            inside = ", ".join(f"{name} = {_number(value)}" for name, value in axis.model_dump().items())
+            lines.append(f"{key} = {{ {inside} }}")
+    if crane.chart:
+        lines += ["# Load chart: [radius in m, capacity in kg], load and rigging together.", "chart = ["]
+        lines += [f"  {_numbers(pair)}," for pair in crane.chart] + ["]"]
+    return _lines(*lines)
+
+
+def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) -> str:
+    first, second = (*example_ids, "1a2B3c4D5e6F7g8H9i0JkL", "0L1k2J3i4H5g6F7e8D9c0B")[:2]
+    lines: list[object] = ["# What the defaults get wrong about a part, one table each."]
+    if not entries:
+        lines += [
+            "# [[component]]",
+            f"# global_id = {_text(first)}",
+            "# start = [12.0, -8.0]   # lowest corner of the part as it lies in the yard; without it, packed",
+            '# pose = "as_built"      # or "lying_x", "lying_y": stored lying and erected before the lift',
+            f"# after = [{_text(second)}]  # set later than these; `before`: set earlier",
+            "# pinned = true          # it stands already (alone, without the keys above)",
+        ]
+    for entry in entries:
+        lines += [
+            "[[component]]",
+            f"global_id = {_text(entry.global_id)}",
+            entry.start and f"start = {_numbers(entry.start)}",
+            entry.pose and f"pose = {_text(entry.pose.value)}",
+            entry.before and f"before = [{', '.join(map(_text, entry.before))}]",
+            entry.after and f"after = [{', '.join(map(_text, entry.after))}]",
+            entry.pinned and "pinned = true",
+        ]
+    return _lines(*lines)
+
+
+def _zones(zones: Sequence[ZoneConfig], yards: Sequence[Polygon] | None) -> str:
+    lines: list[object] = ["# Where the hook may not be (EN 17076): streets, neighbours, a school."]
+    if not zones:
+        x, y = yards[0][0] if yards else (0.0, 0.0)
+        example = ((x - 10, y - 10), (x - 5, y - 10), (x - 5, y - 5))
+        lines += ["# [[zone]]", '# kind = "prohibited"', f"# polygon = {_polygon(example)}"]
+    for zone in zones:
+        lines += [
+            "[[zone]]",
+            f"kind = {_text(zone.kind)}",
+            zone.name and f"name = {_text(zone.name)}",
+            f"polygon = {_polygon(zone.polygon)}",
+        ]
+    lines += [
+        "",
+        "# What is in the way for a while goes into a file of its own (plan --obstructions FILE, or watch FILE):",
+        '#   {"version": 1, "obstructions": [{"id": "truck", "box": {"min": [2, 11, 0], "max": [4.5, 19, 3.2]}}]}',
+    ]
+    return _lines(*lines)
+
+
+def _rules(config: SiteConfig) -> str:
+    rules = config.rules
+    return _lines(
+        "[rules]",
+        _maybe("clearance_m", rules.clearance_m, "kept from obstructions and the mast, up to whole cells"),
+        _maybe("contact_tolerance_m", rules.contact_tolerance_m, "how deep neighbours may touch when a part is set"),
+        _maybe("support_gap_m", rules.support_gap_m, "how far below a part its support may be"),
+        f"rope = {_flag(rules.rope)}  # keep the hoist rope above the load free",
+        _maybe("sample_period_s", rules.sample_period_s, "spacing of the motion in the log"),
+    )
+
+
+def _policy(config: SiteConfig) -> str:
+    policy = config.policy
+    return _lines(
+        "[policy]",
+        f"id = {_text(policy.id)}"
+        if policy.id
+        else '# id = "..."  # a policy of the store; without it, the one trained for this site',
+        f"steps = {policy.steps}" if policy.steps else "# steps = 200000  # training budget, environment steps",
+        f"seed = {policy.seed}",
+        _maybe("required_success", policy.required_success, "share of test episodes that must succeed"),
+    )
+
+
+def _lines(*lines: object) -> str:
+    """Join the lines that are there."""
+    return "".join(f"{line}\n" for line in lines if line or line == "")
+
+
+def _maybe(key: str, value: float | None, comment: str) -> str | None:
+    return None if value is None else f"{key} = {_number(value)}  # {comment}"
+
+
+def _text(value: str) -> str:
+    # A JSON string is a TOML basic string, but for the character DEL.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+
+
+def _number(value: float) -> str:
+    """The shortest text that reads back the same; whole numbers without a fraction."""
+    return str(int(value)) if float(value).is_integer() and abs(value) < 1e15 else repr(float(value))
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return f"[{', '.join(_number(value) for value in values)}]"
+
+
+def _polygon(corners: Sequence[Sequence[float]]) -> str:
+    return f"[{', '.join(_numbers(corner) for corner in corners)}]"
+
+
+def _flag(value: bool) -> str:
+    return "true" if value else "false"

@@ -1,0 +1,124 @@
+"""What is wrong with a file, said by the key: pydantic's findings in the words of the file.
+
+Used by the site file and the obstruction file.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+STRICT = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
+"""Configuration of every file schema: no unknown key, no NaN; with the types below no silent conversion either."""
+
+Number = Annotated[float, Field(strict=True)]
+Positive = Annotated[float, Field(strict=True, gt=0.0)]
+NotNegative = Annotated[float, Field(strict=True, ge=0.0)]
+Whole = Annotated[int, Field(strict=True)]
+Flag = Annotated[bool, Field(strict=True)]
+Text = Annotated[str, Field(min_length=1)]
+Point2 = tuple[Number, Number]
+Point2or3 = Annotated[tuple[Number, ...], Field(min_length=2, max_length=3)]
+Point3 = tuple[Number, Number, Number]
+
+_EXPECTED = {
+    "string_type": "a text in quotes",
+    "path_type": "a text in quotes",
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "bool_type": "true or false",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+    "dict_type": "a table",
+    "finite_number": "a finite number",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that is wrong in a file.
+
+    Attributes:
+        key: Dotted place, list positions in brackets, counted from 0: ``component[2].start``. Empty for the whole file.
+        message: What is wrong there and what was expected.
+        available: The known keys, where the key is unknown.
+        hint: What to do about it, if that is not obvious.
+    """
+
+    key: str
+    message: str
+    available: tuple[str, ...] = ()
+    hint: str | None = None
+
+
+def first_finding(error: ValidationError, schema: type[BaseModel]) -> Finding:
+    """Return the first thing that is wrong, unknown keys first: a misspelt key often causes the other findings."""
+    details = error.errors(include_url=False)
+    chosen = next((d for d in details if d["type"] == "extra_forbidden"), details[0])
+    more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
+    loc = chosen["loc"]
+    if chosen["type"] == "extra_forbidden":
+        known = _known_keys(schema, loc[:-1])
+        near = nearest(str(loc[-1]), known)
+        where = f"did you mean {near!r}? " if near else ""
+        return Finding(dotted(loc), f"unknown key{more}", known, f"{where}known here: {', '.join(known)}")
+    if chosen["type"] == "missing":
+        return Finding(dotted(loc), f"is missing{more}")
+    if chosen["type"] in _EXPECTED:
+        return Finding(dotted(loc), f"expected {_EXPECTED[chosen['type']]}, got {_shown(chosen['input'])}{more}")
+    if chosen["type"] in ("too_short", "too_long"):
+        context = chosen["ctx"]
+        limit = f"at least {context['min_length']}" if "min_length" in context else f"at most {context['max_length']}"
+        return Finding(dotted(loc), f"expected {limit} values, got {context['actual_length']}{more}")
+    message = chosen["msg"].removeprefix("Value error, ")
+    if chosen["type"] != "value_error":
+        message = f"{message[0].lower()}{message[1:]}, got {_shown(chosen['input'])}"
+    return Finding(dotted(loc), f"{message}{more}")
+
+
+def nearest(word: str, known: Sequence[str]) -> str | None:
+    """Return the known word that is most like ``word``, or None where none is."""
+    found = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
+    return found[0] if found else None
+
+
+def dotted(loc: Sequence[int | str]) -> str:
+    """Return a place as the file's reader would write it: ``component[2].start``."""
+    text = ""
+    for step in loc:
+        text += f"[{step}]" if isinstance(step, int) else f".{step}" if text else step
+    return text
+
+
+def _known_keys(schema: type[BaseModel], loc: Sequence[int | str]) -> tuple[str, ...]:
+    """Names that the schema allows at a place."""
+    here: Any = schema
+    for step in loc:
+        if isinstance(step, str):
+            model = _model_in(here)
+            if model is None or step not in model.model_fields:
+                return ()
+            here = model.model_fields[step].annotation
+    model = _model_in(here)
+    return tuple(model.model_fields) if model else ()
+
+
+def _model_in(annotation: Any) -> type[BaseModel] | None:
+    """The schema inside ``X``, ``X | None`` or ``tuple[X, ...]``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    if get_origin(annotation) in (Union, UnionType, tuple, list):
+        return next((m for m in map(_model_in, get_args(annotation)) if m), None)
+    return None
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,0 +1,96 @@
+"""Where a yard could be: a rectangle beside the building, large enough for a truckload or two."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import Element
+from bimvox.site.config import Polygon
+from bimvox.site.parts import is_erected
+
+TYPICAL_PARTS = 25
+"""Parts that the yard should hold at once: parts come in truckloads, not all together."""
+
+_PACKING = 1.3  # rows of unequal parts leave about a quarter of a yard unused
+_WAY_M = 1.0  # between the construction area and the yard
+
+
+@dataclass(frozen=True, slots=True)
+class YardNeed:
+    """What a yard must hold.
+
+    Attributes:
+        width_m: Along x, at least.
+        depth_m: Along y, at least.
+        longest_m: The larger of both sides, at least.
+        area_m2: In all, at least.
+    """
+
+    width_m: float
+    depth_m: float
+    longest_m: float
+    area_m2: float
+
+
+def yard_need(components: Sequence[Element], voxel_size_m: float) -> YardNeed:
+    """Return what a yard for these parts must hold: the largest part, and about 25 typical ones.
+
+    Parts lie as they are built in, columns along the longer side; three cells are added to each for the gap and for
+    cells that it fills in part.
+    """
+    pad_m = 3 * voxel_size_m
+    sizes = np.array([np.ptp(element.mesh.bounds_m, axis=0) for element in components])
+    erected = np.array([is_erected(element) for element in components])
+    lying = np.hypot(sizes[:, 2], sizes[:, :2].max(axis=1)) + pad_m
+    across = sizes[:, :2].max(axis=1) + pad_m
+    padded = sizes[:, :2] + pad_m
+    areas = np.where(erected, lying * across, padded.prod(axis=1))
+    as_built = padded[~erected] if not erected.all() else np.zeros((1, 2))
+    narrowest = float(across[erected].max()) if erected.any() else 0.0
+    return YardNeed(
+        width_m=max(float(as_built[:, 0].max()), narrowest) + pad_m,
+        depth_m=max(float(as_built[:, 1].max()), narrowest) + pad_m,
+        longest_m=(float(lying[erected].max()) if erected.any() else 0.0) + pad_m,
+        area_m2=_PACKING * float(areas.mean()) * min(TYPICAL_PARTS, len(components)),
+    )
+
+
+def yards_beside(construction_m: NDArray[np.float64], need: YardNeed) -> list[Polygon]:
+    """Return a yard on each side of the construction area's box, the longer sides first: -y, +y, -x, +x or so.
+
+    Args:
+        construction_m: (2, 2) lowest and highest corner of the construction area.
+        need: What it must hold.
+    """
+    low, high = construction_m
+    size = high - low
+    sides = [(1, -1), (1, 1), (0, -1), (0, 1)] if size[0] >= size[1] else [(0, -1), (0, 1), (1, -1), (1, 1)]
+    return [_beside(low, high, axis, direction, need) for axis, direction in sides]
+
+
+def _beside(low: NDArray[np.float64], high: NDArray[np.float64], axis: int, direction: int, need: YardNeed) -> Polygon:
+    """The yard beyond the side at the ``direction`` end of ``axis``, centred along that side."""
+    along = 1 - axis
+    least = (need.width_m, need.depth_m)
+    # No larger than the construction area: where parts are as large as whole floors, fewer of them come at a time.
+    area_m2 = min(need.area_m2, float(np.prod(high - low)))
+    length = max(least[along], need.longest_m, min(high[along] - low[along], area_m2 / least[axis]))
+    depth = max(least[axis], area_m2 / length)
+    length, depth = _half_up(length), _half_up(depth)
+    start = np.zeros(2)
+    start[along] = np.floor(low[along] + high[along] - length) / 2
+    start[axis] = _half_up(high[axis] + _WAY_M) if direction > 0 else -_half_up(_WAY_M - low[axis]) - depth
+    end = start.copy()
+    end[along] += length
+    end[axis] += depth
+    x0, y0, x1, y1 = (float(value) for value in (*start, *end))
+    return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
+
+
+def _half_up(value: float) -> float:
+    """Round up to half a metre."""
+    return float(np.ceil(value * 2 - 1e-6) / 2)

@@ -1,0 +1,97 @@
+"""What the crane is told: rates of the three axes at a set rate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bimvox.errors import InputError
+from bimvox.trajectory.motion import LiftMotion, PhaseName
+from bimvox.trajectory.timing import NS_PER_S
+
+
+@dataclass(frozen=True, slots=True)
+class CraneCommand:
+    """Rates to hold from one command to the next, and where they lead.
+
+    A crane that starts at the motion's first pose and holds each command's rates until the next one is at every
+    command's time exactly where the motion is.
+
+    Attributes:
+        time_ns: When it is given, on the site's clock.
+        order: The lift's position in the assembly order.
+        component: Index into ``Site.components``.
+        phase: Phase of the lift.
+        slew_rate_rad_s: Slewing rate, counter-clockwise positive.
+        trolley_rate_m_s: Trolley rate, outward positive.
+        hoist_rate_m_s: Hoisting rate, up positive.
+        target_slew_rad: Slewing angle at the next command.
+        target_radius_m: Radius at the next command.
+        target_height_m: Height of the hook at the next command.
+        loaded: Whether the part hangs on the hook.
+    """
+
+    time_ns: int
+    order: int
+    component: int
+    phase: PhaseName
+    slew_rate_rad_s: float
+    trolley_rate_m_s: float
+    hoist_rate_m_s: float
+    target_slew_rad: float
+    target_radius_m: float
+    target_height_m: float
+    loaded: bool
+
+
+_LOADED = frozenset((PhaseName.RAISE, PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER, PhaseName.SET))
+
+
+def commands(motions: Sequence[LiftMotion], period_s: float) -> tuple[CraneCommand, ...]:
+    """Return the commands of motions: one at every multiple of the period and at every start of a phase.
+
+    The last command of each lift, at its end, has zero rates.
+
+    Args:
+        motions: Lifts in order.
+        period_s: Time between commands.
+
+    Raises:
+        InputError: If the period is not positive.
+    """
+    if not period_s > 0.0:
+        raise InputError(f"a command period of {period_s:g} s", hint="give a positive time")
+    period_ns = max(1, round(period_s * NS_PER_S))
+    result: list[CraneCommand] = []
+    for motion in motions:
+        time_ns, axes = motion.samples()
+        first = -(-motion.start_ns // period_ns) * period_ns
+        regular = np.arange(first, motion.end_ns, period_ns, dtype=np.int64)
+        starts = np.array([phase.start_ns for phase in motion.phases], np.int64)
+        at_ns = np.unique(np.concatenate([regular, starts, [motion.end_ns]]))
+        since = (at_ns - motion.start_ns).astype(np.float64)
+        own = (time_ns - motion.start_ns).astype(np.float64)
+        poses = np.stack([np.interp(since, own, axis) for axis in axes.T], axis=1)
+        rates = np.diff(poses, axis=0) / (np.diff(at_ns)[:, None] / NS_PER_S)
+        rates = np.concatenate([rates, np.zeros((1, 3))])
+        targets = np.concatenate([poses[1:], poses[-1:]])
+        for t, rate, target in zip(at_ns.tolist(), rates.tolist(), targets.tolist(), strict=True):
+            phase = motion.phase_at(t).name
+            result.append(
+                CraneCommand(
+                    time_ns=t,
+                    order=motion.order,
+                    component=motion.component,
+                    phase=phase,
+                    slew_rate_rad_s=rate[0],
+                    trolley_rate_m_s=rate[1],
+                    hoist_rate_m_s=rate[2],
+                    target_slew_rad=target[0],
+                    target_radius_m=target[1],
+                    target_height_m=target[2],
+                    loaded=phase in _LOADED,
+                )
+            )
+    return tuple(result)

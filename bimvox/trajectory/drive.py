@@ -1,0 +1,157 @@
+"""The quickest proven motion for one path: both ways of shortcutting, timed, blended, compared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import PlanningError
+from bimvox.planning.search import shortest_path
+from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.trajectory.load_frame import LoadFrame
+from bimvox.trajectory.move import Move
+from bimvox.trajectory.shortcut import Route, along_the_path, check_path, follow, joined, over_the_top
+from bimvox.trajectory.timeline import Timeline, blended, in_sequence
+
+# The other way is not looked for where going over the top takes no longer than this share of the slowest axis's time.
+_GOOD_ENOUGH = 1.05
+
+SET_DOWN_M = 0.5
+"""From how high above its place a part is lowered straight down."""
+
+
+def drive_path(
+    crane: TowerCrane,
+    clearance: Clearance,
+    load: LoadFrame,
+    path_vox: NDArray[np.int32],
+    contact_moves: int,
+    slew_rad: float,
+) -> tuple[Timeline, float]:
+    """Return the quickest motion found that carries a load from the start to the end of a voxel path.
+
+    The last ``contact_moves`` unit moves are driven exactly as planned; a path that ends without contact is ended by
+    lowering straight down, where the place above is free.
+
+    Args:
+        crane: The crane.
+        clearance: The collision rule.
+        load: How hook poses and reference cells correspond.
+        path_vox: (N, 3) int32 reference cells, N >= 2, one unit move between neighbours.
+        contact_moves: How many of the last placements were cleared by the narrow phase.
+        slew_rad: Slewing angle before, with the turns that it has; the motion starts at the turn nearest to it.
+
+    Returns:
+        The motion, and the height of the hook that it has to get up to.
+
+    Raises:
+        PlanningError: If the path is not free, or takes the hook above the jib.
+    """
+    check_path(crane, clearance, load, path_vox)
+    head, tail = _with_set_down(crane, clearance, load, path_vox, contact_moves)
+    over = over_the_top(crane, clearance, load, head[0], head[-1], slew_rad)
+    best = None
+    if over is not None:
+        best = _finished(crane, clearance, load, over.moves, tail, slew_rad)
+        if best.duration_s <= _GOOD_ENOUGH * _slowest_axis_s(best):
+            return best, over.clearance_height_m
+    along = along_the_path(crane, clearance, load, head, slew_rad)
+    moves = list(along.moves)
+    if contact_moves == 0 and moves and moves[-1].is_vertical and moves[-1].difference[2] > 0.0:
+        # The only way to above the place leads through the place: it ends there.
+        moves, tail = moves[:-1], tail[-1:]
+    other = _finished(crane, clearance, load, moves, tail, slew_rad)
+    needed_m = min(route.clearance_height_m for route in (over, along) if route is not None)
+    return (other if best is None or other.duration_s < best.duration_s else best), needed_m
+
+
+def _with_set_down(
+    crane: TowerCrane,
+    clearance: Clearance,
+    load: LoadFrame,
+    path_vox: NDArray[np.int32],
+    contact_moves: int,
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Split a path into what may be shortcut and the last moves, which are driven exactly.
+
+    Those are the moves in contact. Where there are none the part is lowered onto its place from as high above it as is
+    free, half a metre at most, and the path goes on from its end up to there.
+    """
+    if contact_moves > 0:
+        split = max(0, len(path_vox) - 1 - contact_moves)
+        return path_vox[: split + 1], path_vox[split:]
+    x, y, z = (int(n) for n in path_vox[-1])
+    highest = int(np.floor((crane.jib_height_m - load.zero_height_m) / load.voxel_size_m))
+    above = z
+    while above < min(highest, z + max(1, round(SET_DOWN_M / load.voxel_size_m))):
+        if not placement_is_free(clearance, x, y, above + 1):
+            break
+        above += 1
+    column = np.array([[x, y, k] for k in range(z, above + 1)], np.int32)
+    return np.concatenate([path_vox, column[1:]]), column[::-1]
+
+
+def drive_free(
+    crane: TowerCrane,
+    clearance: Clearance,
+    load: LoadFrame,
+    start_vox: NDArray[np.int32],
+    end_vox: NDArray[np.int32],
+    slew_rad: float,
+) -> tuple[Timeline, float]:
+    """Return a motion between two placements for which there is no path yet (the empty hook).
+
+    Over the top where that is free, else along a path found by search.
+
+    Args:
+        crane: The crane.
+        clearance: The collision rule.
+        load: How hook poses and reference cells correspond.
+        start_vox: (3,) reference cell to start from.
+        end_vox: (3,) reference cell to end at, another one.
+        slew_rad: Slewing angle before, with the turns that it has.
+
+    Returns:
+        The motion, and the height of the hook that it has to get up to.
+
+    Raises:
+        PlanningError: If there is no free way.
+    """
+    route: Route | None = over_the_top(crane, clearance, load, start_vox, end_vox, slew_rad)
+    if route is None:
+        first, last = (tuple(int(n) for n in cell) for cell in (start_vox, end_vox))
+        found = shortest_path(clearance, (first[0], first[1], first[2]), (last[0], last[1], last[2])).path_vox
+        if found is None:
+            raise PlanningError(
+                f"no free way for the empty hook from cell {list(first)} to cell {list(last)}",
+                hint="something stands over the set point or the pick point; look at the lift in the log",
+            )
+        check_path(crane, clearance, load, found)
+        route = along_the_path(crane, clearance, load, found, slew_rad)
+    return blended(in_sequence(crane, joined(route.moves)), clearance, load), route.clearance_height_m
+
+
+def _finished(
+    crane: TowerCrane,
+    clearance: Clearance,
+    load: LoadFrame,
+    moves: Sequence[Move],
+    tail_vox: NDArray[np.int32],
+    slew_rad: float,
+) -> Timeline:
+    """Put the exact last moves after a route's, and lay all of them over time."""
+    last_slew = moves[-1].end.slew_rad if moves else slew_rad
+    timeline = in_sequence(crane, joined([*moves, *follow(load, tail_vox, last_slew)]))
+    return blended(timeline, clearance, load, load.zero_height_m + int(tail_vox[0, 2]) * load.voxel_size_m)
+
+
+def _slowest_axis_s(timeline: Timeline) -> float:
+    """Return the time for which the busiest axis runs."""
+    busy = [0.0, 0.0, 0.0]
+    for move, profile in zip(timeline.moves, timeline.profiles, strict=True):
+        for axis, moves in enumerate(move.moving):
+            busy[axis] += profile.duration_s if moves else 0.0
+    return max(busy)

@@ -1,0 +1,65 @@
+"""The empty hook between two lifts, under the same collision rule.
+
+What goes with the empty hook is one cell at the lower end of its slings, where the load's top was: so that it starts
+where the loaded hook ended.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.crane.reach import hook_floor
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.grid.frame import GridFrame
+from bimvox.grid.occupancy import box_sum
+from bimvox.planning.lift import YardPlace
+from bimvox.site.clearance import NOTHING_CLEARED, Clearance
+
+HOOK_CELL = np.array([[0, 0, 0, 1, 1, 1]], np.int32)
+HOOK_OFFSET = np.zeros(3, np.int32)
+
+
+def empty_hook_clearance(
+    crane: TowerCrane, frame: GridFrame, clearance: Clearance, rope: bool, place: YardPlace, left_vox: NDArray[np.int32]
+) -> Clearance:
+    """Return the collision rule for the empty hook on its way to the next part.
+
+    Args:
+        crane: The crane; the hook alone may go as far as the jib does.
+        frame: Metres to cells.
+        clearance: The rule for the next part's own lift: its table holds the part just set, not the next part itself.
+        rope: Whether the column above the hook must be free.
+        place: Where the next part waits; the hook comes onto it from above.
+        left_vox: (N, 3) cells of the slings' end on the last moves to the set point: the hook may leave by the way by
+            which it came, also where neighbours share those cells.
+    """
+    floor = hook_floor(crane, frame, _top_of_table(clearance.table), 0.0, rope)
+    # The next part is not in the table: keep the hook above it.
+    cells = place.shape.cells + np.array(place.cell_vox, np.int32)
+    np.maximum.at(floor, (cells[:, 0], cells[:, 1]), cells[:, 2] + np.int32(1))
+    low, cleared = NOTHING_CLEARED
+    if len(left_vox):
+        low = left_vox.min(axis=0).astype(np.int32)
+        cleared = np.zeros(left_vox.max(axis=0) - low + 1, np.bool_)
+        cleared[tuple((left_vox - low).T)] = True
+    return Clearance(clearance.table, HOOK_CELL, HOOK_OFFSET, floor, low, cleared)
+
+
+@kernel
+def _top_of_table(table: NDArray[np.int32]) -> NDArray[np.int32]:
+    """(X, Y) int32 height map from a summed-area table: one above the highest occupied cell of each column."""
+    nx, ny, nz = table.shape[0] - 1, table.shape[1] - 1, table.shape[2] - 1
+    top = np.zeros((nx, ny), np.int32)
+    for i in range(nx):
+        for j in range(ny):
+            low, high = 0, nz
+            while low < high:
+                middle = (low + high) // 2
+                if box_sum(table, i, j, middle, i + 1, j + 1, nz) == 0:
+                    high = middle
+                else:
+                    low = middle + 1
+            top[i, j] = low
+    return top

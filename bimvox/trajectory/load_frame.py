@@ -1,0 +1,62 @@
+"""From hook poses to (continuous) reference cells of the load and back.
+
+The load is taken to keep its orientation while the crane slews (tag lines hold it): it is translated only, as the voxel
+path does. Its place follows from the hook's: the hook is above the middle of the hook column, one sling's length above
+the load's top.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bimvox.crane.reach import ColumnFrame
+from bimvox.crane.tower_crane import TowerCrane
+
+
+class LoadFrame(NamedTuple):
+    """How hook poses and reference cells correspond; a plain tuple, so that kernels take it.
+
+    Attributes:
+        axis_x: Reference cell coordinate at which the hook would be on the slewing axis.
+        axis_y: The same in y.
+        zero_height_m: Hook height at which the reference cell's z is 0.
+        voxel_size_m: Edge of a cell.
+    """
+
+    axis_x: float
+    axis_y: float
+    zero_height_m: float
+    voxel_size_m: float
+
+
+def load_frame(crane: TowerCrane, frame: ColumnFrame, hook_offset_vox: ArrayLike) -> LoadFrame:
+    """Return the correspondence for a load whose hook column and top are at ``hook_offset_vox`` ((3,) cells)."""
+    x, y, z = (int(n) for n in np.asarray(hook_offset_vox))
+    size = frame.voxel_size_m
+    return LoadFrame(
+        (crane.base_m[0] - frame.origin_m[0]) / size - (x + 0.5),
+        (crane.base_m[1] - frame.origin_m[1]) / size - (y + 0.5),
+        frame.origin_m[2] + z * size + crane.sling_m,
+        size,
+    )
+
+
+def axes_of_cells(load: LoadFrame, cells: ArrayLike) -> NDArray[np.float64]:
+    """Return the hook poses over reference cells: (..., 3) -> (..., 3) slew in (-pi, pi], radius, height."""
+    at = np.asarray(cells, dtype=np.float64)
+    dx = (at[..., 0] - load.axis_x) * load.voxel_size_m
+    dy = (at[..., 1] - load.axis_y) * load.voxel_size_m
+    height = load.zero_height_m + at[..., 2] * load.voxel_size_m
+    return np.stack([np.arctan2(dy + 0.0, dx), np.hypot(dx, dy), height], axis=-1)
+
+
+def cells_of_axes(load: LoadFrame, axes: ArrayLike) -> NDArray[np.float64]:
+    """Return the continuous reference cells under hook poses: (..., 3) slew, radius, height -> (..., 3) float64."""
+    at = np.asarray(axes, dtype=np.float64)
+    radius = at[..., 1] / load.voxel_size_m
+    x = load.axis_x + radius * np.cos(at[..., 0])
+    y = load.axis_y + radius * np.sin(at[..., 0])
+    return np.stack([x, y, (at[..., 2] - load.zero_height_m) / load.voxel_size_m], axis=-1)

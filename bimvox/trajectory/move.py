@@ -1,0 +1,160 @@
+"""A move of the crane from rest to rest along one known line, and how fast it may be driven.
+
+Along a joint line the axes keep their ratio; along a site line the hook goes straight in the site's frame (last moves
+sideways in contact); along an arc it follows the head of a component that is tipped up about its foot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from math import hypot, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.bound import rest_to_rest_s
+from bimvox.crane.kinematics import hook_of, pose_of
+from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane
+
+AXES = 3
+
+
+class Line(StrEnum):
+    """Along which line the hook goes."""
+
+    JOINT = "joint"
+    """Straight in (slew, radius, height)."""
+    SITE = "site"
+    """Straight in the site's frame."""
+    ARC = "arc"
+    """A quarter of an ellipse in a vertical plane: off horizontally, turning upright, at rest above the foot."""
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """A move from rest to rest.
+
+    Attributes:
+        start: Where it starts.
+        end: Where it ends; the slewing angle is unwrapped, so that the difference says which way round.
+        line: Along which line.
+    """
+
+    start: CranePose
+    end: CranePose
+    line: Line = Line.JOINT
+
+    @property
+    def difference(self) -> tuple[float, float, float]:
+        """Slew (rad), radius (m) and height (m) from start to end."""
+        return (
+            self.end.slew_rad - self.start.slew_rad,
+            self.end.radius_m - self.start.radius_m,
+            self.end.height_m - self.start.height_m,
+        )
+
+    @property
+    def moving(self) -> tuple[bool, bool, bool]:
+        """Which axes move, slewing, trolley, hoist; along a site line or an arc slewing and trolley always count."""
+        slew, radius, height = (difference != 0.0 for difference in self.difference)
+        flat = self.line is not Line.JOINT
+        return (slew or flat, radius or flat, height)
+
+    @property
+    def is_vertical(self) -> bool:
+        """Whether only the hoist moves."""
+        return self.moving == (False, False, True)
+
+
+def axes_along(crane: TowerCrane, move: Move, share: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the axes at shares of a move.
+
+    Args:
+        crane: The crane.
+        move: The move.
+        share: (N,) 0 at the start, 1 at the end; what it measures depends on the line (for an arc, the angle).
+
+    Returns:
+        (N, 3) float64 slew (rad, unwrapped), radius (m), height (m).
+    """
+    first, last = axes_of(move.start), axes_of(move.end)
+    if move.line is Line.JOINT:
+        return first + share[:, None] * (last - first)
+    start, end = hook_of(crane, *first), hook_of(crane, *last)
+    if move.line is Line.SITE:
+        points = start + share[:, None] * (end - start)
+    else:
+        angle = share * (pi / 2.0)
+        points = end + np.cos(angle)[:, None] * (start - end)
+        points[:, 2] = start[2] + np.sin(angle) * (end[2] - start[2])
+    slew, radius, height = pose_of(crane, points)
+    # Neither line goes round the mast, so the way from the start is always the short one.
+    slew = first[0] + np.remainder(slew - first[0] + pi, 2.0 * pi) - pi
+    return np.stack([slew, radius, height], axis=1)
+
+
+def share_limits(crane: TowerCrane, move: Move) -> AxisLimits:
+    """Return the limits on the share driven (1/s, 1/s^2, 1/s^3) under which no axis of the crane exceeds its own.
+
+    With q(u) the axes along the line, q' u'' + q'' u'^2 is an axis's acceleration, and so on: along a joint line, where
+    q'' = 0, the limits are exact; along a curved one each is split evenly over its terms.
+    """
+    tightest = [np.inf, np.inf, np.inf]
+    bounds = _derivative_bounds(crane, move)
+    for limits, (first, second, third) in zip((crane.slewing, crane.trolley, crane.hoist), bounds, strict=True):
+        if first == 0.0:
+            continue
+        parts = 1.0 if second == 0.0 else 2.0
+        tightest[0] = min(tightest[0], limits.rate / first)
+        tightest[1] = min(tightest[1], limits.acceleration / (parts * first))
+        tightest[2] = min(tightest[2], limits.jerk / ((2.0 * parts - 1.0) * first))
+        if second > 0.0:
+            tightest[0] = min(
+                tightest[0], (limits.acceleration / (2.0 * second)) ** 0.5, (limits.jerk / (3.0 * third)) ** (1 / 3)
+            )
+    for limits, (_, second, _) in zip((crane.slewing, crane.trolley, crane.hoist), bounds, strict=True):
+        if second > 0.0:
+            tightest[1] = min(tightest[1], limits.jerk / (9.0 * second * tightest[0]))
+    return AxisLimits(*tightest)
+
+
+def move_time_s(crane: TowerCrane, move: Move) -> float:
+    """Return the shortest time of a move from rest to rest; 0 where nothing moves."""
+    if not any(move.moving):
+        return 0.0
+    return rest_to_rest_s(1.0, share_limits(crane, move))
+
+
+def axes_of(pose: CranePose) -> NDArray[np.float64]:
+    """(3,) float64 slew, radius, height."""
+    return np.array([pose.slew_rad, pose.radius_m, pose.height_m])
+
+
+def _derivative_bounds(crane: TowerCrane, move: Move) -> tuple[tuple[float, float, float], ...]:
+    """Per axis the largest |q'|, |q''| and |q'''| along the line, by the share."""
+    slew, radius, height = (abs(difference) for difference in move.difference)
+    if move.line is Line.JOINT:
+        return (slew, 0.0, 0.0), (radius, 0.0, 0.0), (height, 0.0, 0.0)
+    ends = hook_of(crane, *np.array([axes_of(move.start), axes_of(move.end)]).T)[:, :2] - np.array(crane.base_m[:2])
+    length = hypot(*(ends[1] - ends[0]))
+    quarter = pi / 2.0 if move.line is Line.ARC else 1.0
+    one = length * quarter
+    two, three = (one * quarter, one * quarter**2) if move.line is Line.ARC else (0.0, 0.0)
+    r = _nearest_m(ends)
+    # Derivatives of ln p = ln r + i theta for p(u) in the complex plane, with |p'| <= one and so on.
+    polar = (
+        (one / r, two / r + one**2 / r**2, three / r + 3.0 * one * two / r**2 + 2.0 * one**3 / r**3),
+        (one, two + one**2 / r, three + 3.0 * one * two / r + 2.0 * one**3 / r**2),
+    )
+    if move.line is Line.ARC:
+        return (*polar, (height * quarter, height * quarter**2, height * quarter**3))
+    return (*polar, (height, 0.0, 0.0))
+
+
+def _nearest_m(ends: NDArray[np.float64]) -> float:
+    """Distance of the slewing axis (the origin) from the segment between two points; a millimetre at least."""
+    edge = ends[1] - ends[0]
+    length_squared = float(edge @ edge)
+    along = 0.0 if length_squared == 0.0 else float(np.clip(-(ends[0] @ edge) / length_squared, 0.0, 1.0))
+    return max(1e-3, hypot(*(ends[0] + along * edge)))

@@ -1,0 +1,109 @@
+"""Jerk-limited rest-to-rest profiles, from ruckig.
+
+One degree of freedom per move: the share of its line. Ruckig's own phase synchronisation of several axes falls back,
+without saying so, to time synchronisation where scaling the slowest axis's profile would break another axis's limit,
+and the line is then no longer straight. With the limits of all axes brought onto the line first
+(:func:`bimvox.trajectory.move.share_limits`) it is straight by construction, and just as fast.
+
+State to state only: ruckig's waypoints are computed by a service on the network, and are never used.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from ruckig import InputParameter, Ruckig, RuckigError
+from ruckig import Trajectory as RuckigTrajectory
+
+from bimvox.crane.bound import rest_to_rest_s
+from bimvox.crane.tower_crane import AxisLimits
+from bimvox.errors import PlanningError
+
+# A limit this far beyond what the motion takes is none.
+_BEYOND = 1e9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Profile:
+    """A rest-to-rest profile of the share 0..1 as pieces of constant jerk.
+
+    Attributes:
+        start_s: (P,) float64 start of each piece.
+        state: (P, 4) float64 position, velocity, acceleration and jerk at the start of each piece.
+        duration_s: Time at which the share 1 is reached.
+    """
+
+    start_s: NDArray[np.float64]
+    state: NDArray[np.float64]
+    duration_s: float
+
+    def share_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the share driven at each time: 0 before the start, 1 after the end."""
+        piece = np.clip(np.searchsorted(self.start_s, time_s, side="right") - 1, 0, None)
+        t = np.maximum(time_s - self.start_s[piece], 0.0)
+        p, v, a, j = self.state[piece].T
+        share = np.clip(p + t * (v + t * (a / 2.0 + t * j / 6.0)), 0.0, 1.0)
+        return np.where(time_s >= self.duration_s, 1.0, share)
+
+    @property
+    def top_rate(self) -> float:
+        """Highest rate of the share, 1/s."""
+        _, rate, acceleration, jerk = self.state.T
+        # Where a piece goes from speeding up to slowing down, the peak is inside it.
+        peaks = jerk < 0.0
+        inside = rate[peaks] - acceleration[peaks] ** 2 / (2.0 * jerk[peaks])
+        return float(max(rate.max(), inside.max(initial=0.0)))
+
+
+def profile_of(limits: AxisLimits) -> Profile:
+    """Return the fastest profile of the share from 0 to 1.
+
+    Args:
+        limits: Limits on the share.
+
+    Raises:
+        PlanningError: If ruckig finds none (limits that are not positive).
+    """
+    if not min(limits.rate, limits.acceleration, limits.jerk) > 0.0:
+        raise PlanningError(
+            f"no motion under rate {limits.rate:g}, acceleration {limits.acceleration:g}, jerk {limits.jerk:g}",
+            hint="the crane's limits must all be positive",
+        )
+    # In units in which the motion is 1 long and takes 1: ruckig's tolerances are absolute.
+    unit_s = rest_to_rest_s(1.0, limits)
+    scaled = AxisLimits(
+        min(limits.rate * unit_s, _BEYOND),
+        min(limits.acceleration * unit_s**2, _BEYOND),
+        min(limits.jerk * unit_s**3, _BEYOND),
+    )
+    trajectory = _ruckig(scaled, limits)
+    pieces = trajectory.profiles[0][0]
+    lengths = np.array(pieces.t)
+    used = lengths > 0.0
+    states = np.array([pieces.p[:7], pieces.v[:7], pieces.a[:7], pieces.j[:7]]).T / unit_s ** np.arange(4)
+    starts = np.concatenate([[0.0], np.cumsum(lengths)[:-1]]) * unit_s
+    return Profile(starts[used], states[used], float(trajectory.duration) * unit_s)
+
+
+def _ruckig(scaled: AxisLimits, limits: AxisLimits) -> Any:
+    """Ruckig's trajectory of a way of 1 under ``scaled`` limits."""
+    # Where a piece of the profile has just no length (a way of 2 a^3 / j^2), rounding can keep ruckig from finding it:
+    # a hair less acceleration, which the limits allow, and it does.
+    for less in (0.0, 1e-6, 1e-4):
+        state, trajectory = InputParameter(1), RuckigTrajectory(1)
+        state.current_position, state.target_position = [0.0], [1.0]
+        state.max_velocity, state.max_jerk = [scaled.rate], [scaled.jerk]
+        state.max_acceleration = [scaled.acceleration * (1.0 - less)]
+        try:
+            Ruckig(1).calculate(state, trajectory)
+        except RuckigError:
+            continue
+        return trajectory
+    raise PlanningError(
+        f"ruckig found no motion under rate {limits.rate:g}, acceleration {limits.acceleration:g}, "
+        f"jerk {limits.jerk:g} (per way)",
+        hint="look at the crane's limits",
+    )

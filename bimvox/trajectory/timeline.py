@@ -1,0 +1,168 @@
+"""Moves laid over time: one after the other, or the next one begun before the last one ends.
+
+Where two moves that follow each other drive different axes (hoist up, then slew and trolley), the second may begin
+while the first still runs: every axis keeps its own rest-to-rest profile, so no limit is touched, and the corner
+between them is rounded. How early it may begin is decided by the collision check.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.site.clearance import Clearance
+from bimvox.trajectory.load_frame import LoadFrame
+from bimvox.trajectory.move import Line, Move, axes_along, axes_of, share_limits
+from bimvox.trajectory.profile import Profile, profile_of
+from bimvox.trajectory.swept import samples_are_free
+
+_CHECK_SPACING_VOX = 0.125
+_HALVINGS = 6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Timeline:
+    """Moves and when each begins.
+
+    Attributes:
+        crane: The crane.
+        moves: In order; each starts where the one before ends.
+        profiles: One per move.
+        start_s: When each begins.
+    """
+
+    crane: TowerCrane
+    moves: tuple[Move, ...]
+    profiles: tuple[Profile, ...]
+    start_s: tuple[float, ...]
+
+    @property
+    def end_s(self) -> tuple[float, ...]:
+        """When each move ends."""
+        return tuple(start + profile.duration_s for start, profile in zip(self.start_s, self.profiles, strict=True))
+
+    @property
+    def duration_s(self) -> float:
+        """When the last move ends."""
+        return self.end_s[-1]
+
+    @property
+    def top_speed_m_s(self) -> float:
+        """No less than the highest speed of the hook."""
+        fastest = 0.0
+        for move, profile in zip(self.moves, self.profiles, strict=True):
+            slew, radius, height = move.difference
+            reach = max(move.start.radius_m, move.end.radius_m)
+            # 2: an arc is at most pi / 2 times its chord, and no line is longer.
+            ways = (
+                (2.0 * np.hypot(reach * slew, radius), 2.0 * height)
+                if move.line is not Line.JOINT
+                else (np.hypot(reach * slew, radius), height)
+            )
+            fastest = max(fastest, float(np.hypot(*ways)) * profile.top_rate)
+        # Two moves may run at once.
+        return 2.0 * fastest if self.is_blended else fastest
+
+    @property
+    def is_blended(self) -> bool:
+        """Whether any move begins before the one before it ends."""
+        ends = self.end_s
+        return any(start < ends[i] for i, start in enumerate(self.start_s[1:]))
+
+    def axes_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (N, 3) float64 slew, radius and height at times."""
+        axes = np.repeat(axes_of(self.moves[0].start)[None], len(time_s), axis=0)
+        for move, profile, start in zip(self.moves, self.profiles, self.start_s, strict=True):
+            axes += axes_along(self.crane, move, profile.share_at(time_s - start)) - axes_of(move.start)
+        return axes
+
+
+def in_sequence(crane: TowerCrane, moves: Sequence[Move]) -> Timeline:
+    """Return the timeline on which every move waits for the end of the one before it."""
+    profiles = tuple(profile_of(share_limits(crane, move)) for move in moves)
+    starts = [0.0]
+    for profile in profiles[:-1]:
+        starts.append(starts[-1] + profile.duration_s)
+    return Timeline(crane, tuple(moves), profiles, tuple(starts))
+
+
+def blended(timeline: Timeline, clearance: Clearance, load: LoadFrame, straight_below_m: float = -np.inf) -> Timeline:
+    """Return the timeline with every corner rounded as far as it stays free.
+
+    Only moves along joint lines that drive different axes are blended, and never three at once.
+
+    Args:
+        timeline: Moves in sequence, each of them free.
+        clearance: The collision rule.
+        load: How hook poses and reference cells correspond.
+        straight_below_m: Height of the hook below which it is lowered only when the axes before are at rest.
+    """
+    for later in range(1, len(timeline.moves)):
+        first, second = timeline.moves[later - 1], timeline.moves[later]
+        if first.line is not Line.JOINT or second.line is not Line.JOINT:
+            continue
+        if any(a and b for a, b in zip(first.moving, second.moving, strict=True)):
+            continue
+        ends = timeline.end_s
+        earliest = max(timeline.start_s[later - 1], ends[later - 2] if later > 1 else 0.0)
+        longest = min(timeline.start_s[later] - earliest, timeline.profiles[later].duration_s)
+        timeline = _advanced(timeline, later, _overlap_s(timeline, later, longest, clearance, load, straight_below_m))
+    return timeline
+
+
+def _overlap_s(
+    timeline: Timeline, later: int, longest_s: float, clearance: Clearance, load: LoadFrame, straight_below_m: float
+) -> float:
+    """Return the largest overlap found free: the longest possible, else by halving the interval."""
+
+    def fits(overlap_s: float) -> bool:
+        tried = _advanced(timeline, later, overlap_s)
+        return _stops_above(tried, later, straight_below_m) and _is_free(tried, later, clearance, load)
+
+    if longest_s <= 0.0:
+        return 0.0
+    if fits(longest_s):
+        return longest_s
+    free, blocked = 0.0, longest_s
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (free + blocked)
+        if fits(middle):
+            free = middle
+        else:
+            blocked = middle
+    return free
+
+
+def _stops_above(timeline: Timeline, later: int, height_m: float) -> bool:
+    """Return whether a move down is above a height until the move before it ends."""
+    move, profile = timeline.moves[later], timeline.profiles[later]
+    rise = move.difference[2]
+    if rise >= 0.0:
+        return True
+    until = np.array([timeline.end_s[later - 1] - timeline.start_s[later]])
+    reached_m = move.start.height_m + rise * float(profile.share_at(until)[0])
+    return reached_m >= min(height_m, move.start.height_m)
+
+
+def _is_free(timeline: Timeline, later: int, clearance: Clearance, load: LoadFrame) -> bool:
+    """Return whether the motion is free from the start of the move before ``later`` to the end of ``later``."""
+    start, end = timeline.start_s[later - 1], max(timeline.end_s[later - 1 : later + 1])
+    pair = Timeline(
+        timeline.crane,
+        timeline.moves[later - 1 : later + 1],
+        timeline.profiles[later - 1 : later + 1],
+        timeline.start_s[later - 1 : later + 1],
+    )
+    spacing_m = _CHECK_SPACING_VOX * load.voxel_size_m
+    steps = int(np.ceil((end - start) * pair.top_speed_m_s / spacing_m)) + 1
+    return bool(samples_are_free(clearance, load, pair.axes_at(np.linspace(start, end, steps + 1))))
+
+
+def _advanced(timeline: Timeline, later: int, overlap_s: float) -> Timeline:
+    """Let move ``later`` and all after it begin earlier."""
+    starts = timeline.start_s[:later] + tuple(start - overlap_s for start in timeline.start_s[later:])
+    return replace(timeline, start_s=starts)

@@ -1,0 +1,93 @@
+"""From a route to a timed, sampled trajectory."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.bound import point_to_point_s
+from bimvox.crane.kinematics import hook_of
+from bimvox.crane.tower_crane import CranePose
+from bimvox.trajectory.timeline import Timeline
+from bimvox.trajectory.trajectory import Trajectory
+
+T = TypeVar("T", bound=np.generic)
+
+NS_PER_S = 1_000_000_000
+
+# Shares of a cell: samples are taken from a dense grid so that neighbours stay under half a cell apart at the hook.
+_DENSE_VOX = 0.05
+_SPACING_VOX = 0.4
+# Samples closer together than this to one that must be there say nothing.
+_SAME_NS = 1_000_000
+
+
+def sampled(timeline: Timeline, clearance_height_m: float, sample_period_s: float, voxel_size_m: float) -> Trajectory:
+    """Return a trajectory's samples.
+
+    There is a sample at the start, at the end, at every corner at which the axes rest, at every multiple of the period,
+    and wherever else the hook would otherwise have gone half a cell since the last one.
+
+    Args:
+        timeline: The moves over time.
+        clearance_height_m: Height of the hook that the lift needs, for its bound.
+        sample_period_s: Largest time between samples.
+        voxel_size_m: Edge of a cell.
+    """
+    crane = timeline.crane
+    end_ns = int(np.ceil(timeline.duration_s * NS_PER_S))
+    rests_ns = np.round(np.array(_rests_s(timeline)) * NS_PER_S).astype(np.int64)
+    time_ns = _sample_times(timeline, end_ns, rests_ns, sample_period_s, voxel_size_m)
+    axes = timeline.axes_at(time_ns / NS_PER_S)
+    corner = np.searchsorted(time_ns, rests_ns)
+    first, last = (CranePose(*(float(value) for value in axes[i])) for i in (0, -1))
+    return Trajectory(
+        time_ns=_frozen(time_ns),
+        slew_rad=_frozen(axes[:, 0].copy()),
+        radius_m=_frozen(axes[:, 1].copy()),
+        height_m=_frozen(axes[:, 2].copy()),
+        corner=_frozen(corner.astype(np.int64)),
+        bound_s=point_to_point_s(crane, first, last, clearance_height_m),
+    )
+
+
+def _rests_s(timeline: Timeline) -> list[float]:
+    """Times between the first and the last sample at which every axis is at rest."""
+    ends = timeline.end_s
+    return [
+        start
+        for i, start in enumerate(timeline.start_s)
+        if i > 0 and start >= max(ends[:i]) - 1e-9 and _SAME_NS < start * NS_PER_S < ends[-1] * NS_PER_S - _SAME_NS
+    ]
+
+
+def _sample_times(
+    timeline: Timeline, end_ns: int, rests_ns: NDArray[np.int64], sample_period_s: float, voxel_size_m: float
+) -> NDArray[np.int64]:
+    """(N,) int64, ascending."""
+    must = np.unique(np.concatenate([np.array([0, end_ns]), rests_ns]))
+    period_ns = max(1, round(sample_period_s * NS_PER_S))
+    regular = _apart(np.arange(0, end_ns, period_ns, dtype=np.int64), must)
+    must = np.unique(np.concatenate([must, regular]))
+    steps = int(np.ceil(end_ns / NS_PER_S * timeline.top_speed_m_s / (_DENSE_VOX * voxel_size_m))) + 1
+    dense = np.unique(np.concatenate([np.linspace(0, end_ns, steps + 1).astype(np.int64), must]))
+    hook_m = hook_of(timeline.crane, *timeline.axes_at(dense / NS_PER_S).T)
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(hook_m, axis=0), axis=1))])
+    stride = np.floor(way / (_SPACING_VOX * voxel_size_m))
+    passing = dense[1:][np.diff(stride) > 0]
+    return np.unique(np.concatenate([must, _apart(passing, must)]))
+
+
+def _apart(times_ns: NDArray[np.int64], taken_ns: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the times that are not next to one already taken."""
+    after = np.clip(np.searchsorted(taken_ns, times_ns), 0, len(taken_ns) - 1)
+    gap = np.minimum(np.abs(taken_ns[after] - times_ns), np.abs(times_ns - taken_ns[np.maximum(after - 1, 0)]))
+    apart: NDArray[np.int64] = times_ns[gap > _SAME_NS]
+    return apart
+
+
+def _frozen(array: NDArray[T]) -> NDArray[T]:
+    array.flags.writeable = False
+    return array

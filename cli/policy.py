@@ -1,0 +1,59 @@
+"""``bimvox policy``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cli.options import HELP_NAMES, Json, Quiet
+from cli.output import facts, open_output, rows
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+policy = typer.Typer(name="policy", help="The policy store.", rich_markup_mode=None, no_args_is_help=False)
+
+Id = Annotated[str, typer.Argument(metavar="ID", help="A policy's id, or the beginning of it.")]
+
+
+@policy.command("list", context_settings=HELP_NAMES)
+def list_(json: Json = False, quiet: Quiet = False) -> None:
+    """List the stored policies."""
+    from pipeline.policies import list_policies
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = list_policies()
+    raise typer.Exit(output.answer(document, _show))
+
+
+@policy.command(context_settings=HELP_NAMES)
+def show(identity: Id, json: Json = False, quiet: Quiet = False) -> None:
+    """Show what is known about a policy."""
+    from pipeline.policies import show as run
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = run(identity)
+    raise typer.Exit(output.answer(document, facts))
+
+
+@policy.command(context_settings=HELP_NAMES)
+def remove(identity: Id, json: Json = False, quiet: Quiet = False) -> None:
+    """Remove a policy from the store."""
+    from pipeline.policies import remove as run
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = run(identity)
+    raise typer.Exit(output.result(document, facts))
+
+
+def _show(console: Console, document: Mapping[str, Any]) -> None:
+    if not document["policies"]:
+        console.print(f"no policies in {document['store']}")
+    rows(
+        console,
+        ("id", "steps", "success rate"),
+        [(item["id"], item.get("steps"), item.get("success_rate")) for item in document["policies"]],
+        limit=None,
+    )

@@ -1,0 +1,97 @@
+"""``bimvox voxelize``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cli.options import Assemblies, Json, Model, Quiet, Select, Unit, VoxelSize
+from cli.output import fields, open_output, rows, spent
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def voxelize(
+    model: Model,
+    out: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="GRID", help="Grid file; MODEL.zarr.zip here if not given.")
+    ] = None,
+    voxel_size: VoxelSize = None,
+    select: Select = None,
+    unit: Unit = None,
+    assemblies: Assemblies = "whole",
+    threads: Annotated[
+        int, typer.Option(min=1, metavar="N", envvar="BIMVOX_THREADS", help="Threads; any number gives the same grid.")
+    ] = 1,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Turn a building model into a labelled voxel grid."""
+    from pipeline.voxelize import voxelize as run
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = run(
+            model,
+            out,
+            voxel_size_m=voxel_size,
+            select=select,
+            unit=unit,
+            assemblies=assemblies,
+            threads=threads,
+            progress=output.progress,
+        )
+    code = output.result(document, _show)
+    output.next_step(f"next: bimvox init {model}")
+    raise typer.Exit(code)
+
+
+def _show(console: Console, document: Mapping[str, Any]) -> None:
+    shape = document["shape"]
+    cells = shape[0] * shape[1] * shape[2]
+    parts, others = document["components"], document["others"]
+    rows(
+        console,
+        ("class", "role", "parts", "cells", "m3"),
+        [
+            (
+                ifc_class,
+                role,
+                len(of_class),
+                sum(p["cells"] for p in of_class),
+                sum(p["solid_volume_m3"] for p in of_class),
+            )
+            for (ifc_class, role), of_class in _by_class([*parts, *others]).items()
+        ],
+    )
+    if document["skipped"]:
+        console.print()
+    rows(
+        console,
+        ("class", "GlobalId", "reason"),
+        [(item["ifc_class"], item["global_id"], item["reason"]) for item in document["skipped"]],
+        title=f"left out: {len(document['skipped']):,}",
+        limit=5,
+    )
+    console.print()
+    fields(
+        console,
+        [
+            ("grid", document["grid"]),
+            ("cells", f"{shape[0]} x {shape[1]} x {shape[2]} = {cells:,} of {document['voxel_size_m']:g} m"),
+            ("labels", ", ".join(f"{label} {count:,}" for label, count in document["counts"].items())),
+            ("parts", f"{len(parts):,} to lift, {len(others):,} others"),
+            ("took", spent(document["seconds"])),
+        ],
+    )
+
+
+def _by_class(parts: list[Mapping[str, Any]]) -> dict[tuple[str, str], list[Mapping[str, Any]]]:
+    """Group parts by class and role, the most numerous group first."""
+    groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
+    for part in parts:
+        groups.setdefault((part["ifc_class"], part["role"]), []).append(part)
+    return dict(sorted(groups.items(), key=lambda item: -len(item[1])))

@@ -1,0 +1,63 @@
+import json
+
+import pytest
+
+from bimvox.errors import ConfigError, GridTooLargeError, NoPlanError, PolicyError, VerificationError
+from cli.failure import exit_code_of, report
+
+
+@pytest.mark.parametrize(
+    ("document", "code"),
+    [
+        ({}, 0),
+        ({"verified": True, "infeasible": []}, 0),
+        ({"verified": False}, 1),
+        ({"verified": True, "infeasible": [{"component": "b"}]}, 1),
+    ],
+)
+def test_exit_code_of_a_finished_command(document: dict[str, object], code: int) -> None:
+    assert exit_code_of(document) == code
+
+
+def test_message_and_hint_go_to_stderr(capsys: pytest.CaptureFixture[str]) -> None:
+    error = ConfigError(
+        "a.toml", "crane.jib", "unknown key", available=["jib_length_m"], hint="did you mean jib_length_m?"
+    )
+    assert report(error, as_json=False) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err == "error: a.toml: crane.jib: unknown key\n  hint: did you mean jib_length_m?\n"
+
+
+def test_json_carries_the_evidence(capsys: pytest.CaptureFixture[str]) -> None:
+    error = ConfigError("a.toml", "crane.jib", "unknown key", available=["jib_length_m"], hint="see schema")
+    report(error, as_json=True)
+    assert json.loads(capsys.readouterr().out) == {
+        "error": {
+            "code": "config",
+            "message": "a.toml: crane.jib: unknown key",
+            "hint": "see schema",
+            "path": "a.toml",
+            "key": "crane.jib",
+            "available": ["jib_length_m"],
+            "exit_code": 2,
+        }
+    }
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "evidence"),
+    [
+        (NoPlanError("no lift", reasons={"b": "enclosed"}), 1, {"reasons": {"b": "enclosed"}}),
+        (VerificationError("a proof failed", failures=["swept"]), 1, {"failures": ["swept"]}),
+        (GridTooLargeError(10, 5, 0.1, 0.2), 2, {"cells": 10, "limit": 5, "fitting_voxel_size_m": 0.2}),
+        (PolicyError("unfit", differs={"window": (7, 7, 5)}), 2, {"differs": {"window": [7, 7, 5]}}),
+    ],
+)
+def test_each_kind_of_error_has_its_code(
+    error: Exception, code: int, evidence: dict[str, object], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert report(error, as_json=True) == code
+    document = json.loads(capsys.readouterr().out)["error"]
+    assert document["exit_code"] == code
+    assert evidence.items() <= document.items()

@@ -1,0 +1,158 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cli import main
+
+COMMANDS = ("voxelize", "inspect", "init", "train", "plan", "watch", "export", "verify", "render", "schema", "policy")
+HEAVY = ("torch", "stable_baselines3", "trimesh", "numba", "ifcopenshell", "numpy", "scipy", "mcap", "rich")
+
+
+def run_python(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, env=os.environ | environment
+    )
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["-h"], ["--version"], ["voxelize", "--help"], ["plan", "-h"]])
+def test_help_imports_nothing_heavy(arguments: list[str]) -> None:
+    code = (
+        "import sys; from cli.main import run; code = run(sys.argv[1:] or "
+        f"{arguments!r}); print('LOADED', *[m for m in {HEAVY!r} if m in sys.modules]); sys.exit(code)"
+    )
+    done = run_python(code)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "LOADED"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("option", ["-h", "--help"])
+def test_every_command_explains_itself(command: str, option: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main.run([command, option]) == 0
+    out, err = capsys.readouterr()
+    assert f"Usage: bimvox {command}" in out
+    assert err == ""
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_list_of_commands_fits_its_lines(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main.run(["-h"])
+    line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith(f"  {command} "))
+    assert not line.endswith("...")
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main.run(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("bimvox ")
+
+
+def test_no_command_shows_the_help_and_is_bad_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main.run([]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "Commands:" in err
+
+
+def test_a_misspelt_command_is_suggested(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main.run(["voxelise", "x.ifc"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("error: no such command 'voxelise'. Did you mean 'voxelize'?")
+
+
+def test_a_misspelt_option_is_suggested(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main.run(["voxelize", "x.ifc", "--voxel-sise", "1"]) == 2
+    assert "--voxel-size" in capsys.readouterr().err
+
+
+def test_bad_usage_with_json_is_a_document(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main.run(["voxelize", "--json"]) == 2
+    out, err = capsys.readouterr()
+    error = json.loads(out)["error"]
+    assert error["code"] == "usage"
+    assert "MODEL" in error["message"]
+    assert err.startswith("error: ")
+
+
+def test_json_can_be_asked_for_by_environment(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("BIMVOX_JSON", "1")
+    assert main.run(["inspect", "no-such.mcap"]) == 2
+    assert json.loads(capsys.readouterr().out)["error"]["exit_code"] == 2
+
+
+def test_an_option_can_be_given_by_environment(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("BIMVOX_VOXEL_SIZE", "-3")
+    assert main.run(["voxelize", "x.ifc"]) == 2
+    assert "BIMVOX_VOXEL_SIZE" in capsys.readouterr().err
+
+
+def test_interrupting_says_so(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_args: object, **_options: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pipeline.schema.schema", interrupt)
+    assert main.run(["schema", "site"]) == 130
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("error: interrupted")
+
+
+def test_a_fault_of_ours_is_one_line_unless_debugging(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_args: object, **_options: object) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr("pipeline.schema.schema", fail)
+    monkeypatch.delenv("BIMVOX_DEBUG", raising=False)
+    assert main.run(["schema", "site"]) == 70
+    err = capsys.readouterr().err
+    assert err.startswith("error: sorry, bimvox failed: ZeroDivisionError: division by zero\n")
+    assert "Traceback" not in err
+    monkeypatch.setenv("BIMVOX_DEBUG", "1")
+    assert main.run(["schema", "site"]) == 70
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_the_reader_of_a_pipe_may_leave() -> None:
+    read, write = os.pipe()
+    os.close(read)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", "import sys; from cli.main import run; sys.exit(run(['schema', 'site']))"],
+            stdout=write,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    finally:
+        os.close(write)
+    assert done.stderr == ""
+
+
+def test_termination_removes_the_temporary_file(tmp_path: Path) -> None:
+    code = f"""
+import os, pathlib, signal, sys
+import pipeline.schema
+from cli.main import run
+from pipeline.artifacts import write_atomically
+
+def write_for_ever(stream):
+    stream.write(b"half")
+    os.kill(os.getpid(), signal.SIGTERM)
+
+pipeline.schema.schema = lambda name: write_atomically(pathlib.Path({str(tmp_path)!r}) / "out", write_for_ever)
+sys.exit(run(["schema", "site"]))
+"""
+    done = run_python(code)
+    assert done.returncode == 128 + signal.SIGTERM
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,149 @@
+import io
+import json
+import sys
+
+import pytest
+
+from cli.live import LiveProgress
+from cli.output import console_on, facts, open_output, print_json, rows, spent, written
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_results_go_to_stdout_and_notes_to_stderr(capsys: pytest.CaptureFixture[str]) -> None:
+    with open_output(as_json=False, quiet=False) as output:
+        output.progress.note("no unit: metres assumed")
+    assert output.result({"kind": "grid"}, facts) == 0
+    output.next_step("next: bimvox plan")
+    out, err = capsys.readouterr()
+    assert out.split() == ["kind", "grid"]
+    assert err == "note: no unit: metres assumed\nnext: bimvox plan\n"
+
+
+def test_json_is_all_there_is_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
+    with open_output(as_json=True, quiet=False) as output:
+        output.progress.note("a note")
+    assert output.result({"verified": False, "name": "Stütze [1]"}, facts) == 1
+    output.next_step("next: nothing")
+    out, err = capsys.readouterr()
+    assert json.loads(out) == {"verified": False, "name": "Stütze [1]"}
+    assert err == "note: a note\n"
+
+
+def test_quiet_prints_only_what_was_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    with open_output(as_json=False, quiet=True) as output:
+        output.progress.note("a note")
+    output.result({"out": "x.mcap"}, facts)
+    output.line({"event": "changed"}, "changed")
+    output.next_step("next: nothing")
+    assert capsys.readouterr() == ("", "")
+    output.answer({"kind": "grid"}, facts)
+    assert capsys.readouterr().out.split() == ["kind", "grid"]
+
+
+def test_a_stream_is_one_object_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    with open_output(as_json=True, quiet=False) as output:
+        output.line({"revision": 1}, "revision 1")
+        output.line({"revision": 2}, "revision 2")
+    assert [json.loads(line) for line in capsys.readouterr().out.splitlines()] == [{"revision": 1}, {"revision": 2}]
+
+
+def test_json_never_holds_nan() -> None:
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        print_json({"worst": float("nan")})
+
+
+def test_json_on_an_ascii_terminal_is_still_json(monkeypatch: pytest.MonkeyPatch) -> None:
+    raw = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding="ascii"))
+    print_json({"name": "Stütze"})
+    sys.stdout.flush()
+    assert json.loads(raw.getvalue().decode("ascii")) == {"name": "Stütze"}
+
+
+def test_names_with_brackets_are_no_markup() -> None:
+    stream = io.StringIO()
+    facts(console_on(stream), {"name": "[bold]beam[/]"})
+    assert "[bold]beam[/]" in stream.getvalue()
+
+
+def test_no_colour_off_a_terminal_nor_where_it_is_not_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
+    document = {"site": "a.toml", "parts": [{"id": "b", "cells": 1234}]}
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    plain = io.StringIO()
+    facts(console_on(plain), document)
+    assert "\x1b" not in plain.getvalue()
+    assert "1,234" in plain.getvalue()
+    monkeypatch.setenv("NO_COLOR", "1")
+    terminal = Terminal()
+    facts(console_on(terminal), document)
+    assert "\x1b[3" not in terminal.getvalue()
+
+
+def test_long_tables_say_what_they_leave_out() -> None:
+    stream = io.StringIO()
+    rows(console_on(stream), ("n",), [(n,) for n in range(25)], limit=20)
+    assert "... and 5 more" in stream.getvalue()
+
+
+def test_nothing_is_drawn_for_an_empty_table() -> None:
+    stream = io.StringIO()
+    rows(console_on(stream), ("n",), [])
+    assert stream.getvalue() == ""
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, ""),
+        (True, "yes"),
+        (1234567, "1,234,567"),
+        (0.123456, "0.1235"),
+        (149600123.4567, "149,600,123.457"),
+        (2.0, "2"),
+        (0.0, "0"),
+        (0.0000123, "1.2e-05"),
+        ("a", "a"),
+    ],
+)
+def test_values_for_people(value: object, text: str) -> None:
+    assert written(value) == text
+
+
+def test_stage_times() -> None:
+    assert spent({"read": 1.25, "write": 0.5}) == "1.8 s (read 1.2, write 0.5)"
+
+
+def test_a_bar_on_a_terminal_is_gone_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    stream = Terminal()
+    progress = LiveProgress(console_on(stream))
+    with progress.stage("plan [lifts]", total=3):
+        progress.advance(3)
+    shown = stream.getvalue()
+    assert "plan [lifts]" in shown
+    assert shown.rstrip().endswith("\x1b[2K")
+
+
+def test_nothing_moves_off_a_terminal() -> None:
+    stream = io.StringIO()
+    progress = LiveProgress(console_on(stream))
+    with progress.stage("plan", total=3):
+        progress.advance(3)
+    assert stream.getvalue() == ""
+
+
+def test_a_long_stage_off_a_terminal_prints_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr("cli.live.time.monotonic", lambda: now[0])
+    stream = io.StringIO()
+    progress = LiveProgress(console_on(stream))
+    progress.stage("train", total=20_000)
+    now[0] = 11.0
+    progress.advance(5_000)
+    now[0] = 12.0
+    progress.advance(5_000)
+    assert stream.getvalue() == "train: 5,000 of 20,000\n"

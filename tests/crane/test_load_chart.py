@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bimvox.crane.defaults import DEFAULT_CRANES
+from bimvox.crane.load_chart import capacity_kg, check_chart, max_radius_m, utilisation
+from bimvox.crane.tower_crane import LoadChart
+from bimvox.errors import InputError
+
+
+@st.composite
+def charts(draw):
+    steps = draw(st.lists(st.floats(0.5, 20.0), min_size=1, max_size=8))
+    drops = draw(st.lists(st.floats(0.0, 3000.0), min_size=len(steps), max_size=len(steps)))
+    radii = np.cumsum(steps)
+    capacities = 500.0 + np.cumsum(drops)[::-1]
+    return LoadChart(tuple(radii.tolist()), tuple(capacities.tolist()))
+
+
+@given(charts(), st.lists(st.floats(0.0, 200.0), min_size=1, max_size=20))
+def test_capacity_is_never_above_the_straight_line_nor_below_the_next_point(chart, radii):
+    radius = np.array(radii)
+    capacity = capacity_kg(chart, radius)
+    straight = np.interp(radius, chart.radius_m, chart.capacity_kg, right=0.0)
+    assert (capacity <= straight + 1e-9).all()
+    for r, c in zip(radius, capacity, strict=True):
+        further = [able for at, able in zip(chart.radius_m, chart.capacity_kg, strict=True) if at >= r]
+        assert c >= (further[0] if further else 0.0) - 1e-9
+        assert capacity_kg(chart, float(r)) == c
+
+
+@given(charts())
+def test_the_chart_holds_at_its_points_and_nothing_beyond(chart):
+    at_points = capacity_kg(chart, np.array(chart.radius_m))
+    assert at_points == pytest.approx(np.array(chart.capacity_kg), rel=1e-12)
+    assert capacity_kg(chart, chart.radius_m[-1] * 1.0001) == 0.0
+    assert capacity_kg(chart, 0.0) == chart.capacity_kg[0]
+
+
+@given(charts(), st.floats(1.0, 40_000.0))
+def test_the_largest_radius_carries_the_mass_and_no_larger_one_does(chart, mass):
+    radius = max_radius_m(chart, mass)
+    if radius == 0.0:
+        assert mass > chart.capacity_kg[0]
+        return
+    assert capacity_kg(chart, radius) >= mass
+    assert capacity_kg(chart, radius * 1.001) < mass * (1 + 1e-3) or radius * 1.001 < chart.radius_m[0]
+    assert capacity_kg(chart, radius * 1.01) < mass or capacity_kg(chart, radius * 1.01) == pytest.approx(mass)
+
+
+def test_a_real_value_between_two_points():
+    # 10 t at 20 m, 5 t at 40 m is a constant moment of 200 tm: at 30 m it is 6.67 t, the chord would say 7.5 t.
+    chart = LoadChart((20.0, 40.0), (10_000.0, 5_000.0))
+    assert capacity_kg(chart, 30.0) == pytest.approx(20_000 / 3)
+    assert max_radius_m(chart, 20_000 / 3) == pytest.approx(30.0)
+    assert utilisation(chart, 30.0, 5_000.0) == pytest.approx(0.75)
+    assert utilisation(chart, np.array([40.0, 41.0]), 5_000.0).tolist() == [1.0, np.inf]
+
+
+@pytest.mark.parametrize("crane", DEFAULT_CRANES, ids=lambda crane: crane.name)
+def test_default_charts_are_charts_and_reach_the_end_of_the_jib(crane):
+    check_chart(crane.chart)
+    assert crane.chart.radius_m[-1] == crane.jib_length_m
+
+
+@pytest.mark.parametrize(
+    ("chart", "says"),
+    [
+        (LoadChart((), ()), "0 radii"),
+        (LoadChart((1.0, 2.0), (5.0,)), "2 radii and 1 capacities"),
+        (LoadChart((2.0, 1.0), (5.0, 4.0)), "does not ascend"),
+        (LoadChart((1.0, 2.0), (4.0, 5.0)), "capacity grows"),
+        (LoadChart((1.0, 2.0), (4.0, float("nan"))), "nan"),
+        (LoadChart((-1.0, 2.0), (5.0, 4.0)), "-1"),
+    ],
+)
+def test_what_is_no_chart_is_refused(chart, says):
+    with pytest.raises(InputError, match=says):
+        check_chart(chart)

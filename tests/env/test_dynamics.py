@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from lift_sites import clearance_of, random_occupancy
+
+from bimvox.env.actions import MOVES
+from bimvox.env.dynamics import has_arrived, transition
+from bimvox.env.state import NO_ACTION, initial_state
+
+
+def cells_are_free(occupied: np.ndarray, cell: np.ndarray, size: tuple[int, int, int]) -> bool:
+    """The rule again, by the raw cells."""
+    low, high = cell, cell + size
+    if (low < 0).any() or (high > occupied.shape).any():
+        return False
+    return not occupied[low[0] : high[0], low[1] : high[1], low[2] : high[2]].any()
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    size=st.tuples(st.integers(1, 3), st.integers(1, 3), st.integers(1, 3)),
+    actions=st.lists(st.integers(0, 5), min_size=1, max_size=30),
+)
+def test_a_lift_moves_by_one_cell_or_bumps_and_stays(seed, size, actions):
+    occupied = random_occupancy(seed, share=0.1)
+    occupied[:4, :4, :4] = False
+    clearance = clearance_of(occupied, size)
+    state = initial_state(0, 0, 0)
+    for count, action in enumerate(actions, start=1):
+        before = np.array(state[:3])
+        wanted = before + MOVES[action]
+        state, bumped = transition(clearance, state, action)
+        free = cells_are_free(occupied, wanted, size)
+        assert bumped == (not free)
+        assert tuple(state[:3]) == tuple(wanted if free else before)
+        assert (state.last_action, state.steps) == (action, count)
+
+
+def test_an_episode_begins_without_an_action():
+    assert initial_state(3, 4, 5) == (3, 4, 5, NO_ACTION, 0)
+
+
+@pytest.mark.parametrize(("cell", "there"), [((1, 2, 3), True), ((1, 2, 4), False), ((0, 2, 3), False)])
+def test_arrival_is_being_at_the_target(cell, there):
+    assert has_arrived(initial_state(*cell), np.array([1, 2, 3], np.int32)) is there

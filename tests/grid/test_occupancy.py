@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from bimvox.grid.occupancy import box_sum, summed_area_table, top_of_columns
+
+grids = hnp.arrays(np.bool_, hnp.array_shapes(min_dims=3, max_dims=3, min_side=1, max_side=7))
+
+
+@settings(deadline=None)
+@given(grids, st.data())
+def test_any_box_sums_to_the_cells_in_it(occupied: np.ndarray, data: st.DataObject) -> None:
+    table = summed_area_table(occupied)
+    assert table.shape == tuple(n + 1 for n in occupied.shape)
+    ends = [sorted(data.draw(st.tuples(st.integers(0, n), st.integers(0, n)))) for n in occupied.shape]
+    (x0, x1), (y0, y1), (z0, z1) = ends
+    assert box_sum(table, x0, y0, z0, x1, y1, z1) == occupied[x0:x1, y0:y1, z0:z1].sum()
+
+
+@settings(deadline=None)
+@given(grids)
+def test_the_table_is_the_running_sum_along_all_axes(occupied: np.ndarray) -> None:
+    expected = occupied.astype(np.int32).cumsum(0).cumsum(1).cumsum(2)
+    table = summed_area_table(occupied)
+    np.testing.assert_array_equal(table[1:, 1:, 1:], expected)
+    assert not table[0].any()
+    assert not table[:, 0].any()
+    assert not table[:, :, 0].any()
+
+
+@settings(deadline=None)
+@given(grids)
+def test_the_top_is_one_above_the_highest_occupied_cell(occupied: np.ndarray) -> None:
+    top = top_of_columns(occupied)
+    for i, j in np.ndindex(occupied.shape[:2]):
+        filled = np.flatnonzero(occupied[i, j])
+        assert top[i, j] == (filled[-1] + 1 if filled.size else 0)

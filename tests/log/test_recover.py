@@ -1,0 +1,149 @@
+"""Damaged logs: refused with a reason, and what is whole of them is saved."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from bimvox.errors import LogFileError
+from bimvox.log.container import read_contents, salvage_contents
+from bimvox.log.reader import read_log
+from bimvox.log.recovery import recover, recover_log, recovered_bytes
+
+from .building import log_bytes, same, tiny_log
+
+
+@pytest.fixture(scope="module")
+def data() -> bytes:
+    return log_bytes(tiny_log())
+
+
+def chunks_of(data: bytes) -> list[tuple[int, int]]:
+    """Start and end of every chunk record."""
+    found, at = [], 8
+    while data[at] != 0x0F:  # DataEnd
+        length = int.from_bytes(data[at + 1 : at + 9], "little")
+        if data[at] == 0x06:
+            found.append((at, at + 9 + length))
+        at += 9 + length
+    return found
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "the file is empty"),
+        (b"x", "no MCAP file"),
+        (b"garbage" * 1000, "no MCAP file"),
+        (b"\x89MCAP0\r\n", "truncated"),
+    ],
+)
+def test_what_is_no_log_is_refused(content: bytes, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "bad.mcap"
+    path.write_bytes(content)
+    with pytest.raises(LogFileError, match=message) as caught:
+        read_log(path)
+    assert caught.value.path == path
+    with pytest.raises(LogFileError):
+        list(recover(path))
+
+
+def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(LogFileError, match="there is no such file"):
+        read_log(tmp_path / "none.mcap")
+    with pytest.raises(LogFileError, match="cannot be read"):
+        read_log(tmp_path)
+
+
+@pytest.mark.parametrize("share", [0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.999])
+def test_a_truncated_log_is_refused_and_says_how_to_recover(data: bytes, share: float, tmp_path: Path) -> None:
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(data[: int(len(data) * share)])
+    with pytest.raises(LogFileError, match="truncated") as caught:
+        read_log(path)
+    assert caught.value.hint is not None
+    assert "--recover" in caught.value.hint
+
+
+def test_every_flipped_byte_is_noticed(data: bytes) -> None:
+    for position in range(8, len(data), max(1, len(data) // 150)):
+        damaged = bytearray(data)
+        damaged[position] ^= 0x21
+        with pytest.raises(LogFileError):
+            read_contents(bytes(damaged), "flipped.mcap")
+
+
+def test_recovery_of_a_sound_log_finds_everything(data: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "sound.mcap"
+    path.write_bytes(data)
+    contents = read_contents(data, path)
+    assert list(recover(path)) == contents.messages
+    log, recovered = recover_log(path)
+    assert recovered.lost == ()
+    assert recovered.messages == len(contents.messages)
+    same(log.plan, read_log(path).plan)
+
+
+def test_a_truncated_log_gives_every_complete_chunk(data: bytes) -> None:
+    whole = read_contents(data, "log")
+    chunks = chunks_of(data)
+    assert len(chunks) >= 3
+    counts = []
+    for start, end in chunks:
+        inside = salvage_contents(data[: end - 1], "cut")
+        after = salvage_contents(data[:end], "cut")
+        assert inside.messages == whole.messages[: len(inside.messages)]
+        assert inside.lost
+        assert f"byte {start}" in inside.lost[-1]
+        assert after.messages == whole.messages[: len(after.messages)]
+        assert len(after.messages) > len(inside.messages)
+        assert after.attachments == whole.attachments
+        counts.append(len(after.messages))
+    assert counts[-1] == len(whole.messages)
+
+
+def test_lifts_that_are_whole_come_back_from_a_truncated_log(data: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(data[: chunks_of(data)[-1][0] + 50])
+    log, recovered = recover_log(path)
+    assert [lift.order for lift in log.planned] == [0]
+    assert [motion.order for motion in log.motions] == [0]
+    assert [lift.order for lift in log.context] == [2]
+    assert recovered.lost
+    same(log.motions[0], tiny_log().motions[0], tolerance=1e-12)
+
+
+@pytest.mark.parametrize("victim", [0, 1, 2])
+def test_a_damaged_chunk_costs_only_itself(data: bytes, victim: int) -> None:
+    whole = read_contents(data, "log")
+    chunks = chunks_of(data)
+    before = salvage_contents(data[: chunks[victim][0]], "before").messages if victim else []
+    upto = salvage_contents(data[: chunks[victim][1]], "upto").messages
+    for offset in (0, 5, 60):  # opcode, length, compressed data
+        damaged = bytearray(data)
+        damaged[chunks[victim][0] + offset] ^= 0xFF
+        saved = salvage_contents(bytes(damaged), "flipped")
+        assert saved.messages == before + whole.messages[len(upto) :]
+        assert len(saved.lost) == 1
+
+
+def test_a_log_cut_before_its_site_cannot_be_a_plan_again(data: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "head.mcap"
+    path.write_bytes(data[:2000])
+    with pytest.raises(LogFileError):
+        recover_log(path)
+
+
+def test_a_recovered_log_is_sound_and_keeps_every_message(data: bytes, tmp_path: Path) -> None:
+    damaged, saved = tmp_path / "cut.mcap", tmp_path / "saved.mcap"
+    damaged.write_bytes(data[: chunks_of(data)[-1][0] + 50])
+    written, recovered = recovered_bytes(damaged)
+    assert recovered_bytes(damaged)[0] == written
+    saved.write_bytes(written)
+    contents = read_contents(written, saved)
+    assert contents.messages == list(recover(damaged))
+    assert len(contents.messages) == recovered.messages
+    log = read_log(saved)
+    same(log.plan, recover_log(damaged)[0].plan)
+    assert [motion.order for motion in log.motions] == [0]

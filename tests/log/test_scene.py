@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import numpy as np
+
+from bimvox.log.colours import STATE_RGBA, ConstructionState
+from bimvox.log.scene import Scene, component_frame, states_before
+from bimvox.log.voxels import voxel_grid
+
+from .building import FRAME, tiny_plan
+
+UNBUILT, IN_TRANSIT, ASSEMBLED = ConstructionState.UNBUILT, ConstructionState.IN_TRANSIT, ConstructionState.ASSEMBLED
+
+
+def scene() -> Scene:
+    plan = tiny_plan()
+    return Scene(plan.site, {lift.component: lift for lift in plan.lifts}, {})
+
+
+def cells_of(entity: object) -> set[tuple[int, int, int]]:
+    found = set()
+    for cube in entity.cubes:  # type: ignore[attr-defined]
+        size = np.array([cube.size.x, cube.size.y, cube.size.z])
+        low = np.array([cube.pose.position.x, cube.pose.position.y, cube.pose.position.z]) - size / 2
+        first, last = FRAME.cells_over(low, low + size)
+        found |= {tuple(int(n) for n in first + np.array(step)) for step in np.ndindex(*(last - first))}
+    return found
+
+
+def test_the_yard_holds_one_delivery_at_a_time() -> None:
+    lifts = tiny_plan().lifts
+    assert states_before(lifts, 0) == {0: UNBUILT, 1: UNBUILT}
+    assert states_before(lifts, 2) == {0: ASSEMBLED, 2: UNBUILT}
+
+
+def test_a_change_sends_only_what_changes() -> None:
+    made = scene()
+    first = made.change({0: UNBUILT, 1: UNBUILT}, 0)
+    assert [entity.id for entity in first.entities] == ["0GlobalIdColumnA", "0GlobalIdColumnB"]
+    assert made.change({0: UNBUILT, 1: UNBUILT}, 1) is None
+    second = made.change({0: ASSEMBLED}, 5_000_000_001)
+    assert [entity.id for entity in second.entities] == ["0GlobalIdColumnA"]
+    assert [gone.id for gone in second.deletions] == ["0GlobalIdColumnB"]
+    assert (second.entities[0].timestamp.seconds, second.entities[0].timestamp.nanos) == (5, 1)
+
+
+def test_boxes_are_where_the_state_says() -> None:
+    made = scene()
+    site = made.site
+    lying = made.change({0: UNBUILT}, 0).entities[0]
+    assert lying.frame_id == "site"
+    assert cells_of(lying) == {(0, 0, 1), (1, 0, 1), (2, 0, 1)}
+    moving = made.change({0: IN_TRANSIT}, 0).entities[0]
+    assert moving.frame_id == component_frame("0GlobalIdColumnA")
+    size = moving.cubes[0].size
+    assert (size.x, size.y, size.z) == (1.0, 1.0, 3.0)
+    assert moving.cubes[0].pose.position.z == 1.5
+    built = made.change({0: ASSEMBLED}, 0).entities[0]
+    target = np.array(site.components[0].target_vox)
+    assert cells_of(built) == {tuple(int(n) for n in target + cell) for cell in site.components[0].shape.cells}
+    assert (built.cubes[0].color.r, built.cubes[0].color.g) == STATE_RGBA[ASSEMBLED][:2]
+
+
+def test_fixed_things_cover_exactly_their_cells() -> None:
+    made = scene()
+    entities = {entity.id: entity for entity in made.fixed(0).entities}
+    assert set(entities) == {
+        "ground",
+        "construction_area",
+        "obstruction/truck-7",
+        "0GlobalIdWall",
+        "crane/jib",
+        "crane/trolley",
+        "crane/hook",
+    }
+    ground, area = cells_of(entities["ground"]), cells_of(entities["construction_area"])
+    assert not ground & area
+    assert ground | area == {tuple(map(int, cell)) for cell in made.site.blockers[0].cells}
+    black = entities["obstruction/truck-7"].cubes[0].color
+    assert (black.r, black.g, black.b, black.a) == (0.0, 0.0, 0.0, 1.0)
+
+
+def test_voxel_data_is_z_y_x() -> None:
+    site = tiny_plan().site
+    grid = voxel_grid(site, 7)
+    data = np.frombuffer(grid.data, np.uint8)
+    assert len(data) % grid.slice_stride == 0
+    layers = data.reshape(-1, grid.row_count, grid.column_count)
+    assert layers.shape == (5, 10, 12)  # the four empty layers at the top are cut
+    expected = site.labels.copy()
+    for part in site.components:
+        expected[tuple((part.shape.cells + part.target_vox).T)] = 6
+    assert (layers == expected.transpose(2, 1, 0)[:5]).all()
+    assert (grid.pose.position.x, grid.pose.position.y, grid.pose.position.z) == FRAME.origin_m
+    offset = 3 * grid.slice_stride + 2 * grid.row_stride + 7 * grid.cell_stride
+    assert grid.data[offset] == expected[7, 2, 3]

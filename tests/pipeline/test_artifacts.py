@@ -1,0 +1,145 @@
+import errno
+import hashlib
+import io
+import os
+from pathlib import Path
+from typing import BinaryIO
+
+import pytest
+
+from bimvox.errors import FileError, InputError
+from pipeline.artifacts import check_output, default_output, require_input, sha256_of, write_atomically
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(entry.name for entry in folder.iterdir())
+
+
+def test_writes_bytes_and_what_a_function_writes(tmp_path: Path) -> None:
+    write_atomically(tmp_path / "a", b"one")
+    write_atomically(tmp_path / "b", lambda stream: stream.writelines([b"t", b"wo"]))
+    assert (tmp_path / "a").read_bytes() == b"one"
+    assert (tmp_path / "b").read_bytes() == b"two"
+    assert names(tmp_path) == ["a", "b"]
+
+
+def test_new_files_get_the_ordinary_permissions(tmp_path: Path) -> None:
+    (tmp_path / "plain").write_bytes(b"")
+    write_atomically(tmp_path / "ours", b"")
+    assert (tmp_path / "ours").stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+@pytest.mark.parametrize("interruption", [KeyboardInterrupt, SystemExit, RuntimeError, InputError])
+def test_an_interruption_leaves_the_old_file_and_nothing_else(
+    tmp_path: Path, interruption: type[BaseException]
+) -> None:
+    target = tmp_path / "log"
+    target.write_bytes(b"old")
+
+    def write_half(stream: BinaryIO) -> None:
+        stream.write(b"half of it")
+        raise interruption("stop")
+
+    with pytest.raises(interruption):
+        write_atomically(target, write_half)
+    assert target.read_bytes() == b"old"
+    assert names(tmp_path) == ["log"]
+
+
+def test_a_full_disk_is_told_and_cleaned_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class FullDisk(io.FileIO):
+        def write(self, _data: object) -> int:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fdopen", lambda descriptor, mode: FullDisk(descriptor, mode))
+    with pytest.raises(FileError, match="no space left on device") as caught:
+        write_atomically(tmp_path / "grid", b"data")
+    assert caught.value.hint is not None
+    assert "free some space" in caught.value.hint
+    assert names(tmp_path) == []
+
+
+def test_a_failing_sync_is_told_and_cleaned_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_descriptor: int) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(FileError, match="input/output error"):
+        write_atomically(tmp_path / "grid", b"data")
+    assert names(tmp_path) == []
+
+
+def test_an_input_is_never_overwritten(tmp_path: Path) -> None:
+    source = tmp_path / "model.ifc"
+    source.write_bytes(b"precious")
+    (tmp_path / "link.ifc").symlink_to(source)
+    os.link(source, tmp_path / "hard.ifc")
+    for output in (source, tmp_path / "link.ifc", tmp_path / "hard.ifc", tmp_path / "." / "model.ifc"):
+        with pytest.raises(FileError, match="overwrite its own input"):
+            write_atomically(output, b"grid", inputs=[source])
+    assert source.read_bytes() == b"precious"
+
+
+def test_a_link_is_followed(tmp_path: Path) -> None:
+    (tmp_path / "real").write_bytes(b"old")
+    (tmp_path / "link").symlink_to("real")
+    write_atomically(tmp_path / "link", b"new")
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "real").read_bytes() == b"new"
+
+
+def test_outputs_that_cannot_be(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="does not exist"):
+        check_output(tmp_path / "no" / "such" / "grid")
+    with pytest.raises(FileError, match="this is a folder"):
+        check_output(tmp_path)
+    with pytest.raises(FileError, match="not a regular file"):
+        check_output(Path(os.devnull))
+    (tmp_path / "file").write_bytes(b"x")
+    with pytest.raises(FileError, match="does not exist"):
+        check_output(tmp_path / "file" / "grid")
+
+
+def test_an_unwritable_folder_is_told_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "access", lambda _path, _mode: False)
+    with pytest.raises(FileError, match="cannot be written to"):
+        check_output(tmp_path / "grid")
+
+
+def test_inputs_that_cannot_be(tmp_path: Path) -> None:
+    (tmp_path / "house.ifc").write_bytes(b"x")
+    (tmp_path / "empty.ifc").write_bytes(b"")
+    assert require_input(tmp_path / "house.ifc") == tmp_path / "house.ifc"
+    with pytest.raises(FileError, match="no such file") as caught:
+        require_input(tmp_path / "hose.ifc")
+    assert caught.value.hint == f"did you mean {tmp_path / 'house.ifc'}?"
+    with pytest.raises(FileError, match="empty"):
+        require_input(tmp_path / "empty.ifc")
+    with pytest.raises(FileError, match="folder"):
+        require_input(tmp_path)
+
+
+def test_digest_is_of_the_bytes(tmp_path: Path) -> None:
+    data = bytes(range(256)) * 9000
+    (tmp_path / "x").write_bytes(data)
+    assert sha256_of(tmp_path / "x") == hashlib.sha256(data).hexdigest()
+    with pytest.raises(FileError, match="cannot be read"):
+        sha256_of(tmp_path / "missing")
+
+
+@pytest.mark.parametrize(
+    ("source", "suffix", "expected"),
+    [
+        ("models/house.ifc", ".zarr.zip", "house.zarr.zip"),
+        ("models/house.ifc", ".site.toml", "house.site.toml"),
+        ("house.site.toml", ".mcap", "house.mcap"),
+        ("HOUSE.Site.toml", ".mcap", "HOUSE.mcap"),
+        ("house.zarr.zip", ".vti", "house.vti"),
+        ("house", ".mcap", "house.mcap"),
+        ("house.v2.stl", ".mcap", "house.v2.mcap"),
+        (".site.toml", ".mcap", ".site.mcap"),
+    ],
+)
+def test_default_output_drops_our_suffixes(source: str, suffix: str, expected: str) -> None:
+    assert default_output(Path(source), suffix) == Path(expected)
+    assert default_output(Path(source), suffix, Path("out")) == Path("out") / expected

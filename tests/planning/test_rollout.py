@@ -1,0 +1,148 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from lift_sites import clearance_of, random_occupancy
+
+from bimvox.env.limits import StepLimit
+from bimvox.env.observation import GOAL_SIZE, OBSERVATION_SIZE, SCALES, WINDOW_SIZE
+from bimvox.env.problem import LiftProblem, lift_problem
+from bimvox.planning.rollout import Outcome, proposer, roll_out, roll_out_all, roll_out_starts, without_loops
+from bimvox.site.clearance import placement_is_free
+
+GOAL = slice(len(SCALES) * WINDOW_SIZE, len(SCALES) * WINDOW_SIZE + GOAL_SIZE)
+
+
+def beeline(observations: np.ndarray) -> np.ndarray:
+    """Values that rise along the way to the goal, and know nothing of walls."""
+    dx, dy, dz = observations[:, GOAL][:, -3:].T
+    return np.stack([dy, -dy, -dx, dx, dz, -dz], axis=1).astype(np.float32)
+
+
+def whimsical(observations: np.ndarray) -> np.ndarray:
+    """Values without sense, but a function of each row alone."""
+    mix = np.random.default_rng(0).standard_normal((OBSERVATION_SIZE, 6)).astype(np.float32)
+    return np.stack([row @ mix for row in observations])
+
+
+def empty(shape=(12, 11, 7)) -> np.ndarray:
+    return np.zeros(shape, np.bool_)
+
+
+def wall_with_a_gap() -> LiftProblem:
+    occupied = empty()
+    occupied[6] = True
+    occupied[6, 9, 1] = False
+    return lift_problem(clearance_of(occupied), (2, 2, 3), (10, 2, 3))
+
+
+def assert_is_a_way(problem: LiftProblem, path: np.ndarray) -> None:
+    assert (np.abs(np.diff(path, axis=0)).sum(axis=1) == 1).all()
+    assert len(np.unique(path, axis=0)) == len(path)
+    assert all(placement_is_free(problem.clearance, *(int(n) for n in cell)) for cell in path)
+
+
+def test_a_good_policy_goes_straight():
+    problem = lift_problem(clearance_of(empty()), (1, 1, 1), (9, 8, 4))
+    rollout = roll_out(beeline, problem)
+    assert rollout.outcome is Outcome.ARRIVED
+    assert rollout.steps == len(rollout.path_vox) - 1 == 8 + 7 + 3
+    assert rollout.path_vox.dtype == np.int32
+    assert tuple(rollout.path_vox[0]) == problem.start_vox
+    assert tuple(rollout.path_vox[-1]) == problem.target_vox
+    assert_is_a_way(problem, rollout.path_vox)
+
+
+def test_the_guard_leads_a_stubborn_policy_along_a_wall():
+    occupied = empty()
+    occupied[6, :, :5] = True
+    problem = lift_problem(clearance_of(occupied), (2, 2, 3), (10, 2, 3))
+    rollout = roll_out(beeline, problem)
+    assert rollout.arrived
+    assert_is_a_way(problem, rollout.path_vox)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10_000), values=st.sampled_from([beeline, whimsical]))
+def test_whatever_the_policy_the_path_is_a_way_as_far_as_it_goes(seed, values):
+    occupied = random_occupancy(seed, (8, 8, 5), 0.3)
+    problem = lift_problem(clearance_of(occupied), (0, 0, 0), (7, 7, 4))
+    rollout = roll_out(values, problem, limit=StepLimit(2.0, 10))
+    assert rollout.steps <= 2 * 18 + 10
+    assert tuple(rollout.path_vox[0]) == (0, 0, 0)
+    if occupied[0, 0, 0]:
+        assert rollout.outcome is Outcome.START_NOT_FREE
+        return
+    assert_is_a_way(problem, rollout.path_vox)
+    assert rollout.arrived == (tuple(rollout.path_vox[-1]) == problem.target_vox)
+
+
+def test_outcomes_that_are_no_arrival():
+    boxed = empty()
+    boxed[:3, :3, :3] = True
+    boxed[1, 1, 1] = False
+    assert roll_out(beeline, lift_problem(clearance_of(boxed), (1, 1, 1), (9, 9, 5))).outcome is Outcome.ENCLOSED
+    assert roll_out(beeline, lift_problem(clearance_of(boxed), (0, 1, 1), (9, 9, 5))).outcome is Outcome.START_NOT_FREE
+    hopeless = roll_out(beeline, lift_problem(clearance_of(boxed), (9, 9, 5), (1, 1, 1)), limit=StepLimit(1.0, 5))
+    assert hopeless.outcome is Outcome.STEP_LIMIT
+    assert hopeless.steps == 20 + 5
+
+
+def test_already_there():
+    rollout = roll_out(beeline, lift_problem(clearance_of(empty()), (3, 3, 3), (3, 3, 3)))
+    assert rollout.arrived
+    assert rollout.path_vox.tolist() == [[3, 3, 3]]
+
+
+def test_together_is_as_alone():
+    problems = [
+        lift_problem(clearance_of(random_occupancy(seed, (9, 8, 6), 0.15)), (0, 0, 0), (8, 7, 5)) for seed in range(40)
+    ]
+    limit = StepLimit(2.0, 10)
+    for together, problem in zip(roll_out_all(whimsical, problems, limit=limit), problems, strict=True):
+        alone = roll_out(whimsical, problem, limit=limit)
+        assert (together.outcome, together.steps) == (alone.outcome, alone.steps)
+        np.testing.assert_array_equal(together.path_vox, alone.path_vox)
+
+
+def test_no_lifts_no_rollouts():
+    assert roll_out_all(beeline, []) == ()
+    assert roll_out_starts(beeline, [], np.zeros(0, np.int64), np.zeros((0, 3), np.int32)) == ()
+
+
+def test_proposer_gives_a_path_or_nothing():
+    problem = lift_problem(clearance_of(empty()), (1, 1, 1), (9, 8, 4))
+    path = proposer(beeline)(problem.clearance, problem.start_vox, problem.target_vox)
+    np.testing.assert_array_equal(path, roll_out(beeline, problem).path_vox)
+    gap = wall_with_a_gap()
+    assert proposer(beeline, limit=StepLimit(1.0, 0))(gap.clearance, gap.start_vox, gap.target_vox) is None
+
+
+@pytest.mark.parametrize(
+    ("path", "expected"),
+    [
+        ([0, 1, 2, 3], [0, 1, 2, 3]),
+        ([0, 1, 2, 1, 2, 3], [0, 1, 2, 3]),
+        ([0, 1, 0, 1, 0], [0]),
+        ([0, 1, 2, 3, 2, 1, 4], [0, 1, 4]),
+        ([5], [5]),
+    ],
+)
+def test_loops_are_cut_out(path, expected):
+    cells = np.array([[n, 0, 0] for n in path], np.int32)
+    assert without_loops(cells)[:, 0].tolist() == expected
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.integers(0, 5), min_size=0, max_size=60))
+def test_cutting_loops_keeps_ends_and_steps(actions):
+    from bimvox.env.actions import MOVES
+
+    walk = np.concatenate([np.zeros((1, 3), np.int32), MOVES[actions].reshape(-1, 3)]).cumsum(axis=0).astype(np.int32)
+    cut = without_loops(walk)
+    assert len(np.unique(cut, axis=0)) == len(cut)
+    assert (np.abs(np.diff(cut, axis=0)).sum(axis=1) == 1).all()
+    np.testing.assert_array_equal(cut[[0, -1]], walk[[0, -1]])
+    assert {tuple(c) for c in cut.tolist()} <= {tuple(c) for c in walk.tolist()}

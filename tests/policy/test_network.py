@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from bimvox.env.observation import OBSERVATION_SIZE
+from bimvox.errors import PolicyError
+from bimvox.policy.network import QNetwork, network_from_arrays
+
+
+def random_network(seed: int = 0, hidden: tuple[int, ...] = (16, 8)) -> QNetwork:
+    random = np.random.default_rng(seed)
+    sizes = (OBSERVATION_SIZE, *hidden, 6)
+    return QNetwork(
+        tuple(
+            random.standard_normal((a, b)).astype(np.float32) / np.float32(a) ** 0.5
+            for a, b in zip(sizes[:-1], sizes[1:], strict=True)
+        ),
+        tuple(random.standard_normal(b).astype(np.float32) for b in sizes[1:]),
+    )
+
+
+def sparse_observations(count: int) -> np.ndarray:
+    random = np.random.default_rng(1)
+    rows = random.uniform(-1, 1, (count, OBSERVATION_SIZE)).astype(np.float32)
+    return rows * (random.random(rows.shape) < 0.3)
+
+
+def test_equal_to_torch():
+    torch = pytest.importorskip("torch")
+    network = random_network(hidden=(64, 32))
+    layers = []
+    for weight, bias in zip(network.weights, network.biases, strict=True):
+        layer = torch.nn.Linear(*weight.shape)
+        layer.weight.data = torch.from_numpy(weight.T.copy())
+        layer.bias.data = torch.from_numpy(bias.copy())
+        layers += [layer, torch.nn.ReLU()]
+    observations = sparse_observations(50)
+    with torch.no_grad():
+        expected = torch.nn.Sequential(*layers[:-1])(torch.from_numpy(observations)).numpy()
+    np.testing.assert_allclose(network(observations), expected, atol=1e-5)
+
+
+def test_a_row_does_not_depend_on_the_others():
+    network, observations = random_network(), sparse_observations(9)
+    together = network(observations)
+    for n in range(9):
+        np.testing.assert_array_equal(network(observations[n : n + 1])[0], together[n])
+
+
+def test_arrays_make_the_same_network():
+    network = random_network()
+    again = network_from_arrays(network.arrays())
+    assert again.layer_sizes == network.layer_sizes == (OBSERVATION_SIZE, 16, 8, 6)
+    np.testing.assert_array_equal(again(sparse_observations(3)), network(sparse_observations(3)))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda a: a.pop("layer1.bias"), "named"),
+        (lambda a: a.clear(), "named"),
+        (lambda a: a.update({"layer0.weight": a["layer0.weight"][:-1]}), "it takes"),
+        (lambda a: a.update({"layer1.weight": a["layer1.weight"].astype(np.float64)}), "not float32"),
+        (lambda a: a["layer2.bias"].__setitem__(0, np.nan), "not finite"),
+        (
+            lambda a: a.update({"layer2.weight": a["layer2.weight"][:, :5], "layer2.bias": a["layer2.bias"][:5]}),
+            "5 val",
+        ),
+    ],
+)
+def test_what_is_no_network_is_refused(change, message):
+    arrays = random_network().arrays()
+    change(arrays)
+    with pytest.raises(PolicyError, match=message):
+        network_from_arrays(arrays)
+
+
+def test_using_a_policy_does_not_import_torch():
+    code = (
+        "import bimvox.policy, bimvox.policy.network, bimvox.policy.store, bimvox.policy.evaluate, "
+        "bimvox.planning.rollout, sys; "
+        "print(sorted({'torch', 'stable_baselines3'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

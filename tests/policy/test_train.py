@@ -1,0 +1,146 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from lift_sites import building_problems, clearance_of
+
+from bimvox.env.batched import BatchedLiftEnv
+from bimvox.env.default_problem import default_problem
+from bimvox.env.problem import training_problem
+from bimvox.errors import PlanningError
+from bimvox.policy.config import DqnConfig
+from bimvox.policy.dqn import LiftDqn, load_network, network_of
+from bimvox.policy.evaluate import evaluate
+from bimvox.policy.train import train
+from bimvox.policy.trained import CurvePoint
+from bimvox.policy.vec_env import LiftVecEnv
+
+TINY = DqnConfig(hidden=(16,), lifts=8, batch_size=16, learning_starts=32, gradient_steps=1, test_every=64)
+
+
+def unsolvable():
+    occupied = np.zeros((6, 6, 4), np.bool_)
+    occupied[3] = True
+    return training_problem(clearance_of(occupied), (0, 0, 0), (5, 0, 0))
+
+
+@pytest.fixture(scope="module")
+def paper_policy():
+    return train([default_problem()], DqnConfig(test_every=500), seed=0, steps=6_000)
+
+
+def test_same_seed_same_weights():
+    first, second, other = (train([default_problem()], TINY, seed=seed, steps=256) for seed in (1, 1, 2))
+    assert first.curve == second.curve
+    for name, array in first.network.arrays().items():
+        np.testing.assert_array_equal(second.network.arrays()[name], array)
+    assert not np.array_equal(first.network.weights[0], other.network.weights[0])
+
+
+def test_the_papers_site_is_learned_from_every_yard_start(paper_policy):
+    everywhere = evaluate(paper_policy.network, [default_problem()], starts=1_000)
+    assert everywhere.arrived.size == 191
+    assert everywhere.success_rate >= 0.98
+    assert everywhere.length_ratio <= 1.1
+    assert paper_policy.steps < 6_000  # it stopped by itself
+    assert paper_policy.curve[-1].steps == paper_policy.steps
+
+
+def test_obstructions_it_never_saw(paper_policy):
+    problem = default_problem(obstructions=(((3, 6, 1), (4, 9, 3)), ((10, 11, 1), (13, 12, 3))))
+    assert evaluate(paper_policy.network, [problem], starts=1_000).success_rate >= 0.9
+
+
+def test_a_good_enough_initial_network_is_kept_untrained(paper_policy):
+    easy = replace(paper_policy.config, required_success=0.9, required_ratio=1.3)
+    again = train([default_problem()], easy, seed=5, steps=6_000, initial=paper_policy.network, parent="abc")
+    assert again.steps == 0
+    assert again.network is paper_policy.network
+    assert again.parent == "abc"
+
+
+def test_training_continues_from_a_network(paper_policy):
+    strict = replace(paper_policy.config, required_ratio=0.5, exploration_first=0.1)
+    more = train([default_problem()], strict, seed=5, steps=600, initial=paper_policy.network)
+    assert [point.steps for point in more.curve][0] == 0
+    assert len(more.curve) > 1
+    assert more.success_rate >= paper_policy.success_rate  # the best one tested is kept
+
+
+def test_several_stages_of_a_building_with_a_rope():
+    problems = building_problems(count=6, floors=1, starts=4, shape=(180, 80, 40))
+    config = DqnConfig(required_success=0.9, required_ratio=1.5, test_starts=24)
+    trained = train([*problems, unsolvable()], config, seed=0, steps=24_000)
+    assert trained.tested == 24  # the unsolvable one is left out
+    assert trained.success_rate >= 0.9
+
+
+def test_progress_and_checkpoints_follow_the_tests():
+    points: list[CurvePoint] = []
+    checkpoints = []
+    trained = train([default_problem()], TINY, seed=0, steps=200, progress=points.append, checkpoint=checkpoints.append)
+    assert [point.steps for point in points] == [64, 128, 192, 200]
+    assert tuple(points) == trained.curve
+    assert [checkpoint.steps for checkpoint in checkpoints] == [64, 128, 192, 200]
+    assert trained.success_rate == max(point.success_rate for point in points)
+
+
+def test_nothing_to_learn_is_an_error():
+    with pytest.raises(PlanningError, match="none of 2 lifts"):
+        train([unsolvable(), unsolvable()], TINY, seed=0, steps=100)
+
+
+def dqn(**choices) -> LiftDqn:
+    return LiftDqn(LiftVecEnv(BatchedLiftEnv([default_problem()], 8)), replace(TINY, **choices), seed=0)
+
+
+def test_weights_come_out_and_go_in_as_they_are():
+    first, second = dqn(), dqn(learning_rate=0.1)
+    with torch.no_grad():
+        for parameter in first.q_net.parameters():
+            parameter.add_(0.25)
+    load_network(second, network_of(first))
+    observations = first.env.reset()
+    expected = first.q_net(torch.from_numpy(observations)).detach().numpy()
+    np.testing.assert_allclose(network_of(second)(observations), expected, atol=1e-5)
+    for q_net in (second.q_net, second.q_net_target):
+        np.testing.assert_array_equal(q_net(torch.from_numpy(observations)).detach().numpy(), expected)
+    with pytest.raises(ValueError, match="does not fit"):
+        load_network(dqn(hidden=(4,)), network_of(first))
+
+
+def test_exploration_falls_by_steps_not_by_share_of_the_budget():
+    learner = dqn(exploration_first=0.8, exploration_last=0.2, exploration_steps=100)
+    rates = []
+    for steps in (0, 50, 100, 400):
+        learner.num_timesteps = steps
+        learner._on_step()
+        rates.append(learner.exploration_rate)
+    assert rates == pytest.approx([0.8, 0.5, 0.2, 0.2])
+
+
+def test_each_lift_explores_on_its_own():
+    learner = dqn()
+    observations = np.repeat(learner.env.reset()[:1], 400, axis=0)
+    learner.exploration_rate = 0.5
+    actions, _ = learner.predict(observations)
+    greedy = learner.predict(observations, deterministic=True)[0]
+    assert len(set(greedy.tolist())) == 1
+    assert 0.35 < (actions != greedy).mean() < 0.5  # half explore, a sixth of them greedily by chance
+
+
+@pytest.mark.parametrize("double_q", [True, False])
+def test_gradient_steps_and_copies_to_the_target_network(double_q):
+    learner = dqn(double_q=double_q, target_update=3)
+    learner.learn(64)
+    before = network_of(learner).weights[0]
+    target = learner.q_net_target.q_net[0].weight.detach().numpy().T
+    learner._updates_to_copy = 3
+    learner.train(2, 16)
+    assert not np.array_equal(network_of(learner).weights[0], before)
+    assert not np.array_equal(target, network_of(learner).weights[0])
+    learner.train(1, 16)
+    np.testing.assert_array_equal(target, network_of(learner).weights[0])

@@ -1,0 +1,199 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+from box_buildings import box_element, building_of, frame_house, rasterise_boxes
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bimvox.bim.building import Role
+from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.reach import allowed_radii_m
+from bimvox.errors import ConfigError, SelectionError
+from bimvox.site.build import build_site
+from bimvox.site.config import AreasConfig, ComponentConfig, CraneConfig, GridConfig, ModelConfig, SiteConfig
+from bimvox.site.crane_guess import LARGER
+from bimvox.site.extent import site_extent
+from bimvox.site.guess import PLANNING_CELLS, VOXEL_SIZES_M, complete_config, guess_site
+from bimvox.site.machine import crane_of
+from bimvox.site.parts import centre_of_mass_m
+from bimvox.site.placement import place_building
+
+HOUSE = guess_site(frame_house(), Path("models/house.ifc"))
+
+
+def tower(floors: int, mass_kg: float | None = None):
+    more = {} if mass_kg is None else {"mass_kg": mass_kg}
+    return building_of(
+        *(
+            box_element(f"panel-{f}-{n}", (n * 6.0, 0, 3.0 * f), (n * 6.0 + 5.9, 0.2, 3.0 * f + 3.0), **more)
+            for f in range(floors)
+            for n in range(4)
+        )
+    )
+
+
+def built(config, building):
+    placed, site_to_ifc = place_building(config, building)
+    crane = crane_of(config)
+    frame, shape = site_extent(config, placed, crane)
+    parts = [(element, rasterise_boxes(element.mesh, frame, shape)) for element in placed.elements]
+    return build_site(config, parts, frame, shape, crane=crane, rasterise=rasterise_boxes, site_to_ifc=site_to_ifc)
+
+
+def test_a_guessed_site_is_complete_and_can_be_built():
+    assert HOUSE.name == "house"
+    assert HOUSE.model.path == Path("models/house.ifc")
+    assert complete_config(HOUSE, frame_house()).model_dump() == HOUSE.model_dump()
+    site = built(HOUSE, frame_house())
+    assert site.notes == ()
+    assert len(site.components) == 7
+    assert site.yard.any()
+
+
+@pytest.mark.parametrize("building", [frame_house(), tower(6), tower(2, 9000.0)], ids=["house", "tower", "heavy"])
+def test_the_crane_serves_every_place_and_the_yard(building):
+    config = guess_site(building, Path("a.ifc"))
+    placed, _ = place_building(config, building)
+    crane = crane_of(config)
+    components = [element for element in placed.elements if element.role is Role.COMPONENT]
+    heaviest = max(element.mass_kg for element in components)
+    base = np.array(crane.base_m[:2])
+    for element in components:
+        radius = np.hypot(*(centre_of_mass_m(element.mesh)[:2] - base))
+        low, high = allowed_radii_m(crane, element.mass_kg)
+        assert low <= radius <= high
+        assert capacity_kg(crane.chart, radius) >= element.mass_kg + crane.rigging_mass_kg
+    low, high = allowed_radii_m(crane, heaviest)
+    for yard in config.areas.yard:
+        for corner in yard:
+            assert low <= np.hypot(*(np.array(corner) - base)) <= high
+    highest = max(element.mesh.bounds_m[1, 2] for element in components)
+    assert crane.jib_height_m - crane.sling_m > highest + 3.0
+
+
+def test_areas_keep_apart():
+    building = shapely.box(-0.5, -0.5, 8.5, 5.5)
+    construction = shapely.Polygon(HOUSE.areas.construction)
+    (yard,) = (shapely.Polygon(corners) for corners in HOUSE.areas.yard)
+    half = HOUSE.crane.mast_size_m / 2
+    mast = shapely.Point(HOUSE.crane.base_m[:2]).buffer(half, cap_style="square")
+    assert construction.contains(building.buffer(0.99, join_style="mitre"))
+    assert construction.distance(yard) >= 1.0 - 1e-9
+    assert mast.distance(building) >= 1.5 - 1e-9
+    assert mast.distance(yard) >= 1.5 - half - 1e-9
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.2, 14), st.floats(0.2, 9), st.floats(0.2, 4)), min_size=1, max_size=30),
+    st.sampled_from(["IfcSlab", "IfcColumn"]),
+)
+@settings(deadline=None, max_examples=15)
+def test_the_largest_part_fits_into_the_yard(sizes, ifc_class):
+    parts = [
+        box_element(f"p{n}", (0, 0, 5 * n), (x, y, 5 * n + z), ifc_class=ifc_class, mass_kg=500.0)
+        for n, (x, y, z) in enumerate(sizes)
+    ]
+    config = guess_site(building_of(*parts), Path("a.ifc"))
+    size_m = config.model.voxel_size_m
+    width, depth = np.ptp(np.array(config.areas.yard[0]), axis=0)
+    for x, y, z in sizes:
+        if ifc_class == "IfcColumn" and z >= 2 * max(x, y) - 1e-9:
+            assert max(width, depth) >= np.hypot(z, max(x, y)) + size_m
+        else:
+            assert width >= x + 2 * size_m
+            assert depth >= y + 2 * size_m
+
+
+def test_the_yard_is_for_truckloads_not_for_everything():
+    few, many = (guess_site(tower(floors), Path("a.ifc")).areas.yard for floors in (7, 40))
+    area_few, area_many = (sum(shapely.Polygon(corners).area for corners in yard) for yard in (few, many))
+    assert area_many < 1.5 * area_few
+
+
+@pytest.mark.parametrize("floors", [1, 8, 40])
+def test_the_finest_cell_size_that_plans_quickly(floors):
+    building = tower(floors)
+    config = guess_site(building, Path("a.ifc"))
+    size_m = config.model.voxel_size_m
+
+    def cells(size: float) -> int:
+        model = config.model.model_copy(update={"voxel_size_m": size})
+        placed, _ = place_building(config, building)
+        return int(np.prod(site_extent(config.model_copy(update={"model": model}), placed, crane_of(config))[1]))
+
+    assert cells(size_m) <= PLANNING_CELLS * 1.02
+    if size_m != VOXEL_SIZES_M[0]:
+        assert cells(VOXEL_SIZES_M[VOXEL_SIZES_M.index(size_m) - 1]) > PLANNING_CELLS * 0.98
+
+
+def test_what_was_said_is_kept():
+    said = SiteConfig(
+        name="mine",
+        model=ModelConfig(path="a.ifc", voxel_size_m=0.5, ground_m=-1.0, yaw_rad=0.25),
+        areas=AreasConfig(yard=(((-20.0, 0.0), (-12.0, 0.0), (-12.0, 12.0), (-20.0, 12.0)),)),
+        crane=CraneConfig(name="hammerhead-30", base_m=(-8.0, 2.0)),
+    )
+    config = complete_config(said, frame_house())
+    assert config.model == said.model
+    assert config.crane == said.crane
+    assert config.areas.yard == said.areas.yard
+    assert config.areas.construction is not None
+    assert config.file == said.file
+
+
+def test_without_a_crane_none_is_guessed():
+    said = SiteConfig(model=ModelConfig(path="a.ifc"), crane=CraneConfig(kind="none"))
+    config = complete_config(said, frame_house())
+    assert crane_of(config) is None
+    assert built(config, frame_house()).crane is None
+
+
+def test_a_given_crane_draws_the_yard_to_its_side():
+    for base, axis, sign in (((4.0, 9.0), 1, 1), ((4.0, -4.0), 1, -1)):
+        crane = CraneConfig(name="hammerhead-30", base_m=base, jib_length_m=11.0, chart=((11.0, 9e4),))
+        config = complete_config(SiteConfig(model=ModelConfig(path="a.ifc"), crane=crane), frame_house())
+        middle = np.mean(config.areas.yard[0], axis=0)
+        assert np.sign(middle[axis] - 2.5) == sign
+
+
+def test_an_explicit_extent_counts_for_the_cell_size():
+    grid = GridConfig(low_m=(-30.0, -30.0), high_m=(60.0, 60.0, 30.0))
+    config = complete_config(SiteConfig(model=ModelConfig(path="a.ifc"), grid=grid), frame_house())
+    assert config.model.voxel_size_m == 0.5
+
+
+def test_a_turned_building_is_planned_square_to_itself():
+    from bimvox.bim.site_frame import in_site_frame
+
+    turned, _ = in_site_frame(frame_house(), ground_m=0.0, yaw_rad=-0.4)
+    config = guess_site(turned, Path("a.ifc"))
+    assert config.model.yaw_rad == pytest.approx(0.4, abs=1e-6)
+    placed, _ = place_building(config, turned)
+    np.testing.assert_allclose(placed.bounds_m, frame_house().bounds_m, atol=1e-6)
+
+
+def test_parts_too_heavy_for_the_built_in_machines_get_a_larger_one_that_is_named_so():
+    config = guess_site(tower(2, 60_000.0), Path("a.ifc"))
+    assert LARGER in config.crane.name
+    crane = crane_of(config)
+    assert capacity_kg(crane.chart, 15.0) >= 60_000.0
+
+
+def test_a_part_that_nothing_can_lift_does_not_stop_the_others():
+    building = building_of(*tower(2).elements, box_element("rock", (0, 2, 0), (3, 5, 3), mass_kg=9e6))
+    crane = crane_of(guess_site(building, Path("a.ifc")))
+    assert crane.name == crane_of(guess_site(tower(2), Path("a.ifc"))).name or LARGER in crane.name
+
+
+def test_pinned_parts_and_unknown_ids():
+    pinned = SiteConfig(
+        model=ModelConfig(path="a.ifc"),
+        component=tuple(ComponentConfig(global_id=one.id, pinned=True) for one in tower(1).elements),
+    )
+    with pytest.raises(SelectionError, match="nothing to lift"):
+        complete_config(pinned, tower(1))
+    unknown = pinned.model_copy(update={"component": (ComponentConfig(global_id="pannel-0-1"),)})
+    with pytest.raises(ConfigError, match="panel-0-1"):
+        complete_config(unknown, tower(1))

@@ -1,0 +1,61 @@
+from dataclasses import fields, replace
+
+import pytest
+from box_sites import test_crane as some_crane
+
+from bimvox.crane.defaults import DEFAULT_CRANES, default_crane
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import ConfigError
+from bimvox.site.config import CraneConfig, ModelConfig, SiteConfig
+from bimvox.site.machine import crane_config, crane_of
+
+
+def site(**crane) -> SiteConfig:
+    return SiteConfig(model=ModelConfig(path="a.ifc"), crane=CraneConfig(**crane) if crane else None)
+
+
+def test_none_is_none():
+    assert crane_of(site()) is None
+    assert crane_of(site(kind="none")) is None
+    assert crane_config(None) == CraneConfig(kind="none")
+
+
+@pytest.mark.parametrize("crane", [some_crane(), *DEFAULT_CRANES], ids=lambda crane: crane.name)
+def test_a_crane_goes_through_the_file_unchanged(crane):
+    config = SiteConfig(model=ModelConfig(path="a.ifc"), crane=crane_config(crane))
+    assert crane_of(config) == crane
+
+
+def test_a_built_in_machine_fills_in_what_is_left_out():
+    crane = crane_of(site(name="hammerhead-45", base_m=(3.0, 4.0), sling_m=1.5))
+    assert crane == replace(default_crane("hammerhead-45", (3.0, 4.0, 0.0)), sling_m=1.5)
+
+
+def test_a_machine_of_ones_own_needs_every_key():
+    complete = crane_config(some_crane()).model_dump()
+    for field in fields(TowerCrane):
+        if field.name == "name":
+            continue
+        with pytest.raises(ConfigError, match="is missing") as caught:
+            crane_of(site(**{key: value for key, value in complete.items() if key != field.name}))
+        assert caught.value.key == f"crane.{field.name}"
+        assert "hammerhead-30" in caught.value.available
+
+
+def test_the_nearest_built_in_machine_is_named():
+    with pytest.raises(ConfigError, match="hammerhead-65"):
+        crane_of(site(name="hamerhead-65", base_m=(0.0, 0.0)))
+
+
+@pytest.mark.parametrize(
+    ("values", "key"),
+    [
+        ({"name": "hammerhead-30"}, "crane.base_m"),
+        ({"name": "hammerhead-30", "base_m": (0.0, 0.0), "jib_length_m": 2.0}, "crane.min_radius_m"),
+        ({"name": "hammerhead-30", "base_m": (0.0, 0.0, 30.0)}, "crane.jib_height_m"),
+    ],
+)
+def test_a_machine_that_makes_no_sense_is_refused(values, key):
+    with pytest.raises(ConfigError) as caught:
+        crane_of(site(**values))
+    assert caught.value.key == key

@@ -1,0 +1,83 @@
+import tomllib
+from pathlib import Path
+
+from box_buildings import frame_house
+
+from bimvox.site.component import StoredPose
+from bimvox.site.config import (
+    ComponentConfig,
+    CraneConfig,
+    GridConfig,
+    ModelConfig,
+    PolicyConfig,
+    RulesConfig,
+    SiteConfig,
+    ZoneConfig,
+)
+from bimvox.site.config_file import load_site_config, parse_site_config
+from bimvox.site.guess import guess_site
+from bimvox.site.template import site_toml
+
+TRIANGLE = ((0.0, 0.0), (10.5, 0.0), (0.1, 1e-7))
+
+
+def full() -> SiteConfig:
+    return SiteConfig(
+        name='A "quoted" \\ name, é\x7f\n',
+        model=ModelConfig(
+            path=Path("my models/a.ifc"), select="IfcColumn, IfcBeam", unit="ft", voxel_size_m=0.1 + 0.2,
+            yaw_rad=-0.1234567890123, ground_m=-0.0, assemblies="parts",
+        ),
+        grid=GridConfig(low_m=(-1.0, 2.0, -0.3), high_m=(15.0, 16.5, 5.0)),
+        component=(
+            ComponentConfig(global_id="a", start=(1.0, 2.0), pose=StoredPose.LYING_Y, before=("b", "c"), after=("d",)),
+            ComponentConfig(global_id="b", pinned=True),
+        ),
+        zone=(ZoneConfig(polygon=TRIANGLE, name="street"), ZoneConfig(polygon=TRIANGLE)),
+        rules=RulesConfig(clearance_m=0.5, rope=False, sample_period_s=0.2),
+        policy=PolicyConfig(id="p-1", steps=20_000, seed=7, required_success=0.9),
+        crane=CraneConfig(name="hammerhead-30", base_m=(1.0, 2.0)),
+    )  # fmt: skip
+
+
+def test_every_value_reads_back_the_same():
+    guessed = guess_site(frame_house(), Path("house.ifc"), select="IfcBeam", unit="mm")
+    for config in (full(), guessed, SiteConfig(model=ModelConfig(path="a.ifc"), crane=CraneConfig(kind="none"))):
+        text = site_toml(config)
+        assert parse_site_config(text, "site.toml").model_dump() == config.model_dump()
+        assert site_toml(parse_site_config(text, "site.toml")) == text
+
+
+def test_a_written_file_loads(tmp_path):
+    (tmp_path / "house.ifc").touch()
+    config = guess_site(frame_house(), Path("house.ifc"))
+    (tmp_path / "site.toml").write_text(site_toml(config), encoding="utf-8")
+    loaded = load_site_config(tmp_path / "site.toml")
+    assert loaded.model.path == tmp_path / "house.ifc"
+    assert loaded.crane == config.crane
+
+
+def test_the_examples_work_once_their_marks_are_taken_off():
+    config = guess_site(frame_house(), Path("house.ifc"))
+    text = site_toml(config, example_ids=["slab", "beam-0"])
+    lines = text.splitlines()
+    start = lines.index("# [[component]]")
+    examples = lines[start : start + 5] + [
+        line for line in lines if line.startswith(("# [[zone]]", "# kind", "# polygon"))
+    ]
+    extra = "\n".join(line.removeprefix("# ") for line in examples)
+    parsed = parse_site_config(text + extra, "site.toml")
+    assert parsed.component[0].global_id == "slab"
+    assert parsed.component[0].after == ("beam-0",)
+    assert parsed.zone[0].kind == "prohibited"
+
+
+def test_it_is_commented_and_says_when_a_crane_is_out_of_the_ordinary():
+    config = guess_site(frame_house(), Path("house.ifc"))
+    text = site_toml(config)
+    for key, value in tomllib.loads(text)["model"].items():
+        (line,) = (one for one in text.splitlines() if one.startswith(f"{key} = "))
+        assert " # " in line, (key, value)
+    assert "check it" not in text
+    larger = config.crane.model_copy(update={"name": "hammerhead-75 scaled 1 x 5"})
+    assert "check it" in site_toml(config.model_copy(update={"crane": larger}))

@@ -1,0 +1,104 @@
+"""A brute-force voxelizer in float64 metres, written apart from the library, and shapes to try it on."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import TriangleMesh
+
+BOX_FACES = np.array(
+    [
+        [0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4],
+        [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7],
+    ],
+    np.int32,
+)  # fmt: skip
+
+
+def box_mesh(low, high) -> TriangleMesh:
+    """An axis-aligned box, faces outward."""
+    (a, b, c), (d, e, f) = low, high
+    corners = [(a, b, c), (d, b, c), (d, e, c), (a, e, c), (a, b, f), (d, b, f), (d, e, f), (a, e, f)]
+    return TriangleMesh(np.array(corners, np.float64), BOX_FACES)
+
+
+def moved(mesh: TriangleMesh, *, turn=None, by=(0.0, 0.0, 0.0)) -> TriangleMesh:
+    vertices = mesh.vertices_m if turn is None else mesh.vertices_m @ np.asarray(turn, np.float64).T
+    return TriangleMesh(vertices + np.asarray(by), mesh.faces)
+
+
+def inverted(mesh: TriangleMesh) -> TriangleMesh:
+    return TriangleMesh(mesh.vertices_m, np.ascontiguousarray(mesh.faces[:, ::-1]))
+
+
+def joined(*meshes: TriangleMesh) -> TriangleMesh:
+    starts = np.cumsum([0] + [len(mesh.vertices_m) for mesh in meshes])
+    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
+    return TriangleMesh(np.concatenate([mesh.vertices_m for mesh in meshes]), np.concatenate(faces).astype(np.int32))
+
+
+def without_faces(mesh: TriangleMesh, *drop: int) -> TriangleMesh:
+    return TriangleMesh(mesh.vertices_m, np.delete(mesh.faces, drop, axis=0))
+
+
+def rotation(rng: np.random.Generator) -> NDArray[np.float64]:
+    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
+    q *= np.sign(np.diag(r))
+    return q if np.linalg.det(q) > 0 else q[:, [1, 0, 2]]
+
+
+def sphere_mesh(radius: float, rings: int = 24) -> TriangleMesh:
+    """A closed sphere of latitude rings."""
+    around = 2 * rings
+    polar = np.linspace(0.0, np.pi, rings + 1)[1:-1]
+    angle = np.arange(around) * 2.0 * np.pi / around
+    grid = np.stack(
+        [
+            np.outer(np.sin(polar), np.cos(angle)),
+            np.outer(np.sin(polar), np.sin(angle)),
+            np.outer(np.cos(polar), np.ones(around)),
+        ],
+        axis=-1,
+    ).reshape(-1, 3)
+    vertices = np.concatenate([grid, [[0, 0, 1], [0, 0, -1]]]) * radius
+    top, bottom = len(grid), len(grid) + 1
+    faces = []
+    for j in range(around):
+        k = (j + 1) % around
+        faces += [[top, j, k], [bottom, len(grid) - around + k, len(grid) - around + j]]
+        for i in range(rings - 2):
+            a, b = i * around + j, i * around + k
+            faces += [[a, a + around, b], [b, a + around, b + around]]
+    return TriangleMesh(vertices, np.array(faces, np.int32))
+
+
+def surface_cells(mesh: TriangleMesh, h: float, tolerance_m: float) -> set[tuple[int, int, int]]:
+    """Every cell whose box, shrunk by the tolerance, is not separated from a triangle by one of 13 axes."""
+    cells: set[tuple[int, int, int]] = set()
+    for triangle in mesh.vertices_m[mesh.faces]:
+        low = np.floor(triangle.min(axis=0) / h).astype(int) - 1
+        high = np.ceil(triangle.max(axis=0) / h).astype(int) + 1
+        candidates = np.stack(np.meshgrid(*map(np.arange, low, high), indexing="ij"), axis=-1).reshape(-1, 3)
+        edges = np.roll(triangle, -1, axis=0) - triangle
+        longest = np.linalg.norm(edges, axis=1).max()
+        axes = [*np.eye(3), np.cross(edges[0], edges[1])]
+        axes += [np.cross(edge, unit) for edge, unit in itertools.product(edges, np.eye(3))]
+        lengths = [1.0, 1.0, 1.0, longest**2] + [longest] * 9
+        centres = (candidates + 0.5) * h
+        met = np.ones(len(candidates), bool)
+        for axis, length in zip(axes, lengths, strict=True):
+            if np.linalg.norm(axis) <= 1e-11 * length:
+                continue
+            radius = (h / 2.0 - tolerance_m) * np.abs(axis).sum()
+            corners = (triangle[None] - centres[:, None]) @ axis
+            met &= (corners.max(axis=1) > -radius) & (corners.min(axis=1) < radius)
+        cells.update(map(tuple, candidates[met].tolist()))
+    return cells
+
+
+def cell_set(voxels) -> set[tuple[int, int, int]]:
+    """The lattice cells of a PartVoxels."""
+    return set(map(tuple, (np.argwhere(voxels.cells) + voxels.low).tolist()))
