@@ -32,7 +32,7 @@ class LiveProgress(SilentProgress):
                 self._task = self._bars.add_task(self.name or "", total=self.total)
                 self._bars.start()
             self._bars.update(self._task, completed=self.done, total=self.total)
-        elif time.monotonic() - self._last_line > _PLAIN_LINE_EVERY_S:
+        elif self.done != self.total and time.monotonic() - self._last_line > _PLAIN_LINE_EVERY_S:
             self._last_line = time.monotonic()
             of = f" of {self.total:,}" if self.total else ""
             self._console.print(f"{self.name}: {self.done:,}{of}" if self.done else f"{self.name} ...")

@@ -174,7 +174,10 @@ def spent(seconds: Mapping[str, float]) -> str:
 def facts(console: Console, document: Mapping[str, Any]) -> None:
     """Print any document: plain values as fields, then lists of objects as tables."""
     tables = {key: value for key, value in document.items() if _is_table(value)}
-    fields(console, [(_spoken(key), _in_a_line(value)) for key, value in document.items() if key not in tables])
+    plain = {key: value for key, value in document.items() if key not in tables}
+    times = plain.pop("seconds", None)
+    pairs: list[tuple[str, object]] = [(_spoken(key), _in_lines(value)) for key, value in plain.items()]
+    fields(console, [*pairs, ("took", spent(times) if isinstance(times, Mapping) else _in_lines(times))])
     for key, items in tables.items():
         columns = list(dict.fromkeys(column for item in items for column in item))
         values = [[_cell(item.get(column)) for column in columns] for item in items]
@@ -195,11 +198,21 @@ def _cell(value: object) -> object:
     return value if value is None or isinstance(value, int | float | str) else _in_a_line(value)
 
 
-def _in_a_line(value: object) -> str:
-    """Write any value in one line, or one line per sentence of a list and per row of a matrix."""
+def _in_lines(value: object) -> str:
+    """Write any value, one line per key of an object, per row of a matrix, per sentence of a list."""
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} {_in_a_line(item)}" for key, item in value.items() if item is not None)
-    if isinstance(value, list | tuple):
-        lines = bool(value) and (isinstance(value[0], list | tuple) or any(" " in str(item) for item in value))
-        return ("\n" if lines else ", ").join(_in_a_line(item) for item in value)
-    return written(value)
+        return "\n".join(f"{_spoken(str(key))} {_in_a_line(item)}" for key, item in value.items() if item is not None)
+    if isinstance(value, list) and any(isinstance(item, list) or " " in str(item) for item in value):
+        return "\n".join(_in_a_line(item) for item in value)
+    return _in_a_line(value)
+
+
+def _in_a_line(value: object, inside: bool = False) -> str:
+    """Write any value in one line, in brackets what is inside of something."""
+    if isinstance(value, Mapping):
+        text = ", ".join(f"{key} {_in_a_line(item, True)}" for key, item in value.items() if item is not None)
+    elif isinstance(value, list):
+        text = ", ".join(_in_a_line(item, True) for item in value)
+    else:
+        return written(value)
+    return f"({text})" if inside else text

@@ -48,13 +48,13 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     lifts = document["lifts"]
     planned = [lift for lift in lifts if lift["status"] == "planned"]
     policy = document["policy"]
-    timed = [lift for lift in planned if lift.get("duration_s") is not None]
     rows(
         console,
-        ("order", "component", "method", "moves", "shortest", "crane s", "bound s"),
+        ("order", "part", "component", "found by", "moves", "shortest", "crane s", "bound s"),
         [
             (
                 lift["order"],
+                lift.get("name") or lift.get("ifc_class"),
                 lift["component"],
                 lift["method"] or lift["status"],
                 lift["moves"],
@@ -80,7 +80,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
             ("log", document["log"]),
             ("lifts", f"{len(planned):,} of {len(lifts):,} planned{_methods(planned)}"),
             ("proof", "every planned lift is verified" if document["verified"] else "FAILED"),
-            ("crane time", f"{sum(lift['duration_s'] for lift in timed) / 60:.1f} min" if timed else None),
+            ("crane time", _crane_time(planned)),
             ("policy", f"{policy['id']} ({'loaded' if policy['loaded'] else 'trained'}, {policy['steps']:,} steps)"),
             ("took", spent(document["seconds"])),
         ],
@@ -93,3 +93,12 @@ def _methods(planned: list[Mapping[str, Any]]) -> str:
     for lift in planned:
         numbers[lift["method"]] = numbers.get(lift["method"], 0) + 1
     return f": {', '.join(f'{count:,} by {method}' for method, count in numbers.items())}" if numbers else ""
+
+
+def _crane_time(planned: list[Mapping[str, Any]]) -> str | None:
+    """Say how long the crane works, and how long of it a load hangs on the hook; None without a crane."""
+    timed = [lift for lift in planned if lift["duration_s"] is not None]
+    if not timed:
+        return None
+    whole_s = max(lift["end_s"] for lift in timed) - min(lift["start_s"] for lift in timed)
+    return f"{whole_s / 60:.1f} min, of it {sum(lift['duration_s'] for lift in timed) / 60:.1f} min with a load moving"

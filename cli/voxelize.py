@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cli.options import Assemblies, Json, Model, Quiet, Select, Unit, VoxelSize
-from cli.output import fields, open_output, rows, spent
+from cli.output import ROWS_SHOWN, fields, open_output, rows, spent
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -45,7 +46,8 @@ def voxelize(
             progress=output.progress,
         )
     code = output.result(document, _show)
-    output.next_step(f"next: bimvox init {model}")
+    nothing = "next: say what to lift with --select: nothing in this model is a component"
+    output.next_step(f"next: bimvox init {model}" if document["components"] else nothing)
     raise typer.Exit(code)
 
 
@@ -53,29 +55,11 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     shape = document["shape"]
     cells = shape[0] * shape[1] * shape[2]
     parts, others = document["components"], document["others"]
-    rows(
-        console,
-        ("class", "role", "parts", "cells", "m3"),
-        [
-            (
-                ifc_class,
-                role,
-                len(of_class),
-                sum(p["cells"] for p in of_class),
-                sum(p["solid_volume_m3"] for p in of_class),
-            )
-            for (ifc_class, role), of_class in _by_class([*parts, *others]).items()
-        ],
-    )
-    if document["skipped"]:
+    _show_parts(console, [*parts, *others])
+    skipped = Counter((item["ifc_class"], item["reason"]) for item in document["skipped"])
+    if skipped:
         console.print()
-    rows(
-        console,
-        ("class", "GlobalId", "reason"),
-        [(item["ifc_class"], item["global_id"], item["reason"]) for item in document["skipped"]],
-        title=f"left out: {len(document['skipped']):,}",
-        limit=5,
-    )
+    rows(console, ("class", "products", "reason"), [(c, n, r) for (c, r), n in skipped.items()], title="left out")
     console.print()
     fields(
         console,
@@ -89,9 +73,25 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     )
 
 
-def _by_class(parts: list[Mapping[str, Any]]) -> dict[tuple[str, str], list[Mapping[str, Any]]]:
-    """Group parts by class and role, the most numerous group first."""
+def _show_parts(console: Console, parts: list[Mapping[str, Any]]) -> None:
+    """Print every part where they are few, else a line for each class and role, the most numerous first."""
+    if len(parts) <= ROWS_SHOWN:
+        keys = ("ifc_class", "name", "global_id", "role", "cells", "solid_volume_m3")
+        rows(console, ("class", "name", "id", "role", "cells", "m3"), [[part[key] for key in keys] for part in parts])
+        return
     groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for part in parts:
         groups.setdefault((part["ifc_class"], part["role"]), []).append(part)
-    return dict(sorted(groups.items(), key=lambda item: -len(item[1])))
+    rows(
+        console,
+        ("class", "role", "parts", "cells", "m3"),
+        [
+            (
+                *group,
+                len(members),
+                sum(part["cells"] for part in members),
+                sum(part["solid_volume_m3"] for part in members),
+            )
+            for group, members in sorted(groups.items(), key=lambda item: -len(item[1]))
+        ],
+    )

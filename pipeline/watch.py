@@ -75,8 +75,11 @@ def watch(
     quiet = SilentProgress()
     watcher.progress = quiet
     start = state_of(obstructions, watcher.files) if watcher.files else start
-    for state in changes(obstructions, lambda: watcher.files, stop or threading.Event(), start):
-        yield watcher.change(state)
+    try:
+        for state in changes(obstructions, lambda: watcher.files, stop or threading.Event(), start):
+            yield watcher.change(state)
+    except KeyboardInterrupt:  # how a watch is meant to end: every revision is whole on disk already
+        progress.note("stopped; the last revision stands")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

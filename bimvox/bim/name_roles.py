@@ -8,7 +8,7 @@ from bimvox.bim.building import Role
 
 _GROUND = "ground terrain topography topo soil subsoil earth landscape dtm dem gelaende gelände terrein maaiveld"
 _STRUCTURE = """existing bestand bestaand obstruction obstructions obstacle obstacles excavator digger crane truck lorry
-    vehicle fence hoarding scaffold scaffolding neighbour neighbor stockpile container"""
+    vehicle fence hoarding scaffold scaffolding neighbour neighbor stockpile"""
 
 WORDS: dict[Role, frozenset[str]] = {
     Role.GROUND: frozenset(_GROUND.split()),

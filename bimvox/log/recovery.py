@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -71,13 +70,6 @@ def recover_log(path: Path | str) -> tuple[PlanLog, Recovered]:
     if not log.planned:
         raise LogFileError(path, "no lift survived completely")
     return log, Recovered(len(contents.messages), tuple(contents.lost))
-
-
-def recovered_bytes(path: Path | str) -> tuple[bytes, Recovered]:
-    """Return what :func:`write_recovered` writes."""
-    stream = io.BytesIO()
-    recovered = write_recovered(path, stream)
-    return stream.getvalue(), recovered
 
 
 def _salvage(path: Path) -> Contents:

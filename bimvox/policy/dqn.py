@@ -42,7 +42,6 @@ class LiftDqn(DQN):
             gamma=config.discount,
             train_freq=1,
             gradient_steps=config.gradient_steps,
-            target_update_interval=config.target_update,
             max_grad_norm=config.max_gradient_norm,
             policy_kwargs={"net_arch": list(config.hidden)},
             device="cpu",

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.bim.building import Building, Element, Role
-from bimvox.errors import SelectionError
+from bimvox.errors import InputError, SelectionError
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.grid.limits import CELL_LIMIT
@@ -105,10 +105,21 @@ def voxelize_building(
 
 
 def building_range(building: Building, voxel_size_m: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the half-open range of lattice cells that covers every element: two (3,) int64."""
-    bounds = np.stack([lattice_bounds(element.mesh, voxel_size_m, _ANCHOR) for element in building.elements])
+    """Return the half-open range of lattice cells that covers every element: two (3,) int64.
+
+    Raises:
+        InputError: Naming the element whose mesh cannot be used.
+    """
+    bounds = np.stack([_bounds_of(element, voxel_size_m) for element in building.elements])
     low, high = cell_range(bounds[:, 0], bounds[:, 1], voxel_size_m)
     return low.min(axis=0), high.max(axis=0)
+
+
+def _bounds_of(element: Element, voxel_size_m: float) -> NDArray[np.float64]:
+    try:
+        return lattice_bounds(element.mesh, voxel_size_m, _ANCHOR)
+    except InputError as error:
+        raise InputError(f"element {element.id}: {error.message}", hint=error.hint) from error
 
 
 def _metres(cell: NDArray[np.int64], voxel_size_m: float) -> tuple[float, float, float]:

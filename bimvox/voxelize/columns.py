@@ -17,8 +17,8 @@ from bimvox.compiled import kernel
 from bimvox.voxelize.samples import SAMPLES
 from bimvox.voxelize.surface import INSIDE, MET
 
-# A crossing is one int64: height (in 2^-16 of a cell), then which line (or ``_MANY``), then a bit per line, then whether
-# it leaves. Sorting the numbers sorts by height.
+# A crossing is one int64: height (in 2^-16 of a cell), which line (or ``_MANY``), a bit per line, whether it leaves.
+# Sorting the numbers sorts by height.
 _HEIGHT_BITS = 16
 _UNIT = 1 << _HEIGHT_BITS
 _ALL = (1 << SAMPLES) - 1

@@ -107,5 +107,6 @@ def voxelize_mesh(
         bits[tuple(np.clip(np.floor(triangles[0, 0]).astype(np.int64), 0, np.array(bits.shape) - 1))] = 1
     volume = float(fractions.sum(dtype=np.float64)) if solid.volume is None else solid.volume
     kept = tuple(slice(int(a), int(b)) for a, b in zip(kept_low - low, kept_high - low, strict=True))
-    cells, fractions = bits[kept] != 0, np.ascontiguousarray(fractions[kept])
+    np.minimum(bits, 1, out=bits)
+    cells, fractions = np.ascontiguousarray(bits[kept]).view(np.bool_), np.ascontiguousarray(fractions[kept])
     return PartVoxels(kept_low, cells, fractions, solid.fill.value, volume * voxel_size_m**3)

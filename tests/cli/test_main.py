@@ -150,7 +150,7 @@ def write_for_ever(stream):
     stream.write(b"half")
     os.kill(os.getpid(), signal.SIGTERM)
 
-pipeline.schema.schema = lambda name: write_atomically(pathlib.Path({str(tmp_path)!r}) / "out", write_for_ever)
+pipeline.schema.schema = lambda name, **options: write_atomically(pathlib.Path({str(tmp_path)!r}) / "out", write_for_ever)
 sys.exit(run(["schema", "site"]))
 """
     done = run_python(code)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from bimvox.errors import LogFileError
 from bimvox.log.container import read_contents, salvage_contents
 from bimvox.log.reader import read_log
-from bimvox.log.recovery import recover, recover_log, recovered_bytes
+from bimvox.log.recovery import Recovered, recover, recover_log, write_recovered
 
 from .building import log_bytes, same, tiny_log
 
@@ -17,6 +18,12 @@ from .building import log_bytes, same, tiny_log
 @pytest.fixture(scope="module")
 def data() -> bytes:
     return log_bytes(tiny_log())
+
+
+def recovered_bytes(path: Path) -> tuple[bytes, Recovered]:
+    stream = io.BytesIO()
+    recovered = write_recovered(path, stream)
+    return stream.getvalue(), recovered
 
 
 def chunks_of(data: bytes) -> list[tuple[int, int]]:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 import subprocess
 import sys
 
@@ -17,7 +18,7 @@ def random_network(seed: int = 0, hidden: tuple[int, ...] = (16, 8)) -> QNetwork
     return QNetwork(
         tuple(
             random.standard_normal((a, b)).astype(np.float32) / np.float32(a) ** 0.5
-            for a, b in zip(sizes[:-1], sizes[1:], strict=True)
+            for a, b in itertools.pairwise(sizes)
         ),
         tuple(random.standard_normal(b).astype(np.float32) for b in sizes[1:]),
     )

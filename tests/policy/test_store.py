@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import replace
 
@@ -19,7 +20,7 @@ def policy(seed: int = 0, success: float = 1.0) -> TrainedPolicy:
     random = np.random.default_rng(seed)
     sizes = (OBSERVATION_SIZE, 4, 6)
     network = QNetwork(
-        tuple(random.standard_normal((a, b)).astype(np.float32) for a, b in zip(sizes[:-1], sizes[1:], strict=True)),
+        tuple(random.standard_normal((a, b)).astype(np.float32) for a, b in itertools.pairwise(sizes)),
         tuple(random.standard_normal(b).astype(np.float32) for b in sizes[1:]),
     )
     curve = (CurvePoint(2000, 0.5, 1.25), CurvePoint(4000, success, 1.01))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from reference import box_mesh, cell_set, moved, rotation
 
 from bimvox.bim.building import Building, Element, Role, Source, TriangleMesh
-from bimvox.errors import GridTooLargeError, SelectionError
+from bimvox.errors import GridTooLargeError, InputError, SelectionError
 from bimvox.grid.labels import Label
 from bimvox.grid.part_cells import all_part_cells
 from bimvox.grid.voxel_grid import NO_OWNER, VoxelGrid
@@ -180,3 +180,8 @@ def test_cells_of_a_part_are_the_cells_of_its_mesh() -> None:
     mesh = box_mesh((0.1, 0.1, 0.1), (0.9, 0.6, 0.3))
     grid = voxelize_building(building(mesh), H)
     assert set(map(tuple, np.argwhere(grid.owners == 0).tolist())) == cell_set(voxelize_mesh(mesh, H))
+
+
+def test_a_mesh_that_cannot_be_used_is_named() -> None:
+    with pytest.raises(InputError, match="element e1: a vertex is not finite"):
+        voxelize_building(building(box_mesh((0, 0, 0), (1, 1, 1)), box_mesh((0, 0, 0), (1, 1, np.inf))), H)

@@ -1,0 +1,102 @@
+"""From a scene to pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.errors import InputError
+from bimvox.render.annotate import annotate, frame_for
+from bimvox.render.blocks import draw_blocks
+from bimvox.render.camera import Camera, View, fitted_camera
+from bimvox.render.colours import PAPER
+from bimvox.render.coarsen import coarsened
+from bimvox.render.light import light_for
+from bimvox.render.outline import draw_outline
+from bimvox.render.pixels import joined, painted
+from bimvox.render.raycast import cast, cropped
+from bimvox.render.scene import Scene
+from bimvox.render.strokes import draw_strokes
+
+_SMALLEST_PX, _LARGEST_PX = 16, 8192
+_CELL_LINES_FROM_PX, _FACE_EDGES_FROM_PX = 9.0, 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class PictureOptions:
+    """How a picture is made.
+
+    Attributes:
+        size_px: Width and height.
+        view: From where.
+        samples: Samples per pixel in each direction.
+        annotated: Whether title, caption and legend are drawn.
+    """
+
+    size_px: tuple[int, int] = (1280, 800)
+    view: View = View()
+    samples: int = 2
+    annotated: bool = True
+
+    def __post_init__(self) -> None:
+        for value in self.size_px:
+            if not _SMALLEST_PX <= value <= _LARGEST_PX:
+                raise InputError(
+                    f"a picture of {self.size_px[0]}x{self.size_px[1]} pixels cannot be made",
+                    hint=f"both sides may be from {_SMALLEST_PX} to {_LARGEST_PX}",
+                )
+
+
+def camera_of(scene: Scene, options: PictureOptions) -> Camera:
+    """Return the camera that shows the whole scene."""
+    low, solids = cropped(scene.solids)
+    points = [scene.points_m]
+    if solids.size:
+        ends = np.stack([low, low + np.array(solids.shape)])
+        corners = np.array([[ends[a, 0], ends[b, 1], ends[c, 2]] for a in (0, 1) for b in (0, 1) for c in (0, 1)])
+        points.append(scene.frame.corner_of(corners))
+    seen = np.concatenate(points)
+    if not len(seen):
+        raise InputError("there is nothing to draw", hint="the grid or site holds no filled cell")
+    frame = frame_for(scene, options.size_px) if options.annotated else _bare_frame(options.size_px)
+    return fitted_camera(options.view, seen, options.size_px, frame)
+
+
+def picture_of(scene: Scene, options: PictureOptions | None = None) -> NDArray[np.uint8]:
+    """Return the picture of a scene: (height, width, 3) uint8 sRGB. The same scene gives the same pixels.
+
+    Raises:
+        InputError: If the scene is empty.
+    """
+    options = options or PictureOptions()
+    scene = coarsened(scene)
+    camera = camera_of(scene, options)
+    samples = options.samples
+    fine = camera.scaled(samples)
+    light = light_for(options.view)
+    size_m = scene.frame.voxel_size_m
+    cell_px = size_m * camera.pixels_per_metre(camera.eye_m + camera.forward * _distance_m(camera, scene))
+    cell_lines = 0.10 * min(1.0, max(0.0, cell_px / _CELL_LINES_FROM_PX - 1.0))
+    buffers = cast(scene.solids, scene.frame, fine, light, samples, lines=cell_lines)
+    draw_blocks(buffers, scene.blocks, fine, light, len(scene.palette))
+    palette = np.concatenate([scene.palette, np.array([b.rgb for b in scene.blocks], np.uint8).reshape(-1, 3)])
+    palette[0] = PAPER
+    colour = painted(buffers.solid, buffers.light, palette)
+    draw_outline(colour, buffers, samples, min(1.0, max(0.0, (cell_px - _FACE_EDGES_FROM_PX) / 8.0)))
+    for strokes in scene.strokes:
+        draw_strokes(colour, buffers.depth_m, strokes, fine, samples, 0.05 * size_m)
+    pixels = joined(colour, samples)
+    return annotate(pixels, scene) if options.annotated else pixels
+
+
+def _distance_m(camera: Camera, scene: Scene) -> float:
+    middle = scene.frame.corner_of(np.array(scene.solids.shape) / 2.0)
+    return float((middle - camera.eye_m) @ camera.forward)
+
+
+def _bare_frame(size_px: tuple[int, int]) -> tuple[float, float, float, float]:
+    width, height = size_px
+    margin = 0.03 * min(width, height)
+    return margin, margin, width - margin, height - margin

@@ -1,0 +1,267 @@
+"""The picture of a plan: the finished building with the ways of its parts, or one lift in mid transit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.tower_crane import CranePose
+from bimvox.errors import InputError
+from bimvox.planning.lift import Lift, Status
+from bimvox.render.colours import (
+    ARRIVED,
+    ASSEMBLED,
+    IN_TRANSIT,
+    PATH,
+    START_BOX,
+    TARGET_BOX,
+    UNBUILT,
+)
+from bimvox.render.crane_parts import crane_parts
+from bimvox.render.scene import LegendEntry, Scene, Strokes, Swatch, polyline
+from bimvox.render.site_scene import boxes_strokes, parked_pose, site_canvas, site_legend
+from bimvox.site.component import Component, IntVec
+from bimvox.site.site import Site
+from bimvox.trajectory.load_frame import cells_of_axes, load_frame
+from bimvox.trajectory.motion import LiftMotion
+
+FEW = 12
+"""Up to so many paths are all drawn; more are unreadable."""
+_ARRIVED = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """A moment of a plan.
+
+    Attributes:
+        order: The lift under way.
+        share: How much of its carrying time is over, 0..1; from 1 on the part has arrived.
+    """
+
+    order: int
+    share: float = 0.5
+
+
+def scene_of_plan(
+    site: Site,
+    lifts: Sequence[Lift],
+    motions: Sequence[LiftMotion] = (),
+    moment: Moment | None = None,
+    *,
+    title: str = "",
+) -> Scene:
+    """Return the picture of a plan.
+
+    Args:
+        site: What was planned.
+        lifts: Its lifts, ascending order.
+        motions: The motions of the planned ones; none without a crane.
+        moment: Which lift to show under way; None for the finished building.
+        title: Default: the site's name.
+
+    Raises:
+        InputError: If the moment's lift is not planned.
+    """
+    by_order = {motion.order: motion for motion in motions}
+    if moment is None:
+        return _finished(site, lifts, by_order, title or site.name)
+    lift = next((lift for lift in lifts if lift.order == moment.order), None)
+    if lift is None:
+        raise InputError(f"there is no lift {moment.order}", hint=f"orders go from 0 to {len(lifts) - 1}")
+    if lift.path_vox is None or lift.place is None:
+        component = site.components[lift.component]
+        raise InputError(
+            f"{component.id}: this lift has no path to show, it is infeasible: {lift.reason}",
+            hint="choose a lift that is planned",
+        )
+    return _under_way(site, lifts, lift, by_order.get(lift.order), moment.share, title or site.name)
+
+
+def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotion], title: str) -> Scene:
+    planned = [lift for lift in lifts if lift.path_vox is not None]
+    missing = [site.components[lift.component] for lift in lifts if lift.status is Status.INFEASIBLE]
+    canvas = site_canvas(site, len(lifts))
+    for lift in planned:
+        canvas.paint(_target_cells(site.components[lift.component]), ASSEMBLED)
+    legend = [*site_legend(site), LegendEntry(f"assembled ({len(planned)})", ASSEMBLED)]
+    strokes: list[Strokes] = []
+    few = len(planned) <= FEW
+    shown = planned if few else planned[-1:]
+    starts = [(lift.place.shape, lift.place.cell_vox) for lift in shown if lift.place is not None]
+    strokes.append(boxes_strokes(site, starts, START_BOX))
+    strokes.append(boxes_strokes(site, [(part.shape, part.target_vox) for part in missing], TARGET_BOX))
+    strokes += [_path_strokes(site, lift, motions.get(lift.order), strong=not few) for lift in shown]
+    if starts:
+        legend.append(LegendEntry("start" if few else "start of the last lift", START_BOX, Swatch.BOX))
+    if missing:
+        legend.append(LegendEntry(f"target, not placed ({len(missing)})", TARGET_BOX, Swatch.BOX))
+    if shown:
+        legend.append(LegendEntry("path" if few else "path of the last lift", PATH, Swatch.LINE))
+    pose = _pose_at_end(motions[planned[-1].order]) if planned and planned[-1].order in motions else None
+    hours = f", {_hours(max(m.end_ns for m in motions.values()))} of crane time" if motions else ""
+    caption = f"{len(planned):,} of {len(lifts):,} parts placed{hours}"
+    return _scene(site, canvas.solids, canvas.palette, strokes, legend, title, caption, pose)
+
+
+def _under_way(
+    site: Site, lifts: Sequence[Lift], lift: Lift, motion: LiftMotion | None, share: float, title: str
+) -> Scene:
+    assert lift.place is not None
+    component = site.components[lift.component]
+    arrived = share >= _ARRIVED
+    placed = [other for other in lifts if other.path_vox is not None and other.order < lift.order]
+    # A delivery comes when every lift of the earlier ones is done: only this lift's own lies in the yard.
+    stored = [
+        other
+        for other in lifts
+        if other.place is not None
+        and other.place.delivery == lift.place.delivery
+        and other is not lift
+        and other not in placed
+    ]
+    at, pose = _load_at(site, lift, motion, share)
+    canvas = site_canvas(site, len(lifts))
+    for other in placed:
+        canvas.paint(_target_cells(site.components[other.component]), ASSEMBLED)
+    for other in stored:
+        assert other.place is not None
+        canvas.paint(other.place.shape.cells + np.array(other.place.cell_vox), UNBUILT)
+    state_rgb, state = (ARRIVED, "arrived") if arrived else (IN_TRANSIT, "in transit")
+    canvas.paint(component.shape.cells + np.array(at), state_rgb, over=True)
+    strokes = [
+        boxes_strokes(site, [(lift.place.shape, lift.place.cell_vox)], START_BOX),
+        boxes_strokes(site, [(component.shape, component.target_vox)], TARGET_BOX),
+        _path_strokes(site, lift, motion, strong=True),
+    ]
+    legend = site_legend(site)
+    if stored:
+        legend.append(LegendEntry(f"unbuilt ({len(stored)})", UNBUILT))
+    legend.append(LegendEntry(state, state_rgb))
+    if placed:
+        legend.append(LegendEntry(f"assembled ({len(placed)})", ASSEMBLED))
+    legend += [
+        LegendEntry("start", START_BOX, Swatch.BOX),
+        LegendEntry("target", TARGET_BOX, Swatch.BOX),
+        LegendEntry("path", PATH, Swatch.LINE),
+    ]
+    name = f" {component.name}" if component.name and component.name != component.id else ""
+    clock = f", at {_clock(_time_ns(motion, share))}" if motion else ""
+    caption = (
+        f"Lift {lift.order + 1:,} of {len(lifts):,}{clock}: {component.ifc_class}{name}, {component.id}, "
+        f"{component.mass_kg / 1000.0:.2f} t"
+    )
+    load_m = None
+    if pose is not None:
+        load_m = _top_corners_m(site, component, at)
+    return _scene(site, canvas.solids, canvas.palette, strokes, legend, title, caption, pose, load_m)
+
+
+def path_m(site: Site, lift: Lift, motion: LiftMotion | None) -> NDArray[np.float64]:
+    """Return the way of the middle of a part, metres: (N, 3); as the crane drives it, else from cell to cell."""
+    component = site.components[lift.component]
+    middle = np.array(component.shape.size_vox) / 2.0
+    if motion is not None and site.crane is not None:
+        loaded = motion.loaded
+        axes = np.stack([loaded.slew_rad, loaded.radius_m, loaded.height_m], axis=1)
+        cells = cells_of_axes(load_frame(site.crane, site.frame, component.hook_offset_vox), axes)
+    else:
+        assert lift.path_vox is not None
+        cells = lift.path_vox.astype(np.float64)
+    way: NDArray[np.float64] = site.frame.corner_of(cells + middle)
+    return way
+
+
+def _path_strokes(site: Site, lift: Lift, motion: LiftMotion | None, *, strong: bool) -> Strokes:
+    return Strokes(
+        polyline(path_m(site, lift, motion)),
+        PATH,
+        width_px=3.2 if strong else 2.0,
+        opacity=0.95 if strong else 0.75,
+        hidden_opacity=0.55 if strong else 0.35,
+        edge=(255, 255, 255) if strong else None,
+    )
+
+
+def _load_at(
+    site: Site, lift: Lift, motion: LiftMotion | None, share: float
+) -> tuple[IntVec, CranePose | None]:
+    """The cell of the load at a share of its carrying time, and the crane's pose there."""
+    component = site.components[lift.component]
+    assert lift.path_vox is not None
+    share = min(max(share, 0.0), 1.0)
+    if motion is None or site.crane is None:
+        x, y, z = (int(n) for n in lift.path_vox[round(share * (len(lift.path_vox) - 1))])
+        return (x, y, z), None
+    loaded = motion.loaded
+    time = loaded.time_ns[0] + share * float(loaded.time_ns[-1] - loaded.time_ns[0])
+    slew, radius, height = (
+        float(np.interp(time, loaded.time_ns, axis)) for axis in (loaded.slew_rad, loaded.radius_m, loaded.height_m)
+    )
+    load = load_frame(site.crane, site.frame, component.hook_offset_vox)
+    x, y, z = (round(float(n)) for n in cells_of_axes(load, np.array([slew, radius, height])))
+    return (x, y, z), CranePose(slew, radius, height)
+
+
+def _time_ns(motion: LiftMotion, share: float) -> int:
+    loaded = motion.loaded
+    length_ns = int(loaded.time_ns[-1] - loaded.time_ns[0])
+    return motion.start_ns + int(loaded.time_ns[0]) + round(min(max(share, 0.0), 1.0) * length_ns)
+
+
+def _pose_at_end(motion: LiftMotion) -> CranePose:
+    loaded = motion.loaded
+    return CranePose(float(loaded.slew_rad[-1]), float(loaded.radius_m[-1]), float(loaded.height_m[-1]))
+
+
+def _top_corners_m(site: Site, component: Component, at: IntVec) -> NDArray[np.float64]:
+    """Where the slings are fixed: the corners of the load's top."""
+    x, y, z = component.shape.size_vox
+    inset_x, inset_y = min(0.5, 0.1 * x), min(0.5, 0.1 * y)
+    corners = [(a, b, z) for a in (inset_x, x - inset_x) for b in (inset_y, y - inset_y)]
+    tops: NDArray[np.float64] = site.frame.corner_of(np.array(at) + np.array(corners))
+    return tops
+
+
+def _target_cells(component: Component) -> NDArray[np.int32]:
+    cells: NDArray[np.int32] = component.shape.cells + np.array(component.target_vox, np.int32)
+    return cells
+
+
+def _scene(
+    site: Site,
+    solids: NDArray[np.unsignedinteger],
+    palette: NDArray[np.uint8],
+    strokes: Sequence[Strokes],
+    legend: list[LegendEntry],
+    title: str,
+    caption: str,
+    pose: CranePose | None,
+    load_m: NDArray[np.float64] | None = None,
+) -> Scene:
+    parts = crane_parts(site.crane, pose or parked_pose(site), load_m) if site.crane else None
+    return Scene(
+        frame=site.frame,
+        solids=solids,
+        palette=palette,
+        strokes=(*(parts.strokes if parts else ()), *strokes),
+        blocks=parts.blocks if parts else (),
+        legend=tuple(legend),
+        title=title,
+        caption=caption,
+        points_m=parts.points_m if parts else np.zeros((0, 3)),
+    )
+
+
+def _hours(time_ns: int) -> str:
+    minutes = round(time_ns / 60e9)
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min"
+
+
+def _clock(time_ns: int) -> str:
+    """Hours, minutes and seconds on the site's clock."""
+    seconds = round(time_ns / 1e9)
+    return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"

@@ -1,0 +1,164 @@
+"""The picture of a site: ground and areas, what stands there, what is in the way, the crane, the building as designed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.tower_crane import CranePose
+from bimvox.grid.labels import Label
+from bimvox.render.camera import View
+from bimvox.render.colours import (
+    ASSEMBLED,
+    CONSTRUCTION_AREA,
+    GROUND,
+    OBSTRUCTION,
+    START_BOX,
+    STRUCTURE,
+    UNBUILT,
+    YARD,
+)
+from bimvox.render.crane_parts import crane_parts
+from bimvox.render.scene import LegendEntry, Scene, Strokes, box_edges
+from bimvox.render.solids import Canvas
+from bimvox.site.component import Component, IntVec, Shape
+from bimvox.site.shape import stored_shape
+from bimvox.site.site import Site
+
+_AREAS = (
+    (Label.GROUND, GROUND, "ground"),
+    (Label.CONSTRUCTION_AREA, CONSTRUCTION_AREA, "construction area"),
+    (Label.YARD, YARD, "yard"),
+)
+_SIDE_DEG = 38.0
+
+
+def scene_of_site(site: Site, *, title: str = "") -> Scene:
+    """Return the picture of a site before anything is planned: the components where they are to be."""
+    canvas = site_canvas(site, len(site.components) * 2)
+    legend = site_legend(site)
+    strokes: list[Strokes] = []
+    for component in site.components:
+        canvas.paint(component.shape.cells + np.array(component.target_vox), ASSEMBLED)
+    legend.append(LegendEntry(f"as designed ({len(site.components)})", ASSEMBLED))
+    given = [component for component in site.components if component.start_vox is not None]
+    for component in given:
+        shape, cell = given_place(component)
+        canvas.paint(shape.cells + np.array(cell), UNBUILT)
+        strokes.append(box_strokes(site, shape, cell, START_BOX))
+    if given:
+        legend.append(LegendEntry(f"in the yard ({len(given)})", UNBUILT))
+    parts = crane_parts(site.crane, parked_pose(site)) if site.crane else None
+    size = " x ".join(f"{n * site.frame.voxel_size_m:g}" for n in site.shape)
+    mass_t = sum(component.mass_kg for component in site.components) / 1000.0
+    return Scene(
+        frame=site.frame,
+        solids=canvas.solids,
+        palette=canvas.palette,
+        strokes=(*(parts.strokes if parts else ()), *strokes),
+        blocks=parts.blocks if parts else (),
+        legend=tuple(legend),
+        title=title or site.name,
+        caption=f"{len(site.components):,} parts, {mass_t:,.1f} t; {size} m in cells of {site.frame.voxel_size_m:g} m",
+        points_m=parts.points_m if parts else np.zeros((0, 3)),
+    )
+
+
+def site_canvas(site: Site, more: int) -> Canvas:
+    """Return a canvas with everything fixed, and room for ``more`` solids. The crane is drawn, not painted."""
+    canvas = Canvas(site.shape, len(_AREAS) + len(site.blockers) + more)
+    for label, rgb, _ in _AREAS:
+        canvas.paint_mask(site.labels[:, :, 0] == label, 0, rgb)
+    # The yard is what `Site.yard` says; labels of the slab need not repeat it.
+    canvas.paint_mask(site.yard & (site.labels[:, :, 0] == Label.GROUND), 0, YARD)
+    for blocker in site.blockers[1:]:
+        above = blocker.cells[blocker.cells[:, 2] > 0]
+        if blocker.kind == "structure" or (blocker.kind == "crane" and site.crane is None):
+            canvas.paint(above, STRUCTURE)
+        elif blocker.kind == "obstruction":
+            canvas.paint(above, OBSTRUCTION, over=True)
+    return canvas
+
+
+def site_legend(site: Site) -> list[LegendEntry]:
+    """Return the legend of what is fixed on a site."""
+    slab = site.labels[:, :, 0]
+    there = {label: bool((slab == label).any()) for label, _, _ in _AREAS}
+    there[Label.YARD] = bool(site.yard.any())
+    there[Label.GROUND] = bool(((slab == Label.GROUND) & ~site.yard).any())
+    legend = [LegendEntry(name, rgb) for label, rgb, name in _AREAS if there[label]]
+    kinds = {blocker.kind for blocker in site.blockers}
+    if "structure" in kinds:
+        legend.append(LegendEntry("standing structure", STRUCTURE))
+    if "obstruction" in kinds:
+        legend.append(LegendEntry("obstruction", OBSTRUCTION))
+    return legend
+
+
+def box_strokes(site: Site, shape: Shape, cell: IntVec, rgb: tuple[int, int, int]) -> Strokes:
+    """Return the wireframe box around a shape at a cell, a little wider than the shape so that it is seen."""
+    return boxes_strokes(site, [(shape, cell)], rgb)
+
+
+def boxes_strokes(site: Site, places: Iterable[tuple[Shape, IntVec]], rgb: tuple[int, int, int]) -> Strokes:
+    """Return the wireframe boxes around shapes at cells, drawn as one."""
+    edges = []
+    grow = min(0.12 * site.frame.voxel_size_m, 0.05)
+    for shape, cell in places:
+        low = site.frame.corner_of(cell)
+        high = site.frame.corner_of(np.array(cell) + np.array(shape.size_vox))
+        edges.append(box_edges(low - grow, high + grow))
+    segments = np.concatenate(edges) if edges else np.zeros((0, 2, 3))
+    return Strokes(segments, rgb, width_px=2.0, hidden_opacity=0.5)
+
+
+def given_place(component: Component) -> tuple[Shape, IntVec]:
+    """Return how and where a component lies whose place the site file gives."""
+    from bimvox.planning.yard import storage_poses
+
+    assert component.start_vox is not None
+    pose = component.stored_pose or storage_poses(component)[0]
+    return stored_shape(component.shape, pose), component.start_vox
+
+
+def parked_pose(site: Site) -> CranePose:
+    """Return the pose of a crane that does nothing: the jib over the building, the hook up."""
+    assert site.crane is not None
+    crane = site.crane
+    middle = building_centre_m(site)
+    dx, dy = middle[0] - crane.base_m[0], middle[1] - crane.base_m[1]
+    radius = min(max(math.hypot(dx, dy), crane.min_radius_m), crane.jib_length_m)
+    return CranePose(math.atan2(dy, dx), radius, crane.jib_height_m - 2.0 * crane.mast_size_m)
+
+
+def building_centre_m(site: Site) -> NDArray[np.float64]:
+    """Return the middle of all targets, metres: (3,)."""
+    centres = [np.array(c.target_vox) + np.array(c.shape.size_vox) / 2.0 for c in site.components]
+    middle: NDArray[np.float64] = site.frame.corner_of(np.mean(centres, axis=0))
+    return middle
+
+
+def view_of_site(site: Site, azimuth_deg: float | None = None, elevation_deg: float | None = None) -> View:
+    """Return a view with the yard before the building and the crane's mast behind, where no angle is given."""
+    view = View()
+    elevation = view.elevation_deg if elevation_deg is None else elevation_deg
+    if azimuth_deg is not None:
+        return View(azimuth_deg, elevation)
+    middle = building_centre_m(site)[:2]
+    yard = np.argwhere(site.yard)
+    if not len(yard):
+        return View(view.azimuth_deg, elevation)
+    yard_m = site.frame.corner_of(np.c_[yard + 0.5, np.zeros(len(yard))]).mean(axis=0)[:2]
+    towards = yard_m - middle
+    if np.linalg.norm(towards) < 0.1 * max(site.shape[:2]) * site.frame.voxel_size_m:
+        return View(view.azimuth_deg, elevation)  # the yard lies all around
+    angle = math.degrees(math.atan2(towards[1], towards[0]))
+    mast = np.array(site.crane.base_m[:2]) - middle if site.crane else np.zeros(2)
+
+    def nearness(azimuth: float) -> float:
+        return float(mast @ [math.cos(math.radians(azimuth)), math.sin(math.radians(azimuth))])
+
+    return View(min((angle + _SIDE_DEG, angle - _SIDE_DEG), key=nearness), elevation)
