@@ -26,6 +26,6 @@ The site file:  $out/prefab.site.toml   (every setting is explained in it)
 Try next, with your own model (IFC, STL, OBJ, PLY, GLB ...):
   bimvox inspect MODEL
   bimvox init MODEL && bimvox plan MODEL.site.toml
-  bimvox render $out/prefab.mcap -o lifts.gif
+  bimvox export $out/prefab.mcap --to csv -o lifts.csv
   bimvox watch obstructions.json --site $out/prefab.site.toml
 END

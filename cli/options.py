@@ -33,7 +33,10 @@ Quiet = Annotated[
     bool, typer.Option("--quiet", "-q", envvar="BIMVOX_QUIET", help="No progress, notes or summary; errors only.")
 ]
 Seed = Annotated[
-    int, typer.Option("--seed", min=0, metavar="N", envvar="BIMVOX_SEED", help="Seed of everything random.")
+    int | None,
+    typer.Option(
+        "--seed", min=0, metavar="N", envvar="BIMVOX_SEED", help="Seed of everything random; default: the site file's."
+    ),
 ]
 Steps = Annotated[
     int | None,

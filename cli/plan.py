@@ -27,7 +27,7 @@ def plan(
         ),
     ] = None,
     policy: PolicyId = None,
-    seed: Seed = 0,
+    seed: Seed = None,
     steps: Steps = None,
     json: Json = False,
     quiet: Quiet = False,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def train(
     site: SiteFile,
     steps: Steps = None,
-    seed: Seed = 0,
+    seed: Seed = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:

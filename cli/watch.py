@@ -23,7 +23,7 @@ def watch(
     ] = None,
     once: Annotated[bool, typer.Option("--once", help="Look once, re-plan if needed, and leave.")] = False,
     policy: PolicyId = None,
-    seed: Seed = 0,
+    seed: Seed = None,
     steps: Steps = None,
     json: Json = False,
     quiet: Quiet = False,
@@ -49,7 +49,8 @@ def watch(
         for change in changes:
             code = failure.exit_code_of(change)
             output.line(change, _line(change))
-    raise typer.Exit(code)
+    # A watch that was left to run ends well with Ctrl-C, whatever its last change was.
+    raise typer.Exit(code if once else failure.DONE)
 
 
 def _line(change: Mapping[str, Any]) -> str:

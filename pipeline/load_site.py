@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -33,11 +33,13 @@ class LoadedSite:
         config: The site file, everything that it leaves out filled in.
         site: The site, without obstructions.
         files: What goes into the log as it is: file name -> bytes.
+        georeference: The model's map conversion, as plain values; empty where it has none.
     """
 
     config: SiteConfig
     site: Site
     files: dict[str, bytes]
+    georeference: Mapping[str, str | float]
 
 
 def load_site(path: Path, progress: Progress) -> LoadedSite:
@@ -88,7 +90,7 @@ def load_site(path: Path, progress: Progress) -> LoadedSite:
     for note in site.notes:
         progress.note(note)
     progress.finish()
-    return LoadedSite(config, site, {"site.toml": text})
+    return LoadedSite(config, site, {"site.toml": text}, building.georeference)
 
 
 def load_obstructions(path: Path, site: Site) -> ObstructionSet:

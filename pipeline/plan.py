@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 from bimvox.errors import NoPlanError, VerificationError
 from pipeline.artifacts import check_output, default_output, require_input, write_atomically
 from pipeline.load_site import LoadedSite, load_obstructions, load_site, rasterise
-from pipeline.policy_choice import PolicyInUse, choose_policy, proposer
+from pipeline.policy_choice import PolicyInUse, choose_policy
 from pipeline.progress import Progress
 
 if TYPE_CHECKING:
     from bimvox.log.plan_log import PlanLog
-
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.lift import LiftPlan
     from bimvox.site.obstructions import ObstructionSet
@@ -41,7 +42,7 @@ def plan(
     *,
     obstructions: Path | None = None,
     policy: str | None = None,
-    seed: int = 0,
+    seed: int | None = None,
     steps: int | None = None,
     progress: Progress,
 ) -> dict[str, Any]:
@@ -52,8 +53,8 @@ def plan(
         out: The log; default: the site's name with ``.mcap``, in the current folder.
         obstructions: What is in the way: an obstruction file, an IFC or mesh file.
         policy: Id of a policy of the store; default: the site file's, else the one trained for this site.
-        seed: Seed of the training.
-        steps: Training budget in environment steps.
+        seed: Seed of the training; default: the site file's.
+        steps: Training budget in environment steps; default: the site file's, else the built-in one.
         progress: Told of the stages.
 
     Returns:
@@ -78,7 +79,7 @@ def plan(
     preparation = prepared(built, progress)
     chosen = policy_of(loaded, built, preparation, policy=policy, seed=seed, steps=steps, progress=progress)
     proven = plan_and_prove(built, preparation, chosen, progress=progress)
-    record = log_of(proven, chosen, files, seed=seed, revision=0)
+    record = log_of(proven, loaded, chosen, files, seed=seed_of(loaded, seed), revision=0)
     progress.stage("write")
     write_log_file(target, record, inputs=inputs)
     progress.finish()
@@ -119,7 +120,7 @@ def policy_of(
     preparation: Preparation,
     *,
     policy: str | None,
-    seed: int,
+    seed: int | None,
     steps: int | None,
     progress: Progress,
 ) -> PolicyInUse:
@@ -129,11 +130,16 @@ def policy_of(
         site,
         preparation,
         policy_id=policy or wanted.id,
-        seed=seed or wanted.seed,
+        seed=seed_of(loaded, seed),
         steps=steps if steps is not None else wanted.steps,
         required_success=wanted.required_success,
         progress=progress,
     )
+
+
+def seed_of(loaded: LoadedSite, seed: int | None) -> int:
+    """Return the command's seed, else the site file's."""
+    return loaded.config.policy.seed if seed is None else seed
 
 
 def plan_and_prove(
@@ -153,11 +159,12 @@ def plan_and_prove(
     from bimvox.planning.assembly import replay
     from bimvox.planning.lift import Status
     from bimvox.planning.planner import plan_lifts
+    from bimvox.planning.rollout import proposer
     from bimvox.planning.verify import verify_plan
     from bimvox.trajectory.time_plan import time_plan
 
     progress.stage("plan", len(site.components))
-    made = plan_lifts(site, preparation, propose=proposer(policy), previous=previous, progress=progress.report)
+    made = plan_lifts(site, preparation, propose=proposer(policy.network), previous=previous, progress=progress.report)
     if not any(lift.status is Status.PLANNED for lift in made.lifts):
         reasons = {site.components[lift.component].id: lift.reason or "" for lift in made.lifts}
         first = made.lifts[0]
@@ -190,15 +197,26 @@ def _insist(verified: bool, failures: tuple[str, ...]) -> None:
         )
 
 
-def log_of(proven: Planned, policy: PolicyInUse, files: dict[str, bytes], *, seed: int, revision: int) -> PlanLog:
-    """Return what the log holds."""
+def log_of(
+    proven: Planned, loaded: LoadedSite, policy: PolicyInUse, files: dict[str, bytes], *, seed: int, revision: int
+) -> PlanLog:
+    """Return what the log holds.
+
+    Args:
+        proven: The plan.
+        loaded: The site as loaded.
+        policy: What proposed the paths.
+        files: Files that the plan was made from, by name; their hashes go into the metadata.
+        seed: Seed of the training.
+        revision: Number of the plan among those for this site.
+    """
     from bimvox.log.plan_log import PlanLog
 
-    metadata = {
-        "seed": str(seed),
-        "policy": policy.id,
-        "policy_steps": str(policy.steps),
-    }
+    metadata = {"seed": str(seed), "policy": policy.id, "policy_steps": str(policy.steps)}
+    for name, data in files.items():
+        metadata[f"sha256 {name}"] = hashlib.sha256(data).hexdigest()
+    if loaded.georeference:
+        metadata["georeference"] = json.dumps(dict(loaded.georeference), sort_keys=True)
     return PlanLog(plan=proven.plan, motions=proven.motions, attachments=files, metadata=metadata, revision=revision)
 
 

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
     from bimvox.env.problem import LiftProblem
     from bimvox.planning.assembly import Preparation, Stage
-    from bimvox.planning.planner import Propose
     from bimvox.policy.network import QNetwork
     from bimvox.policy.trained import CurvePoint
     from bimvox.site.site import Site
@@ -92,22 +91,11 @@ def choose_policy(
     config = DqnConfig(required_success=required_success)
     if not retrain:
         for manifest in store.find(site.geometry_digest):
-            ended = manifest.success_rate >= required_success or manifest.steps >= budget
+            good = manifest.success_rate >= required_success and manifest.length_ratio <= config.required_ratio
+            ended = good or manifest.steps >= budget
             if manifest.seed == seed and manifest.config == config and manifest.parent is None and ended:
                 return _stored(manifest.id)
     return _trained(site, preparation, config, seed, budget, progress)
-
-
-def proposer(policy: PolicyInUse) -> Propose:
-    """Return the planner's view of a policy: its greedy roll-out under the loop guard, or nothing."""
-    from bimvox.env.problem import lift_problem
-    from bimvox.planning.rollout import roll_out
-
-    def propose(clearance: Any, start: Any, goal: Any) -> NDArray[np.int32] | None:
-        rollout = roll_out(policy.network, lift_problem(clearance, start, goal))
-        return rollout.path_vox if rollout.arrived else None
-
-    return propose
 
 
 def _stored(policy_id: str) -> PolicyInUse:

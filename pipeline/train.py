@@ -6,18 +6,18 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.load_site import load_site
-from pipeline.plan import prepared
+from pipeline.plan import prepared, seed_of
 from pipeline.policy_choice import choose_policy
 from pipeline.progress import Progress
 
 
-def train(site: Path, *, steps: int | None = None, seed: int = 0, progress: Progress) -> dict[str, Any]:
+def train(site: Path, *, steps: int | None = None, seed: int | None = None, progress: Progress) -> dict[str, Any]:
     """Train a site's policy from scratch and store it.
 
     Args:
         site: The site file.
         steps: Budget in environment steps; default: the site file's, else the built-in one.
-        seed: Seed.
+        seed: Seed; default: the site file's.
         progress: Told of the stages.
 
     Returns:
@@ -30,7 +30,7 @@ def train(site: Path, *, steps: int | None = None, seed: int = 0, progress: Prog
         loaded.site,
         preparation,
         policy_id=None,
-        seed=seed or wanted.seed,
+        seed=seed_of(loaded, seed),
         steps=steps if steps is not None else wanted.steps,
         required_success=wanted.required_success,
         progress=progress,

@@ -22,7 +22,17 @@ from bimvox.site.obstructions import EMPTY, ObstructionSet
 from pipeline.artifacts import check_output, default_output
 from pipeline.file_watch import FileState, changes, state_of
 from pipeline.load_site import LoadedSite, load_obstructions, load_site
-from pipeline.plan import Planned, document_of, log_of, obstructed, plan_and_prove, policy_of, prepared, write_log_file
+from pipeline.plan import (
+    Planned,
+    document_of,
+    log_of,
+    obstructed,
+    plan_and_prove,
+    policy_of,
+    prepared,
+    seed_of,
+    write_log_file,
+)
 from pipeline.policy_choice import PolicyInUse
 from pipeline.progress import Progress, SilentProgress
 
@@ -38,7 +48,7 @@ def watch(
     site: Path,
     out: Path | None = None,
     once: bool = False,
-    seed: int = 0,
+    seed: int | None = None,
     policy: str | None = None,
     steps: int | None = None,
     progress: Progress,
@@ -52,7 +62,7 @@ def watch(
         out: The log; default: the site's name with ``.mcap``, in the current folder. Where it exists and belongs to
             this site, its plan is taken up.
         once: Look once and leave.
-        seed: Seed of the training.
+        seed: Seed of the training; default: the site file's.
         policy: Id of a policy of the store.
         steps: Training budget in environment steps.
         progress: Told of the stages of the first plan.
@@ -67,7 +77,7 @@ def watch(
     check_output(target, inputs=[site, obstructions, loaded.config.model.path])
     preparation = prepared(loaded.site, progress)
     chosen = policy_of(loaded, loaded.site, preparation, policy=policy, seed=seed, steps=steps, progress=progress)
-    watcher = _Watcher(loaded, preparation, chosen, obstructions, target, seed, progress)
+    watcher = _Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress)
     start = state_of(obstructions)
     yield from watcher.take_up(start)
     if once:
@@ -159,7 +169,7 @@ class _Watcher:
         if self._file.exists():
             files[f"obstructions{self._file.suffix.lower()}"] = self._file.read_bytes()
         self._revision += 1
-        record = log_of(planned, self._policy, files, seed=self._seed, revision=self._revision)
+        record = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=self._revision)
         history = revision_file(self._target, self._revision)
         write_log_file(history, record, inputs=[])
         write_log_file(self._target, record, inputs=[])
@@ -208,6 +218,7 @@ class _Watcher:
         if record.plan.site.fixed_digest != self._loaded.site.fixed_digest:
             self.progress.note(f"{self._target} is of another site; it will be replaced")
             return None
+        self._revision = max(self._revision, record.revision)
         return Planned(record.plan, record.motions)
 
 

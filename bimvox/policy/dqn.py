@@ -1,7 +1,7 @@
 """Stable-baselines3's DQN, with three changes that many lifts at once ask for.
 
 1. Each lift explores on its own: SB3 draws once per step and then moves all environments at random, or none.
-2. Double Q-learning.
+2. Double Q-learning, where the configuration asks for it.
 3. The share of random actions falls over a fixed number of steps, not over a share of the budget.
 """
 

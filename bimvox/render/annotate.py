@@ -54,9 +54,7 @@ def annotate(pixels: NDArray[np.uint8], scene: Scene) -> NDArray[np.uint8]:
     return np.asarray(image)
 
 
-def _draw_entry(
-    draw: ImageDraw.ImageDraw, entry: LegendEntry, x: float, y: float, size_px: tuple[int, int]
-) -> None:
+def _draw_entry(draw: ImageDraw.ImageDraw, entry: LegendEntry, x: float, y: float, size_px: tuple[int, int]) -> None:
     side = _text_px(size_px)
     x0, y0 = round(x), round(y + 0.12 * side)
     x1, y1 = x0 + side, y0 + side

@@ -41,7 +41,8 @@ def draw_blocks(buffers: Buffers, blocks: Sequence[Block], camera: Camera, light
         facing = np.array(
             [
                 [
-                    _SKY * (0.95 + 0.05 * side * normal[2]) + (1.0 - _SKY) * max(0.0, side * float(normal @ sun)) / sun[2]
+                    _SKY * (0.95 + 0.05 * side * normal[2])
+                    + (1.0 - _SKY) * max(0.0, side * float(normal @ sun)) / sun[2]
                     for side in (-1.0, 1.0)
                 ]
                 for normal in normals

@@ -56,9 +56,7 @@ def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = N
     jib_chords, jib_lacing = _jib(axis + along * 0.5 * width, tip, aside, width)
     side = 0.35 * width * aside
     deck = [(axis + s * side, rear + s * side) for s in (-1.0, 1.0)]
-    legs = [
-        (axis + 0.5 * width * (a * along + b * aside), apex) for a, b in ((-1, -1), (-1, 1), (1, -1), (1, 1))
-    ]
+    legs = [(axis + 0.5 * width * (a * along + b * aside), apex) for a, b in ((-1, -1), (-1, 1), (1, -1), (1, 1))]
     ridge = _UP * 0.8 * width
     ties = [
         (apex, axis + along * 0.36 * crane.jib_length_m + ridge),
@@ -75,9 +73,7 @@ def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = N
     strokes = (
         Strokes(np.array(ties), CRANE_EDGE, width_px=0.9, width_m=0.02 * width),
         Strokes(np.array(mast_lacing + jib_lacing), CRANE, width_px=0.9, width_m=0.6 * thick, edge=CRANE_EDGE),
-        Strokes(
-            np.array(mast_chords + jib_chords + deck + legs), CRANE, width_px=1.5, width_m=thick, edge=CRANE_EDGE
-        ),
+        Strokes(np.array(mast_chords + jib_chords + deck + legs), CRANE, width_px=1.5, width_m=thick, edge=CRANE_EDGE),
         Strokes(np.array(falls + slings), ROPE, width_px=1.1, width_m=0.02 * width),
     )
     blocks = (
@@ -130,8 +126,6 @@ def _jib(foot: Vec, tip: Vec, aside: Vec, width: float) -> tuple[list[tuple[Vec,
     return chords, lacing
 
 
-def _block(
-    centre: Vec, along: Vec, aside: Vec, size: tuple[float, float, float], rgb: tuple[int, int, int]
-) -> Block:
+def _block(centre: Vec, along: Vec, aside: Vec, size: tuple[float, float, float], rgb: tuple[int, int, int]) -> Block:
     half = np.stack([along * size[0] / 2.0, aside * size[1] / 2.0, _UP * size[2] / 2.0])
     return Block(centre, half, rgb)

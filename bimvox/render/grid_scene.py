@@ -62,9 +62,7 @@ def sorted_by_count(names: list[str]) -> list[str]:
     return names
 
 
-def on_floor(
-    frame: GridFrame, solids: NDArray[np.unsignedinteger]
-) -> tuple[GridFrame, NDArray[np.unsignedinteger]]:
+def on_floor(frame: GridFrame, solids: NDArray[np.unsignedinteger]) -> tuple[GridFrame, NDArray[np.unsignedinteger]]:
     """Return the solids on a floor (number 1) one cell thick and a little wider; empty solids stay as they are."""
     if not solids.any():
         return frame, solids

@@ -9,9 +9,7 @@ from bimvox.compiled import kernel
 
 
 @kernel
-def painted(
-    solid: NDArray[np.uint32], light: NDArray[np.float32], palette: NDArray[np.uint8]
-) -> NDArray[np.float32]:
+def painted(solid: NDArray[np.uint32], light: NDArray[np.float32], palette: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Return the lit colour of every sample: (H, W, 3) float32 sRGB, 0..1 and a little above."""
     rows, columns = solid.shape
     colour = np.empty((rows, columns, 3), np.float32)

@@ -186,9 +186,7 @@ def _path_strokes(site: Site, lift: Lift, motion: LiftMotion | None, *, strong: 
     )
 
 
-def _load_at(
-    site: Site, lift: Lift, motion: LiftMotion | None, share: float
-) -> tuple[IntVec, CranePose | None]:
+def _load_at(site: Site, lift: Lift, motion: LiftMotion | None, share: float) -> tuple[IntVec, CranePose | None]:
     """The cell of the load at a share of its carrying time, and the crane's pose there."""
     component = site.components[lift.component]
     assert lift.path_vox is not None

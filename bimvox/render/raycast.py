@@ -218,9 +218,7 @@ def _filled(solids: NDArray[np.unsignedinteger], i: int, j: int, k: int) -> bool
 
 
 @kernel
-def _corner_light(
-    solids: NDArray[np.unsignedinteger], i: int, j: int, k: int, axis: int, u: float, v: float
-) -> float:
+def _corner_light(solids: NDArray[np.unsignedinteger], i: int, j: int, k: int, axis: int, u: float, v: float) -> float:
     """Light at the point (u, v) of a face, less near the cells that stand beside the cell (i, j, k) before the face."""
     shade = 0.0
     for a in range(-1, 2):

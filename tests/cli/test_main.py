@@ -150,7 +150,8 @@ def write_for_ever(stream):
     stream.write(b"half")
     os.kill(os.getpid(), signal.SIGTERM)
 
-pipeline.schema.schema = lambda name, **options: write_atomically(pathlib.Path({str(tmp_path)!r}) / "out", write_for_ever)
+out = pathlib.Path({str(tmp_path)!r}) / "out"
+pipeline.schema.schema = lambda name, **options: write_atomically(out, write_for_ever)
 sys.exit(run(["schema", "site"]))
 """
     done = run_python(code)

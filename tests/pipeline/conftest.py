@@ -1,0 +1,44 @@
+"""A small planned site, made once a test session: the sample frame at coarse cells, with a short training."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from pipeline.plan import plan
+from pipeline.progress import SilentProgress
+from pipeline.site import init
+
+SAMPLES = Path(__file__).parents[2] / "sample_models"
+STEPS = 2_000
+
+
+@pytest.fixture(scope="session")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A policy store of the tests' own."""
+    folder = tmp_path_factory.mktemp("policies")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("BIMVOX_POLICIES", str(folder))
+        yield folder
+
+
+@pytest.fixture(scope="session")
+def planned(store: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict]:
+    """Folder with model, site file and log, and the plan's document."""
+    folder = tmp_path_factory.mktemp("frame")
+    model = folder / "frame.ifc"
+    shutil.copy(SAMPLES / "frame.ifc", model)
+    init(model, folder / "frame.site.toml", voxel_size_m=0.5, progress=SilentProgress())
+    document = plan(folder / "frame.site.toml", folder / "frame.mcap", steps=STEPS, progress=SilentProgress())
+    return folder, document
+
+
+@pytest.fixture
+def site_folder(planned: tuple[Path, dict], store: Path, tmp_path: Path) -> Path:
+    """A fresh copy of the planned folder, to be changed."""
+    for source in planned[0].iterdir():
+        shutil.copy(source, tmp_path / source.name)
+    return tmp_path

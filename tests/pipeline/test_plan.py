@@ -1,0 +1,142 @@
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from bimvox.bim.read import read_building
+from bimvox.errors import FileError, NoPlanError, PolicyError
+from bimvox.log.reader import read_log
+from bimvox.planning.lift import Status
+from bimvox.planning.verify import verify_plan
+from pipeline.load_site import load_site
+from pipeline.plan import plan
+from pipeline.progress import SilentProgress
+from pipeline.site import init
+
+SAMPLES = Path(__file__).parents[2] / "sample_models"
+STEPS = 2_000
+
+
+def plan_again(folder: Path, name: str = "again.mcap", **options) -> dict:
+    return plan(folder / "frame.site.toml", folder / name, steps=STEPS, progress=SilentProgress(), **options)
+
+
+def obstruct(folder: Path, *obstructions: dict) -> Path:
+    file = folder / "obstructions.json"
+    file.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": list(obstructions)}))
+    return file
+
+
+def at_target(folder: Path, component: str) -> dict:
+    """A box inside a component's place."""
+    site = read_log(folder / "frame.mcap").plan.site
+    part = next(c for c in site.components if c.id == component)
+    low = site.frame.corner_of(part.target_vox) + 0.05
+    return {"id": "pallet", "box": {"min": low.tolist(), "max": (low + 0.2).tolist()}}
+
+
+def test_every_lift_of_the_frame_is_planned_proven_and_timed(planned):
+    folder, document = planned
+    assert document["verified"] is True
+    assert document["infeasible"] == []
+    assert len(document["lifts"]) == 8
+    for order, lift in enumerate(document["lifts"]):
+        assert lift["order"] == order
+        assert lift["status"] == "planned"
+        assert lift["method"] in ("policy", "search")
+        assert lift["moves"] >= lift["shortest_moves"] > 0
+        assert lift["duration_s"] >= lift["bound_s"] > 0
+    classes = [lift["ifc_class"] for lift in document["lifts"]]
+    assert classes == ["IfcColumn"] * 4 + ["IfcBeam"] * 4
+    assert verify_plan(read_log(folder / "frame.mcap").plan).verified
+
+
+def test_the_log_holds_the_plan_that_was_reported(planned):
+    folder, document = planned
+    log = read_log(folder / "frame.mcap")
+    assert [lift.moves for lift in log.plan.lifts] == [lift["moves"] for lift in document["lifts"]]
+    assert [m.loaded.duration_s for m in log.motions] == pytest.approx(
+        [d["duration_s"] for d in document["lifts"]], abs=2e-3
+    )
+    assert log.attachments["site.toml"] == (folder / "frame.site.toml").read_bytes()
+    assert log.metadata["policy"] == document["policy"]["id"]
+
+
+def test_the_same_inputs_and_seed_give_the_same_bytes(site_folder):
+    document = plan_again(site_folder)
+    assert document["policy"]["loaded"] is True
+    assert (site_folder / "again.mcap").read_bytes() == (site_folder / "frame.mcap").read_bytes()
+
+
+def test_a_blocked_place_makes_that_lift_infeasible_and_the_rest_goes_on(site_folder, planned):
+    column = planned[1]["lifts"][0]["component"]
+    document = plan_again(site_folder, obstructions=obstruct(site_folder, at_target(site_folder, column)))
+    assert document["verified"] is True
+    reasons = {item["component"]: item for item in document["infeasible"]}
+    assert reasons[column]["blocked_by"] == ["pallet"]
+    assert all(item["blocked_by"] for item in reasons.values())
+    log = read_log(site_folder / "again.mcap")
+    planned_again = [lift for lift in log.plan.lifts if lift.status is Status.PLANNED]
+    assert 0 < len(planned_again) < 8
+    assert verify_plan(log.plan).verified
+    assert "obstructions.json" in log.attachments
+
+
+def test_nothing_is_written_when_no_lift_can_be_planned(site_folder):
+    everywhere = {"id": "flood", "box": {"min": [-100, -100, 0], "max": [100, 100, 50]}}
+    with pytest.raises(NoPlanError, match="flood"):
+        plan_again(site_folder, "none.mcap", obstructions=obstruct(site_folder, everywhere))
+    assert not (site_folder / "none.mcap").exists()
+
+
+def test_the_log_may_not_overwrite_its_inputs(site_folder):
+    before = (site_folder / "frame.ifc").read_bytes()
+    with pytest.raises(FileError, match="overwrite"):
+        plan(site_folder / "frame.site.toml", site_folder / "frame.ifc", progress=SilentProgress())
+    assert (site_folder / "frame.ifc").read_bytes() == before
+
+
+def test_an_unknown_policy_is_refused(site_folder):
+    with pytest.raises(PolicyError):
+        plan_again(site_folder, policy="0123456789abcdef")
+    assert not (site_folder / "again.mcap").exists()
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["paper.ifc", "frame.ifc", "frame_ifc2x3_mm.ifc", "frame_georeferenced.ifc", "prefab.ifc", "yard.glb", "yard.stl"],
+)
+def test_init_writes_a_site_file_that_loads_without_edits(name, tmp_path):
+    document = init(SAMPLES / name, tmp_path / "s.site.toml", progress=SilentProgress())
+    tomllib.loads((tmp_path / "s.site.toml").read_text())
+    site = load_site(tmp_path / "s.site.toml", SilentProgress()).site
+    assert len(site.components) == document["components"] > 0
+    assert site.yard.any()
+
+
+@pytest.mark.parametrize("name", ["paper.site.toml", "yard.site.toml"])
+def test_the_sample_site_files_load(name):
+    assert load_site(SAMPLES / name, SilentProgress()).site.components
+
+
+def test_the_three_dialects_of_the_frame_give_one_site(tmp_path):
+    sites = []
+    for name in ("frame.ifc", "frame_ifc2x3_mm.ifc", "frame_georeferenced.ifc"):
+        init(SAMPLES / name, tmp_path / f"{name}.site.toml", voxel_size_m=0.25, progress=SilentProgress())
+        sites.append(load_site(tmp_path / f"{name}.site.toml", SilentProgress()).site)
+    for other in sites[1:]:
+        assert other.shape == sites[0].shape
+        assert [c.id for c in other.components] == [c.id for c in sites[0].components]
+        assert [c.target_vox for c in other.components] == [c.target_vox for c in sites[0].components]
+    assert read_building(SAMPLES / "frame_georeferenced.ifc").origin_m[:2].tolist() == [155000.0, 463000.0]
+
+
+def test_init_keeps_an_edited_site_file(tmp_path):
+    target = tmp_path / "s.site.toml"
+    target.write_text("mine")
+    with pytest.raises(FileError, match="exists"):
+        init(SAMPLES / "frame.ifc", target, progress=SilentProgress())
+    assert target.read_text() == "mine"
+    init(SAMPLES / "frame.ifc", target, force=True, progress=SilentProgress())
+    assert target.read_text() != "mine"

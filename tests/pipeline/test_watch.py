@@ -1,0 +1,145 @@
+import json
+import os
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from bimvox.log.reader import read_log
+from bimvox.planning.verify import verify_plan
+from pipeline.file_watch import changes, state_of
+from pipeline.progress import SilentProgress
+from pipeline.watch import revision_file, watch
+
+STEPS = 2_000
+
+
+def write(file: Path, *boxes: tuple) -> None:
+    obstructions = [{"id": name, "box": {"min": list(low), "max": list(high)}} for name, low, high in boxes]
+    file.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": obstructions}))
+
+
+def once(folder: Path, file: Path) -> list[dict]:
+    return list(
+        watch(
+            file,
+            site=folder / "frame.site.toml",
+            out=folder / "frame.mcap",
+            once=True,
+            steps=STEPS,
+            progress=SilentProgress(),
+        )
+    )
+
+
+def box_on_path(folder: Path, number: int) -> tuple:
+    """A box of one cell in the middle of a lift's path."""
+    plan = read_log(folder / "frame.mcap").plan
+    lift = plan.lifts[number]
+    low = plan.site.frame.corner_of(lift.path_vox[len(lift.path_vox) // 2]) + 0.1
+    return ("box", low.tolist(), (low + 0.2).tolist())
+
+
+def test_a_change_keeps_what_is_not_affected_and_replans_the_rest(site_folder):
+    file = site_folder / "obstructions.json"
+    before = read_log(site_folder / "frame.mcap").plan
+    write(file, box_on_path(site_folder, 5))
+    (event,) = once(site_folder, file)
+    assert event["event"] == "replanned"
+    assert event["changed_cells"] > 0
+    assert before.site.components[before.lifts[5].component].id in event["replanned"]
+    assert event["kept"]
+    after = read_log(site_folder / "frame.mcap").plan
+    assert verify_plan(after).verified
+    for old, new in zip(before.lifts, after.lifts, strict=True):
+        if before.site.components[old.component].id in event["kept"]:
+            assert (old.path_vox == new.path_vox).all()
+    assert read_log(revision_file(site_folder / "frame.mcap", event["revision"])).revision == event["revision"]
+
+
+def test_the_same_content_changes_nothing(site_folder):
+    file = site_folder / "obstructions.json"
+    write(file)
+    before = (site_folder / "frame.mcap").read_bytes()
+    (event,) = once(site_folder, file)
+    assert event["event"] == "unchanged"
+    assert (site_folder / "frame.mcap").read_bytes() == before
+
+
+@pytest.mark.parametrize("content", ["", "{", '{"version": 1, "unit": "m", "obstructions": [{"id": "a"}]}', "\0\0"])
+def test_content_that_cannot_be_used_changes_nothing(site_folder, content):
+    file = site_folder / "obstructions.json"
+    file.write_text(content)
+    before = (site_folder / "frame.mcap").read_bytes()
+    (event,) = once(site_folder, file)
+    assert event["event"] == "rejected"
+    assert event["message"]
+    assert (site_folder / "frame.mcap").read_bytes() == before
+
+
+def test_revisions_are_never_written_over(site_folder):
+    file = site_folder / "obstructions.json"
+    write(file, box_on_path(site_folder, 5))
+    first = once(site_folder, file)[0]
+    kept = revision_file(site_folder / "frame.mcap", first["revision"]).read_bytes()
+    write(file)
+    second = once(site_folder, file)[0]
+    assert second["revision"] == first["revision"] + 1
+    assert revision_file(site_folder / "frame.mcap", first["revision"]).read_bytes() == kept
+
+
+def collect(file: Path, stop: threading.Event, seen: list) -> threading.Thread:
+    def run() -> None:
+        seen.extend(state.digest for state in changes(file, tuple, stop, start))
+
+    start = state_of(file)
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    return thread
+
+
+def wait_for(seen: list, count: int, limit_s: float = 20.0) -> None:
+    deadline = time.monotonic() + limit_s
+    while len(seen) < count and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert len(seen) >= count
+
+
+def test_every_way_of_writing_is_noticed_and_a_touch_is_not(tmp_path):
+    file = tmp_path / "o.json"
+    file.write_text("one")
+    stop, seen = threading.Event(), []
+    thread = collect(file, stop, seen)
+    time.sleep(0.5)
+    os.utime(file)
+    file.write_text("two")
+    wait_for(seen, 1)
+    (tmp_path / "new").write_text("three")
+    (tmp_path / "new").replace(file)
+    wait_for(seen, 2)
+    file.unlink()
+    wait_for(seen, 3)
+    assert seen[2] is None
+    file.write_text("four")
+    wait_for(seen, 4)
+    stop.set()
+    thread.join(timeout=10)
+    assert not thread.is_alive()
+    assert len(set(seen)) == len(seen) == 4
+
+
+def test_a_link_to_a_file_elsewhere_is_followed(tmp_path):
+    (tmp_path / "real").mkdir()
+    (tmp_path / "links").mkdir()
+    real = tmp_path / "real" / "o.json"
+    real.write_text("one")
+    link = tmp_path / "links" / "o.json"
+    link.symlink_to(real)
+    stop, seen = threading.Event(), []
+    thread = collect(link, stop, seen)
+    time.sleep(0.5)
+    real.write_text("two")
+    wait_for(seen, 1)
+    stop.set()
+    thread.join(timeout=10)
