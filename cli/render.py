@@ -12,23 +12,43 @@ from cli.output import facts, open_output
 
 
 def render(
-    source: Annotated[Path, typer.Argument(metavar="FILE", help="A log, a grid or a model.")],
+    source: Annotated[Path, typer.Argument(metavar="FILE", help="A log, a site file, a grid or a model.")],
     out: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="OUT", help="Picture (.png), animation (.gif) or page (.html)."),
+        typer.Option("--output", "-o", metavar="OUT", help="The picture (.png). Default: the input's name."),
     ] = None,
     size: Annotated[
         str, typer.Option("--size", envvar="BIMVOX_SIZE", metavar="WxH", help="Size of the picture in pixels.")
     ] = "1280x800",
-    lift: Annotated[str | None, typer.Option("--lift", metavar="ID", help="Show this lift.")] = None,
+    lift: Annotated[
+        str | None,
+        typer.Option("--lift", metavar="ID", help="Show this lift of a log under way, not the finished building."),
+    ] = None,
+    azimuth: Annotated[
+        float | None,
+        typer.Option(
+            metavar="DEGREES", help="Where the eye stands, counter-clockwise from +x. Default: the yard in front."
+        ),
+    ] = None,
+    elevation: Annotated[
+        float | None, typer.Option(metavar="DEGREES", help="How high the eye stands, 5 to 89. Default: 28.")
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Draw a picture, an animation or a page."""
+    """Draw a picture of a plan, a site, a grid or a model."""
     from pipeline.render import render as run
 
     with open_output(as_json=json, quiet=quiet) as output:
-        document = run(source, out, size=_pixels(size), lift=lift, progress=output.progress)
+        document = run(
+            source,
+            out,
+            size=_pixels(size),
+            lift=lift,
+            azimuth_deg=azimuth,
+            elevation_deg=elevation,
+            progress=output.progress,
+        )
     raise typer.Exit(output.result(document, facts))
 
 

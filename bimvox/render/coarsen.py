@@ -25,7 +25,7 @@ def coarsened(scene: Scene) -> Scene:
 
 @kernel
 def _halved(solids: NDArray[np.unsignedinteger]) -> NDArray[np.unsignedinteger]:
-    """Join 2 x 2 x 2 cells: the solid of the most of them, if half of them are filled or one of them is a floor."""
+    """Join 2 x 2 x 2 cells: whatever solid fills most of them, so that thin parts stay."""
     nx, ny, nz = solids.shape
     out = np.zeros(((nx + 1) // 2, (ny + 1) // 2, (nz + 1) // 2), solids.dtype)
     for i in range(out.shape[0]):

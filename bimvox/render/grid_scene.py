@@ -21,8 +21,8 @@ _UNOWNED: dict[Label, Rgb] = {Label.GROUND: GROUND, Label.STRUCTURE: STRUCTURE, 
 
 def scene_of_grid(grid: VoxelGrid, *, title: str = "") -> Scene:
     """Return the picture of a grid: parts by class, what is not lifted in gray, on a floor that takes the shadow."""
-    classes = [name for name, _ in Counter(p.ifc_class for p in grid.parts if p.label is Label.COMPONENT).most_common()]
-    rgb_of_class = {name: CLASSES[min(n, len(CLASSES) - 1)] for n, name in enumerate(sorted_by_count(classes))}
+    counts = Counter(part.ifc_class for part in grid.parts if part.label is Label.COMPONENT)
+    rgb_of_class = {name: CLASSES[min(n, len(CLASSES) - 1)] for n, (name, _) in enumerate(counts.most_common())}
     others = list(_UNOWNED)
     dtype = index_type(len(grid.parts) + len(others) + 2)
     # 0 nothing, 1 floor, then labels of cells that no part owns, then parts.
@@ -38,7 +38,6 @@ def scene_of_grid(grid: VoxelGrid, *, title: str = "") -> Scene:
     for n, part in enumerate(grid.parts):
         palette[first + n] = _rgb_of(part, rgb_of_class)
     frame, solids = on_floor(grid.frame, solids)
-    counts = Counter(part.ifc_class for part in grid.parts if part.label is Label.COMPONENT)
     legend = [LegendEntry(f"{name} ({counts[name]})", rgb_of_class[name]) for name in rgb_of_class]
     rest = Counter(part.label for part in grid.parts if part.label is not Label.COMPONENT)
     if rest[Label.STRUCTURE]:
@@ -55,11 +54,6 @@ def scene_of_grid(grid: VoxelGrid, *, title: str = "") -> Scene:
         title=title or str(grid.source.get("name", "")),
         caption=f"{len(grid.parts):,} parts, {x} x {y} x {z} cells of {grid.frame.voxel_size_m:g} m, {filled:,} filled",
     )
-
-
-def sorted_by_count(names: list[str]) -> list[str]:
-    """Return the names as counted; kept apart so that equal counts keep the order of the file."""
-    return names
 
 
 def on_floor(frame: GridFrame, solids: NDArray[np.unsignedinteger]) -> tuple[GridFrame, NDArray[np.unsignedinteger]]:

@@ -58,7 +58,8 @@ def scene_of_plan(
 
     Args:
         site: What was planned.
-        lifts: Its lifts, ascending order.
+        lifts: Its lifts, ascending order. Planned lifts without a path (those that an extract of a log does not
+            carry) show their part, but no way.
         motions: The motions of the planned ones; none without a crane.
         moment: Which lift to show under way; None for the finished building.
         title: Default: the site's name.
@@ -74,25 +75,24 @@ def scene_of_plan(
         raise InputError(f"there is no lift {moment.order}", hint=f"orders go from 0 to {len(lifts) - 1}")
     if lift.path_vox is None or lift.place is None:
         component = site.components[lift.component]
-        raise InputError(
-            f"{component.id}: this lift has no path to show, it is infeasible: {lift.reason}",
-            hint="choose a lift that is planned",
-        )
+        why = f"it is infeasible: {lift.reason}" if lift.status is Status.INFEASIBLE else "the log does not carry it"
+        raise InputError(f"{component.id}: this lift has no path to show; {why}", hint="choose a lift that has one")
     return _under_way(site, lifts, lift, by_order.get(lift.order), moment.share, title or site.name)
 
 
 def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotion], title: str) -> Scene:
-    planned = [lift for lift in lifts if lift.path_vox is not None]
+    planned = [lift for lift in lifts if lift.status is Status.PLANNED]
+    drawn = [lift for lift in planned if lift.path_vox is not None]
     missing = [site.components[lift.component] for lift in lifts if lift.status is Status.INFEASIBLE]
     canvas = site_canvas(site, len(lifts))
     for lift in planned:
         canvas.paint(_target_cells(site.components[lift.component]), ASSEMBLED)
     legend = [*site_legend(site), LegendEntry(f"assembled ({len(planned)})", ASSEMBLED)]
     strokes: list[Strokes] = []
-    few = len(planned) <= FEW
-    shown = planned if few else planned[-1:]
+    few = len(drawn) <= FEW
+    shown = drawn if few else drawn[-1:]
     starts = [(lift.place.shape, lift.place.cell_vox) for lift in shown if lift.place is not None]
-    strokes.append(boxes_strokes(site, starts, START_BOX))
+    strokes.append(boxes_strokes(site, starts, START_BOX, width_px=2.0 if len(starts) < 3 else 1.3))
     strokes.append(boxes_strokes(site, [(part.shape, part.target_vox) for part in missing], TARGET_BOX))
     strokes += [_path_strokes(site, lift, motions.get(lift.order), strong=not few) for lift in shown]
     if starts:
@@ -101,7 +101,7 @@ def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotio
         legend.append(LegendEntry(f"target, not placed ({len(missing)})", TARGET_BOX, Swatch.BOX))
     if shown:
         legend.append(LegendEntry("path" if few else "path of the last lift", PATH, Swatch.LINE))
-    pose = _pose_at_end(motions[planned[-1].order]) if planned and planned[-1].order in motions else None
+    pose = _pose_at_end(motions[drawn[-1].order]) if drawn and drawn[-1].order in motions else None
     hours = f", {_hours(max(m.end_ns for m in motions.values()))} of crane time" if motions else ""
     caption = f"{len(planned):,} of {len(lifts):,} parts placed{hours}"
     return _scene(site, canvas.solids, canvas.palette, strokes, legend, title, caption, pose)
@@ -113,7 +113,7 @@ def _under_way(
     assert lift.place is not None
     component = site.components[lift.component]
     arrived = share >= _ARRIVED
-    placed = [other for other in lifts if other.path_vox is not None and other.order < lift.order]
+    placed = [other for other in lifts if other.status is Status.PLANNED and other.order < lift.order]
     # A delivery comes when every lift of the earlier ones is done: only this lift's own lies in the yard.
     stored = [
         other

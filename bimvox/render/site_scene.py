@@ -48,7 +48,7 @@ def scene_of_site(site: Site, *, title: str = "") -> Scene:
     for component in given:
         shape, cell = given_place(component)
         canvas.paint(shape.cells + np.array(cell), UNBUILT)
-        strokes.append(box_strokes(site, shape, cell, START_BOX))
+        strokes.append(boxes_strokes(site, [(shape, cell)], START_BOX))
     if given:
         legend.append(LegendEntry(f"in the yard ({len(given)})", UNBUILT))
     parts = crane_parts(site.crane, parked_pose(site)) if site.crane else None
@@ -98,13 +98,10 @@ def site_legend(site: Site) -> list[LegendEntry]:
     return legend
 
 
-def box_strokes(site: Site, shape: Shape, cell: IntVec, rgb: tuple[int, int, int]) -> Strokes:
-    """Return the wireframe box around a shape at a cell, a little wider than the shape so that it is seen."""
-    return boxes_strokes(site, [(shape, cell)], rgb)
-
-
-def boxes_strokes(site: Site, places: Iterable[tuple[Shape, IntVec]], rgb: tuple[int, int, int]) -> Strokes:
-    """Return the wireframe boxes around shapes at cells, drawn as one."""
+def boxes_strokes(
+    site: Site, places: Iterable[tuple[Shape, IntVec]], rgb: tuple[int, int, int], *, width_px: float = 2.0
+) -> Strokes:
+    """Return the wireframe boxes around shapes at cells, a little wider than the shapes so that they are seen."""
     edges = []
     grow = min(0.12 * site.frame.voxel_size_m, 0.05)
     for shape, cell in places:
@@ -112,7 +109,7 @@ def boxes_strokes(site: Site, places: Iterable[tuple[Shape, IntVec]], rgb: tuple
         high = site.frame.corner_of(np.array(cell) + np.array(shape.size_vox))
         edges.append(box_edges(low - grow, high + grow))
     segments = np.concatenate(edges) if edges else np.zeros((0, 2, 3))
-    return Strokes(segments, rgb, width_px=2.0, hidden_opacity=0.5)
+    return Strokes(segments, rgb, width_px=width_px, hidden_opacity=0.5)
 
 
 def given_place(component: Component) -> tuple[Shape, IntVec]:
