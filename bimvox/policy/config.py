@@ -47,7 +47,7 @@ class DqnConfig:
     reward: str = "shaped"
     discount: float = 0.9
     learning_rate: float = 1e-3
-    batch_size: int = 256
+    batch_size: int = 128
     buffer_size: int = 50_000
     learning_starts: int = 512
     lifts: int = 64
@@ -63,7 +63,7 @@ class DqnConfig:
     test_every: int = 2_000
     test_starts: int = 256
     required_success: float = 1.0
-    required_ratio: float = 1.02
+    required_ratio: float = 1.05
 
     def __post_init__(self) -> None:
         if self.reward not in REWARDS:
