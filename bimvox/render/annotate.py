@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from bimvox.render.colours import FAINT_INK, INK
+from bimvox.render.colours import FAINT_INK, INK, PAPER
 from bimvox.render.scene import LegendEntry, Scene, Swatch
 
 Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
 
 _LEAST_TEXT_PX = 9
+_FADE = 0.85
 
 
 def frame_for(scene: Scene, size_px: tuple[int, int]) -> tuple[float, float, float, float]:
@@ -30,11 +31,14 @@ def frame_for(scene: Scene, size_px: tuple[int, int]) -> tuple[float, float, flo
 
 
 def annotate(pixels: NDArray[np.uint8], scene: Scene) -> NDArray[np.uint8]:
-    """Return the picture with the scene's title, caption and legend."""
+    """Return the picture with the scene's title, caption and legend; what runs behind the legend fades."""
+    size_px = (pixels.shape[1], pixels.shape[0])
+    margin = _margin(size_px)
+    legend_top = size_px[1] - 0.7 * margin - len(_legend_rows(scene.legend, size_px)) * _row_height(size_px)
+    if scene.legend:
+        pixels = _faded(pixels, round(legend_top - 0.3 * margin))
     image = Image.fromarray(pixels)
     draw = ImageDraw.Draw(image)
-    size_px = image.size
-    margin = _margin(size_px)
     y = 0.8 * margin
     if scene.title:
         font = _font(_title_px(size_px))
@@ -43,15 +47,22 @@ def annotate(pixels: NDArray[np.uint8], scene: Scene) -> NDArray[np.uint8]:
     if scene.caption:
         font = _font(_text_px(size_px))
         draw.text((margin, y), _shortened(scene.caption, font, size_px[0] - 2 * margin), fill=FAINT_INK, font=font)
-    rows = _legend_rows(scene.legend, size_px)
-    y = size_px[1] - 0.7 * margin - len(rows) * _row_height(size_px)
-    for row in rows:
+    y = legend_top
+    for row in _legend_rows(scene.legend, size_px):
         x = margin
         for entry in row:
             _draw_entry(draw, entry, x, y, size_px)
             x += _entry_width(entry, size_px)
         y += _row_height(size_px)
     return np.asarray(image)
+
+
+def _faded(pixels: NDArray[np.uint8], first_row: int) -> NDArray[np.uint8]:
+    """Return the picture with the rows from ``first_row`` on nearly gone: a crane's jib may run through them."""
+    faded = pixels.copy()
+    below = pixels[first_row:].astype(np.float32)
+    faded[first_row:] = (below + _FADE * (np.array(PAPER, np.float32) - below) + 0.5).astype(np.uint8)
+    return faded
 
 
 def _draw_entry(draw: ImageDraw.ImageDraw, entry: LegendEntry, x: float, y: float, size_px: tuple[int, int]) -> None:

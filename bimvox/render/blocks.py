@@ -9,11 +9,9 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.render.camera import Camera
-from bimvox.render.light import Light
+from bimvox.render.light import Light, light_on
 from bimvox.render.raycast import Buffers
 from bimvox.render.scene import Block
-
-_SKY = 0.62
 
 
 def corners_m(block: Block) -> NDArray[np.float64]:
@@ -26,7 +24,6 @@ def corners_m(block: Block) -> NDArray[np.float64]:
 def draw_blocks(buffers: Buffers, blocks: Sequence[Block], camera: Camera, light: Light, first_solid: int) -> None:
     """Draw blocks into the buffers; the n-th becomes solid number ``first_solid + n``."""
     height, width = buffers.solid.shape
-    sun = light.directions(1)[0]
     lens = np.array([camera.focal_px, *camera.centre_px])
     axes = np.stack([camera.right, camera.up, camera.forward])
     for n, block in enumerate(blocks):
@@ -37,17 +34,7 @@ def draw_blocks(buffers: Buffers, blocks: Sequence[Block], camera: Camera, light
             continue
         to_block = np.linalg.inv(block.half_m.T)
         normals = block.half_m / np.linalg.norm(block.half_m, axis=1, keepdims=True)
-        # The same light as on cells: sky on all faces, more on those that look up; sun on those that face it.
-        facing = np.array(
-            [
-                [
-                    _SKY * (0.95 + 0.05 * side * normal[2])
-                    + (1.0 - _SKY) * max(0.0, side * float(normal @ sun)) / sun[2]
-                    for side in (-1.0, 1.0)
-                ]
-                for normal in normals
-            ]
-        )
+        facing = light_on(np.concatenate([-normals, normals]), light).sum(axis=1).reshape(2, 3).T.copy()
         _draw_block(
             to_block @ (camera.eye_m - block.centre_m), to_block @ axes.T, lens, facing, first_solid + n,
             low[0], low[1], high[0], high[1], buffers.solid, buffers.plane, buffers.depth_m, buffers.light,

@@ -13,6 +13,7 @@ from bimvox.grid.voxel_grid import Part, VoxelGrid
 from bimvox.render.colours import CLASSES, FLOOR, GROUND, OBSTRUCTION, STRUCTURE, Rgb
 from bimvox.render.scene import LegendEntry, Scene
 from bimvox.render.solids import index_type
+from bimvox.render.words import counted
 
 _FLOOR_SHARE = 0.12
 """Width of the floor around the building, as a share of its longer side."""
@@ -20,7 +21,10 @@ _UNOWNED: dict[Label, Rgb] = {Label.GROUND: GROUND, Label.STRUCTURE: STRUCTURE, 
 
 
 def scene_of_grid(grid: VoxelGrid, *, title: str = "") -> Scene:
-    """Return the picture of a grid: parts by class, what is not lifted in gray, on a floor that takes the shadow."""
+    """Return the picture of a grid: parts by class, what is not lifted in gray.
+
+    Where there is no ground, a floor takes the shadow.
+    """
     counts = Counter(part.ifc_class for part in grid.parts if part.label is Label.COMPONENT)
     rgb_of_class = {name: CLASSES[min(n, len(CLASSES) - 1)] for n, (name, _) in enumerate(counts.most_common())}
     others = list(_UNOWNED)
@@ -37,7 +41,8 @@ def scene_of_grid(grid: VoxelGrid, *, title: str = "") -> Scene:
     palette[2:first] = [_UNOWNED[label] for label in others]
     for n, part in enumerate(grid.parts):
         palette[first + n] = _rgb_of(part, rgb_of_class)
-    frame, solids = on_floor(grid.frame, solids)
+    has_ground = bool((grid.labels == Label.GROUND).any())
+    frame, solids = (grid.frame, solids) if has_ground else on_floor(grid.frame, solids)
     legend = [LegendEntry(f"{name} ({counts[name]})", rgb_of_class[name]) for name in rgb_of_class]
     rest = Counter(part.label for part in grid.parts if part.label is not Label.COMPONENT)
     if rest[Label.STRUCTURE]:
@@ -45,6 +50,7 @@ def scene_of_grid(grid: VoxelGrid, *, title: str = "") -> Scene:
     if rest[Label.GROUND]:
         legend.append(LegendEntry("ground", GROUND))
     x, y, z = grid.shape
+    cells = f"{x} x {y} x {z} cells of {grid.frame.voxel_size_m:g} m"
     filled = int(np.count_nonzero(grid.labels))
     return Scene(
         frame=frame,
@@ -52,7 +58,7 @@ def scene_of_grid(grid: VoxelGrid, *, title: str = "") -> Scene:
         palette=palette,
         legend=tuple(legend),
         title=title or str(grid.source.get("name", "")),
-        caption=f"{len(grid.parts):,} parts, {x} x {y} x {z} cells of {grid.frame.voxel_size_m:g} m, {filled:,} filled",
+        caption=f"{counted(len(grid.parts), 'part')}, {cells}, {filled:,} filled",
     )
 
 

@@ -34,7 +34,7 @@ class Light:
     radius_deg: float = _SUN_RADIUS_DEG
 
     def directions(self, samples: int) -> NDArray[np.float64]:
-        """Return a direction towards the sun for each sample of a pixel: (samples * samples, 3), spread over its disc."""
+        """Return a direction towards the sun's disc for each sample of a pixel: (samples * samples, 3)."""
         at = (np.arange(samples) + 0.5) / samples * 2.0 - 1.0 if samples > 1 else np.zeros(1)
         across, along = np.meshgrid(at, at)
         # A turned lattice, so that shadows of upright and level edges both get all the steps of a soft rim.
@@ -53,17 +53,23 @@ def light_for(view: View) -> Light:
     return Light(view.azimuth_deg - _SUN_LEFT_DEG)
 
 
-def face_light(light: Light) -> NDArray[np.float64]:
-    """Return the light on each of the six faces (-x, +x, -y, +y, -z, +z): (6, 2) sky, sun.
+def light_on(normals: NDArray[np.float64], light: Light) -> NDArray[np.float64]:
+    """Return the light on faces with these unit normals: (N, 3) -> (N, 2) from the sky, from the sun.
 
     Level ground in the open sun has 1 in all: it is drawn in its very colour.
     """
     sun = light.directions(1)[0]
-    normals = np.array([[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]], np.float64)
-    direct = (1.0 - _SKY) * np.maximum(normals @ sun, 0.0) / sun[2]
+    rise = normals[:, 2]
     # A wall sees half the sky, and light from the ground instead of the other half.
-    sky = _SKY * np.array([1.05, 1.05, 1.05, 1.05, 0.8, 1.0])
+    sky = _SKY * (1.05 - 0.05 * np.maximum(rise, 0.0) - 0.25 * np.maximum(-rise, 0.0))
+    direct = (1.0 - _SKY) * np.maximum(normals @ sun, 0.0) / sun[2]
     return np.stack([sky, direct], axis=1)
+
+
+def face_light(light: Light) -> NDArray[np.float64]:
+    """Return the light on the six faces of a cell (-x, +x, -y, +y, -z, +z): (6, 2) from the sky, from the sun."""
+    normals = np.array([[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1]], np.float64)
+    return light_on(normals, light)
 
 
 def sky_density(solids: NDArray[np.unsignedinteger], voxel_size_m: float) -> tuple[NDArray[np.float32], int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from bimvox.render.raycast import cast, cropped
 from bimvox.render.scene import Scene
 from bimvox.render.strokes import draw_strokes
 
-_SMALLEST_PX, _LARGEST_PX = 16, 8192
+_SMALLEST_PX, _LARGEST_PX = 16, 4096
 _CELL_LINES_FROM_PX, _FACE_EDGES_FROM_PX = 9.0, 2.0
 
 
@@ -36,7 +36,7 @@ class PictureOptions:
     """
 
     size_px: tuple[int, int] = (1280, 800)
-    view: View = View()
+    view: View = field(default_factory=View)
     samples: int = 2
     annotated: bool = True
 

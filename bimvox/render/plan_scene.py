@@ -23,6 +23,7 @@ from bimvox.render.colours import (
 from bimvox.render.crane_parts import crane_parts
 from bimvox.render.scene import LegendEntry, Scene, Strokes, Swatch, polyline
 from bimvox.render.site_scene import boxes_strokes, parked_pose, site_canvas, site_legend
+from bimvox.render.words import clock, counted, hours
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import Site
 from bimvox.trajectory.load_frame import cells_of_axes, load_frame
@@ -102,8 +103,8 @@ def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotio
     if shown:
         legend.append(LegendEntry("path" if few else "path of the last lift", PATH, Swatch.LINE))
     pose = _pose_at_end(motions[drawn[-1].order]) if drawn and drawn[-1].order in motions else None
-    hours = f", {_hours(max(m.end_ns for m in motions.values()))} of crane time" if motions else ""
-    caption = f"{len(planned):,} of {len(lifts):,} parts placed{hours}"
+    crane_time = f", {hours(max(m.end_ns for m in motions.values()))} of crane time" if motions else ""
+    caption = f"{len(planned):,} of {counted(len(lifts), 'part')} placed{crane_time}"
     return _scene(site, canvas.solids, canvas.palette, strokes, legend, title, caption, pose)
 
 
@@ -149,9 +150,9 @@ def _under_way(
         LegendEntry("path", PATH, Swatch.LINE),
     ]
     name = f" {component.name}" if component.name and component.name != component.id else ""
-    clock = f", at {_clock(_time_ns(motion, share))}" if motion else ""
+    at_clock = f", at {clock(_time_ns(motion, share))}" if motion else ""
     caption = (
-        f"Lift {lift.order + 1:,} of {len(lifts):,}{clock}: {component.ifc_class}{name}, {component.id}, "
+        f"Lift {lift.order + 1:,} of {len(lifts):,}{at_clock}: {component.ifc_class}{name}, {component.id}, "
         f"{component.mass_kg / 1000.0:.2f} t"
     )
     load_m = None
@@ -252,14 +253,3 @@ def _scene(
         caption=caption,
         points_m=parts.points_m if parts else np.zeros((0, 3)),
     )
-
-
-def _hours(time_ns: int) -> str:
-    minutes = round(time_ns / 60e9)
-    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min"
-
-
-def _clock(time_ns: int) -> str:
-    """Hours, minutes and seconds on the site's clock."""
-    seconds = round(time_ns / 1e9)
-    return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"

@@ -214,7 +214,7 @@ def openness(
 @kernel
 def _filled(solids: NDArray[np.unsignedinteger], i: int, j: int, k: int) -> bool:
     nx, ny, nz = solids.shape
-    return 0 <= i < nx and 0 <= j < ny and 0 <= k < nz and solids[i, j, k] != 0
+    return 0 <= i < nx and 0 <= j < ny and 0 <= k < nz and bool(solids[i, j, k])
 
 
 @kernel

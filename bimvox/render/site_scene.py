@@ -1,4 +1,4 @@
-"""The picture of a site: ground and areas, what stands there, what is in the way, the crane, the building as designed."""
+"""The picture of a site: ground, areas, what stands there, what is in the way, the crane, the building as designed."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import CranePose
 from bimvox.grid.labels import Label
+from bimvox.planning.yard import storage_poses
 from bimvox.render.camera import View
 from bimvox.render.colours import (
     ASSEMBLED,
@@ -24,6 +25,7 @@ from bimvox.render.colours import (
 from bimvox.render.crane_parts import crane_parts
 from bimvox.render.scene import LegendEntry, Scene, Strokes, box_edges
 from bimvox.render.solids import Canvas
+from bimvox.render.words import counted
 from bimvox.site.component import Component, IntVec, Shape
 from bimvox.site.shape import stored_shape
 from bimvox.site.site import Site
@@ -52,7 +54,8 @@ def scene_of_site(site: Site, *, title: str = "") -> Scene:
     if given:
         legend.append(LegendEntry(f"in the yard ({len(given)})", UNBUILT))
     parts = crane_parts(site.crane, parked_pose(site)) if site.crane else None
-    size = " x ".join(f"{n * site.frame.voxel_size_m:g}" for n in site.shape)
+    size_m = site.frame.voxel_size_m
+    extent = " x ".join(f"{n * size_m:g}" for n in site.shape)
     mass_t = sum(component.mass_kg for component in site.components) / 1000.0
     return Scene(
         frame=site.frame,
@@ -62,7 +65,7 @@ def scene_of_site(site: Site, *, title: str = "") -> Scene:
         blocks=parts.blocks if parts else (),
         legend=tuple(legend),
         title=title or site.name,
-        caption=f"{len(site.components):,} parts, {mass_t:,.1f} t; {size} m in cells of {site.frame.voxel_size_m:g} m",
+        caption=f"{counted(len(site.components), 'part')}, {mass_t:,.1f} t; {extent} m in cells of {size_m:g} m",
         points_m=parts.points_m if parts else np.zeros((0, 3)),
     )
 
@@ -114,8 +117,6 @@ def boxes_strokes(
 
 def given_place(component: Component) -> tuple[Shape, IntVec]:
     """Return how and where a component lies whose place the site file gives."""
-    from bimvox.planning.yard import storage_poses
-
     assert component.start_vox is not None
     pose = component.stored_pose or storage_poses(component)[0]
     return stored_shape(component.shape, pose), component.start_vox

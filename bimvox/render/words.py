@@ -1,0 +1,20 @@
+"""Numbers as words for captions."""
+
+from __future__ import annotations
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun: ``1 part``, ``1,200 parts``."""
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
+def hours(time_ns: int) -> str:
+    """Return a span in hours and minutes: ``11 h 27 min``."""
+    minutes = round(time_ns / 60e9)
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min"
+
+
+def clock(time_ns: int) -> str:
+    """Return a time on the site's clock in hours, minutes and seconds: ``5:56:19``."""
+    seconds = round(time_ns / 1e9)
+    return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"

@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bimvox.errors import InputError
+from bimvox.grid.frame import GridFrame
+from bimvox.grid.labels import Label
+from bimvox.grid.voxel_grid import NO_OWNER, Part, VoxelGrid
+from bimvox.render.grid_scene import scene_of_grid
+from bimvox.render.picture import PictureOptions, picture_of
+
+
+def part(name: str, ifc_class: str, label: Label = Label.COMPONENT) -> Part:
+    return Part(name, name, ifc_class, name, "component", label, 1, 1.0, 1.0, "winding")
+
+
+def grid_of(boxes, *, ground: bool = False) -> VoxelGrid:
+    """boxes: (class, label, low, high) in cells."""
+    labels = np.zeros((14, 12, 8), np.uint8)
+    owners = np.full(labels.shape, NO_OWNER, np.int32)
+    if ground:
+        labels[:, :, 0] = Label.GROUND
+    for n, (_, label, low, high) in enumerate(boxes):
+        box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
+        labels[box], owners[box] = label, n
+    parts = tuple(part(f"p{n}", ifc_class, label) for n, (ifc_class, label, _, _) in enumerate(boxes))
+    nothing = np.empty(0, np.int32)
+    return VoxelGrid(
+        GridFrame((0.0, 0.0, 0.0), 0.5), labels, owners, parts, nothing.reshape(0, 3), nothing, np.empty(0, np.float32)
+    )
+
+
+BOXES = [
+    ("IfcBeam", Label.COMPONENT, (1, 9, 0), (13, 11, 2)),
+    ("IfcColumn", Label.COMPONENT, (2, 2, 0), (4, 4, 4)),
+    ("IfcColumn", Label.COMPONENT, (10, 2, 0), (12, 4, 4)),
+    ("IfcFooting", Label.STRUCTURE, (5, 5, 0), (9, 8, 1)),
+]
+
+
+def test_every_colour_of_the_legend_is_in_the_picture():
+    scene = scene_of_grid(grid_of(BOXES), title="grid")
+    picture = picture_of(scene, PictureOptions(size_px=(480, 320), annotated=False)).reshape(-1, 3).astype(int)
+    assert [entry.label for entry in scene.legend] == ["IfcColumn (2)", "IfcBeam (1)", "not lifted (1)"]
+    for entry in scene.legend:
+        # Level faces in the sun have the very colour; rounding and the sky's share may take a little.
+        assert (np.abs(picture - entry.rgb).max(axis=1) <= 6).any(), entry.label
+
+
+def test_parts_of_a_class_share_a_colour_but_not_a_number():
+    scene = scene_of_grid(grid_of(BOXES))
+    numbers = np.unique(scene.solids)
+    assert len(numbers) == 1 + 1 + 4  # nothing, floor, four parts
+    colours = {tuple(row) for row in scene.palette[-3:-1].tolist()}
+    assert len(colours) == 1
+
+
+def test_a_floor_is_laid_only_where_there_is_no_ground():
+    floor = scene_of_grid(grid_of(BOXES))
+    assert (floor.solids[:, :, 0] == 1).all()
+    assert floor.frame.origin_m[2] == -0.5
+    assert floor.solids.shape[0] > 14
+    ground = scene_of_grid(grid_of(BOXES[:1], ground=True))
+    assert ground.solids.shape == (14, 12, 8)
+    assert not (ground.solids == 1).any()
+
+
+def test_the_floor_does_not_move_the_building():
+    grid = grid_of(BOXES)
+    scene = scene_of_grid(grid)
+    beam = np.argwhere(grid.owners == 0).mean(axis=0)
+    number = scene.solids[tuple((scene.frame.cell_of(grid.frame.centre_of(np.array([5, 10, 1])))).tolist())]
+    drawn = np.argwhere(scene.solids == number).mean(axis=0)
+    np.testing.assert_allclose(scene.frame.centre_of(drawn), grid.frame.centre_of(beam))
+
+
+def test_an_empty_grid_is_an_error_that_says_so():
+    with pytest.raises(InputError, match="nothing to draw"):
+        picture_of(scene_of_grid(grid_of([])))
