@@ -144,9 +144,10 @@ def _model_scene(source: Path, progress: Progress) -> Scene:
 
 
 def _order_of(log: PlanLog, name: str) -> int:
-    """Return the order of the lift whose component has this id, GlobalId or name."""
+    """Return the order of the lift that has this number, or whose component has this id, GlobalId or name."""
     components = log.plan.site.components
-    orders = {components[lift.component].id: lift.order for lift in log.all_lifts}
+    orders = {str(lift.order): lift.order for lift in log.all_lifts}
+    orders |= {components[lift.component].id: lift.order for lift in log.all_lifts}
     if name in orders:
         return orders[name]
     same = [component for component in components if name in (component.global_id, component.name)]

@@ -67,14 +67,20 @@ def init(
     examples = [element.id for element in building.elements if element.role is Role.COMPONENT][:2]
     write_atomically(target, site_toml(config, example_ids=examples).encode(), inputs=[model])
     progress.finish()
+    pinned = [entry.global_id for entry in config.component if entry.pinned]
+    if pinned:
+        progress.note(
+            f"{len(pinned)} slabs on the ground too heavy for any built-in crane are taken as cast in place "
+            "([[component]] pinned = true in the site file)"
+        )
     roles = [element.role for element in building.elements]
     crane = config.crane
     return {
         "site": str(target),
         "model": str(model),
         "voxel_size_m": config.model.voxel_size_m,
-        "components": roles.count(Role.COMPONENT),
-        "structure": roles.count(Role.STRUCTURE),
+        "components": roles.count(Role.COMPONENT) - len(pinned),
+        "structure": roles.count(Role.STRUCTURE) + len(pinned),
         "crane": crane.name if crane is not None and crane.kind != "none" else None,
         "notes": list(building.notes),
         "seconds": progress.seconds,

@@ -8,33 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.crane.tower_crane import LoadChart
-from bimvox.errors import InputError
-
-
-def check_chart(chart: LoadChart) -> None:
-    """Refuse a chart that is none.
-
-    Raises:
-        InputError: If it is empty, its lists differ in length, a number is not positive and finite, the radii do not
-            ascend, or the capacity grows with the radius.
-    """
-    if len(chart.radius_m) != len(chart.capacity_kg) or not chart.radius_m:
-        raise InputError(
-            f"a load chart with {len(chart.radius_m)} radii and {len(chart.capacity_kg)} capacities",
-            hint="give one capacity per radius, at least one pair",
-        )
-    for name, values in (("radius_m", chart.radius_m), ("capacity_kg", chart.capacity_kg)):
-        bad = [value for value in values if not 0.0 < value < float("inf")]
-        if bad:
-            raise InputError(f"load chart: {name} holds {bad[0]:g}", hint="every value must be positive and finite")
-    for i in range(1, len(chart.radius_m)):
-        if chart.radius_m[i] <= chart.radius_m[i - 1]:
-            raise InputError(f"load chart: radius {chart.radius_m[i]:g} m does not ascend", hint="sort it by radius")
-        if chart.capacity_kg[i] > chart.capacity_kg[i - 1]:
-            raise InputError(
-                f"load chart: capacity grows to {chart.capacity_kg[i]:g} kg at {chart.radius_m[i]:g} m",
-                hint="capacity cannot grow with the radius; check the pairs",
-            )
 
 
 @overload

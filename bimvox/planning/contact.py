@@ -32,6 +32,10 @@ _WAYS_TRIED = 8
 _THICKEST_SHARE = 0.45  # moving a surface inward further than that would turn the part inside out
 
 
+_Pair = tuple[fcl.CollisionObject, fcl.CollisionObject]
+"""A part with its surface moved inward, and as it is."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Solid:
     """One thing that can touch: a component at its place, or fixed structure.
@@ -159,21 +163,18 @@ class Contacts:
         return key
 
     def _find_clashes(self) -> tuple[ModelledClash, ...]:
-        shapes: dict[int, fcl.CollisionObject] = {}
+        shapes: dict[int, tuple[fcl.CollisionObject, fcl.CollisionObject]] = {}
         clashes = []
         for first in range(self._component_count):
-            pairs = [n for n in self.neighbours[first] if n > first]
-            pairs = [n for n in pairs if self._boxes_overlap(first, n)]
-            if not pairs:
-                continue
-            inner = _bvh(self.eroded_m(first))
-            for second in pairs:
-                if second not in shapes:
-                    shapes[second] = _bvh(self._triangles[second])
-                inner.setTranslation(np.zeros(3))
-                if not fcl.collide(inner, shapes[second]):
+            for second in self.neighbours[first]:
+                if second < first or not self._boxes_overlap(first, second):
                     continue
-                way_m = self._way_out_as_drawn_m(first, second, inner, shapes[second])
+                for number in (first, second):
+                    if number not in shapes:
+                        shapes[number] = (_bvh(self.eroded_m(number)), _bvh(self._triangles[number]))
+                if not _meet(shapes[first], shapes[second], _NOWHERE):
+                    continue
+                way_m = self._way_out_as_drawn_m(first, second, shapes[first], shapes[second])
                 self._ways_out_m[first, second] = way_m
                 clashes.append(_clash(self.solids[first].id, self.solids[second].id, way_m))
         return tuple(clashes)
@@ -182,9 +183,7 @@ class Contacts:
         a, b = self.bounds_m[first], self.bounds_m[second]
         return bool((a[0] < b[1]).all() and (b[0] < a[1]).all())
 
-    def _way_out_as_drawn_m(
-        self, first: int, second: int, inner: fcl.CollisionObject, other: fcl.CollisionObject
-    ) -> NDArray[np.float64] | None:
+    def _way_out_as_drawn_m(self, first: int, second: int, one: _Pair, other: _Pair) -> NDArray[np.float64] | None:
         """The shortest straight way along an axis that takes one part out of the other; None beyond the reach."""
         (low, high), (other_low, other_high) = self.bounds_m[first], self.bounds_m[second]
         shortest_m, way_m = _DEPTH_REACH_M, None
@@ -202,12 +201,22 @@ class Contacts:
                     if out_m >= shortest_m:
                         break
                     moved_m = direction * out_m * np.eye(3)[axis]
-                    inner.setTranslation(moved_m)
                     point_m = self._triangles[first][0].mean(axis=0) + moved_m
-                    if not fcl.collide(inner, other) and crossings_above(self._triangles[second], point_m) % 2 == 0:
+                    outside = crossings_above(self._triangles[second], point_m) % 2 == 0
+                    if outside and not _meet(one, other, moved_m):
                         shortest_m, way_m = out_m, moved_m
                         break
         return way_m
+
+
+def _meet(one: _Pair, other: _Pair, moved_m: NDArray[np.float64]) -> bool:
+    """Whether two parts meet deeper than the tolerance, the one moved; either one's surface moved inward must say so.
+
+    The two ways of asking differ at sharp edges and thin sections, and either part may be the one that is lifted.
+    """
+    one[0].setTranslation(moved_m)
+    other[0].setTranslation(-moved_m)
+    return bool(fcl.collide(one[0], other[1])) or bool(fcl.collide(other[0], one[1]))
 
 
 def _clash(first: str, second: str, way_m: NDArray[np.float64] | None) -> ModelledClash:

@@ -23,6 +23,7 @@ _SPACING_M = 0.02
 _ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
 _SHARES_STILL_INSIDE = (0.3, 0.5, 0.7, 0.9)  # shares of its way out at one of which a part must still meet the other
 _THICKEST_SHARE = 0.45
+_AT_CELL_VOX = 0.01  # a position this close to a placement is at it
 
 
 class TriangleCheck:
@@ -63,8 +64,18 @@ class TriangleCheck:
             path: (N, 3) placements.
             other: Number of the other solid.
         """
-        size_m = self._site.frame.voxel_size_m
-        offsets_m = (path - np.array(component.target_vox)) * size_m
+        offsets_m = (path - np.array(component.target_vox)) * self._site.frame.voxel_size_m
+        self.check_way(check, component, offsets_m, other)
+
+    def check_way(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
+        """Check that a part meets another no deeper than it may along straight pieces between positions.
+
+        Args:
+            check: Where the result goes.
+            component: The part.
+            offsets_m: (N, 3) where it is, relative to its place in the building; metres.
+            other: Number of the other solid.
+        """
         low, high = self._boxes[component.index]
         other_low, other_high = self._boxes[other]
         swept_low, swept_high = low + offsets_m.min(axis=0), high + offsets_m.max(axis=0)
@@ -72,16 +83,11 @@ class TriangleCheck:
             return
         way_m = self._way_out_m(check, component.index, other)
         if way_m is None:
-            self._check_no_fuller(check, component, path, other)
+            self._check_no_fuller(check, component, offsets_m, other)
             return
         part = self._eroded(check, component.index)
         fixed = self._fixed(other)
-        count = max(1, int(np.ceil(size_m / self._spacing_m(component.index, other))))
-        shares = np.arange(count) / count
-        samples = np.concatenate(
-            [*(a + shares[:, None] * (b - a) for a, b in itertools.pairwise(offsets_m)), offsets_m[-1:]]
-        )
-        for offset_m in samples:
+        for offset_m in _finely(offsets_m, self._spacing_m(component.index, other)):
             if (low + offset_m > other_high).any() or (high + offset_m < other_low).any():
                 check.look(True, "")
                 continue
@@ -150,8 +156,14 @@ class TriangleCheck:
         drawn.setTranslation(np.zeros(3))
         return None if way_m is None else way_m * sign
 
-    def _check_no_fuller(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
-        """Where no depth serves: the pair never shares more cells than in the finished building, as drawn."""
+    def _check_no_fuller(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
+        """Where no depth serves: the pair never shares more cells than in the finished building, as drawn.
+
+        Between two placements the part is looked at in both.
+        """
+        moved = offsets_m / self._site.frame.voxel_size_m
+        around = np.concatenate([np.floor(moved + _AT_CELL_VOX), np.ceil(moved - _AT_CELL_VOX)]).astype(np.int32)
+        path = np.unique(around, axis=0) + np.array(component.target_vox, np.int32)
         there = {tuple(c) for c in self._cells[other].tolist()}
         own = component.shape.cells
         drawn = sum(tuple(c) in there for c in (own + np.array(component.target_vox)).tolist())
@@ -159,7 +171,8 @@ class TriangleCheck:
             shared = sum(tuple(c) in there for c in (own + place).tolist())
             check.look(
                 shared <= max(drawn, 1),
-                f"{component.id}: overlaps {self._ids[other]} in {shared} cells at {tuple(place)}, drawn are {drawn}",
+                f"{component.id}: overlaps {self._ids[other]} in {shared} cells at {tuple(place.tolist())}, "
+                f"drawn are {drawn}",
             )
 
     def _spacing_m(self, first: int, second: int) -> float:
@@ -187,6 +200,15 @@ class TriangleCheck:
         if number not in self._raw:
             self._raw[number] = _object(self._meshes[number].triangles_m)
         return self._raw[number]
+
+
+def _finely(points_m: NDArray[np.float64], spacing_m: float) -> NDArray[np.float64]:
+    """(M, 3) the points, and more between them, so that neighbours are at most ``spacing_m`` apart."""
+    pieces = []
+    for a, b in itertools.pairwise(points_m):
+        count = max(1, int(np.ceil(float(np.linalg.norm(b - a)) / spacing_m - 1e-9)))
+        pieces.append(a + (np.arange(count) / count)[:, None] * (b - a))
+    return np.concatenate([*pieces, points_m[-1:]])
 
 
 def _object(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:

@@ -7,14 +7,14 @@ Infeasible lifts prove nothing and are not looked at, except that what they leav
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.planning.lift import Lift, LiftPlan, Status
+from bimvox.planning.moment import Thing, cells_in_common, moments, near_and_far
 from bimvox.planning.proof import Check, Verification
 from bimvox.planning.shape_check import check_shape
 from bimvox.planning.triangle_check import TriangleCheck
@@ -25,83 +25,55 @@ from bimvox.site.site import Site
 _CHUNK = 2_000_000
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Thing:
-    """Something that stands somewhere: its name, cells, and the number of its triangles (-1 where it has none)."""
-
-    name: str
-    cells: NDArray[np.int32]
-    solid: int
-
-
-def verify_plan(plan: LiftPlan) -> Verification:
+def verify_plan(plan: LiftPlan, context: Collection[Lift] = ()) -> Verification:
     """Check every planned lift of a plan.
 
     Args:
         plan: The plan.
+        context: Lifts of the same plan that it does not carry (it is an extract of a log): they stand where the plan
+            puts them and wait where it says, but are not proven.
 
     Returns:
         Every check, with what failed and where.
     """
-    return _Verifier(plan).run()
+    return _Verifier(plan, context).run()
 
 
 class _Verifier:
-    def __init__(self, plan: LiftPlan) -> None:
-        self.plan, self.site = plan, plan.site
+    def __init__(self, plan: LiftPlan, context: Collection[Lift]) -> None:
+        self.plan, self.context, self.site = plan, context, plan.site
+        self.lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
         self.triangles = TriangleCheck(plan)
         names = "complete", "shapes", "unit_moves", "boundary", "cells", "triangles", "rope", "reach", "support", "yard"
         self.checks = {name: Check(name) for name in names}
         self.checks["triangles"].unit = "m"
         self.checks["reach"].unit = "share of capacity"
-        count = len(self.site.components)
-        structure = [b for b in self.site.blockers if b.mesh is not None]
-        numbers = {id(b): count + n for n, b in enumerate(structure)}
-        self.fixed = [_Thing(b.id, b.cells, numbers.get(id(b), -1)) for b in self.site.blockers]
-        self.finished = [
-            _Thing(c.id, c.shape.cells + np.array(c.target_vox, np.int32), c.index) for c in self.site.components
-        ]
 
     def run(self) -> Verification:
         self._check_complete()
-        standing: list[_Thing] = []
-        placed: set[int] = set()
-        lifts = sorted(self.plan.lifts, key=lambda lift: lift.order)
+        self._check_deliveries()
+        for moment in moments(self.plan, self.context):
+            self._check_lift(moment.lift, moment.present, moment.placed)
+        return Verification(tuple(self.checks.values()))
+
+    def _check_deliveries(self) -> None:
         delivery = 0
-        for position, lift in enumerate(lifts):
+        for lift in self.lifts:
             if lift.place is not None:
                 self.checks["yard"].look(
                     lift.place.delivery >= delivery,
                     f"{self._name(lift)}: comes with an earlier delivery than the lift before",
                 )
                 delivery = lift.place.delivery
-            if lift.status is not Status.PLANNED:
-                continue
-            stored = self._stored(lifts, position, delivery, placed)
-            self._check_lift(lift, [*self.fixed, *standing, *stored], placed)
-            placed.add(lift.component)
-            standing.append(self.finished[lift.component])
-        return Verification(tuple(self.checks.values()))
 
     def _name(self, lift: Lift) -> str:
         return self.site.components[lift.component].id
 
-    def _stored(self, lifts: list[Lift], position: int, delivery: int, placed: set[int]) -> list[_Thing]:
-        """Everything of the same delivery that is not in place."""
-        return [
-            _Thing(self._name(other), other.place.shape.cells + np.array(other.place.cell_vox, np.int32), -1)
-            for n, other in enumerate(lifts)
-            if n != position
-            and other.place is not None
-            and other.place.delivery == delivery
-            and other.component not in placed
-        ]
-
     def _check_complete(self) -> None:
         check = self.checks["complete"]
-        seen = [lift.component for lift in self.plan.lifts]
+        seen = [lift.component for lift in self.lifts]
         check.look(sorted(seen) == list(range(len(self.site.components))), "not every component has exactly one lift")
-        orders = sorted(lift.order for lift in self.plan.lifts)
+        orders = sorted(lift.order for lift in self.lifts)
         check.look(orders == list(range(len(orders))), "the lifts are not numbered 0, 1, 2 ...")
         for lift in self.plan.lifts:
             good = (lift.path_vox is not None and lift.place is not None) == (lift.status is Status.PLANNED)
@@ -109,7 +81,7 @@ class _Verifier:
             if lift.status is Status.INFEASIBLE:
                 check.look(bool(lift.reason), f"{self._name(lift)}: infeasible without a reason")
 
-    def _check_lift(self, lift: Lift, present: list[_Thing], placed: set[int]) -> None:
+    def _check_lift(self, lift: Lift, present: Sequence[Thing], placed: Collection[int]) -> None:
         component = self.site.components[lift.component]
         path, place = lift.path_vox, lift.place
         if path is None or place is None:
@@ -147,7 +119,7 @@ class _Verifier:
         self.checks["boundary"].look(bool(good), f"{component.id}: leaves the site's boundary", samples=len(path))
         return bool(good)
 
-    def _check_yard(self, lift: Lift, component: Component, present: list[_Thing]) -> None:
+    def _check_yard(self, lift: Lift, component: Component, present: Sequence[Thing]) -> None:
         check, place = self.checks["yard"], lift.place
         if place is None:
             return
@@ -170,17 +142,15 @@ class _Verifier:
             raised = "erected" if place.pose is not StoredPose.AS_BUILT else "raised"
             check.look(not hit.any(), f"{component.id}: meets {thing.name} while it is {raised}")
 
-    def _check_cells(self, component: Component, path: NDArray[np.int32], present: list[_Thing]) -> None:
+    def _check_cells(self, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
         """Raw cells, placement by placement; where only neighbours are hit, on the last moves, the triangles decide."""
         check = self.checks["cells"]
         own = component.shape.cells
-        target = own + np.array(component.target_vox)
-        near = [thing for thing in present if thing.solid >= 0 and _touches(target, thing.cells)]
-        far = [thing for thing in present if not any(thing is other for other in near)]
+        near, far = near_and_far(component, present)
         hits_far = self._hits(own, path, _marked(self.site, far))
         for n in np.flatnonzero(hits_far)[:1]:
             cells = own + path[n]
-            names = [t.name for t in far if len(_common(cells, t.cells))]
+            names = [t.name for t in far if len(cells_in_common(cells, t.cells))]
             check.look(False, f"{component.id}: at placement {n}, cell {tuple(path[n])}, it meets {', '.join(names)}")
         check.look(True, "", samples=len(path) * len(own))
         hits_near = self._hits(own, path, _marked(self.site, near))
@@ -198,7 +168,7 @@ class _Verifier:
             hits[n : n + step] = marked[cells[..., 0], cells[..., 1], cells[..., 2]].any(axis=1)
         return hits
 
-    def _check_hook(self, component: Component, path: NDArray[np.int32], present: list[_Thing]) -> None:
+    def _check_hook(self, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
         site = self.site
         if site.crane is None:
             return
@@ -211,6 +181,11 @@ class _Verifier:
         reach.look(
             bool(good.all()), f"{component.id}: hook radius {radius_m[~good][:1]} m is out of reach", samples=len(hook)
         )
+        if site.prohibited is not None:
+            over = site.prohibited[hook[:, 0], hook[:, 1]]
+            reach.look(
+                not over.any(), f"{component.id}: its hook is over a prohibited zone at {hook[over][:1].tolist()}"
+            )
         load_kg = component.mass_kg + site.crane.rigging_mass_kg
         most_kg = capacity_kg(site.crane.chart, float(radius_m.max()))
         reach.measure(load_kg / most_kg if most_kg > 0 else np.inf)
@@ -222,7 +197,7 @@ class _Verifier:
             self._check_rope(component, path, hook, present)
 
     def _check_rope(
-        self, component: Component, path: NDArray[np.int32], hook: NDArray[np.int32], present: list[_Thing]
+        self, component: Component, path: NDArray[np.int32], hook: NDArray[np.int32], present: Sequence[Thing]
     ) -> None:
         check = self.checks["rope"]
         marked = _marked(self.site, present)
@@ -232,13 +207,13 @@ class _Verifier:
                 check.look(True, "")
                 continue
             above = np.array([[x, y, z + int(k)] for k in np.flatnonzero(column)])
-            over = [t for t in present if len(_common(above, t.cells))]
+            over = [t for t in present if len(cells_in_common(above, t.cells))]
             offset_m = (path[n] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
             clear = all(t.solid >= 0 and self.triangles.rope_is_clear(component, offset_m, t.solid) for t in over)
             names = ", ".join(t.name for t in over)
             check.look(clear, f"{component.id}: at placement {n} the hoist rope meets {names}")
 
-    def _check_support(self, component: Component, placed: set[int]) -> None:
+    def _check_support(self, component: Component, placed: Collection[int]) -> None:
         """Everything that carries the part in the finished building stands before it is set."""
         for other in self.triangles.carried_by(component):
             self.checks["support"].look(
@@ -250,31 +225,18 @@ class _Verifier:
         for later in component.before:
             self._check_wanted(component, later, placed, must=False)
 
-    def _check_wanted(self, component: Component, other: str, placed: set[int], *, must: bool) -> None:
+    def _check_wanted(self, component: Component, other: str, placed: Collection[int], *, must: bool) -> None:
         number = next((c.index for c in self.site.components if c.id == other), None)
         good = number is None or (number in placed) == must or self._is_infeasible(number)
         word = "after" if must else "before"
         self.checks["support"].look(good, f"{component.id}: is not set {word} {other}, as the site file asks")
 
     def _is_infeasible(self, number: int) -> bool:
-        return any(lift.component == number and lift.status is Status.INFEASIBLE for lift in self.plan.lifts)
+        return any(lift.component == number and lift.status is Status.INFEASIBLE for lift in self.lifts)
 
 
-def _marked(site: Site, things: list[_Thing]) -> NDArray[np.bool_]:
+def _marked(site: Site, things: Sequence[Thing]) -> NDArray[np.bool_]:
     marked = np.zeros(site.shape, np.bool_)
     for thing in things:
         marked[tuple(thing.cells.T)] = True
     return marked
-
-
-def _touches(cells: NDArray[np.int32], others: NDArray[np.int32]) -> bool:
-    """Whether two sets of cells share a cell or touch, corners included."""
-    if (cells.min(axis=0) > others.max(axis=0) + 1).any() or (others.min(axis=0) > cells.max(axis=0) + 1).any():
-        return False
-    return bool(cKDTree(cells).count_neighbors(cKDTree(others), 1.0, p=np.inf))
-
-
-def _common(cells: NDArray[np.int32], others: NDArray[np.int32]) -> NDArray[np.int32]:
-    wanted = {tuple(c) for c in cells.tolist()}
-    common: NDArray[np.int32] = others[[tuple(c) in wanted for c in others.tolist()]]
-    return common

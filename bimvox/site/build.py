@@ -133,11 +133,23 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
         labels=_labels(site.labels[:, :, 0], site.shape, [*fixed, *added]),
         blockers=(*fixed, *added),
         obstruction_notes=tuple(notes),
-        digest=digest_of("site 1", site.fixed_digest, [(blocker.id, blocker.cells) for blocker in added]),
+        digest=_digest(site.fixed_digest, added),
     )
 
 
+def with_digests(site: Site) -> Site:
+    """Return a site with its three digests computed anew from all that it holds."""
+    fixed = _with_fixed_digests(site)
+    added = [blocker for blocker in site.blockers if blocker.kind == "obstruction"]
+    return replace(fixed, digest=_digest(fixed.fixed_digest, added))
+
+
+def _digest(fixed_digest: str, added: Sequence[Blocker]) -> str:
+    return digest_of("site 1", fixed_digest, [(blocker.id, blocker.cells) for blocker in added])
+
+
 def _with_fixed_digests(site: Site) -> Site:
+    blockers = [blocker for blocker in site.blockers if blocker.kind != "obstruction"]
     geometry = digest_of(
         "geometry 1",
         site.frame,
@@ -145,7 +157,7 @@ def _with_fixed_digests(site: Site) -> Site:
         site.labels[:, :, 0],
         site.yard,
         site.prohibited,
-        [blocker.cells for blocker in site.blockers[1:]],
+        [blocker.cells for blocker in blockers[1:]],
         [(c.shape.cells, c.target_vox, c.hook_offset_vox, c.erected, c.mass_kg) for c in site.components],
         replace(site.crane, name="") if site.crane else None,
         replace(site.rules, sample_period_s=0.0),  # how densely a log is sampled is nothing to a policy
@@ -156,7 +168,7 @@ def _with_fixed_digests(site: Site) -> Site:
         site.crane,
         site.rules,
         [(c.id, c.mesh, c.start_vox, c.stored_pose, c.before, c.after) for c in site.components],
-        [(blocker.id, blocker.kind, blocker.mesh) for blocker in site.blockers],
+        [(blocker.id, blocker.kind, blocker.mesh) for blocker in blockers],
         site.site_to_ifc,
         site.source.get("sha256"),  # its name and the rest do not change a plan
     )

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Element, Role
 from bimvox.bim.site_frame import in_site_frame, lowest_m
+from bimvox.crane.defaults import DEFAULT_CRANES
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError, InputError, SelectionError
-from bimvox.site.config import ModelConfig, Polygon, SiteConfig
+from bimvox.site.config import ComponentConfig, ModelConfig, Polygon, SiteConfig
 from bimvox.site.crane_guess import guess_crane
 from bimvox.site.extent import site_extent, top_m
 from bimvox.site.machine import crane_config, crane_of
@@ -26,6 +27,7 @@ PLANNING_CELLS = 2_500_000
 """Cells of a site that plans quickly; the finest cell size that stays below it is taken."""
 
 _BORDER_M = 1.0  # of the construction area around the building
+_ON_GROUND_M = 1.0  # a slab whose underside is no higher above the lowest point lies on the ground
 
 
 def guess_site(
@@ -57,7 +59,27 @@ def guess_site(
         voxel_size_m=voxel_size_m,
         yaw_rad=dominant_yaw_rad(building),
     )
-    return complete_config(SiteConfig(name=name or model_path.stem, model=model), building)
+    cast = tuple(ComponentConfig(global_id=element_id, pinned=True) for element_id in cast_in_place(building))
+    return complete_config(SiteConfig(name=name or model_path.stem, model=model, component=cast), building)
+
+
+def cast_in_place(building: Building) -> tuple[str, ...]:
+    """Return the ids of slabs that lie on the ground and that none of the built-in cranes could lift anywhere.
+
+    Such a slab is drawn in one piece because it is cast in one piece: it is there before the first lift. Left as a
+    lift, it would ask for an absurd crane, and everything that stands on it would wait for it.
+    """
+    ground_m = lowest_m(building)
+    most_kg = max(crane.chart.capacity_kg[0] - crane.rigging_mass_kg for crane in DEFAULT_CRANES)
+    parts = [element for element in building.elements if element.role is Role.COMPONENT]
+    cast = [
+        element.id
+        for element in parts
+        if element.ifc_class.startswith("IfcSlab")
+        and element.mass_kg > most_kg
+        and element.mesh.bounds_m[0, 2] <= ground_m + _ON_GROUND_M
+    ]
+    return tuple(cast) if len(cast) < len(parts) else ()
 
 
 def complete_config(config: SiteConfig, building: Building) -> SiteConfig:

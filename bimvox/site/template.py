@@ -124,7 +124,7 @@ def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) 
             entry.pose and f"pose = {_text(entry.pose.value)}",
             entry.before and f"before = [{', '.join(map(_text, entry.before))}]",
             entry.after and f"after = [{', '.join(map(_text, entry.after))}]",
-            entry.pinned and "pinned = true",
+            entry.pinned and "pinned = true  # it stands already: cast in place, or built before",
         ]
     return _lines(*lines)
 

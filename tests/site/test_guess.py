@@ -15,7 +15,7 @@ from bimvox.site.build import build_site
 from bimvox.site.config import AreasConfig, ComponentConfig, CraneConfig, GridConfig, ModelConfig, SiteConfig
 from bimvox.site.crane_guess import LARGER
 from bimvox.site.extent import site_extent
-from bimvox.site.guess import PLANNING_CELLS, VOXEL_SIZES_M, complete_config, guess_site
+from bimvox.site.guess import PLANNING_CELLS, VOXEL_SIZES_M, cast_in_place, complete_config, guess_site
 from bimvox.site.machine import crane_of
 from bimvox.site.parts import centre_of_mass_m
 from bimvox.site.placement import place_building
@@ -197,3 +197,11 @@ def test_pinned_parts_and_unknown_ids():
     unknown = pinned.model_copy(update={"component": (ComponentConfig(global_id="pannel-0-1"),)})
     with pytest.raises(ConfigError, match="panel-0-1"):
         complete_config(unknown, tower(1))
+
+
+def test_a_slab_on_the_ground_that_no_crane_could_lift_is_taken_as_cast_in_place():
+    slab = box_element("slab", (0, 0, 0), (30, 20, 0.3), ifc_class="IfcSlab")
+    deck = box_element("deck", (0, 0, 3.3), (30, 20, 3.6), ifc_class="IfcSlab")
+    column = box_element("column", (1, 1, 0.3), (1.4, 1.4, 3.3), ifc_class="IfcColumn")
+    assert cast_in_place(building_of(slab, deck, column)) == ("slab",)
+    assert cast_in_place(building_of(slab)) == ()  # something must be lifted

@@ -1,0 +1,131 @@
+"""What stands where before each lift, found from a finished plan alone: for proofs, which do not trust the planner."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from bimvox.planning.lift import Lift, LiftPlan, Status
+from bimvox.site.component import Component
+from bimvox.site.site import Site
+
+NO_SOLID = -1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Thing:
+    """Something that stands somewhere.
+
+    Attributes:
+        name: Id of the part, structure or obstruction.
+        cells: (N, 3) int32 cells of the grid that it occupies.
+        solid: Number of its triangles (components by their index, then structure), ``NO_SOLID`` where it has none.
+    """
+
+    name: str
+    cells: NDArray[np.int32]
+    solid: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moment:
+    """The moment before a planned lift.
+
+    Attributes:
+        lift: The lift.
+        before: The planned lift before it, None for the first.
+        present: Fixed things, parts in place, and parts of the same delivery that wait in the yard; not its own part.
+        placed: Indices of the components in place.
+    """
+
+    lift: Lift
+    before: Lift | None
+    present: tuple[Thing, ...]
+    placed: frozenset[int]
+
+
+def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
+    """Yield the moment before every planned lift that the plan carries, ascending order.
+
+    Args:
+        plan: The plan.
+        context: Lifts of the same plan that it does not carry (it is an extract).
+    """
+    site = plan.site
+    lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
+    carried = {id(lift) for lift in plan.lifts}
+    fixed = _fixed(site)
+    standing: list[Thing] = []
+    placed: set[int] = set()
+    before: Lift | None = None
+    delivery = 0
+    for lift in lifts:
+        if lift.place is not None:
+            delivery = lift.place.delivery
+        if lift.status is not Status.PLANNED:
+            continue
+        if id(lift) in carried:
+            stored = _stored(site, lifts, lift, delivery, placed)
+            yield Moment(lift, before, (*fixed, *standing, *stored), frozenset(placed))
+        component = site.components[lift.component]
+        placed.add(component.index)
+        standing.append(finished(component))
+        before = lift
+
+
+def finished(component: Component) -> Thing:
+    """Return a component at its place in the building."""
+    return Thing(component.id, component.shape.cells + np.array(component.target_vox, np.int32), component.index)
+
+
+def near_and_far(component: Component, present: Sequence[Thing]) -> tuple[list[Thing], list[Thing]]:
+    """Return which present things have triangles and share or touch cells with a part in its place, and the others."""
+    target = finished(component).cells
+    near = [thing for thing in present if thing.solid != NO_SOLID and _touches(target, thing.cells)]
+    return near, [thing for thing in present if not any(thing is other for other in near)]
+
+
+def cells_in_common(cells: NDArray[np.int32], others: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return those of ``others`` that are among ``cells``, both (N, 3) int32."""
+    wanted = {tuple(c) for c in cells.tolist()}
+    common: NDArray[np.int32] = others[[tuple(c) in wanted for c in others.tolist()]]
+    return common
+
+
+def _fixed(site: Site) -> tuple[Thing, ...]:
+    things = []
+    solid = len(site.components)
+    for blocker in site.blockers:
+        if blocker.mesh is None:
+            things.append(Thing(blocker.id, blocker.cells, NO_SOLID))
+        else:
+            things.append(Thing(blocker.id, blocker.cells, solid))
+            solid += 1
+    return tuple(things)
+
+
+def _stored(site: Site, lifts: list[Lift], lift: Lift, delivery: int, placed: set[int]) -> list[Thing]:
+    """Everything of the same delivery that is not in place."""
+    return [
+        Thing(
+            site.components[other.component].id,
+            other.place.shape.cells + np.array(other.place.cell_vox, np.int32),
+            NO_SOLID,
+        )
+        for other in lifts
+        if other is not lift
+        and other.place is not None
+        and other.place.delivery == delivery
+        and other.component not in placed
+    ]
+
+
+def _touches(cells: NDArray[np.int32], others: NDArray[np.int32]) -> bool:
+    """Whether two sets of cells share a cell or touch, corners included."""
+    if (cells.min(axis=0) > others.max(axis=0) + 1).any() or (others.min(axis=0) > cells.max(axis=0) + 1).any():
+        return False
+    return bool(cKDTree(cells).count_neighbors(cKDTree(others), 1.0, p=np.inf))
