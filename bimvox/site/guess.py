@@ -67,19 +67,27 @@ def cast_in_place(building: Building) -> tuple[str, ...]:
     """Return the ids of slabs that lie on the ground and that none of the built-in cranes could lift anywhere.
 
     Such a slab is drawn in one piece because it is cast in one piece: it is there before the first lift. Left as a
-    lift, it would ask for an absurd crane, and everything that stands on it would wait for it.
+    lift, it would ask for an absurd crane, and everything that stands on it would wait for it. What lies under one
+    (footings) was there before it.
     """
     ground_m = lowest_m(building)
     most_kg = max(crane.chart.capacity_kg[0] - crane.rigging_mass_kg for crane in DEFAULT_CRANES)
     parts = [element for element in building.elements if element.role is Role.COMPONENT]
-    cast = [
+    bounds = {element.id: element.mesh.bounds_m for element in parts}
+    heavy = [
         element.id
         for element in parts
         if element.ifc_class.startswith("IfcSlab")
         and element.mass_kg > most_kg
-        and element.mesh.bounds_m[0, 2] <= ground_m + _ON_GROUND_M
+        and bounds[element.id][0, 2] <= ground_m + _ON_GROUND_M
     ]
+    cast = [name for name in bounds if name in heavy or any(_is_under(bounds[name], bounds[slab]) for slab in heavy)]
     return tuple(cast) if len(cast) < len(parts) else ()
+
+
+def _is_under(low_high: NDArray[np.float64], slab: NDArray[np.float64]) -> bool:
+    beside = (low_high[0, :2] >= slab[1, :2]).any() or (low_high[1, :2] <= slab[0, :2]).any()
+    return not beside and bool(low_high[1, 2] <= slab[1, 2] + 1e-3)
 
 
 def complete_config(config: SiteConfig, building: Building) -> SiteConfig:

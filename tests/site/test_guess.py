@@ -203,5 +203,7 @@ def test_a_slab_on_the_ground_that_no_crane_could_lift_is_taken_as_cast_in_place
     slab = box_element("slab", (0, 0, 0), (30, 20, 0.3), ifc_class="IfcSlab")
     deck = box_element("deck", (0, 0, 3.3), (30, 20, 3.6), ifc_class="IfcSlab")
     column = box_element("column", (1, 1, 0.3), (1.4, 1.4, 3.3), ifc_class="IfcColumn")
+    footing = box_element("footing", (2, 2, -0.5), (4, 4, 0.1), ifc_class="IfcSlab")
     assert cast_in_place(building_of(slab, deck, column)) == ("slab",)
+    assert cast_in_place(building_of(slab, deck, footing, column)) == ("slab", "footing")
     assert cast_in_place(building_of(slab)) == ()  # something must be lifted

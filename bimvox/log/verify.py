@@ -1,0 +1,148 @@
+"""Proves that the parts of a log fit each other: what is proven is what a viewer shows and what a crane is told."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from numpy.typing import NDArray
+
+from bimvox.log import topics
+from bimvox.log.container import Contents
+from bimvox.log.crane_command import CraneCommandMessage
+from bimvox.log.messages import nanoseconds
+from bimvox.log.plan_log import PlanLog
+from bimvox.planning.proof import Check
+from bimvox.site.build import with_digests
+from bimvox.site.site import Site
+from bimvox.trajectory.motion import LiftMotion
+from bimvox.trajectory.verify_axes import axes_of_samples
+from bimvox.trajectory.verify_space import reference_cells
+
+USED_TOPICS = frozenset((topics.PLANNED, topics.JOINTS, topics.EVENTS, topics.LOAD, topics.COMMAND))
+"""The topics that a proof looks at; the others follow from the site and these."""
+
+_SAME_M = 1e-6
+_SHA256 = "sha256 "
+_OVER_BEND = 1e-3
+_ROUNDING = 1e-9
+
+
+def check_digests(contents: Contents, log: PlanLog) -> Check:
+    """Check every digest that can be computed from what the log carries.
+
+    The site's three digests follow from the site inside, those of attached files from the files. The model itself is
+    not in a log: its digest is only compared between metadata and site.
+    """
+    check = Check("digests")
+    metadata = contents.metadata.get(topics.METADATA, {})
+    site, again = log.plan.site, with_digests(log.plan.site)
+    for name, stored, computed in (
+        ("geometry", site.geometry_digest, again.geometry_digest),
+        ("fixed part", site.fixed_digest, again.fixed_digest),
+        ("site", site.digest, again.digest),
+    ):
+        check.look(stored == computed, f"the {name}'s digest is {stored[:16]}, its content's is {computed[:16]}")
+    for key, wanted in (
+        ("geometry_digest", again.geometry_digest),
+        ("site_digest", again.digest),
+        ("model_sha256", str(site.source.get("sha256", ""))),
+    ):
+        said = metadata.get(key, "")
+        check.look(said == wanted, f"metadata {key} is {said[:16]!r}, the site's is {wanted[:16]!r}")
+    for name, computed in _file_digests(log.attachments):
+        said = metadata.get(_SHA256 + name, "")
+        check.look(said in ("", computed), f"attached {name}: its digest is not the one in the metadata")
+    for key in metadata:
+        if key.startswith(_SHA256):
+            name = key.removeprefix(_SHA256)
+            check.look(name in log.attachments, f"attached {name}: the metadata has its digest, but it is not there")
+    return check
+
+
+def check_load_poses(contents: Contents, log: PlanLog) -> Check:
+    """Check that the poses of every load on its way are where the crane's axes, or without a crane the path, put it."""
+    check = Check("load_poses", unit="m")
+    site = log.plan.site
+    found = [message for message in contents.messages if message.topic == topics.LOAD]
+    time_ns = np.array([message.time_ns for message in found], np.int64)
+    poses = [PoseInFrame.FromString(message.data).pose for message in found]
+    corner_m = np.array([(p.position.x, p.position.y, p.position.z) for p in poses], np.float64).reshape(-1, 3)
+    turned = np.array([abs(abs(p.orientation.w) - 1.0) > _ROUNDING for p in poses], np.bool_)
+    if site.crane is None:
+        wanted = [site.frame.corner_of(lift.path_vox) for lift in log.planned if lift.path_vox is not None]
+        there = {tuple(np.round(corner, 6)) for corner in corner_m.tolist()}
+        for corners in wanted:
+            shown = all(tuple(np.round(corner, 6)) in there for corner in corners.tolist())
+            check.look(shown, "a planned path without the poses of its load", samples=len(corners))
+        return check
+    for motion in log.motions:
+        start_ns = motion.start_ns + motion.loaded.time_ns
+        low, high = np.searchsorted(time_ns, [start_ns[0], start_ns[-1] + 1])
+        name = f"lift {motion.order}"
+        if not np.array_equal(time_ns[low:high], start_ns):
+            check.look(False, f"{name}: poses of its load are missing, or of another time")
+            continue
+        off_m = np.linalg.norm(corner_m[low:high] - _corners_m(site, motion), axis=1)
+        worst = int(np.argmax(off_m))
+        check.measure(float(off_m[worst]))
+        good = off_m[worst] <= _SAME_M and not turned[low:high].any()
+        check.look(
+            bool(good),
+            f"{name}: at {start_ns[worst] / 1e9:.3f} s its load is shown {off_m[worst]:.4f} m from where it hangs",
+            samples=len(off_m),
+        )
+    return check
+
+
+def check_commands(contents: Contents, log: PlanLog) -> Check:
+    """Check that a crane that holds the rates it is told goes where the motion goes, and rests at every lift's end.
+
+    Between two commands T apart it goes straight in its axes, so each axis may be off by a T^2 / 8, no more.
+    """
+    check = Check("commands", unit="share of bend")
+    crane = log.plan.site.crane
+    if crane is None:
+        return check
+    limits = np.array([axis.acceleration for axis in (crane.slewing, crane.trolley, crane.hoist)])
+    found = [CraneCommandMessage.FromString(m.data) for m in contents.messages if m.topic == topics.COMMAND]
+    told = {order: [c for c in found if c.lift_order == order] for order in {c.lift_order for c in found}}
+    for motion in log.motions:
+        name, own = f"lift {motion.order}", told.get(motion.order, [])
+        at_ns = np.array([nanoseconds(c.time) for c in own], np.int64)
+        good = len(own) >= 2 and at_ns[0] == motion.start_ns and at_ns[-1] == motion.end_ns
+        if not good or (np.diff(at_ns) <= 0).any():
+            check.look(False, f"{name}: its commands do not reach from its start to its end")
+            continue
+        rates = np.array([(c.slew_rate_rad_s, c.trolley_rate_m_s, c.hoist_rate_m_s) for c in own])
+        step_s = np.diff(at_ns) / 1e9
+        time_ns, axes = motion.samples()
+        poses = axes[0] + np.concatenate([np.zeros((1, 3)), np.cumsum(rates[:-1] * step_s[:, None], axis=0)])
+        since, given = (time_ns - motion.start_ns).astype(float), (at_ns - motion.start_ns).astype(float)
+        held = np.stack([np.interp(since, given, axis) for axis in poses.T], axis=1)
+        span_s = step_s[np.clip(np.searchsorted(at_ns, time_ns, side="right") - 1, 0, len(step_s) - 1)]
+        allowed = limits * span_s[:, None] ** 2 / 8.0 + _ROUNDING
+        share = np.abs(held - axes) / allowed
+        worst = int(np.argmax(share.max(axis=1)))
+        check.measure(float(share[worst].max()))
+        check.look(
+            bool(share[worst].max() <= 1.0 + _OVER_BEND),
+            f"{name}: at {time_ns[worst] / 1e9:.3f} s the commands lead away from the motion",
+            samples=len(share),
+        )
+        check.look(not rates[-1].any(), f"{name}: its last command does not stop the crane")
+    return check
+
+
+def _corners_m(site: Site, motion: LiftMotion) -> NDArray[np.float64]:
+    """(N, 3) lowest corner of the reference cell at every sample with the load, metres."""
+    assert site.crane is not None
+    offset = site.components[motion.component].hook_offset_vox
+    return site.frame.corner_of(reference_cells(site.crane, site.frame, axes_of_samples(motion.loaded), offset))
+
+
+def _file_digests(files: Mapping[str, bytes]) -> Iterator[tuple[str, str]]:
+    for name, data in files.items():
+        yield name, hashlib.sha256(data).hexdigest()
