@@ -162,6 +162,7 @@ def plan_and_prove(
     from bimvox.planning.rollout import proposer
     from bimvox.planning.verify import verify_plan
     from bimvox.trajectory.time_plan import time_plan
+    from bimvox.trajectory.verify import verify_motions
 
     progress.stage("plan", len(site.components))
     made = plan_lifts(site, preparation, propose=proposer(policy.network), previous=previous, progress=progress.report)
@@ -183,6 +184,8 @@ def plan_and_prove(
         progress.stage("time", len(made.lifts))
         motions = time_plan(made, replay(site, preparation, made))
         progress.stage("prove")
+        proof = verify_motions(made, motions)
+        _insist(proof.verified, proof.failures)
     progress.finish()
     return Planned(made, motions)
 

@@ -70,8 +70,8 @@ def init(
     pinned = [entry.global_id for entry in config.component if entry.pinned]
     if pinned:
         progress.note(
-            f"{len(pinned)} parts on the ground are taken as cast in place, not lifted: slabs that no built-in crane lifts, "
-            "and what lies under them ([[component]] pinned = true in the site file)"
+            f"{len(pinned)} parts on the ground are taken as cast in place, not lifted: slabs that no built-in crane "
+            "lifts, and what lies under them ([[component]] pinned = true in the site file)"
         )
     roles = [element.role for element in building.elements]
     crane = config.crane

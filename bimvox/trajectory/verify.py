@@ -1,0 +1,150 @@
+"""Proves the crane's motions again, by other means than they were made.
+
+The motions are made from moves that a swept check of the summed-area table found free. This module knows nothing of
+moves: it takes the samples as they are (a log's, for instance), goes along the chords between them, and looks up raw
+cells; on the last moves, where neighbours share cells, a collision library decides on the real triangles.
+
+Numeric tolerances: a position at a sample is within a cell when it reaches less than 1e-5 of a cell into the next one,
+between samples 0.05 of a cell (``BETWEEN_VOX``); ends and positions agree within 1 mm; rates, accelerations and jerks
+may exceed their limit by 0.1 %.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from bimvox.planning.lift import Lift, LiftPlan, Status
+from bimvox.planning.moment import Moment, moments
+from bimvox.planning.proof import Check, Verification
+from bimvox.planning.triangle_check import TriangleCheck
+from bimvox.trajectory.motion import LiftMotion
+from bimvox.trajectory.verify_axes import (
+    check_capacity,
+    check_limits,
+    check_phases,
+    check_range,
+    check_rests,
+    check_spacing,
+    is_sound,
+)
+from bimvox.trajectory.verify_ends import check_ends
+from bimvox.trajectory.verify_hook import HookProof
+from bimvox.trajectory.verify_load import LoadProof
+from bimvox.trajectory.verify_space import RawCells
+
+UNITS = {
+    "timeline": "",
+    "axis_limits": "share of limit",
+    "axis_range": "",
+    "ends": "m",
+    "rests": "",
+    "spacing": "cells",
+    "capacity": "share of capacity",
+    "motion_cells": "",
+    "motion_triangles": "m",
+    "motion_rope": "",
+    "empty_hook": "",
+    "zones": "",
+    "jib": "",
+}
+"""The checks, and what ``worst`` is measured in."""
+
+
+def verify_motions(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()) -> Verification:
+    """Check the motions of a plan.
+
+    Args:
+        plan: The plan; taken as proven by ``verify_plan``.
+        motions: One per planned lift, in order; none for a site without a crane.
+        context: Lifts of the same plan that it does not carry (it is an extract of a log).
+
+    Returns:
+        Every check, with what failed and where.
+    """
+    return _Verifier(plan, motions, context).run()
+
+
+class _Verifier:
+    def __init__(self, plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift]) -> None:
+        self.plan, self.site, self.motions, self.context = plan, plan.site, motions, context
+        self.checks = {name: Check(name, unit=unit) for name, unit in UNITS.items()}
+
+    def run(self) -> Verification:
+        crane = self.site.crane
+        if crane is None:
+            self.checks["timeline"].look(not self.motions, "motions on a site that has no crane")
+            return Verification(tuple(self.checks.values()))
+        self._check_timeline()
+        by_order = {motion.order: motion for motion in self.motions}
+        triangles, cells = TriangleCheck(self.plan), RawCells(self.site.shape)
+        load = LoadProof(self.site, crane, triangles, cells, self.checks)
+        hook = HookProof(self.site, crane, triangles, cells, self.checks)
+        previous: LiftMotion | None = None
+        for moment in moments(self.plan, self.context):
+            motion = by_order.get(moment.lift.order)
+            name = f"lift {moment.lift.order} ({self.site.components[moment.lift.component].id})"
+            if motion is None or motion.component != moment.lift.component:
+                self.checks["timeline"].look(False, f"{name}: it has no motion")
+                previous = None
+                continue
+            if not is_sound(self.checks["timeline"], name, motion):
+                previous = None
+                continue
+            if previous is not None and (moment.before is None or previous.order != moment.before.order):
+                previous = None
+            self._check_axes(name, moment, motion)
+            check_ends(self.checks["ends"], name, self.site, crane, moment, motion, previous)
+            cells.move_to(moment.present)
+            load.check(name, moment, motion)
+            hook.check(name, moment, motion)
+            previous = motion
+        return Verification(tuple(self.checks.values()))
+
+    def _check_timeline(self) -> None:
+        """One motion per planned lift, in order, on one clock without gaps."""
+        check = self.checks["timeline"]
+        planned = [lift for lift in (*self.plan.lifts, *self.context) if lift.status is Status.PLANNED]
+        planned.sort(key=lambda lift: lift.order)
+        carried = [lift.order for lift in self.plan.lifts if lift.status is Status.PLANNED]
+        given = [motion.order for motion in self.motions]
+        check.look(given == sorted(carried), f"the motions are of lifts {given}, planned are {sorted(carried)}")
+        clock: dict[int, LiftMotion] = {motion.order: motion for motion in self.motions}
+        before: LiftMotion | None = None
+        for n, lift in enumerate(planned):
+            motion = clock.get(lift.order)
+            if motion is None:
+                before = None
+                continue
+            if n == 0:
+                check.look(
+                    motion.start_ns == 0, f"lift {lift.order}: the clock starts at {motion.start_ns} ns, not at 0"
+                )
+            if before is not None:
+                check.look(
+                    motion.start_ns == before.end_ns,
+                    f"lift {lift.order}: starts at {motion.start_ns / 1e9:.3f} s, "
+                    f"the lift before ends at {before.end_ns / 1e9:.3f} s",
+                )
+            check.look(motion.end_ns > motion.start_ns, f"lift {lift.order}: ends before it starts")
+            check_phases(check, f"lift {lift.order}", motion)
+            before = motion
+        starts = [motion.start_ns for motion in self.motions]
+        check.look(starts == sorted(starts), "the motions do not follow each other on the clock")
+
+    def _check_axes(self, name: str, moment: Moment, motion: LiftMotion) -> None:
+        crane = self.site.crane
+        assert crane is not None
+        mass_kg = self.site.components[moment.lift.component].mass_kg
+        check_limits(self.checks["axis_limits"], name, crane, motion)
+        check_range(self.checks["axis_range"], name, crane, motion.samples()[1])
+        masses = {id(motion.approach): 0.0}
+        for what, part in (
+            ("approach", motion.approach),
+            ("raising", motion.raising),
+            ("loaded motion", motion.loaded),
+        ):
+            if part is None:
+                continue
+            check_rests(self.checks["rests"], name, crane, part, what)
+            check_spacing(self.checks["spacing"], name, crane, part, self.site.frame.voxel_size_m)
+            check_capacity(self.checks["capacity"], name, crane, part, masses.get(id(part), mass_kg))

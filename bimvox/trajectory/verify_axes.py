@@ -1,0 +1,167 @@
+"""The proof of a motion in the crane's axes: clock, rates, ranges, ends, capacity."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.kinematics import hook_of
+from bimvox.crane.load_chart import utilisation
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.planning.proof import Check
+from bimvox.trajectory.motion import LiftMotion, PhaseName
+from bimvox.trajectory.trajectory import Trajectory
+
+_OVER_LIMIT = 1e-3
+"""Share by which a rate, acceleration or jerk may exceed its limit: times are rounded to nanoseconds."""
+_ROUNDING = 8.0 * np.finfo(np.float64).eps
+_RANGE_M = 1e-6
+_NAMES = ("slewing", "trolley", "hoist")
+_MOST_SPACING_VOX = 0.5
+
+AXES = "slew_rad, radius_m and height_m"
+
+
+def axes_of_samples(trajectory: Trajectory) -> NDArray[np.float64]:
+    """(N, 3) float64 slew (rad), radius (m), height (m)."""
+    return np.stack([trajectory.slew_rad, trajectory.radius_m, trajectory.height_m], axis=1)
+
+
+def is_sound(check: Check, name: str, motion: LiftMotion) -> bool:
+    """Check that every trajectory has two samples at least, three finite axes of one length, and times that ascend."""
+    good = True
+    for part in motion.trajectories:
+        count = len(part.time_ns)
+        lengths = {len(part.slew_rad), len(part.radius_m), len(part.height_m)}
+        whole = count >= 2 and lengths == {count}
+        whole = whole and bool(np.isfinite(axes_of_samples(part)).all())
+        whole = whole and bool((np.diff(part.time_ns) > 0).all())
+        check.look(whole, f"{name}: a trajectory without times that ascend and finite axes of the same length")
+        good = good and whole
+    return good
+
+
+def check_phases(check: Check, name: str, motion: LiftMotion) -> None:
+    """Check that the phases follow each other without gaps, in their order, and that the trajectories fit into them."""
+    phases = motion.phases
+    order = list(PhaseName)
+    names = [phase.name for phase in phases]
+    check.look(
+        bool(phases) and phases[0].start_ns == motion.start_ns and phases[-1].end_ns == motion.end_ns,
+        f"{name}: its phases do not reach from its start to its end",
+    )
+    for one, other in pairwise(phases):
+        check.look(
+            one.end_ns == other.start_ns and order.index(one.name) < order.index(other.name),
+            f"{name}: {other.name} does not follow {one.name} at {one.end_ns / 1e9:.3f} s",
+        )
+    check.look(all(p.start_ns < p.end_ns for p in phases), f"{name}: a phase takes no time")
+    spans = (
+        ("approach", motion.approach, {PhaseName.APPROACH}, True),
+        ("raising", motion.raising, {PhaseName.RAISE}, False),
+        ("loaded motion", motion.loaded, {PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER}, True),
+    )
+    check.look(
+        (motion.approach is not None) == (PhaseName.APPROACH in names), f"{name}: approach and its phase do not agree"
+    )
+    for what, part, wanted, to_its_end in spans:
+        own = [phase for phase in phases if phase.name in wanted]
+        if part is None or not len(part.time_ns):
+            continue
+        start_ns, end_ns = motion.start_ns + int(part.time_ns[0]), motion.start_ns + int(part.time_ns[-1])
+        fits = bool(own) and start_ns == own[0].start_ns
+        fits = fits and (end_ns == own[-1].end_ns if to_its_end else end_ns <= own[-1].end_ns)
+        check.look(fits, f"{name}: its {what} does not fit its phases")
+
+
+def check_limits(check: Check, name: str, crane: TowerCrane, motion: LiftMotion) -> None:
+    """Check that no axis exceeds its rate, acceleration or jerk, by divided differences of the samples.
+
+    The k-th divided difference times k! is a value of the k-th derivative somewhere between the samples, or an average
+    of it, so a motion within its limits cannot fail, wherever the samples are.
+    """
+    time_ns, axes = motion.samples()
+    time_s = (time_ns - time_ns[0]) / 1e9
+    for axis, limits in enumerate((crane.slewing, crane.trolley, crane.hoist)):
+        values = axes[:, axis]
+        noise = np.full(len(values), _ROUNDING * (float(np.abs(values).max()) + crane.jib_height_m))
+        for order, (what, limit) in enumerate(
+            (("rate", limits.rate), ("acceleration", limits.acceleration), ("jerk", limits.jerk)), start=1
+        ):
+            if len(values) < 2:
+                break
+            span_s = (time_s[order:] - time_s[:-order]) / order
+            values, noise = np.diff(values) / span_s, (noise[1:] + noise[:-1]) / span_s
+            share = np.maximum(np.abs(values) - noise, 0.0) / limit
+            worst = int(np.argmax(share))
+            check.measure(float(share[worst]))
+            check.look(
+                bool(share[worst] <= 1.0 + _OVER_LIMIT),
+                f"{name}: {_NAMES[axis]} {what} {abs(values[worst]):.4g} at {time_s[worst]:.2f} s, allowed {limit:.4g}",
+                samples=len(values),
+            )
+
+
+def check_rests(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, what: str) -> None:
+    """Check that the axes are at rest at both ends of a trajectory and at its corners.
+
+    From rest an axis goes at most a t^2 / 2 and j t^3 / 6 within t.
+    """
+    time_s, axes = trajectory.time_ns / 1e9, axes_of_samples(trajectory)
+    limits = (crane.slewing, crane.trolley, crane.hoist)
+    most = np.array([limit.acceleration for limit in limits]), np.array([limit.jerk for limit in limits])
+    noise = _ROUNDING * (np.abs(axes).max(axis=0) + crane.jib_height_m)
+    inner = trajectory.corner[(trajectory.corner > 0) & (trajectory.corner < len(time_s) - 1)]
+    steps = [(0, 1), (len(time_s) - 1, len(time_s) - 2), *((i, i + 1) for i in inner), *((i, i - 1) for i in inner)]
+    for at, beside in steps:
+        span_s = abs(float(time_s[beside] - time_s[at]))
+        reach = np.minimum(most[0] * span_s**2 / 2.0, most[1] * span_s**3 / 6.0) * (1.0 + _OVER_LIMIT) + 2.0 * noise
+        gone = np.abs(axes[beside] - axes[at])
+        axis = int(np.argmax(gone - reach))
+        check.look(
+            bool(gone[axis] <= reach[axis]),
+            f"{name}: {_NAMES[axis]} is not at rest at {time_s[at]:.2f} s of its {what}",
+        )
+
+
+def check_range(check: Check, name: str, crane: TowerCrane, axes: NDArray[np.float64]) -> None:
+    """Check that the hook stays between the smallest radius and the jib's end, its slings' end above z = 0."""
+    lowest = np.array([crane.min_radius_m, crane.sling_m]) - _RANGE_M
+    highest = np.array([crane.jib_length_m, crane.jib_height_m]) + _RANGE_M
+    bad = ((axes[:, 1:] < lowest) | (axes[:, 1:] > highest)).any(axis=1)
+    worst = axes[bad][:1, 1:].ravel()
+    where = f"radius {worst[0]:.3f} m, height {worst[1]:.3f} m" if bad.any() else ""
+    check.look(
+        not bad.any(),
+        f"{name}: the hook is at {where}; allowed are radii {crane.min_radius_m:g} to {crane.jib_length_m:g} m, "
+        f"heights {crane.sling_m:g} to {crane.jib_height_m:g} m",
+        samples=len(axes),
+    )
+
+
+def check_capacity(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, mass_kg: float) -> None:
+    """Check that load and rigging together are within the load chart at the radius of every sample."""
+    used = utilisation(crane.chart, trajectory.radius_m, mass_kg + crane.rigging_mass_kg)
+    worst = int(np.argmax(used))
+    check.measure(float(used[worst]))
+    check.look(
+        bool(used[worst] <= 1.0 + 1e-9),
+        f"{name}: {mass_kg + crane.rigging_mass_kg:.0f} kg at {trajectory.radius_m[worst]:.2f} m is "
+        f"{used[worst]:.3f} of the capacity",
+        samples=len(used),
+    )
+
+
+def check_spacing(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, voxel_size_m: float) -> None:
+    """Check that the hook goes no more than half a cell between two samples."""
+    hook_m = hook_of(crane, trajectory.slew_rad, trajectory.radius_m, trajectory.height_m)
+    steps = np.linalg.norm(np.diff(hook_m, axis=0), axis=1) / voxel_size_m
+    worst = int(np.argmax(steps))
+    check.measure(float(steps[worst]))
+    check.look(
+        bool(steps[worst] <= _MOST_SPACING_VOX + 1e-6),
+        f"{name}: {steps[worst]:.3f} cells between samples at {trajectory.time_ns[worst] / 1e9:.2f} s",
+        samples=len(steps),
+    )

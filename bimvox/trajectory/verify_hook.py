@@ -1,0 +1,109 @@
+"""The proof that the empty hook and the jib meet nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.planning.moment import NO_SOLID, Moment, Thing, near_and_far
+from bimvox.planning.proof import Check
+from bimvox.planning.triangle_check import TriangleCheck
+from bimvox.site.component import Component
+from bimvox.site.site import CRANE_ID, Site
+from bimvox.trajectory.motion import LiftMotion
+from bimvox.trajectory.trajectory import Trajectory
+from bimvox.trajectory.verify_axes import axes_of_samples
+from bimvox.trajectory.verify_load import check_zone, things_over
+from bimvox.trajectory.verify_space import RawCells, placements_around, reference_cells, way_of
+
+_SLINGS_END = (0, 0, 0)
+
+
+class HookProof:
+    """Looks at one lift after the other.
+
+    Args:
+        site: The site.
+        crane: Its crane.
+        triangles: The test of real triangles.
+        cells: What stands where now; moved on by the caller.
+        checks: ``empty_hook``, ``zones`` and ``jib``.
+    """
+
+    def __init__(
+        self, site: Site, crane: TowerCrane, triangles: TriangleCheck, cells: RawCells, checks: Mapping[str, Check]
+    ) -> None:
+        self.site, self.crane, self.triangles, self.cells, self.checks = site, crane, triangles, cells, checks
+
+    def check(self, name: str, moment: Moment, motion: LiftMotion) -> None:
+        """Check the approach of a lift, and the jib over all of it."""
+        if motion.approach is not None and moment.before is not None:
+            self._check_approach(name, moment, motion.approach, self.site.components[moment.before.component])
+        self._check_jib(name, moment.present, motion.samples()[1])
+
+    def _check_approach(self, name: str, moment: Moment, approach: Trajectory, left: Component) -> None:
+        """A cell at the slings' end and the line above it are free, the next part in the yard included.
+
+        On the way out of a set point the line may run through cells of what touches the part just set, where it misses
+        the real triangles.
+        """
+        check, frame, place = self.checks["empty_hook"], self.site.frame, moment.lift.place
+        way = way_of(self.crane, axes_of_samples(approach), frame.voxel_size_m)
+        cells = reference_cells(self.crane, frame, way.axes, _SLINGS_END)
+        placements = placements_around(cells, way.slack_vox)
+        time_s = approach.time_ns[way.sample] / 1e9
+        check_zone(self.checks["zones"], f"{name}, approach", self.site, placements, np.zeros(3, np.int64), time_s)
+        if not self.site.rules.rope:
+            return
+        present = list(moment.present)
+        if place is not None:
+            own = place.shape.cells + np.array(place.cell_vox, np.int32)
+            present.append(Thing(self.site.components[moment.lift.component].id, own, NO_SOLID))
+            self.cells.move_to(present)
+        hit = placements.at_positions(self.cells.over(placements, _SLINGS_END))
+        check.look(True, "", samples=len(cells))
+        leaving = np.logical_and.accumulate(hit)
+        bad = hit & ~leaving
+        if leaving.any():
+            near, _ = near_and_far(left, present)
+            bad |= leaving & placements.at_positions(self.cells.without(near).over(placements, _SLINGS_END))
+            set_at = np.array(left.target_vox) + np.array(left.hook_offset_vox)
+            for n in np.flatnonzero(leaving & ~bad).tolist():
+                offset_m = (cells[n] - set_at) * frame.voxel_size_m
+                bad[n] = not all(self.triangles.rope_is_clear(left, offset_m, thing.solid) for thing in near)
+        if bad.any():
+            n = int(np.argmax(bad))
+            met = ", ".join(things_over(present, placements, n, np.zeros(3, np.int64)))
+            check.look(False, f"{name}: on its approach, at {time_s[n]:.2f} s, the empty hook or its rope meets {met}")
+
+    def _check_jib(self, name: str, present: Sequence[Thing], axes: NDArray[np.float64]) -> None:
+        """The jib, as wide as the mast, turns over nothing that is as high as it is.
+
+        What sticks out of the grid's top is cut off there, and not seen.
+        """
+        frame, crane, check = self.site.frame, self.crane, self.checks["jib"]
+        check.look(True, "", samples=len(axes))
+        highest = int(np.floor((crane.jib_height_m - frame.origin_m[2]) / frame.voxel_size_m + 1e-6))
+        if highest >= self.site.shape[2]:
+            return
+        for thing in present:
+            tall = thing.cells[thing.cells[:, 2] >= highest] if thing.name != CRANE_ID else thing.cells[:0]
+            if not len(tall):
+                continue
+            from_axis_m = frame.centre_of(tall)[:, :2] - np.array(crane.base_m[:2])
+            radius_m = np.hypot(*from_axis_m.T)
+            reached = radius_m <= crane.jib_length_m
+            half_m = crane.mast_size_m / 2.0 + frame.voxel_size_m * np.sqrt(0.5)
+            half_rad = np.arcsin(np.minimum(1.0, half_m / np.maximum(radius_m, 1e-9)))
+            at_rad = np.arctan2(from_axis_m[:, 1], from_axis_m[:, 0])
+            low, high = float(axes[:, 0].min()), float(axes[:, 0].max())
+            # The first turn of each angle, less its half width, that is not before the slewing range.
+            turned = low + np.remainder(at_rad + half_rad - low, 2.0 * np.pi)
+            met = reached & (turned - 2.0 * half_rad <= high)
+            check.look(
+                not met.any(),
+                f"{name}: the jib at {crane.jib_height_m:g} m turns into {thing.name}, which is as high",
+            )

@@ -1,0 +1,191 @@
+"""The proof that a load on its way meets nothing, and that its hook line is free up to the jib."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.planning.lift import Lift
+from bimvox.planning.moment import Moment, Thing, near_and_far
+from bimvox.planning.proof import Check
+from bimvox.planning.triangle_check import TriangleCheck
+from bimvox.site.component import Component, StoredPose
+from bimvox.site.site import Site
+from bimvox.trajectory.motion import LiftMotion
+from bimvox.trajectory.trajectory import Trajectory
+from bimvox.trajectory.verify_axes import axes_of_samples
+from bimvox.trajectory.verify_space import (
+    BETWEEN_VOX,
+    Placements,
+    RawCells,
+    placements_around,
+    reference_cells,
+    way_of,
+)
+
+
+class LoadProof:
+    """Looks at one lift after the other.
+
+    Args:
+        site: The site.
+        crane: Its crane.
+        triangles: The test of real triangles.
+        cells: What stands where now; moved on by the caller.
+        checks: ``motion_cells``, ``motion_triangles``, ``motion_rope`` and ``zones``.
+    """
+
+    def __init__(
+        self, site: Site, crane: TowerCrane, triangles: TriangleCheck, cells: RawCells, checks: Mapping[str, Check]
+    ) -> None:
+        self.site, self.crane, self.triangles, self.cells, self.checks = site, crane, triangles, cells, checks
+
+    def check(self, name: str, moment: Moment, motion: LiftMotion) -> None:
+        """Check raising and loaded motion of a lift."""
+        component, place = self.site.components[moment.lift.component], moment.lift.place
+        upright = place is not None and place.pose is StoredPose.AS_BUILT
+        # What a part sweeps while it is tipped up is checked with its place in the yard; here its hook line is.
+        self._check_way(f"{name}, raised", component, moment, motion.raising, None, with_load=upright)
+        self._check_way(name, component, moment, motion.loaded, moment.lift, with_load=True)
+
+    def _check_way(
+        self,
+        name: str,
+        component: Component,
+        moment: Moment,
+        trajectory: Trajectory,
+        lift: Lift | None,
+        *,
+        with_load: bool,
+    ) -> None:
+        way = way_of(self.crane, axes_of_samples(trajectory), self.site.frame.voxel_size_m)
+        cells = reference_cells(self.crane, self.site.frame, way.axes, component.hook_offset_vox)
+        placements = placements_around(cells, way.slack_vox)
+        own = component.shape.cells
+        time_s = trajectory.time_ns[way.sample] / 1e9
+        tail = _is_tail(cells, lift)
+        near, far = near_and_far(component, moment.present) if tail.any() else ([], list(moment.present))
+        check = self.checks["motion_cells"]
+        if with_load:
+            inside = ~placements.at_positions(~self.cells.holds(placements, own))
+            if not inside.all():
+                n = int(np.argmin(inside))
+                check.look(False, f"{name}: leaves the site at {time_s[n]:.2f} s, cell {_text(cells[n])}")
+            hit = placements.at_positions(self.cells.meets(placements, own))
+            bad = hit & ~tail
+            if (hit & tail).any():
+                bad |= placements.at_positions(self.cells.without(near).meets(placements, own))
+            check.look(True, "", samples=len(cells))
+            if bad.any():
+                n = int(np.argmax(bad))
+                met = ", ".join(_met(moment.present if not tail[n] else far, placements, n, own))
+                check.look(
+                    False, f"{name}: at {time_s[n]:.2f} s, cell {_text(cells[n])}, the load is in cells of {met}"
+                )
+            self._check_contact(component, cells, hit & tail, near)
+        if self.site.rules.rope:
+            self._check_rope(name, component, moment, cells, placements, tail, near, far, time_s)
+        self._check_zone(name, component, placements, time_s)
+
+    def _check_contact(
+        self, component: Component, cells: NDArray[np.float64], hit: NDArray[np.bool_], near: Sequence[Thing]
+    ) -> None:
+        """From the first contact by cells on the real triangles decide, neighbour by neighbour."""
+        if not hit.any():
+            return
+        first = max(0, int(np.argmax(hit)) - 1)
+        offsets_m = (cells[first:] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
+        for thing in near:
+            self.triangles.check_way(self.checks["motion_triangles"], component, offsets_m, thing.solid)
+
+    def _check_rope(
+        self,
+        name: str,
+        component: Component,
+        moment: Moment,
+        cells: NDArray[np.float64],
+        placements: Placements,
+        tail: NDArray[np.bool_],
+        near: Sequence[Thing],
+        far: Sequence[Thing],
+        time_s: NDArray[np.float64],
+    ) -> None:
+        """A hook line one cell wide is free; in the tail the rope itself must miss the triangles of neighbours."""
+        check = self.checks["motion_rope"]
+        check.look(True, "", samples=len(cells))
+        hit = placements.at_positions(self.cells.over(placements, component.hook_offset_vox))
+        bad = hit & ~tail
+        doubtful = hit & tail
+        if doubtful.any():
+            bad |= placements.at_positions(self.cells.without(near).over(placements, component.hook_offset_vox))
+        for n in np.flatnonzero(doubtful & ~bad).tolist():
+            offset_m = (cells[n] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
+            bad[n] = not all(self.triangles.rope_is_clear(component, offset_m, thing.solid) for thing in near)
+        if bad.any():
+            n = int(np.argmax(bad))
+            met = ", ".join(things_over(moment.present, placements, n, np.array(component.hook_offset_vox)))
+            check.look(False, f"{name}: at {time_s[n]:.2f} s, cell {_text(cells[n])}, the hoist rope meets {met}")
+
+    def _check_zone(self, name: str, component: Component, placements: Placements, time_s: NDArray[np.float64]) -> None:
+        check_zone(self.checks["zones"], name, self.site, placements, np.array(component.hook_offset_vox), time_s)
+
+
+def check_zone(
+    check: Check,
+    name: str,
+    site: Site,
+    placements: Placements,
+    hook_offset_vox: NDArray[np.int64],
+    time_s: NDArray[np.float64],
+) -> None:
+    """Check that the hook is over no column that a zone forbids."""
+    if site.prohibited is None:
+        return
+    hook = placements.cells[:, :2] + hook_offset_vox[:2]
+    inside = ((hook >= 0) & (hook < site.prohibited.shape)).all(axis=1)
+    over = np.zeros(len(hook), np.bool_)
+    over[inside] = site.prohibited[hook[inside, 0], hook[inside, 1]]
+    bad = placements.at_positions(over)
+    check.look(
+        not bad.any(),
+        f"{name}: the hook is over a prohibited zone at {time_s[int(np.argmax(bad))]:.2f} s",
+        samples=len(bad),
+    )
+
+
+def things_over(
+    things: Sequence[Thing], placements: Placements, position: int, hook_offset_vox: NDArray[np.int64]
+) -> list[str]:
+    """Return the names of what is in the hook's column at one position."""
+    hook = placements.at(position) + hook_offset_vox
+    return [
+        thing.name
+        for thing in things
+        if any(
+            ((thing.cells[:, :2] == column[:2]).all(axis=1) & (thing.cells[:, 2] >= column[2])).any() for column in hook
+        )
+    ]
+
+
+def _met(things: Sequence[Thing], placements: Placements, position: int, own: NDArray[np.int32]) -> list[str]:
+    """Return the names of what is in the load's cells at one position."""
+    cells = {tuple(cell) for place in placements.at(position) for cell in (own + place).tolist()}
+    return [thing.name for thing in things if any(tuple(cell) in cells for cell in thing.cells.tolist())]
+
+
+def _is_tail(cells: NDArray[np.float64], lift: Lift | None) -> NDArray[np.bool_]:
+    """Return which positions are on the last moves: at the end, and within the placements that were in contact."""
+    if lift is None or lift.path_vox is None or lift.contact_moves <= 0:
+        return np.zeros(len(cells), np.bool_)
+    placements = lift.path_vox[-1 - min(lift.contact_moves, len(lift.path_vox) - 1) :]
+    low, high = placements.min(axis=0) - BETWEEN_VOX, placements.max(axis=0) + BETWEEN_VOX
+    within = ((cells >= low) & (cells <= high)).all(axis=1)
+    tail: NDArray[np.bool_] = np.logical_and.accumulate(within[::-1])[::-1]
+    return tail
+
+
+def _text(cell: NDArray[np.float64]) -> str:
+    return "(" + ", ".join(f"{value:.2f}" for value in cell) + ")"

@@ -1,0 +1,76 @@
+"""``bimvox verify``: a log proven again, from the log alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.artifacts import require_input
+from pipeline.progress import Progress
+
+if TYPE_CHECKING:
+    from bimvox.planning.proof import Check
+
+
+def verify(log: Path, *, progress: Progress) -> dict[str, Any]:
+    """Prove a log again: plan, motions, digests, and that its topics agree.
+
+    Everything comes from the file: the site with its parts' triangles is inside. The model that the site was made from
+    is not, so voxelizing is not repeated; that every part's cells cover its triangles is checked. Of an extract, the
+    lifts that it carries are proven; the others count as done or waiting where the plan says.
+
+    Args:
+        log: The log.
+        progress: Told of the stages.
+
+    Returns:
+        The document of ``bimvox verify --json``.
+
+    Raises:
+        LogFileError: If it is damaged or not ours.
+    """
+    from bimvox.log.container import read_contents, read_file
+    from bimvox.log.reader import log_of
+    from bimvox.log.verify import USED_TOPICS, check_commands, check_digests, check_load_poses
+    from bimvox.planning.verify import verify_plan
+    from bimvox.trajectory.verify import verify_motions
+
+    require_input(log)
+    progress.stage("read")
+    contents = read_contents(read_file(log), log, USED_TOPICS)
+    record = log_of(contents, log)
+    if record.context:
+        progress.note(f"this log is an extract: {len(record.plan.lifts)} of {len(record.all_lifts)} lifts are in it")
+    progress.stage("plan")
+    checks = list(verify_plan(record.plan, record.context).checks)
+    progress.stage("motions")
+    checks += verify_motions(record.plan, record.motions, record.context).checks
+    progress.stage("log")
+    checks += [check_digests(contents, record), check_load_poses(contents, record), check_commands(contents, record)]
+    progress.finish()
+    return {
+        "log": str(log),
+        "verified": all(check.passed for check in checks),
+        "checks": _as_json(checks),
+        "lifts": len(record.planned),
+        "infeasible_lifts": len(record.plan.lifts) - len(record.planned),
+        "left_out": len(record.context),
+        "revision": record.revision,
+        "seconds": progress.seconds,
+    }
+
+
+def _as_json(checks: Iterable[Check]) -> dict[str, Any]:
+    return {
+        check.name: {
+            "passed": check.passed,
+            "samples": check.samples,
+            "worst": None if check.worst is None or not isfinite(check.worst) else round(check.worst, 9),
+            "unit": check.unit or None,
+            "failed": check.failed,
+            "failures": list(check.failures),
+        }
+        for check in checks
+    }

@@ -1,0 +1,168 @@
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from bimvox.errors import LogFileError
+from bimvox.log import topics
+from bimvox.log.channels import LogWriter
+from bimvox.log.container import read_contents, read_file
+from bimvox.log.crane_command import CraneCommandMessage
+from bimvox.log.reader import read_log
+from bimvox.planning.verify import verify_plan
+from bimvox.trajectory.verify import UNITS
+from cli.main import run as run_cli
+from pipeline.export import export
+from pipeline.plan import plan, write_log_file
+from pipeline.progress import SilentProgress
+from pipeline.verify import verify
+
+
+def run(log):
+    return verify(log, progress=SilentProgress())
+
+
+def failed(document):
+    return {name for name, check in document["checks"].items() if not check["passed"]}
+
+
+def rewritten(folder, record, name="changed.mcap"):
+    write_log_file(folder / name, record, inputs=[])
+    return folder / name
+
+
+def with_messages(folder, change, name="changed.mcap"):
+    """The log with each message as ``change(topic, data)`` returns it."""
+    contents = read_contents(read_file(folder / "frame.mcap"), "frame")
+    with (folder / name).open("wb") as stream, LogWriter(stream) as writer:
+        for key, values in contents.metadata.items():
+            writer.metadata(key, values)
+        for key, data in contents.attachments.items():
+            writer.attachment(key, data)
+        for message in contents.messages:
+            writer.raw(message.topic, message.sequence, message.time_ns, change(message.topic, message.data))
+    return folder / name
+
+
+def test_a_good_log_is_proven_from_itself_alone(site_folder, tmp_path_factory):
+    alone = tmp_path_factory.mktemp("alone") / "log.mcap"
+    alone.write_bytes((site_folder / "frame.mcap").read_bytes())
+    document = run(alone)
+    assert document["verified"] is True, failed(document)
+    assert (document["lifts"], document["infeasible_lifts"], document["revision"]) == (8, 0, 0)
+    plan_checks = {check.name for check in verify_plan(read_log(alone).plan).checks}
+    assert set(document["checks"]) == plan_checks | set(UNITS) | {"digests", "load_poses", "commands"}
+    for check in document["checks"].values():
+        assert {"passed", "samples", "worst", "unit", "failures"} <= set(check)
+        assert check["failures"] == []
+    json.dumps(document, allow_nan=False)
+    assert "infeasible" not in document
+
+
+def test_an_extract_is_proven_for_the_lifts_that_it_carries(site_folder):
+    export(site_folder / "frame.mcap", lifts=("2", "5"), out=site_folder / "two.mcap", progress=SilentProgress())
+    document = run(site_folder / "two.mcap")
+    assert document["verified"] is True, failed(document)
+    assert (document["lifts"], document["left_out"]) == (2, 6)
+    assert 0 < document["checks"]["motion_cells"]["samples"]
+
+
+def test_a_log_with_infeasible_lifts_is_proven_for_the_others(site_folder):
+    site = read_log(site_folder / "frame.mcap").plan.site
+    part = site.components[0]
+    low = site.frame.corner_of(part.target_vox) + 0.05
+    box = {"id": "pallet", "box": {"min": low.tolist(), "max": (low + 0.2).tolist()}}
+    file = site_folder / "obstructions.json"
+    file.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": [box]}))
+    out = site_folder / "with.mcap"
+    made = plan(site_folder / "frame.site.toml", out, obstructions=file, steps=2_000, progress=SilentProgress())
+    document = run(out)
+    assert document["verified"] is True, failed(document)
+    assert document["infeasible_lifts"] == len(made["infeasible"]) > 0
+
+
+def test_a_site_without_a_crane_is_proven_too(site_folder):
+    record = read_log(site_folder / "frame.mcap")
+    from bimvox.site.build import with_digests
+
+    site = with_digests(dataclasses.replace(record.plan.site, crane=None))
+    bare = dataclasses.replace(record, plan=dataclasses.replace(record.plan, site=site), motions=())
+    document = run(rewritten(site_folder, bare))
+    assert document["verified"] is True, failed(document)
+
+
+def test_content_that_does_not_fit_its_digests_is_caught(site_folder):
+    record = read_log(site_folder / "frame.mcap")
+    site = record.plan.site
+    light = dataclasses.replace(site.components[0], mass_kg=site.components[0].mass_kg / 2)
+    changed = dataclasses.replace(site, components=(light, *site.components[1:]))
+    document = run(
+        rewritten(site_folder, dataclasses.replace(record, plan=dataclasses.replace(record.plan, site=changed)))
+    )
+    assert failed(document) == {"digests"}
+    assert any("geometry" in failure for failure in document["checks"]["digests"]["failures"])
+
+
+def test_an_attached_file_that_was_exchanged_is_caught(site_folder):
+    record = read_log(site_folder / "frame.mcap")
+    assert "sha256 site.toml" in record.metadata
+    other = dataclasses.replace(record, attachments={**record.attachments, "site.toml": b"[model]\n"})
+    assert failed(run(rewritten(site_folder, other))) == {"digests"}
+    gone = dataclasses.replace(record, attachments={})
+    assert failed(run(rewritten(site_folder, gone))) == {"digests"}
+
+
+def test_a_motion_and_a_path_that_were_changed_are_caught(site_folder):
+    record = read_log(site_folder / "frame.mcap")
+    motion = record.motions[3]
+    loaded = dataclasses.replace(motion.loaded, radius_m=motion.loaded.radius_m + 0.3)
+    motions = tuple(dataclasses.replace(m, loaded=loaded) if m is motion else m for m in record.motions)
+    broken = failed(run(rewritten(site_folder, dataclasses.replace(record, motions=motions))))
+    assert {"ends", "axis_limits"} <= broken
+    lift = record.plan.lifts[2]
+    path = np.concatenate([lift.path_vox[:4], lift.path_vox[5:]])
+    lifts = tuple(dataclasses.replace(x, path_vox=path) if x is lift else x for x in record.plan.lifts)
+    spoiled = dataclasses.replace(record, plan=dataclasses.replace(record.plan, lifts=lifts))
+    assert "unit_moves" in failed(run(rewritten(site_folder, spoiled)))
+
+
+def test_poses_and_commands_that_lead_elsewhere_are_caught(site_folder):
+    from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+
+    def shifted(topic, data):
+        if topic != topics.LOAD:
+            return data
+        message = PoseInFrame.FromString(data)
+        message.pose.position.x += 0.01
+        return message.SerializeToString(deterministic=True)
+
+    def faster(topic, data):
+        if topic != topics.COMMAND:
+            return data
+        message = CraneCommandMessage.FromString(data)
+        message.trolley_rate_m_s *= 1.1
+        return message.SerializeToString(deterministic=True)
+
+    assert failed(run(with_messages(site_folder, lambda topic, data: data))) == set()
+    assert failed(run(with_messages(site_folder, shifted))) == {"load_poses"}
+    assert failed(run(with_messages(site_folder, faster))) == {"commands"}
+
+
+def test_a_damaged_log_is_refused(site_folder):
+    log = site_folder / "frame.mcap"
+    log.write_bytes(log.read_bytes()[:-100])
+    with pytest.raises(LogFileError, match="truncated"):
+        run(log)
+
+
+def test_the_command_says_what_failed_by_its_exit_code(site_folder, capsys):
+    assert run_cli(["verify", str(site_folder / "frame.mcap")]) == 0
+    assert "every check passed" in capsys.readouterr().out
+    record = read_log(site_folder / "frame.mcap")
+    gone = rewritten(site_folder, dataclasses.replace(record, attachments={}))
+    assert run_cli(["verify", str(gone), "--json"]) == 1
+    document = json.loads(capsys.readouterr().out)
+    assert document["verified"] is False
+    assert run_cli(["verify", str(gone)]) == 1
+    assert "it is not there" in capsys.readouterr().out
