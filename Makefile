@@ -10,7 +10,7 @@ FIND_LINKS = $(shell $(PYTHON) -m pip config get global.find-links 2>/dev/null)
 TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check lint types contracts samples constraints clean
+.PHONY: help setup demo test check lint types contracts samples bench picture constraints clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
@@ -46,6 +46,15 @@ check: lint types contracts test ## ruff, strict mypy, import contracts, tests: 
 
 samples: setup ## write the sample models again (they are byte-identical each time)
 	$(BIN)/python -m sample_models.write
+
+bench: setup ## plan and prove every sample model: the table of docs/measured.md
+	$(BIN)/python benchmarks/samples.py
+
+picture: setup ## draw the README's picture again
+	mkdir -p $(OUT)
+	$(BIN)/bimvox init sample_models/prefab.ifc -o $(OUT)/prefab.site.toml --force
+	$(BIN)/bimvox plan $(OUT)/prefab.site.toml -o $(OUT)/prefab.mcap
+	$(BIN)/bimvox render $(OUT)/prefab.mcap --lift 70 -o docs/images/prefab.png
 
 constraints: $(UV) ## resolve the pinned versions again
 	echo 'torch==2.13.0' > $(VENV)/pins.txt

@@ -89,7 +89,7 @@ def _motion(
     hook_on_vox = _hook_on_cell(component, place, clearance)
     if before is not None:
         left_vox = _left_cells(site, before)
-        rule = empty_hook_clearance(crane, site.frame, clearance, site.rules.rope, place, left_vox)
+        rule = empty_hook_clearance(crane, site.frame, clearance, site.rules.rope, place, left_vox, site.prohibited)
         timeline, needed_m = drive_free(crane, rule, hook, left_vox[-1], hook_on_vox, slew_rad)
         approach = sampled(timeline, needed_m, period_s, size_m)
         slew_rad = float(approach.slew_rad[-1])

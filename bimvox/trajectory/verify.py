@@ -136,7 +136,7 @@ class _Verifier:
         assert crane is not None
         mass_kg = self.site.components[moment.lift.component].mass_kg
         check_limits(self.checks["axis_limits"], name, crane, motion)
-        check_range(self.checks["axis_range"], name, crane, motion.samples()[1])
+        check_range(self.checks["axis_range"], name, crane, motion.samples()[1], self.site.frame.voxel_size_m)
         masses = {id(motion.approach): 0.0}
         for what, part in (
             ("approach", motion.approach),

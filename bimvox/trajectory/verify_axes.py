@@ -126,9 +126,14 @@ def check_rests(check: Check, name: str, crane: TowerCrane, trajectory: Trajecto
         )
 
 
-def check_range(check: Check, name: str, crane: TowerCrane, axes: NDArray[np.float64]) -> None:
-    """Check that the hook stays between the smallest radius and the jib's end, its slings' end above z = 0."""
-    lowest = np.array([crane.min_radius_m, crane.sling_m]) - _RANGE_M
+def check_range(check: Check, name: str, crane: TowerCrane, axes: NDArray[np.float64], voxel_size_m: float) -> None:
+    """Check that the hook stays between the smallest radius and the jib's end, its slings' end above z = 0.
+
+    A straight unit move between two columns at the smallest radius is nearer to the mast in its middle, by
+    h^2 / (8 r) for cells of h: so much is allowed.
+    """
+    nearest_m = np.sqrt(max(crane.min_radius_m**2 - (voxel_size_m / 2.0) ** 2, 0.0))
+    lowest = np.array([nearest_m, crane.sling_m]) - _RANGE_M
     highest = np.array([crane.jib_length_m, crane.jib_height_m]) + _RANGE_M
     bad = ((axes[:, 1:] < lowest) | (axes[:, 1:] > highest)).any(axis=1)
     worst = axes[bad][:1, 1:].ravel()

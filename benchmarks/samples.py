@@ -1,0 +1,66 @@
+"""Plans and proves every sample model from nothing, and prints what came out as a Markdown table.
+
+``make bench``: the table in docs/measured.md. Times are of the machine it runs on; the rest is the same everywhere.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+SAMPLES = Path(__file__).parents[1] / "sample_models"
+MODELS = ("paper.ifc", "frame.ifc", "frame_georeferenced.ifc", "prefab.ifc", "yard.glb")
+
+
+def measure(model: Path, folder: Path) -> dict[str, Any]:
+    """Run init, plan and verify on a model and return what they say."""
+    from pipeline.plan import plan
+    from pipeline.progress import SilentProgress
+    from pipeline.site import init
+    from pipeline.verify import verify
+
+    site = folder / f"{model.name}.site.toml"
+    log = folder / f"{model.name}.mcap"
+    started_s = time.perf_counter()
+    init(model, site, progress=SilentProgress())
+    document = plan(site, log, progress=SilentProgress())
+    planned_s = time.perf_counter() - started_s
+    proof = verify(log, progress=SilentProgress())
+    return {"plan": document, "proof": proof, "planned_s": planned_s, "log_mb": log.stat().st_size / 1e6}
+
+
+def row(name: str, found: dict[str, Any]) -> str:
+    """Return a model's row of the table."""
+    document = found["plan"]
+    lifts = [lift for lift in document["lifts"] if lift["status"] == "planned"]
+    policy = sum(lift["method"] == "policy" for lift in lifts)
+    ratio = sum(lift["moves"] for lift in lifts) / max(1, sum(lift["shortest_moves"] for lift in lifts))
+    timed = [lift for lift in lifts if lift["duration_s"] is not None]
+    times = f"{sum(t['duration_s'] for t in timed) / sum(t['bound_s'] for t in timed):.2f}" if timed else "-"
+    samples = sum(check["samples"] for check in found["proof"]["checks"].values())
+    return (
+        f"| {name} | {len(lifts)} of {len(document['lifts'])} | {policy} / {len(lifts) - policy} | {ratio:.3f} | {times} "
+        f"| {document['policy']['steps']:,} | {'yes' if found['proof']['verified'] else 'NO'} ({samples / 1e6:.1f} M) "
+        f"| {found['planned_s']:.0f} s | {sum(found['proof']['seconds'].values()):.0f} s | {found['log_mb']:.1f} MB |"
+    )
+
+
+def main() -> None:
+    """Measure every sample with a policy store of its own."""
+    print(
+        "| model | lifts planned | by policy / search | moves / shortest | crane time / bound | training steps "
+        "| proven (samples) | init + plan | verify | log |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["BIMVOX_POLICIES"] = str(Path(folder) / "policies")
+        for name in MODELS:
+            print(row(name, measure(SAMPLES / name, Path(folder))), flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
