@@ -43,7 +43,8 @@ def row(name: str, found: dict[str, Any]) -> str:
     times = f"{sum(t['duration_s'] for t in timed) / sum(t['bound_s'] for t in timed):.2f}" if timed else "-"
     samples = sum(check["samples"] for check in found["proof"]["checks"].values())
     return (
-        f"| {name} | {len(lifts)} of {len(document['lifts'])} | {policy} / {len(lifts) - policy} | {ratio:.3f} | {times} "
+        f"| {name} | {len(lifts)} of {len(document['lifts'])} | {policy} / {len(lifts) - policy} "
+        f"| {ratio:.3f} | {times} "
         f"| {document['policy']['steps']:,} | {'yes' if found['proof']['verified'] else 'NO'} ({samples / 1e6:.1f} M) "
         f"| {found['planned_s']:.0f} s | {sum(found['proof']['seconds'].values()):.0f} s | {found['log_mb']:.1f} MB |"
     )

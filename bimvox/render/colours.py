@@ -1,26 +1,23 @@
-"""The colours of pictures: the paper's, in tones that people with any colour vision tell apart.
+"""The colours of pictures: the one table of ``bimvox.site.construction``, and what only a picture has.
 
-The paper's states are orange, blue, green and pink (Zhu, Pauwels and de Vries 2021); taken from the palette of Okabe
-and Ito they stay apart for colour-blind readers. Its construction area has the blue of the load in transit, which
-cannot be told apart in a picture: the area is pale here. Classes of parts have the light palette of Paul Tol.
+Classes of parts have the light palette of Paul Tol.
 """
 
 from __future__ import annotations
 
-Rgb = tuple[int, int, int]
-"""sRGB, 0..255."""
+from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
 
-UNBUILT: Rgb = (230, 145, 20)
-IN_TRANSIT: Rgb = (0, 100, 190)
-ARRIVED: Rgb = (0, 158, 115)
-ASSEMBLED: Rgb = (228, 150, 186)
+UNBUILT: Rgb = STATE_RGB[ConstructionState.UNBUILT]
+IN_TRANSIT: Rgb = STATE_RGB[ConstructionState.IN_TRANSIT]
+ARRIVED: Rgb = STATE_RGB[ConstructionState.ARRIVED]
+ASSEMBLED: Rgb = STATE_RGB[ConstructionState.ASSEMBLED]
 
-GROUND: Rgb = (178, 178, 176)
-CONSTRUCTION_AREA: Rgb = (206, 222, 240)
-YARD: Rgb = (236, 222, 190)
-STRUCTURE: Rgb = (150, 150, 152)
-OBSTRUCTION: Rgb = (52, 52, 56)
-CRANE: Rgb = (236, 188, 28)
+GROUND: Rgb = KIND_RGB["ground"]
+CONSTRUCTION_AREA: Rgb = KIND_RGB["construction_area"]
+YARD: Rgb = KIND_RGB["yard"]
+STRUCTURE: Rgb = KIND_RGB["structure"]
+OBSTRUCTION: Rgb = (52, 52, 56)  # the paper's black, lifted so that shading and edges show on it
+CRANE: Rgb = KIND_RGB["crane"]
 CRANE_EDGE: Rgb = (92, 74, 22)
 CONCRETE: Rgb = (170, 168, 164)
 ROPE: Rgb = (60, 60, 64)

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.grid.voxel_grid import Part, VoxelGrid
-from bimvox.render.colours import CLASSES, FLOOR, GROUND, OBSTRUCTION, STRUCTURE, Rgb
+from bimvox.render.colours import CLASSES, FLOOR, GROUND, OBSTRUCTION, STRUCTURE
 from bimvox.render.scene import LegendEntry, Scene
 from bimvox.render.solids import index_type
 from bimvox.render.words import counted
+from bimvox.site.construction import Rgb
 
 _FLOOR_SHARE = 0.12
 """Width of the floor around the building, as a share of its longer side."""

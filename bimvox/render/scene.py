@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.grid.frame import GridFrame
-from bimvox.render.colours import Rgb
+from bimvox.site.construction import Rgb
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.render.colours import Rgb
+from bimvox.site.construction import Rgb
 
 
 def index_type(count: int) -> type[np.unsignedinteger]:

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.render.camera import Camera
-from bimvox.render.colours import Rgb
 from bimvox.render.scene import Strokes
+from bimvox.site.construction import Rgb
 
 _DOT_PX = 7.0
 _EDGE_PX = 0.9

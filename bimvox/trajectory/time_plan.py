@@ -135,7 +135,7 @@ def _hook_on_cell(component: Component, place: YardPlace, clearance: Clearance) 
     """Cell of the slings' lower end at hook on: above the part's top as it lies.
 
     A part that lies is hooked at its head, the end away from its foot, and tipped up; where the hook may not be over
-    the head (reach), over its foot.
+    the head, or anywhere on its way from there to over the foot (reach, rope, zones), over its foot.
     """
     x, y, z = place.cell_vox
     offset_x, offset_y, _ = component.hook_offset_vox
@@ -146,9 +146,10 @@ def _hook_on_cell(component: Component, place: YardPlace, clearance: Clearance) 
         head[0] = x + size_x - 1
     elif place.pose is StoredPose.LYING_Y:
         head[1] = y + size_y - 1
-    inside = head[0] < clearance.hook_floor.shape[0] and head[1] < clearance.hook_floor.shape[1]
     above = clearance._replace(boxes=np.array([[0, 0, 0, 1, 1, 1]], np.int32), hook_offset=HOOK_OFFSET)
-    return head if inside and placement_is_free(above, head[0], head[1], head[2]) else foot
+    way = foot + np.sign(head - foot) * np.arange(np.abs(head - foot).max() + 1, dtype=np.int32)[:, None]
+    inside = (way[:, :2] < clearance.hook_floor.shape).all()
+    return head if inside and all(placement_is_free(above, *cell) for cell in way) else foot
 
 
 def _left_cells(site: Site, lift: Lift) -> NDArray[np.int32]:
