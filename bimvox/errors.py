@@ -16,6 +16,7 @@
     │   └── PolicyError          a policy that is missing, damaged or does not fit
     └── PlanningError            no valid plan, or a check failed: exit code 1
         ├── NoPlanError          no lift at all could be planned
+        ├── MotionError          a proven path that the crane cannot drive; names the lift
         └── VerificationError    a proof failed; nothing was written
 
 Every error carries its evidence as fields, and a message that says what was wrong, where, and what to do.
@@ -162,6 +163,16 @@ class NoPlanError(PlanningError):
     def __init__(self, message: str, *, reasons: Mapping[str, str] | None = None, hint: str | None = None) -> None:
         super().__init__(message, hint=hint)
         self.reasons = dict(reasons or {})
+
+
+class MotionError(PlanningError):
+    """A proven path that the crane cannot drive; ``component`` is the id of the part."""
+
+    code = "motion"
+
+    def __init__(self, component: str, message: str, *, hint: str | None = None) -> None:
+        super().__init__(f"{component}: {message}", hint=hint)
+        self.component = component
 
 
 class VerificationError(PlanningError):

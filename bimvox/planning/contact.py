@@ -2,7 +2,8 @@
 
 Neighbouring parts touch, and conservatively voxelized neighbours share cells, along the whole descent too. Where the
 broad phase (boxes against the summed-area table) hits nothing but neighbours, the real triangles decide: one part with
-its surface moved inward by the tolerance against the other's true surface.
+its surface moved inward by the tolerance against the other's true surface. Of a pair it is always the thicker one that
+is moved inward, whichever is lifted.
 
 Where the author drew two parts into each other deeper than that, the pair may overlap as deep as drawn and no deeper:
 the shortest straight way along an axis that takes one out of the other is its depth, and on the way in the part, moved
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.planning.erosion import eroded_triangles_m
+from bimvox.planning.erosion import bearable_depth_m, eroded_triangles_m, is_thicker, thickness_m
 from bimvox.planning.lift import ModelledClash
 from bimvox.planning.sweep import blocked_steps, crossings_above
 from bimvox.site.site import Site
@@ -29,11 +30,6 @@ _DEPTH_STEP_M = 0.001
 _DEPTH_REACH_M = 2.0
 _NOWHERE = np.zeros(3)
 _WAYS_TRIED = 8
-_THICKEST_SHARE = 0.45  # moving a surface inward further than that would turn the part inside out
-
-
-_Pair = tuple[fcl.CollisionObject, fcl.CollisionObject]
-"""A part with its surface moved inward, and as it is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +73,9 @@ class Contacts:
         self.solids: tuple[Solid, ...] = (*components, *structure)
         self._component_count = len(components)
         self._triangles = [solid.mesh.triangles_m for solid in self.solids]
+        self._thickness_m = [thickness_m(solid.mesh) for solid in self.solids]
         self._eroded: dict[int, NDArray[np.float64]] = {}
+        self._bvhs: dict[int, fcl.CollisionObject] = {}
         self.neighbours: tuple[tuple[int, ...], ...] = self._find_neighbours()
         self._ways_out_m: dict[tuple[int, int], NDArray[np.float64] | None] = {}
         self.clashes: tuple[ModelledClash, ...] = self._find_clashes()
@@ -101,10 +99,15 @@ class Contacts:
     def eroded_m(self, solid: int) -> NDArray[np.float64]:
         """(F, 3, 3) float64 triangles of a solid with its surface moved inward by the tolerance."""
         if solid not in self._eroded:
-            low, high = self.bounds_m[solid]
-            depth_m = min(self._tolerance_m, _THICKEST_SHARE * float((high - low).min()))
-            self._eroded[solid] = eroded_triangles_m(self.solids[solid].mesh, depth_m)
+            mesh = self.solids[solid].mesh
+            self._eroded[solid] = eroded_triangles_m(mesh, bearable_depth_m(mesh, self._tolerance_m))
         return self._eroded[solid]
+
+    def pair_m(self, first: int, second: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the triangles of two solids with which their contact is tested: the thicker one's moved inward."""
+        if is_thicker(first, second, self._thickness_m):
+            return self.eroded_m(first), self._triangles[second]
+        return self._triangles[first], self.eroded_m(second)
 
     def meets_on_move(
         self,
@@ -133,8 +136,8 @@ class Contacts:
         way_m = self.way_out_m(moving, fixed)
         if way_m is None:
             return np.zeros(count, np.bool_)
-        moved = self.eroded_m(moving) + (offset_m + way_m)
-        return blocked_steps(moved, self._triangles[fixed], axis, direction, step_m, count)
+        part, other = self.pair_m(moving, fixed)
+        return blocked_steps(part + (offset_m + way_m), other, axis, direction, step_m, count)
 
     @cached_property
     def bounds_m(self) -> NDArray[np.float64]:
@@ -163,27 +166,35 @@ class Contacts:
         return key
 
     def _find_clashes(self) -> tuple[ModelledClash, ...]:
-        shapes: dict[int, tuple[fcl.CollisionObject, fcl.CollisionObject]] = {}
         clashes = []
         for first in range(self._component_count):
             for second in self.neighbours[first]:
                 if second < first or not self._boxes_overlap(first, second):
                     continue
-                for number in (first, second):
-                    if number not in shapes:
-                        shapes[number] = (_bvh(self.eroded_m(number)), _bvh(self._triangles[number]))
-                if not _meet(shapes[first], shapes[second], _NOWHERE):
+                part, other = (self._bvh_of(triangles) for triangles in self.pair_m(first, second))
+                part.setTranslation(np.zeros(3))
+                if not fcl.collide(part, other):
                     continue
-                way_m = self._way_out_as_drawn_m(first, second, shapes[first], shapes[second])
+                way_m = self._way_out_as_drawn_m(first, second, part, other)
+                part.setTranslation(np.zeros(3))
                 self._ways_out_m[first, second] = way_m
                 clashes.append(_clash(self.solids[first].id, self.solids[second].id, way_m))
+        self._bvhs.clear()
         return tuple(clashes)
+
+    def _bvh_of(self, triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
+        """Made once for each solid's two sets of triangles, which are kept as long as this object."""
+        if id(triangles_m) not in self._bvhs:
+            self._bvhs[id(triangles_m)] = _bvh(triangles_m)
+        return self._bvhs[id(triangles_m)]
 
     def _boxes_overlap(self, first: int, second: int) -> bool:
         a, b = self.bounds_m[first], self.bounds_m[second]
         return bool((a[0] < b[1]).all() and (b[0] < a[1]).all())
 
-    def _way_out_as_drawn_m(self, first: int, second: int, one: _Pair, other: _Pair) -> NDArray[np.float64] | None:
+    def _way_out_as_drawn_m(
+        self, first: int, second: int, part: fcl.CollisionObject, other: fcl.CollisionObject
+    ) -> NDArray[np.float64] | None:
         """The shortest straight way along an axis that takes one part out of the other; None beyond the reach."""
         (low, high), (other_low, other_high) = self.bounds_m[first], self.bounds_m[second]
         shortest_m, way_m = _DEPTH_REACH_M, None
@@ -203,20 +214,11 @@ class Contacts:
                     moved_m = direction * out_m * np.eye(3)[axis]
                     point_m = self._triangles[first][0].mean(axis=0) + moved_m
                     outside = crossings_above(self._triangles[second], point_m) % 2 == 0
-                    if outside and not _meet(one, other, moved_m):
+                    part.setTranslation(moved_m)
+                    if outside and not fcl.collide(part, other):
                         shortest_m, way_m = out_m, moved_m
                         break
         return way_m
-
-
-def _meet(one: _Pair, other: _Pair, moved_m: NDArray[np.float64]) -> bool:
-    """Whether two parts meet deeper than the tolerance, the one moved; either one's surface moved inward must say so.
-
-    The two ways of asking differ at sharp edges and thin sections, and either part may be the one that is lifted.
-    """
-    one[0].setTranslation(moved_m)
-    other[0].setTranslation(-moved_m)
-    return bool(fcl.collide(one[0], other[1])) or bool(fcl.collide(other[0], one[1]))
 
 
 def _clash(first: str, second: str, way_m: NDArray[np.float64] | None) -> ModelledClash:

@@ -1,18 +1,41 @@
 """The contact tolerance as a shape: a part with its surface moved inward.
 
 Two parts touch no deeper than ``depth_m`` when one of them, its surface moved inward by that much, does not meet the
-other. Every vertex moves so that each face around it shifts by ``depth_m`` along its normal (a mitred offset): for a
+other. Of a pair the thicker one is moved, and no further than it bears: a thin plate would be turned inside out. Every
+vertex moves so that each face around it shifts by ``depth_m`` along its normal (a mitred offset): for a
 vertex with unit normals n_f, the least-squares solution of ``n_f . d = -depth_m``, exact where up to three planes meet.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
 
+_SHARE_OF_THICKNESS = 0.4
 _LONGEST_MITRE = 3.0  # sharp edges would throw their vertices far away; a spike that long is none of the real surface
+
+
+def thickness_m(mesh: TriangleMesh) -> float:
+    """Return the mean thickness of a solid, 2 V / A (exact for a large plate), at most its box's smallest edge."""
+    a, b, c = np.moveaxis(mesh.triangles_m, 1, 0)
+    area_m2 = float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2.0
+    low, high = mesh.bounds_m
+    smallest = float((high - low).min())
+    return min(smallest, 2.0 * abs(mesh.signed_volume_m3) / area_m2) if area_m2 > 0.0 else smallest
+
+
+def is_thicker(first: int, second: int, thicknesses_m: Sequence[float]) -> bool:
+    """Return whether of two numbered solids the first one's surface is moved; ties go to the lower number."""
+    return (thicknesses_m[first], -first) > (thicknesses_m[second], -second)
+
+
+def bearable_depth_m(mesh: TriangleMesh, tolerance_m: float) -> float:
+    """Return how far the surface may be moved inward: the tolerance, or less where the part is thin."""
+    return min(tolerance_m, _SHARE_OF_THICKNESS * thickness_m(mesh))
 
 
 def eroded_triangles_m(mesh: TriangleMesh, depth_m: float) -> NDArray[np.float64]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from bimvox.env.actions import MOVES
 from bimvox.grid.occupancy import summed_area_table
 from bimvox.planning.contact import Contacts
-from bimvox.planning.sweep import crossings_above
+from bimvox.planning.sweep import rope_meets
 from bimvox.site.clearance import HOOK_FORBIDDEN, Clearance, boxes_are_free, hook_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import Site
@@ -198,7 +198,7 @@ class _Inserter:
             cell = (int(hook[0]), int(hook[1]), int(hook[2] + above[0]))
             return NoInsertion("the hoist rope above its place is blocked", (), (cell,))
         point = self.hook_m + offset * self.step_m
-        hit = tuple(n for n in self.near if crossings_above(self.contacts.triangles_m(n), point))
+        hit = tuple(n for n in self.near if rope_meets(self.contacts.triangles_m(n), point))
         return NoInsertion("the hoist rope above its place is blocked", hit) if hit else None
 
     def _met_on(self, here: IntVec, action: int) -> bool:

@@ -7,7 +7,7 @@ what closes it in is named.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,7 @@ def plan_lifts(
     *,
     propose: Propose | None = None,
     previous: LiftPlan | None = None,
+    refused: Mapping[str, str] | None = None,
     progress: Progress | None = None,
 ) -> LiftPlan:
     """Plan every lift of a site.
@@ -42,6 +43,7 @@ def plan_lifts(
         preparation: Contacts, order and yard of its geometry.
         propose: The policy; None for search alone.
         previous: A plan of the same geometry with other obstructions; a lift whose path still holds is kept as it is.
+        refused: Components whose lift was planned but not proven, with the reason: they are infeasible.
         progress: Called with (stage, done, total).
 
     Returns:
@@ -52,6 +54,9 @@ def plan_lifts(
     lifts = []
     for order, index in enumerate(preparation.sequence.order):
         stage = assembly.begin(index)
+        reason = (refused or {}).get(site.components[index].id)
+        if reason is not None:
+            stage = Obstacle(reason)
         lift = _plan_lift(assembly, stage, order, index, preparation, before.get(index), propose)
         assembly.finish(index, placed=lift.status is Status.PLANNED)
         lifts.append(lift)

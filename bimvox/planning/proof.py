@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 _KEPT_FAILURES = 20
@@ -18,6 +19,8 @@ class Check:
         unit: Unit of ``worst``.
         failures: What failed, where; the first few.
         failed: How many things failed.
+        about: Id of the component that is looked at now; None for what concerns the whole plan.
+        culprits: Ids of the components that something failed about.
     """
 
     name: str
@@ -26,6 +29,8 @@ class Check:
     unit: str = ""
     failures: list[str] = field(default_factory=list)
     failed: int = 0
+    about: str | None = None
+    culprits: set[str] = field(default_factory=set)
 
     @property
     def passed(self) -> bool:
@@ -37,12 +42,20 @@ class Check:
         self.samples += samples
         if not good:
             self.failed += 1
+            if self.about is not None:
+                self.culprits.add(self.about)
             if len(self.failures) < _KEPT_FAILURES:
                 self.failures.append(failure)
 
     def measure(self, value: float) -> None:
         """Keep the largest value met."""
         self.worst = value if self.worst is None else max(self.worst, value)
+
+
+def turn_to(checks: Iterable[Check], component_id: str | None) -> None:
+    """Say which component the checks look at from now on."""
+    for check in checks:
+        check.about = component_id
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +68,11 @@ class Verification:
     def verified(self) -> bool:
         """Whether every check passed."""
         return all(check.passed for check in self.checks)
+
+    @property
+    def culprits(self) -> frozenset[str]:
+        """Ids of the components that a check failed about."""
+        return frozenset().union(*(check.culprits for check in self.checks))
 
     @property
     def failures(self) -> tuple[str, ...]:

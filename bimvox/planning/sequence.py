@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import connected_components
 
 from bimvox.errors import InputError
 from bimvox.planning.contact import Contacts
-from bimvox.planning.sweep import crossings_above
+from bimvox.planning.sweep import rope_meets
 from bimvox.site.site import Site
 
 _FAR_M = 10_000.0
@@ -123,7 +123,8 @@ def assembly_order(site: Site, relations: Precedence) -> Sequence:
         supported = [i for i in left if _is_supported(i, relations, placed)]
         ready = [i for i in supported if must_precede[i] <= placed]
         if not ready:
-            ready = supported or sorted(left)
+            # Nothing stands as it should: rather a part that nothing carries than one whose support is missing.
+            ready = supported or [i for i in left if not relations.supports[i]] or sorted(left)
             chosen = min(ready, key=rank.__getitem__)
             waiting = ", ".join(site.components[j].id for j in sorted(must_precede[chosen] - placed)) or "its support"
             notes.append(f"{site.components[chosen].id}: its place in the order is circular; it waited for {waiting}")
@@ -153,7 +154,7 @@ def _blocks(site: Site, contacts: Contacts, i: int, j: int, foot_m: NDArray[np.f
     """Whether j in place is in the way of i coming straight down, or of the rope that it hangs on."""
     if _met(contacts, i, j, 1, _FAR_M):
         return True
-    return site.crane is not None and site.rules.rope and crossings_above(contacts.triangles_m(j), foot_m) > 0
+    return site.crane is not None and site.rules.rope and rope_meets(contacts.triangles_m(j), foot_m)
 
 
 def _hook_foot_m(site: Site, i: int) -> NDArray[np.float64]:

@@ -15,6 +15,8 @@ from bimvox.compiled import kernel
 
 _NO_AREA_M2 = 1e-10
 _TOUCH_M = 1e-6
+_HALF_ROPE_M = 0.012
+_FAR_M = 10_000.0
 
 
 def blocked_steps(
@@ -55,11 +57,14 @@ def blocked_steps(
     return blocked
 
 
-def first_contact_m(
-    moving_m: NDArray[np.float64], fixed_m: NDArray[np.float64], axis: int, direction: int, reach_m: float
-) -> bool:
-    """Return whether the moving triangles meet the fixed ones within ``reach_m`` of a straight move."""
-    return bool(blocked_steps(moving_m, fixed_m, axis, direction, reach_m, 1)[0])
+def rope_meets(triangles_m: NDArray[np.float64], foot_m: NDArray[np.float64]) -> bool:
+    """Return whether a rope going straight up from a point, (3,) metres, meets one of (F, 3, 3) triangles.
+
+    The rope is a square column of 24 mm, as exact as any other move: a thin square moved up.
+    """
+    x, y, z = foot_m
+    a, b, c, d = ((x + sx * _HALF_ROPE_M, y + sy * _HALF_ROPE_M, z) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+    return bool(blocked_steps(np.array([[a, b, c], [a, c, d]]), triangles_m, 2, 1, _FAR_M, 1)[0])
 
 
 def crossings_above(triangles_m: NDArray[np.float64], point_m: NDArray[np.float64]) -> int:

@@ -1,8 +1,8 @@
 """The verifier's test of real triangles: a collision library, finely sampled.
 
-FCL (Pan, Chitta, Manocha 2012) says whether two triangle sets meet. The tolerance is the part's surface moved inward;
-before it is trusted, the moved surface is checked to lie within reach of the true one, so that a part that lost its
-shape cannot pass for free.
+FCL (Pan, Chitta, Manocha 2012) says whether two triangle sets meet. The tolerance is the thicker part's surface moved
+inward; before it is trusted, the moved surface is checked to lie within reach of the true one, so that a part that lost
+its shape cannot pass for free.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.planning.erosion import eroded_triangles_m
+from bimvox.planning.erosion import bearable_depth_m, eroded_triangles_m, is_thicker, thickness_m
 from bimvox.planning.lift import LiftPlan
 from bimvox.planning.proof import Check
 from bimvox.site.component import Component
@@ -22,7 +22,6 @@ from bimvox.site.component import Component
 _SPACING_M = 0.02
 _ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
 _SHARES_STILL_INSIDE = (0.3, 0.5, 0.7, 0.9)  # shares of its way out at one of which a part must still meet the other
-_THICKEST_SHARE = 0.45
 _AT_CELL_VOX = 0.01  # a position this close to a placement is at it
 
 
@@ -52,7 +51,9 @@ class TriangleCheck:
             if c.first in numbers and c.second in numbers
         }
         self._boxes = [mesh.bounds_m for mesh in self._meshes]
+        self._thickness_m = [thickness_m(mesh) for mesh in self._meshes]
         self._raw: dict[int, fcl.CollisionObject] = {}
+        self._movable: dict[int, fcl.CollisionObject] = {}
         self._inner: dict[int, fcl.CollisionObject] = {}
 
     def check_moves(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
@@ -85,8 +86,11 @@ class TriangleCheck:
         if way_m is None:
             self._check_no_fuller(check, component, offsets_m, other)
             return
-        part = self._eroded(check, component.index)
-        fixed = self._fixed(other)
+        if is_thicker(component.index, other, self._thickness_m):
+            part, fixed = self._eroded(check, component.index), self._fixed(other)
+        else:
+            part, fixed = self._moved(component.index), self._eroded(check, other)
+            fixed.setTranslation(np.zeros(3))
         for offset_m in _finely(offsets_m, self._spacing_m(component.index, other)):
             if (low + offset_m > other_high).any() or (high + offset_m < other_low).any():
                 check.look(True, "")
@@ -144,7 +148,7 @@ class TriangleCheck:
         else:
             return np.zeros(3)
         way_m = self._clashes[pair]
-        drawn = self._fixed(pair[0])
+        drawn = self._moved(pair[0])
         inside = False
         for share in (0.0,) if way_m is None else _SHARES_STILL_INSIDE:
             drawn.setTranslation(np.zeros(3) if way_m is None else way_m * share)
@@ -153,7 +157,6 @@ class TriangleCheck:
             inside,
             f"{self._ids[pair[0]]} and {self._ids[pair[1]]}: listed as drawn into each other deeper than they are",
         )
-        drawn.setTranslation(np.zeros(3))
         return None if way_m is None else way_m * sign
 
     def _check_no_fuller(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
@@ -185,7 +188,7 @@ class TriangleCheck:
         if number not in self._inner:
             mesh = self._meshes[number]
             low, high = self._boxes[number]
-            depth_m = min(self._site.rules.contact_tolerance_m, _THICKEST_SHARE * float((high - low).min()))
+            depth_m = bearable_depth_m(mesh, self._site.rules.contact_tolerance_m)
             inner = eroded_triangles_m(mesh, depth_m)
             slack = 3.0 * depth_m + 1e-6
             moved = np.abs(np.stack([inner.min(axis=(0, 1)) - low, inner.max(axis=(0, 1)) - high])).max()
@@ -195,6 +198,12 @@ class TriangleCheck:
             )
             self._inner[number] = _object(inner)
         return self._inner[number]
+
+    def _moved(self, number: int) -> fcl.CollisionObject:
+        """A solid as it is, to be moved about (``_fixed`` ones stay where they are)."""
+        if number not in self._movable:
+            self._movable[number] = _object(self._meshes[number].triangles_m)
+        return self._movable[number]
 
     def _fixed(self, number: int) -> fcl.CollisionObject:
         if number not in self._raw:

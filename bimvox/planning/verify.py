@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.planning.lift import Lift, LiftPlan, Status
 from bimvox.planning.moment import Thing, cells_in_common, moments, near_and_far
-from bimvox.planning.proof import Check, Verification
+from bimvox.planning.proof import Check, Verification, turn_to
 from bimvox.planning.shape_check import check_shape
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component, StoredPose
@@ -84,6 +84,7 @@ class _Verifier:
     def _check_lift(self, lift: Lift, present: Sequence[Thing], placed: Collection[int]) -> None:
         component = self.site.components[lift.component]
         path, place = lift.path_vox, lift.place
+        turn_to(self.checks.values(), component.id)
         if path is None or place is None:
             self.checks["complete"].look(False, f"{component.id}: planned, but without a path or a place in the yard")
             return

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import nearest_turn
 from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.errors import InputError, PlanningError
+from bimvox.errors import InputError, MotionError, PlanningError
 from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.site.component import Component, StoredPose
@@ -47,7 +47,7 @@ def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) -> t
 
     Raises:
         InputError: If the site has no crane.
-        PlanningError: If a path is not free or cannot be driven; says which lift.
+        MotionError: If a path is not free or cannot be driven; says which lift.
     """
     site = plan.site
     if site.crane is None:
@@ -64,8 +64,7 @@ def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) -> t
         try:
             motions.append(_motion(site, site.crane, lift, lift.place, clearance, before, clock_ns, slew_rad))
         except PlanningError as error:
-            component = site.components[lift.component]
-            raise PlanningError(f"lift {lift.order} ({component.id}): {error.message}", hint=error.hint) from error
+            raise MotionError(site.components[lift.component].id, error.message, hint=error.hint) from error
         before = lift
     return tuple(motions)
 

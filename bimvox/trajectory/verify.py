@@ -15,7 +15,7 @@ from collections.abc import Collection, Sequence
 
 from bimvox.planning.lift import Lift, LiftPlan, Status
 from bimvox.planning.moment import Moment, moments
-from bimvox.planning.proof import Check, Verification
+from bimvox.planning.proof import Check, Verification, turn_to
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.verify_axes import (
@@ -82,7 +82,9 @@ class _Verifier:
         previous: LiftMotion | None = None
         for moment in moments(self.plan, self.context):
             motion = by_order.get(moment.lift.order)
-            name = f"lift {moment.lift.order} ({self.site.components[moment.lift.component].id})"
+            component_id = self.site.components[moment.lift.component].id
+            turn_to(self.checks.values(), component_id)
+            name = f"lift {moment.lift.order} ({component_id})"
             if motion is None or motion.component != moment.lift.component:
                 self.checks["timeline"].look(False, f"{name}: it has no motion")
                 previous = None

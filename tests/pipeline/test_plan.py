@@ -1,3 +1,4 @@
+import importlib
 import json
 import tomllib
 from pathlib import Path
@@ -5,9 +6,10 @@ from pathlib import Path
 import pytest
 
 from bimvox.bim.read import read_building
-from bimvox.errors import FileError, NoPlanError, PolicyError
+from bimvox.errors import FileError, NoPlanError, PolicyError, VerificationError
 from bimvox.log.reader import read_log
 from bimvox.planning.lift import Status
+from bimvox.planning.proof import turn_to
 from bimvox.planning.verify import verify_plan
 from pipeline.load_site import load_site
 from pipeline.plan import plan
@@ -140,3 +142,40 @@ def test_init_keeps_an_edited_site_file(tmp_path):
     assert target.read_text() == "mine"
     init(SAMPLES / "frame.ifc", target, force=True, progress=SilentProgress())
     assert target.read_text() != "mine"
+
+
+@pytest.mark.parametrize("prover", ["bimvox.planning.verify.verify_plan", "bimvox.trajectory.verify.verify_motions"])
+def test_a_lift_that_cannot_be_proven_is_refused_and_the_rest_is_written(site_folder, planned, monkeypatch, prover):
+    """What rests on it is refused with it; nothing unproven is written."""
+    module, name = prover.rsplit(".", 1)
+    real = getattr(importlib.import_module(module), name)
+    suspect = planned[1]["lifts"][0]["component"]
+
+    def doubting(plan, *more):
+        proof = real(plan, *more)
+        lift = next(lift for lift in plan.lifts if plan.site.components[lift.component].id == suspect)
+        if lift.status is Status.PLANNED:
+            turn_to(proof.checks, suspect)
+            proof.checks[0].look(False, f"{suspect}: doubted")
+        return proof
+
+    monkeypatch.setattr(prover, doubting)
+    document = plan_again(site_folder)
+    reasons = {item["component"]: item["reason"] for item in document["infeasible"]}
+    assert "could not be proven" in reasons[suspect]
+    assert "doubted" in reasons[suspect]
+    assert 0 < len([lift for lift in document["lifts"] if lift["status"] == "planned"]) < 8
+    assert verify_plan(read_log(site_folder / "again.mcap").plan).verified
+
+
+def test_a_proof_that_fails_about_the_whole_plan_writes_nothing(site_folder, monkeypatch):
+    def doubting(plan, *more):
+        proof = verify_plan(plan, *more)
+        turn_to(proof.checks, None)
+        proof.checks[0].look(False, "nothing adds up")
+        return proof
+
+    monkeypatch.setattr("bimvox.planning.verify.verify_plan", doubting)
+    with pytest.raises(VerificationError, match="nothing adds up"):
+        plan_again(site_folder)
+    assert not (site_folder / "again.mcap").exists()

@@ -134,6 +134,23 @@ def test_a_crane_too_weak_or_too_short_is_caught(plan):
     assert "reach" in failed(dataclasses.replace(plan, site=dataclasses.replace(plan.site, crane=short)))
 
 
+def test_a_hook_over_a_prohibited_zone_is_caught(plan):
+    path = lift_of(plan, "slab").path_vox
+    zone = np.zeros(plan.site.shape[:2], bool)
+    zone[tuple((path[len(path) // 2] + np.array(plan.site.components[0].hook_offset_vox))[:2])] = True
+    assert "reach" in failed(dataclasses.replace(plan, site=dataclasses.replace(plan.site, prohibited=zone)))
+
+
+def test_an_extract_is_proven_with_the_lifts_that_it_leaves_out_as_context(plan):
+    slab = lift_of(plan, "slab")
+    context = [dataclasses.replace(lift, path_vox=None) for lift in plan.lifts if lift is not slab]
+    extract = dataclasses.replace(plan, lifts=(slab,))
+    assert verify_plan(extract, context).verified
+    assert "complete" in failed(extract)
+    unplaced = [dataclasses.replace(lift, status=Status.INFEASIBLE, reason="made so") for lift in context]
+    assert "support" in {check.name for check in verify_plan(extract, unplaced).checks if not check.passed}
+
+
 def test_parts_pushed_into_each_other_are_caught_by_their_triangles():
     """The cells are the same in either case; only the true surfaces tell 80 mm from a joint of 20 mm."""
     parts = [

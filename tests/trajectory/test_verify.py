@@ -382,3 +382,45 @@ def test_a_site_without_a_crane_has_no_motions(good):
     bare = moved(plan, crane=None)
     assert verify_motions(bare, []).verified
     assert failed(bare, motions) == {"timeline"}
+
+
+def columns_under(plan, trajectory):
+    """(X, Y) bool columns of the grid that the hook is over at the samples."""
+    hook_m = hook_of(plan.site.crane, trajectory.slew_rad, trajectory.radius_m, trajectory.height_m)
+    columns = np.zeros(plan.site.shape[:2], bool)
+    columns[tuple(plan.site.frame.cell_of(hook_m)[:, :2].T)] = True
+    return columns
+
+
+def test_the_empty_hook_is_led_round_a_zone(good):
+    plan, motions = good
+    approach = motions[1].approach
+    at = len(approach.time_ns) // 2
+    zone = np.zeros(plan.site.shape[:2], bool)
+    x, y = np.argwhere(
+        columns_under(
+            plan,
+            dataclasses.replace(
+                approach,
+                **{name: getattr(approach, name)[at : at + 1] for name in ("slew_rad", "radius_m", "height_m")},
+            ),
+        )
+    )[0]
+    zone[x - 1 : x + 2, y - 1 : y + 2] = True
+    assert "zones" in failed(moved(plan, prohibited=zone), motions)
+    led_plan, led = made(dataclasses.replace(plan.site, prohibited=zone))
+    assert failed(led_plan, led) == set()
+    assert not (columns_under(led_plan, led[1].approach) & zone).any()
+
+
+def test_a_lying_part_is_hooked_at_its_head_only_where_the_hook_may_go_all_the_way_to_its_foot(good):
+    plan, motions = good
+    raising = motions[0].raising
+    way = np.argwhere(columns_under(plan, raising))
+    assert len(way) > 4
+    zone = np.zeros(plan.site.shape[:2], bool)
+    zone[tuple(way[len(way) // 2])] = True
+    led_plan, led = made(dataclasses.replace(plan.site, prohibited=zone))
+    assert led_plan.lifts[0].place.cell_vox == plan.lifts[0].place.cell_vox
+    assert failed(led_plan, led) == set()
+    assert columns_under(led_plan, led[0].raising).sum() == 1
