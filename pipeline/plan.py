@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from bimvox.trajectory.motion import LiftMotion
 
 
+_ROUNDS = 12  # of planning and proving again without the lifts that failed their proof
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Planned:
     """A plan that was proven.
@@ -165,7 +168,7 @@ def plan_and_prove(
 
     refused: dict[str, str] = {}
     propose = proposer(policy.network)
-    while True:
+    for _ in range(_ROUNDS):
         progress.stage("plan", len(site.components))
         made = plan_lifts(
             site, preparation, propose=propose, previous=previous, refused=refused, progress=progress.report
@@ -179,6 +182,11 @@ def plan_and_prove(
         refused |= found
         for component, reason in found.items():
             progress.note(f"{component}: {reason}")
+    raise VerificationError(
+        f"after {_ROUNDS} rounds lifts still fail their proof, so nothing was written",
+        failures=[f"{component}: {reason}" for component, reason in refused.items()],
+        hint="a finer [model] voxel_size_m, or other areas, may help",
+    )
 
 
 def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Planned | dict[str, str]:

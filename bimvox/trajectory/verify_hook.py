@@ -77,6 +77,8 @@ class HookProof:
         if bad.any():
             n = int(np.argmax(bad))
             met = ", ".join(things_over(present, placements, n, np.zeros(3, np.int64)))
+            if leaving[n]:  # the hook cannot leave where the part before was set: that lift is at fault, not this one
+                check.about = left.id
             check.look(False, f"{name}: on its approach, at {time_s[n]:.2f} s, the empty hook or its rope meets {met}")
 
     def _check_jib(self, name: str, present: Sequence[Thing], axes: NDArray[np.float64]) -> None:
