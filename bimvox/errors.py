@@ -125,7 +125,7 @@ class GridTooLargeError(InputError):
     def __init__(self, cells: int, limit: int, voxel_size_m: float, fitting_voxel_size_m: float) -> None:
         super().__init__(
             f"a grid of {cells:,} cells at {voxel_size_m:g} m is above the limit of {limit:,}",
-            hint=f"--voxel-size {fitting_voxel_size_m:g} would fit",
+            hint=f"--voxel-size {fitting_voxel_size_m:g} (in a site file: [model] voxel_size_m) would fit",
         )
         self.cells = cells
         self.limit = limit

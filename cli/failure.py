@@ -39,9 +39,10 @@ def exit_code_of(document: Mapping[str, Any]) -> int:
         document: What it did: 1 where a proof failed or a lift is infeasible; for an event of a watch, 2 where the
             file was rejected and 1 where there was no plan for it.
     """
-    if document.get("verified") is False or document.get("infeasible"):
-        return NO_PLAN
-    return _CODE_OF_EVENT.get(str(document.get("event")), DONE)
+    event = _CODE_OF_EVENT.get(str(document.get("event")))
+    if event is not None:
+        return event
+    return NO_PLAN if document.get("verified") is False or document.get("infeasible") else DONE
 
 
 def report(error: BaseException, *, as_json: bool) -> int:
@@ -70,7 +71,11 @@ def report(error: BaseException, *, as_json: bool) -> int:
 def _described(error: BaseException) -> tuple[str, str, str | None, int, dict[str, Any]]:
     """Return an error's code, message, hint, exit code and evidence."""
     if isinstance(error, BimvoxError):
-        evidence = {key: _plain(value) for key, value in vars(error).items() if key not in ("message", "hint")}
+        evidence = {
+            key: _plain(value)
+            for key, value in vars(error).items()
+            if key not in ("message", "hint") and not key.startswith("_")
+        }
         return error.code, error.message, error.hint, _exit_code_of_error(error), evidence
     if isinstance(error, typer.TyperException):
         return "usage", _usage_message(error), _usage_hint(error), BAD_INPUT, {}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bimvox.errors import NoPlanError, VerificationError
+from bimvox.errors import NoPlanError, PlanningError, VerificationError
 from pipeline.artifacts import check_output, default_output, require_input, write_atomically
 from pipeline.load_site import LoadedSite, load_obstructions, load_site, rasterise
 from pipeline.policy_choice import PolicyInUse, choose_policy
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from bimvox.trajectory.motion import LiftMotion
 
 
+_NOTES_SHOWN = 5
 _ROUNDS = 12  # of planning and proving again without the lifts that failed their proof
 
 
@@ -105,8 +106,11 @@ def prepared(site: Site, progress: Progress) -> Preparation:
     from bimvox.planning.assembly import prepare
 
     preparation = prepare(site, progress.report)
-    for note in preparation.sequence.notes:
+    notes = preparation.sequence.notes
+    for note in notes[:_NOTES_SHOWN]:
         progress.note(note)
+    if len(notes) > _NOTES_SHOWN:
+        progress.note(f"{len(notes) - _NOTES_SHOWN} more notes about the order (--json and the log list all)")
     clashes = preparation.contacts.clashes
     if clashes:
         deepest = max(clashes, key=lambda clash: clash.depth_m)
@@ -128,17 +132,27 @@ def policy_of(
     steps: int | None,
     progress: Progress,
 ) -> PolicyInUse:
-    """Return the policy by the command's wishes, then the site file's."""
+    """Return the policy by the command's wishes, then the site file's.
+
+    Raises:
+        NoPlanError: If there is nothing to learn from because no lift can be planned; says why.
+    """
+    from bimvox.planning.planner import plan_lifts
+
     wanted = loaded.config.policy
-    return choose_policy(
-        site,
-        preparation,
-        policy_id=policy or wanted.id,
-        seed=seed_of(loaded, seed),
-        steps=steps if steps is not None else wanted.steps,
-        required_success=wanted.required_success,
-        progress=progress,
-    )
+    try:
+        return choose_policy(
+            site,
+            preparation,
+            policy_id=policy or wanted.id,
+            seed=seed_of(loaded, seed),
+            steps=steps if steps is not None else wanted.steps,
+            required_success=wanted.required_success,
+            progress=progress,
+        )
+    except PlanningError:
+        _insist_on_one_lift(plan_lifts(site, preparation))
+        raise
 
 
 def seed_of(loaded: LoadedSite, seed: int | None) -> int:

@@ -111,6 +111,7 @@ class Assembly:
         self._present: dict[str, NDArray[np.int32]] = {b.id: b.cells for b in site.blockers}
         self._standing = set(range(count, len(preparation.contacts.solids)))
         self._delivery = -1
+        self._position = {index: n for n, index in enumerate(preparation.sequence.order)}
         self._stored: dict[int, NDArray[np.int32]] = {}
 
     def begin(self, index: int) -> Stage | Obstacle:
@@ -126,6 +127,10 @@ class Assembly:
         if missing:
             names = tuple(self._site.components[j].id for j in missing)
             return Obstacle("what it rests on is not in place", names)
+        held_by = self._touched_before(index)
+        if held_by and self._standing.isdisjoint(held_by):
+            names = tuple(self._site.components[j].id for j in held_by)
+            return Obstacle("nothing carries it from below, and nothing that it touches is in place", names)
         return self._stage(component, place)
 
     def skip(self, index: int) -> None:
@@ -156,6 +161,17 @@ class Assembly:
         inside = ((cells >= 0) & (cells < self._site.shape)).all(axis=1)
         mask[tuple(cells[inside].T)] = True
         return tuple(name for name, own in self._present.items() if mask[tuple(own.T)].any())
+
+    def _touched_before(self, index: int) -> tuple[int, ...]:
+        """What a hung part could hold on to: the parts that it touches and that come before it in the order.
+
+        Empty for parts that stand on something, and for the first of a group that hangs together on nothing.
+        """
+        relations, contacts = self._preparation.relations, self._preparation.contacts
+        holds_on_structure = any(n >= len(self._site.components) for n in contacts.neighbours[index])
+        if relations.supports[index] or relations.grounded[index] or holds_on_structure:
+            return ()
+        return tuple(j for j in relations.touching[index] if self._position[j] < self._position[index])
 
     def _stage(self, component: Component, place: YardPlace) -> Stage | Obstacle:
         clearance = self._occupancy.clearance(component)

@@ -2,7 +2,7 @@ import json
 
 import pytest
 
-from bimvox.errors import ConfigError, GridTooLargeError, NoPlanError, PolicyError, VerificationError
+from bimvox.errors import ConfigError, GridTooLargeError, InputError, NoPlanError, PolicyError, VerificationError
 from cli.failure import exit_code_of, report
 
 
@@ -61,3 +61,15 @@ def test_each_kind_of_error_has_its_code(
     document = json.loads(capsys.readouterr().out)["error"]
     assert document["exit_code"] == code
     assert evidence.items() <= document.items()
+
+
+def test_a_rejected_event_is_bad_input_whatever_the_plan_that_stands():
+    assert exit_code_of({"event": "rejected", "infeasible": ["a"]}) == 2
+    assert exit_code_of({"event": "unchanged", "infeasible": ["a"]}) == 1
+
+
+def test_json_evidence_holds_no_private_attributes(capsys):
+    error = InputError("wrong")
+    error._inside = object()
+    assert report(error, as_json=True) == 2
+    assert "_inside" not in capsys.readouterr().out

@@ -185,3 +185,26 @@ def test_an_explicit_start_wins():
     start = (30, 10, 1)
     site = box_site([("a", (1, 1, 0), (2, 2, 1), {"start_vox": start}), ("b", (4, 1, 0), (5, 2, 1))])
     assert prepare(site).places[0].cell_vox == start
+
+
+def test_a_hung_part_is_not_set_when_what_it_hangs_on_is_not_in_place():
+    """Arms of a pole: without the pole they would stand in mid-air."""
+    site = box_site([("pole", (1.0, 1.0, 0.0), (2.0, 2.0, 3.0)), ("arm", (2.0, 1.0, 1.0), (4.0, 2.0, 1.5))])
+    assert [lift.status for lift in plan_of(site).lifts] == [Status.PLANNED] * 2
+    plan = plan_of(with_obstructions(site, ("truck", (1.0, 1.0, 0.0), (1.4, 1.4, 1.0))))
+    assert lift_of(plan, "pole").blocked_by == ("truck",)
+    assert lift_of(plan, "arm").status is Status.INFEASIBLE
+    assert lift_of(plan, "arm").blocked_by == ("pole",)
+
+
+def test_a_part_that_hangs_on_structure_needs_no_other():
+    site = box_site([("arm", (2.0, 1.0, 1.0), (4.0, 2.0, 1.5))], structure=[("wall", (1.0, 1.0, 0.0), (2.0, 2.0, 3.0))])
+    assert [lift.status for lift in plan_of(site).lifts] == [Status.PLANNED]
+
+
+def test_a_refused_lift_is_infeasible_with_its_reason():
+    site = box_site(PORTAL)
+    plan = plan_of(site, refused={"left": "it could not be proven"})
+    assert lift_of(plan, "left").reason == "it could not be proven"
+    assert lift_of(plan, "beam").blocked_by == ("left",)
+    assert lift_of(plan, "right").status is Status.PLANNED
