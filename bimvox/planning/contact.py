@@ -2,8 +2,8 @@
 
 Neighbouring parts touch, and conservatively voxelized neighbours share cells, along the whole descent too. Where the
 broad phase (boxes against the summed-area table) hits nothing but neighbours, the real triangles decide: one part with
-its surface moved inward by the tolerance against the other's true surface. Of a pair it is always the thicker one that
-is moved inward, whichever is lifted.
+its surface moved inward by the tolerance against the other's true surface. Of a pair it is the thicker one that
+is moved inward, as far as it bears, and the other for the rest.
 
 Where the author drew two parts into each other deeper than that, the pair may overlap as deep as drawn and no deeper:
 the shortest straight way along an axis that takes one out of the other is its depth, and on the way in the part, moved
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.planning.erosion import bearable_depth_m, eroded_triangles_m, is_thicker, thickness_m
+from bimvox.planning.erosion import eroded_triangles_m, pair_depths_m, thickness_m
 from bimvox.planning.lift import ModelledClash
 from bimvox.planning.sweep import blocked_steps, crossings_above
 from bimvox.site.site import Site
@@ -74,7 +74,7 @@ class Contacts:
         self._component_count = len(components)
         self._triangles = [solid.mesh.triangles_m for solid in self.solids]
         self._thickness_m = [thickness_m(solid.mesh) for solid in self.solids]
-        self._eroded: dict[int, NDArray[np.float64]] = {}
+        self._eroded: dict[tuple[int, float], NDArray[np.float64]] = {}
         self._bvhs: dict[int, fcl.CollisionObject] = {}
         self.neighbours: tuple[tuple[int, ...], ...] = self._find_neighbours()
         self._ways_out_m: dict[tuple[int, int], NDArray[np.float64] | None] = {}
@@ -96,18 +96,19 @@ class Contacts:
         back = self._ways_out_m.get((fixed, moving), _NOWHERE)
         return None if back is None else -back
 
-    def eroded_m(self, solid: int) -> NDArray[np.float64]:
-        """(F, 3, 3) float64 triangles of a solid with its surface moved inward by the tolerance."""
-        if solid not in self._eroded:
-            mesh = self.solids[solid].mesh
-            self._eroded[solid] = eroded_triangles_m(mesh, bearable_depth_m(mesh, self._tolerance_m))
-        return self._eroded[solid]
+    def eroded_m(self, solid: int, depth_m: float) -> NDArray[np.float64]:
+        """(F, 3, 3) float64 triangles of a solid with its surface moved inward."""
+        if depth_m <= 0.0:
+            return self._triangles[solid]
+        key = (solid, round(depth_m, 6))
+        if key not in self._eroded:
+            self._eroded[key] = eroded_triangles_m(self.solids[solid].mesh, depth_m)
+        return self._eroded[key]
 
     def pair_m(self, first: int, second: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the triangles of two solids with which their contact is tested: the thicker one's moved inward."""
-        if is_thicker(first, second, self._thickness_m):
-            return self.eroded_m(first), self._triangles[second]
-        return self._triangles[first], self.eroded_m(second)
+        """Return the triangles of two solids with which their contact is tested: moved inward by the tolerance."""
+        depths_m = pair_depths_m(first, second, self._thickness_m, self._tolerance_m)
+        return self.eroded_m(first, depths_m[0]), self.eroded_m(second, depths_m[1])
 
     def meets_on_move(
         self,

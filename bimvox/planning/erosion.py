@@ -1,9 +1,10 @@
 """The contact tolerance as a shape: a part with its surface moved inward.
 
 Two parts touch no deeper than ``depth_m`` when one of them, its surface moved inward by that much, does not meet the
-other. Of a pair the thicker one is moved, and no further than it bears: a thin plate would be turned inside out. Every
-vertex moves so that each face around it shifts by ``depth_m`` along its normal (a mitred offset): for a
-vertex with unit normals n_f, the least-squares solution of ``n_f . d = -depth_m``, exact where up to three planes meet.
+other. Of a pair the thicker one is moved, no further than it bears (a thin plate would be turned inside out), and the
+other one makes up for the rest as far as it bears that. Every vertex moves so that each face around it shifts by
+``depth_m`` along its normal (a mitred offset): for a vertex with unit normals n_f, the least-squares solution of
+``n_f . d = -depth_m``, exact where up to three planes meet.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
 
-_SHARE_OF_THICKNESS = 0.4
+_SHARE_OF_THICKNESS = 0.45
 _LONGEST_MITRE = 3.0  # sharp edges would throw their vertices far away; a spike that long is none of the real surface
 
 
@@ -28,14 +29,22 @@ def thickness_m(mesh: TriangleMesh) -> float:
     return min(smallest, 2.0 * abs(mesh.signed_volume_m3) / area_m2) if area_m2 > 0.0 else smallest
 
 
-def is_thicker(first: int, second: int, thicknesses_m: Sequence[float]) -> bool:
-    """Return whether of two numbered solids the first one's surface is moved; ties go to the lower number."""
-    return (thicknesses_m[first], -first) > (thicknesses_m[second], -second)
+def pair_depths_m(first: int, second: int, thicknesses_m: Sequence[float], tolerance_m: float) -> tuple[float, float]:
+    """Return how far the surfaces of two numbered solids are moved inward to test their contact.
 
+    The same for either order of the two; of equally thick ones the lower number goes first.
 
-def bearable_depth_m(mesh: TriangleMesh, tolerance_m: float) -> float:
-    """Return how far the surface may be moved inward: the tolerance, or less where the part is thin."""
-    return min(tolerance_m, _SHARE_OF_THICKNESS * thickness_m(mesh))
+    Args:
+        first: One solid.
+        second: The other.
+        thicknesses_m: Of all solids, see :func:`thickness_m`.
+        tolerance_m: How deep the two may touch.
+    """
+    if (thicknesses_m[first], -first) < (thicknesses_m[second], -second):
+        other_m, own_m = pair_depths_m(second, first, thicknesses_m, tolerance_m)
+        return own_m, other_m
+    depth_m = min(tolerance_m, _SHARE_OF_THICKNESS * thicknesses_m[first])
+    return depth_m, min(tolerance_m - depth_m, _SHARE_OF_THICKNESS * thicknesses_m[second])
 
 
 def eroded_triangles_m(mesh: TriangleMesh, depth_m: float) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.planning.erosion import bearable_depth_m, eroded_triangles_m, is_thicker, thickness_m
+from bimvox.planning.erosion import eroded_triangles_m, pair_depths_m, thickness_m
 from bimvox.planning.lift import LiftPlan
 from bimvox.planning.proof import Check
 from bimvox.site.component import Component
@@ -22,6 +22,7 @@ from bimvox.site.component import Component
 _SPACING_M = 0.02
 _ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
 _SHARES_STILL_INSIDE = (0.3, 0.5, 0.7, 0.9)  # shares of its way out at one of which a part must still meet the other
+_Objects = dict[tuple[int, float], fcl.CollisionObject]
 _AT_CELL_VOX = 0.01  # a position this close to a placement is at it
 
 
@@ -52,9 +53,8 @@ class TriangleCheck:
         }
         self._boxes = [mesh.bounds_m for mesh in self._meshes]
         self._thickness_m = [thickness_m(mesh) for mesh in self._meshes]
-        self._raw: dict[int, fcl.CollisionObject] = {}
-        self._movable: dict[int, fcl.CollisionObject] = {}
-        self._inner: dict[int, fcl.CollisionObject] = {}
+        self._raw: _Objects = {}
+        self._movable: _Objects = {}
 
     def check_moves(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
         """Check that a part meets another no deeper than it may along a path of unit moves.
@@ -86,11 +86,10 @@ class TriangleCheck:
         if way_m is None:
             self._check_no_fuller(check, component, offsets_m, other)
             return
-        if is_thicker(component.index, other, self._thickness_m):
-            part, fixed = self._eroded(check, component.index), self._fixed(other)
-        else:
-            part, fixed = self._moved(component.index), self._eroded(check, other)
-            fixed.setTranslation(np.zeros(3))
+        tolerance_m = self._site.rules.contact_tolerance_m
+        depths_m = pair_depths_m(component.index, other, self._thickness_m, tolerance_m)
+        part = self._eroded(check, component.index, depths_m[0], self._movable)
+        fixed = self._eroded(check, other, depths_m[1], self._raw)
         for offset_m in _finely(offsets_m, self._spacing_m(component.index, other)):
             if (low + offset_m > other_high).any() or (high + offset_m < other_low).any():
                 check.look(True, "")
@@ -183,32 +182,36 @@ class TriangleCheck:
         thickness = min(float((b[1] - b[0]).min()) for b in (self._boxes[first], self._boxes[second]))
         return float(np.clip(thickness / 2, 0.002, _SPACING_M))
 
-    def _eroded(self, check: Check, number: int) -> fcl.CollisionObject:
-        """A part with its surface moved inward by the tolerance, checked to have kept its shape."""
-        if number not in self._inner:
+    def _eroded(self, check: Check, number: int, depth_m: float, kept: _Objects) -> fcl.CollisionObject:
+        """A part with its surface moved inward, checked to have kept its shape."""
+        key = (number, round(depth_m, 6))
+        if key not in kept:
             mesh = self._meshes[number]
-            low, high = self._boxes[number]
-            depth_m = bearable_depth_m(mesh, self._site.rules.contact_tolerance_m)
-            inner = eroded_triangles_m(mesh, depth_m)
-            slack = 3.0 * depth_m + 1e-6
-            moved = np.abs(np.stack([inner.min(axis=(0, 1)) - low, inner.max(axis=(0, 1)) - high])).max()
-            check.look(
-                bool(moved <= slack and len(inner) >= 0.5 * len(mesh.faces)),
-                f"{self._ids[number]}: its surface moved inward by {depth_m:.3f} m lost its shape",
-            )
-            self._inner[number] = _object(inner)
-        return self._inner[number]
+            inner = mesh.triangles_m
+            if depth_m > 0.0:
+                low, high = self._boxes[number]
+                inner = eroded_triangles_m(mesh, depth_m)
+                slack = 3.0 * depth_m + 1e-6
+                moved = np.abs(np.stack([inner.min(axis=(0, 1)) - low, inner.max(axis=(0, 1)) - high])).max()
+                check.look(
+                    bool(moved <= slack and len(inner) >= 0.5 * len(mesh.faces)),
+                    f"{self._ids[number]}: its surface moved inward by {depth_m:.3f} m lost its shape",
+                )
+            kept[key] = _object(inner)
+        return kept[key]
 
     def _moved(self, number: int) -> fcl.CollisionObject:
         """A solid as it is, to be moved about (``_fixed`` ones stay where they are)."""
-        if number not in self._movable:
-            self._movable[number] = _object(self._meshes[number].triangles_m)
-        return self._movable[number]
+        key = (number, 0.0)
+        if key not in self._movable:
+            self._movable[key] = _object(self._meshes[number].triangles_m)
+        return self._movable[key]
 
     def _fixed(self, number: int) -> fcl.CollisionObject:
-        if number not in self._raw:
-            self._raw[number] = _object(self._meshes[number].triangles_m)
-        return self._raw[number]
+        key = (number, 0.0)
+        if key not in self._raw:
+            self._raw[key] = _object(self._meshes[number].triangles_m)
+        return self._raw[key]
 
 
 def _finely(points_m: NDArray[np.float64], spacing_m: float) -> NDArray[np.float64]:
