@@ -4,41 +4,24 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bimvox.errors import NoPlanError, PlanningError, VerificationError
+from bimvox.errors import PlanningError
 from pipeline.artifacts import check_output, default_output, require_input, write_atomically
 from pipeline.load_site import LoadedSite, load_obstructions, load_site, rasterise
 from pipeline.policy_choice import PolicyInUse, choose_policy
 from pipeline.progress import Progress
+from pipeline.prove import Planned, insist_on_one_lift, plan_and_prove
 
 if TYPE_CHECKING:
     from bimvox.log.plan_log import PlanLog
     from bimvox.planning.assembly import Preparation
-    from bimvox.planning.lift import LiftPlan
-    from bimvox.planning.proof import Verification
     from bimvox.site.obstructions import ObstructionSet
     from bimvox.site.site import Site
-    from bimvox.trajectory.motion import LiftMotion
 
 
 _NOTES_SHOWN = 5
-_ROUNDS = 12  # of planning and proving again without the lifts that failed their proof
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Planned:
-    """A plan that was proven.
-
-    Attributes:
-        plan: The lifts.
-        motions: Their motions; none without a crane.
-    """
-
-    plan: LiftPlan
-    motions: tuple[LiftMotion, ...]
 
 
 def plan(
@@ -151,111 +134,13 @@ def policy_of(
             progress=progress,
         )
     except PlanningError:
-        _insist_on_one_lift(plan_lifts(site, preparation))
+        insist_on_one_lift(plan_lifts(site, preparation))
         raise
 
 
 def seed_of(loaded: LoadedSite, seed: int | None) -> int:
     """Return the command's seed, else the site file's."""
     return loaded.config.policy.seed if seed is None else seed
-
-
-def plan_and_prove(
-    site: Site,
-    preparation: Preparation,
-    policy: PolicyInUse,
-    *,
-    previous: LiftPlan | None = None,
-    progress: Progress,
-) -> Planned:
-    """Plan all lifts, time them, and prove both.
-
-    A lift that cannot be proven, or that the crane cannot drive, is not written as planned: it becomes infeasible with
-    what failed as its reason, what rests on it with it, and the rest is proven again.
-
-    Raises:
-        NoPlanError: If no lift can be planned.
-        VerificationError: If a proof of the plan as a whole fails.
-    """
-    from bimvox.planning.planner import plan_lifts
-    from bimvox.planning.rollout import proposer
-
-    refused: dict[str, str] = {}
-    propose = proposer(policy.network)
-    for _ in range(_ROUNDS):
-        progress.stage("plan", len(site.components))
-        made = plan_lifts(
-            site, preparation, propose=propose, previous=previous, refused=refused, progress=progress.report
-        )
-        _insist_on_one_lift(made)
-        found = _prove(made, preparation, progress)
-        if isinstance(found, Planned):
-            progress.finish()
-            return found
-        previous = made
-        refused |= found
-        for component, reason in found.items():
-            progress.note(f"{component}: {reason}")
-    raise VerificationError(
-        f"after {_ROUNDS} rounds lifts still fail their proof, so nothing was written",
-        failures=[f"{component}: {reason}" for component, reason in refused.items()],
-        hint="a finer [model] voxel_size_m, or other areas, may help",
-    )
-
-
-def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Planned | dict[str, str]:
-    """Prove and time a plan; or say which lifts to refuse, and why."""
-    from bimvox.errors import MotionError
-    from bimvox.planning.assembly import replay
-    from bimvox.planning.verify import verify_plan
-    from bimvox.trajectory.time_plan import time_plan
-    from bimvox.trajectory.verify import verify_motions
-
-    progress.stage("prove")
-    proof = verify_plan(made)
-    if not proof.verified:
-        return _refused(proof)
-    if made.site.crane is None:
-        return Planned(made, ())
-    progress.stage("time", len(made.lifts))
-    try:
-        motions = time_plan(made, replay(made.site, preparation, made))
-    except MotionError as error:
-        return {error.component: f"the crane cannot drive its path: {error.message}"}
-    progress.stage("prove")
-    proof = verify_motions(made, motions)
-    return Planned(made, motions) if proof.verified else _refused(proof)
-
-
-def _refused(proof: Verification) -> dict[str, str]:
-    """The lifts that a proof failed about, with what failed; an error where it is about none of them."""
-    reasons: dict[str, str] = {}
-    for check in proof.checks:
-        for component in sorted(check.culprits):
-            said = next((f for f in check.failures if component in f), check.failures[0])
-            reasons.setdefault(component, f"its lift could not be proven ({check.name}: {said})")
-    if not reasons:
-        raise VerificationError(
-            f"the plan was not proven, so it was not written: {proof.failures[0]}",
-            failures=proof.failures,
-            hint="this is a fault of bimvox; please report it with the site file",
-        )
-    return reasons
-
-
-def _insist_on_one_lift(made: LiftPlan) -> None:
-    from bimvox.planning.lift import Status
-
-    if any(lift.status is Status.PLANNED for lift in made.lifts):
-        return
-    site, first = made.site, made.lifts[0]
-    blockers = ", ".join(first.blocked_by)
-    raise NoPlanError(
-        f"no lift can be planned; {site.components[first.component].id}: {first.reason}"
-        + (f" ({blockers})" if blockers else ""),
-        reasons={site.components[lift.component].id: lift.reason or "" for lift in made.lifts},
-        hint="check the areas, the crane and the obstructions",
-    )
 
 
 def log_of(

@@ -23,11 +23,9 @@ from pipeline.artifacts import check_output, default_output
 from pipeline.file_watch import FileState, changes, state_of
 from pipeline.load_site import LoadedSite, load_obstructions, load_site
 from pipeline.plan import (
-    Planned,
     document_of,
     log_of,
     obstructed,
-    plan_and_prove,
     policy_of,
     prepared,
     seed_of,
@@ -35,6 +33,7 @@ from pipeline.plan import (
 )
 from pipeline.policy_choice import PolicyInUse
 from pipeline.progress import Progress, SilentProgress
+from pipeline.prove import Planned, plan_and_prove
 
 if TYPE_CHECKING:
     from bimvox.planning.assembly import Preparation

@@ -24,6 +24,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.planning.erosion import eroded_triangles_m, pair_depths_m, thickness_m
 from bimvox.planning.lift import ModelledClash
 from bimvox.planning.sweep import blocked_steps, crossings_above
+from bimvox.planning.triangle_object import collision_object
 from bimvox.site.site import Site
 
 _DEPTH_STEP_M = 0.001
@@ -186,7 +187,7 @@ class Contacts:
     def _bvh_of(self, triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
         """Made once for each solid's two sets of triangles, which are kept as long as this object."""
         if id(triangles_m) not in self._bvhs:
-            self._bvhs[id(triangles_m)] = _bvh(triangles_m)
+            self._bvhs[id(triangles_m)] = collision_object(triangles_m)
         return self._bvhs[id(triangles_m)]
 
     def _boxes_overlap(self, first: int, second: int) -> bool:
@@ -237,11 +238,3 @@ def _grown(cells: NDArray[np.int32]) -> NDArray[np.int32]:
     grown: NDArray[np.bool_] = binary_dilation(dense, np.ones((3, 3, 3), np.bool_))
     around: NDArray[np.int32] = (np.argwhere(grown) + low).astype(np.int32)
     return around
-
-
-def _bvh(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
-    shape = fcl.BVHModel()
-    shape.beginModel(len(triangles_m), 3 * len(triangles_m))
-    shape.addSubModel(triangles_m.reshape(-1, 3), np.arange(3 * len(triangles_m)).reshape(-1, 3))
-    shape.endModel()
-    return fcl.CollisionObject(shape)

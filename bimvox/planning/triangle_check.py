@@ -17,6 +17,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.planning.erosion import eroded_triangles_m, pair_depths_m, thickness_m
 from bimvox.planning.lift import LiftPlan
 from bimvox.planning.proof import Check
+from bimvox.planning.triangle_object import collision_object
 from bimvox.site.component import Component
 
 _SPACING_M = 0.02
@@ -123,7 +124,7 @@ class TriangleCheck:
         centre = (low + high) / 2
         scale = np.ones(3)
         scale[:2] = 1.0 - 2.0 * tolerance_m / (high - low)[:2]
-        sunk = _object((component.mesh.triangles_m - centre) * scale + centre)
+        sunk = collision_object((component.mesh.triangles_m - centre) * scale + centre)
         found = []
         for other in range(len(self._site.components)):
             other_low, other_high = self._boxes[other]
@@ -197,20 +198,20 @@ class TriangleCheck:
                     bool(moved <= slack and len(inner) >= 0.5 * len(mesh.faces)),
                     f"{self._ids[number]}: its surface moved inward by {depth_m:.3f} m lost its shape",
                 )
-            kept[key] = _object(inner)
+            kept[key] = collision_object(inner)
         return kept[key]
 
     def _moved(self, number: int) -> fcl.CollisionObject:
         """A solid as it is, to be moved about (``_fixed`` ones stay where they are)."""
         key = (number, 0.0)
         if key not in self._movable:
-            self._movable[key] = _object(self._meshes[number].triangles_m)
+            self._movable[key] = collision_object(self._meshes[number].triangles_m)
         return self._movable[key]
 
     def _fixed(self, number: int) -> fcl.CollisionObject:
         key = (number, 0.0)
         if key not in self._raw:
-            self._raw[key] = _object(self._meshes[number].triangles_m)
+            self._raw[key] = collision_object(self._meshes[number].triangles_m)
         return self._raw[key]
 
 
@@ -221,14 +222,6 @@ def _finely(points_m: NDArray[np.float64], spacing_m: float) -> NDArray[np.float
         count = max(1, int(np.ceil(float(np.linalg.norm(b - a)) / spacing_m - 1e-9)))
         pieces.append(a + (np.arange(count) / count)[:, None] * (b - a))
     return np.concatenate([*pieces, points_m[-1:]])
-
-
-def _object(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
-    shape = fcl.BVHModel()
-    shape.beginModel(len(triangles_m), 3 * len(triangles_m))
-    shape.addSubModel(triangles_m.reshape(-1, 3), np.arange(3 * len(triangles_m)).reshape(-1, 3))
-    shape.endModel()
-    return fcl.CollisionObject(shape)
 
 
 def _metres(offset_m: NDArray[np.float64]) -> str:
