@@ -13,6 +13,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from stable_baselines3 import DQN
+from stable_baselines3.common.logger import Logger
 from torch.nn import functional
 
 from bimvox.env.actions import ACTION_COUNT
@@ -47,6 +48,8 @@ class LiftDqn(DQN):
             device="cpu",
             seed=seed,
         )
+        # Without a logger of its own, every run of stable-baselines3 leaves an empty folder in the temporary files.
+        self.set_logger(Logger(folder=None, output_formats=[]))
         self._random = np.random.default_rng(seed)
         self._updates_to_copy = config.target_update
 

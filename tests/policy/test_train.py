@@ -40,6 +40,12 @@ def test_same_seed_same_weights():
     assert not np.array_equal(first.network.weights[0], other.network.weights[0])
 
 
+def test_training_leaves_no_log_folder_behind(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    train([default_problem()], TINY, seed=1, steps=64)
+    assert list(tmp_path.glob("SB3*")) == []
+
+
 def test_the_papers_site_is_learned_from_every_yard_start(paper_policy):
     everywhere = evaluate(paper_policy.network, [default_problem()], starts=1_000)
     assert everywhere.arrived.size == 191
