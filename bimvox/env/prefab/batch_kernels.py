@@ -1,0 +1,165 @@
+"""The kernels of the batched environment: the functions of ``dynamics`` and ``observation``, row by row."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel, leaf_kernel
+from bimvox.env.actions import ACTION_COUNT, MOVES
+from bimvox.env.prefab.draw import draw_layout
+from bimvox.env.prefab.dynamics import assemble, is_complete, is_late, is_truncated, move, stand_up
+from bimvox.env.prefab.layout import LayoutPool
+from bimvox.env.prefab.observation import PAPER_MAP, write_observation
+from bimvox.env.prefab.paper_map import move_on_map
+from bimvox.env.prefab.reward import PrefabReward
+from bimvox.env.prefab.rules import Drawing, Rules
+from bimvox.env.prefab.state import PrefabState, Site
+from bimvox.env.starts import random_below
+
+
+class BatchOut(NamedTuple):
+    """Where a step of N sites is written; see ``PrefabStep``. Observations are flat: (N, size)."""
+
+    observations: NDArray[np.float32]
+    rewards: NDArray[np.float32]
+    terminated: NDArray[np.bool_]
+    truncated: NDArray[np.bool_]
+    bumped: NDArray[np.bool_]
+    assembled: NDArray[np.bool_]
+    final_observations: NDArray[np.float32]
+    final_states: NDArray[np.int64]
+    late: NDArray[np.bool_]
+
+
+@leaf_kernel
+def state_row(states: NDArray[np.int64], n: int) -> PrefabState:
+    """Return the state of one site of a batch."""
+    return PrefabState(states[n, 0], states[n, 1], states[n, 2], states[n, 3], states[n, 4], states[n, 5], states[n, 6])
+
+
+@leaf_kernel
+def store_row(states: NDArray[np.int64], n: int, state: PrefabState) -> None:
+    """Overwrite the state of one site of a batch."""
+    states[n, 0], states[n, 1], states[n, 2], states[n, 3] = state.component, state.x, state.y, state.z
+    states[n, 4], states[n, 5], states[n, 6] = state.last_action, state.steps, state.total
+
+
+@leaf_kernel
+def move_rows(
+    code: int,
+    rules: Rules,
+    scheme: PrefabReward,
+    batch: Site,
+    states: NDArray[np.int64],
+    out: BatchOut,
+    first: int,
+    last: int,
+    actions: NDArray[np.int64],
+) -> None:
+    """Move the component in transit on sites ``first`` .. ``last - 1``, on the paper's map too.
+
+    What seldom happens is left to :func:`settle_rows`. The views of a site are made in here, not returned: counting
+    references to them would cost more than the step.
+    """
+    for n in range(first, last):
+        site = Site(
+            batch.cells[n], batch.table[n], batch.stored[n], batch.target[n], batch.obstructions[n], batch.field[n]
+        )
+        before = state_row(states, n)
+        after, value, bumped, arrived = move(rules, scheme, site, before, actions[n])
+        store_row(states, n, after)
+        store_row(out.final_states, n, after)
+        out.rewards[n] = value
+        out.bumped[n] = bumped
+        out.assembled[n] = arrived
+        out.terminated[n] = False
+        out.truncated[n] = is_truncated(rules, after)
+        out.late[n] = is_late(rules, after)
+        if code == PAPER_MAP and not arrived:
+            move_on_map(rules, before, after, out.observations[n], batch.cells.shape[2])
+
+
+@kernel
+def settle_rows(
+    code: int,
+    rules: Rules,
+    drawing: Drawing,
+    pool: LayoutPool,
+    batch: Site,
+    generators: NDArray[np.uint64],
+    states: NDArray[np.int64],
+    out: BatchOut,
+    first: int,
+    last: int,
+    anew: bool,
+) -> int:
+    """Do what moving left over on sites ``first`` .. ``last - 1``.
+
+    Where a component has arrived it is assembled. Where an episode has ended, the last observation is kept and a new
+    episode begins. Observations other than the paper's map are written.
+
+    Args:
+        code: Of the observation.
+        rules: Of the sites.
+        drawing: How layouts are drawn.
+        pool: Layouts to draw from instead.
+        batch: The sites.
+        generators: (N, 1) uint64.
+        states: (N, 7) int64.
+        out: Where the step is written.
+        first: Row.
+        last: Row.
+        anew: Whether a new episode begins everywhere, whatever has happened.
+
+    Returns:
+        For how many sites no layout was found.
+    """
+    failures = 0
+    for n in range(first, last):
+        begins = anew
+        arrived = out.assembled[n] and not anew
+        if not arrived and not out.truncated[n] and not anew and code == PAPER_MAP:
+            continue
+        site = Site(
+            batch.cells[n], batch.table[n], batch.stored[n], batch.target[n], batch.obstructions[n], batch.field[n]
+        )
+        if arrived:
+            after = assemble(rules, site, state_row(states, n))
+            store_row(states, n, after)
+            store_row(out.final_states, n, after)
+            out.terminated[n] = is_complete(rules, after)
+            out.truncated[n] = is_truncated(rules, after)
+            out.late[n] = False
+        if not anew and (out.terminated[n] or out.truncated[n]):
+            write_observation(code, rules, site, state_row(states, n), out.final_observations[n])
+            begins = True
+        if begins:
+            if pool.stored.shape[0] > 0:
+                p = random_below(generators[n], pool.stored.shape[0])
+                site.stored[:] = pool.stored[p]
+                site.target[:] = pool.target[p]
+                site.obstructions[:] = pool.obstructions[p]
+            elif not draw_layout(rules, drawing, site, generators[n]):
+                failures += 1
+            store_row(states, n, stand_up(rules, site))
+        write_observation(code, rules, site, state_row(states, n), out.observations[n])
+    return failures
+
+
+@kernel
+def greedy_rows(batch: Site, states: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the first action of each site that leads nearer to the target, 0 where none does."""
+    nx, ny, nz = batch.cells.shape[1], batch.cells.shape[2], batch.cells.shape[3]
+    actions = np.zeros(states.shape[0], np.int64)
+    for n in range(states.shape[0]):
+        x, y, z = states[n, 1], states[n, 2], states[n, 3]
+        for action in range(ACTION_COUNT):
+            u, v, w = x + MOVES[action, 0], y + MOVES[action, 1], z + MOVES[action, 2]
+            inside = 0 <= u < nx and 0 <= v < ny and 0 <= w < nz
+            if inside and 0 <= batch.field[n, u, v, w] < batch.field[n, x, y, z]:
+                actions[n] = action
+                break
+    return actions

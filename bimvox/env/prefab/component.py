@@ -1,0 +1,108 @@
+"""What is built: a linear sequence of voxels, a column or a beam."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
+
+from bimvox.site.component import IntVec
+
+Box = tuple[IntVec, IntVec]
+"""Half-open box of cells: lowest corner, highest corner."""
+
+STORED_LAYER = 1
+"""Components lie on the slab."""
+
+HUNG_LAYER = 2
+"""Layer of the reference cell when transit begins: lifted by one voxel."""
+
+AXES = ("x", "y")
+
+
+class ComponentKind(StrEnum):
+    """What a component is."""
+
+    COLUMN = "column"
+    """Lies in the yard along x or y; erected about its lowest-index end, then lifted one voxel, before transit."""
+
+    BEAM = "beam"
+    """Lies in the yard along the axis it is built in along; lifted one voxel before transit, never turned."""
+
+
+class YardPlace(NamedTuple):
+    """Where a component lies in the yard.
+
+    Attributes:
+        x: Reference cell: the end with the lowest index.
+        y: Reference cell.
+        axis: ``x`` or ``y``, along which it lies.
+    """
+
+    x: int
+    y: int
+    axis: str = "x"
+
+    def box(self, length_vox: int) -> Box:
+        """Return the cells of a component of that length."""
+        dx, dy = (length_vox, 1) if self.axis == "x" else (1, length_vox)
+        return (self.x, self.y, STORED_LAYER), (self.x + dx, self.y + dy, STORED_LAYER + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class PrefabComponent:
+    """One component; its serial number is its place in ``PrefabSpec.components``, from 1.
+
+    Attributes:
+        kind: Column or beam.
+        length_vox: Cells; the section is one cell.
+        target_vox: Reference cell when built in: a column's foot, a beam's end with the lowest index.
+        axis: Of a beam, ``x`` or ``y``.
+        after: Serial numbers of the components it waits for. None: a beam waits for the columns whose heads carry its
+            ends (straight below an end, or beside it); a column waits for nothing.
+        start: Where it lies in the yard; None draws a place for every episode.
+    """
+
+    kind: ComponentKind
+    length_vox: int
+    target_vox: IntVec
+    axis: str = "x"
+    after: tuple[int, ...] | None = None
+    start: YardPlace | None = None
+
+    @property
+    def size_vox(self) -> IntVec:
+        """Edges in transit and when built in: a column stands, a beam lies."""
+        if self.kind is ComponentKind.COLUMN:
+            return (1, 1, self.length_vox)
+        return (self.length_vox, 1, 1) if self.axis == "x" else (1, self.length_vox, 1)
+
+    def box_at(self, cell_vox: IntVec) -> Box:
+        """Return the cells it fills, as in transit, with its reference cell somewhere."""
+        x, y, z = cell_vox
+        dx, dy, dz = self.size_vox
+        return (x, y, z), (x + dx, y + dy, z + dz)
+
+
+def column(
+    length_vox: int, target_vox: IntVec, *, start: YardPlace | None = None, after: tuple[int, ...] | None = None
+) -> PrefabComponent:
+    """Return a column with its foot at a cell."""
+    return PrefabComponent(ComponentKind.COLUMN, length_vox, target_vox, after=after, start=start)
+
+
+def beam(
+    length_vox: int,
+    target_vox: IntVec,
+    axis: str,
+    *,
+    start: YardPlace | None = None,
+    after: tuple[int, ...] | None = None,
+) -> PrefabComponent:
+    """Return a beam with its lowest-index end at a cell, along an axis."""
+    return PrefabComponent(ComponentKind.BEAM, length_vox, target_vox, axis, after, start)
+
+
+def overlap(first: Box, second: Box) -> bool:
+    """Return whether two boxes share a cell."""
+    return all(first[0][a] < second[1][a] and second[0][a] < first[1][a] for a in range(3))

@@ -1,0 +1,86 @@
+"""What an action earns: the formula of ``bimvox.env.reward``, by serial number where the paper says so.
+
+Equation (1) of Zhu, Pauwels and de Vries (2021), r0 = -1: each step of component i costs r0 / S_i, twice that from its
+step limit on, and assembling it earns n S_i. S_i is the serial number of the component, n their number.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from bimvox.compiled import leaf_kernel
+from bimvox.env.reward import REWARDS, RewardWeights, reward
+
+
+class PrefabReward(NamedTuple):
+    """How actions are rewarded; a plain tuple, so that kernels take it.
+
+    Attributes:
+        weights: Coefficients of :func:`bimvox.env.reward.reward`.
+        by_serial: Whether the step cost is divided by S_i, and the arrival multiplied by n S_i.
+    """
+
+    weights: RewardWeights
+    by_serial: bool
+
+
+PREFAB_REWARDS: dict[str, PrefabReward] = {
+    "paper": PrefabReward(
+        RewardWeights(progress=0.0, step=-1.0, late_step=-1.0, bump=0.0, arrival=1.0), by_serial=True
+    ),
+    "shaped": PrefabReward(REWARDS["shaped"], by_serial=False),
+    "sparse": PrefabReward(REWARDS["sparse"], by_serial=False),
+}
+"""``paper``: equation (1). ``shaped``: the exact distance-to-go of the component in transit is the teacher.
+``sparse``: every step costs the same, twice as much when late; every arrival earns the same. One entry adds another."""
+
+
+@leaf_kernel
+def earned(
+    scheme: PrefabReward,
+    serial: int,
+    count: int,
+    distance: int,
+    next_distance: int,
+    bumped: bool,
+    arrived: bool,
+    late: bool,
+) -> float:
+    """Return what one action earned.
+
+    Args:
+        scheme: How actions are rewarded.
+        serial: S_i of the component in transit, from 1.
+        count: n.
+        distance: Moves to its target before the action.
+        next_distance: And after it.
+        bumped: Whether the move was blocked.
+        arrived: Whether the component was assembled.
+        late: Whether its step limit had been reached before.
+    """
+    weights = scheme.weights
+    if scheme.by_serial:
+        weights = RewardWeights(
+            weights.progress,
+            weights.step / serial,
+            weights.late_step / serial,
+            weights.bump,
+            weights.arrival * count * serial,
+        )
+    return reward(weights, distance, next_distance, bumped, arrived, late)
+
+
+def needs_field(scheme: PrefabReward) -> bool:
+    """Return whether the distance field of every component in transit is needed."""
+    return scheme.weights.needs_distance
+
+
+def reward_named(name: str) -> PrefabReward:
+    """Return a reward by its name.
+
+    Raises:
+        ValueError: There is none of that name.
+    """
+    if name not in PREFAB_REWARDS:
+        raise ValueError(f"reward: {name!r} is unknown; there are {', '.join(PREFAB_REWARDS)}")
+    return PREFAB_REWARDS[name]
