@@ -4,13 +4,15 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 UV     := $(VENV)/uv-bootstrap/bin/uv
 OUT    ?= demo-output
+PEERS  := .venv-peers
 # Where pip is configured with a local folder of wheels, uv (which ignores pip's configuration) is told of it;
 # elsewhere uv picks the CPU or GPU build of torch that suits the machine.
 FIND_LINKS = $(shell $(PYTHON) -m pip config get global.find-links 2>/dev/null)
 TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check lint types contracts samples bench picture constraints clean
+.PHONY: help setup demo test test-page check lint types contracts samples bench bench-voxelize bench-environment \
+	picture constraints clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
@@ -32,6 +34,10 @@ demo: setup ## the main job on a sample building: voxelize, plan, verify, render
 test: setup ## the whole test suite
 	$(BIN)/python -m pytest
 
+test-page: setup ## the page in a real headless Chromium
+	$(UV) pip install --quiet --python $(BIN)/python -c constraints.txt --group browser
+	$(BIN)/python -m pytest -m browser tests/render/page -n 0
+
 lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -50,6 +56,19 @@ samples: setup ## write the sample models again (they are byte-identical each ti
 bench: setup ## plan and prove every sample model: the table of docs/measured.md
 	$(BIN)/python benchmarks/samples.py
 
+bench-environment: setup ## steps a second of the paper's environment, through each interface
+	$(BIN)/python benchmarks/environment.py
+
+$(PEERS)/ready: benchmarks/peers.txt pyproject.toml constraints.txt | $(UV)
+	test -x $(PEERS)/bin/python || $(PYTHON) -m venv --without-pip $(PEERS)
+	$(UV) pip install --quiet --python $(PEERS)/bin/python $(TORCH_FROM) -c constraints.txt -e .
+	grep -v '^#' benchmarks/peers.txt | while read -r peer; do \
+	  $(UV) pip install --quiet --python $(PEERS)/bin/python -c constraints.txt "$$peer" || echo "not installed: $$peer"; done
+	@touch $@
+
+bench-voxelize: $(PEERS)/ready ## the voxelizer against its peers: docs/voxelizing.md (ARGS=--quick for a try)
+	$(PEERS)/bin/python -m benchmarks.voxelize $(ARGS)
+
 picture: setup ## draw the README's picture again
 	mkdir -p $(OUT)
 	$(BIN)/bimvox init sample_models/prefab.ifc -o $(OUT)/prefab.site.toml --force
@@ -59,7 +78,7 @@ picture: setup ## draw the README's picture again
 constraints: $(UV) ## resolve the pinned versions again
 	echo 'torch==2.13.0' > $(VENV)/pins.txt
 	$(UV) pip compile --quiet --universal --python-version 3.11 $(if $(FIND_LINKS),--find-links $(FIND_LINKS)) \
-	  -c $(VENV)/pins.txt --group dev pyproject.toml --no-header --no-annotate --upgrade -o $(VENV)/resolved.txt
+	  -c $(VENV)/pins.txt --group dev --group browser pyproject.toml --no-header --no-annotate --upgrade -o $(VENV)/resolved.txt
 	{ head -1 constraints.txt; grep -vE '^(nvidia-|cuda-|triton|torch==)' $(VENV)/resolved.txt; echo 'torch==2.13.0'; } > $(VENV)/constraints.txt
 	mv $(VENV)/constraints.txt constraints.txt
 

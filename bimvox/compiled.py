@@ -48,3 +48,11 @@ def leaf_kernel(function: F) -> F:
     create no array and return none: they read and write arrays that their caller holds.
     """
     return numba.njit(cache=True, nogil=True, _nrt=False)(function)  # type: ignore[no-any-return]
+
+
+def inline_kernel(function: F) -> F:
+    """Compile like :func:`leaf_kernel`, always into its callers.
+
+    Passing an array to a function costs as much as ten look-ups. Only for small functions called in innermost loops.
+    """
+    return numba.njit(cache=True, nogil=True, _nrt=False, forceinline=True)(function)  # type: ignore[no-any-return]

@@ -12,16 +12,20 @@ from cli.output import facts, open_output
 
 
 def export(
-    source: Annotated[Path, typer.Argument(metavar="LOG", help="A log, as `bimvox plan` writes it.")],
+    source: Annotated[
+        Path, typer.Argument(metavar="LOG|GRID", help="A log of `bimvox plan`, or a grid of `bimvox voxelize`.")
+    ],
     to: Annotated[
-        str,
+        str | None,
         typer.Option(
             "--to",
             envvar="BIMVOX_TO",
             metavar="FORMAT",
-            help="mcap, csv (samples, and a table of lifts) or json.",
+            help="Of a log: mcap (default), csv (samples, and a table of lifts) or json. Of a grid: vti (default; the "
+            "cells, for ParaView), ply or glb (the faces of every part, for viewers).",
+            show_default=False,
         ),
-    ] = "mcap",
+    ] = None,
     lift: Annotated[
         list[str] | None,
         typer.Option(
@@ -35,7 +39,7 @@ def export(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write a log, or some of its lifts, in another format."""
+    """Write a log, some of its lifts, or a grid in another format."""
     from pipeline.export import export as run
 
     with open_output(as_json=json, quiet=quiet) as output:

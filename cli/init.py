@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from cli.options import Assemblies, Json, Model, Quiet, Select, Unit, VoxelSize
+from cli.options import Assemblies, Json, Model, Quiet, Select, Unit, Up, VoxelSize
 from cli.output import facts, open_output
 
 
@@ -19,6 +19,7 @@ def init(
     ] = None,
     select: Select = None,
     unit: Unit = None,
+    up: Up = None,
     voxel_size: VoxelSize = None,
     assemblies: Assemblies = "whole",
     force: Annotated[bool, typer.Option("--force", "-f", help="Replace a site file that is there already.")] = False,
@@ -34,6 +35,7 @@ def init(
             out,
             select=select,
             unit=unit,
+            up=up,
             voxel_size_m=voxel_size,
             assemblies=assemblies,
             force=force,

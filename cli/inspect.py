@@ -10,11 +10,10 @@ import typer
 
 from cli.options import Json, Quiet
 from cli.output import facts, open_output
+from cli.part_table import show_parts
 
 if TYPE_CHECKING:
     from rich.console import Console
-
-_PART_COLUMNS = ("ifc_class", "name", "global_id", "role", "cells", "solid_volume_m3", "mass_kg")
 
 
 def inspect(
@@ -22,6 +21,9 @@ def inspect(
         Path,
         typer.Argument(metavar="FILE", help="An IFC file, a mesh, a grid, a site file, a log, obstructions, a policy."),
     ],
+    part: Annotated[
+        str | None, typer.Option("--part", metavar="ID", help="Of a grid only this part (id or name), with its boxes.")
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -29,11 +31,16 @@ def inspect(
     from pipeline.inspect import inspect as run
 
     with open_output(as_json=json, quiet=quiet) as output:
-        document = run(file, progress=output.progress)
+        document = run(file, part=part, progress=output.progress)
     raise typer.Exit(output.answer(document, _show))
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:
-    """Print the document, of the long table of parts the columns that fit a terminal."""
-    parts = [{key: part[key] for key in _PART_COLUMNS} for part in document.get("parts", ())]
-    facts(console, {**document, "parts": parts} if parts else document)
+    """Print the document; the parts of a grid as a table of their own, with their sums."""
+    if "part" in document:
+        facts(console, document["part"])
+        return
+    facts(console, {key: value for key, value in document.items() if key not in ("parts", "totals")})
+    if document.get("parts"):
+        console.print()
+        show_parts(console, document["parts"])

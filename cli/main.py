@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from cli import failure
+from cli.experiment import experiment
 from cli.export import export
 from cli.init import init
 from cli.inspect import inspect
@@ -61,6 +62,7 @@ def main(
 for _command in (voxelize, inspect, init, train, plan, watch, export, verify, render, schema):
     app.command(context_settings=HELP_NAMES)(_command)
 app.add_typer(policy, name="policy", context_settings=HELP_NAMES)
+app.add_typer(experiment, name="experiment", context_settings=HELP_NAMES)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:

@@ -74,9 +74,25 @@ Unit = Annotated[
         help="Length unit of a mesh that does not say: m, mm, cm, ft, in.",
     ),
 ]
+Up = Annotated[
+    Literal["y", "z"] | None,
+    typer.Option(
+        "--up", envvar="BIMVOX_UP", help="Axis of a mesh that points up. Default: as its format says (glTF: y), else z."
+    ),
+]
 Assemblies = Annotated[
     Literal["whole", "parts"],
     typer.Option(
         "--assemblies", envvar="BIMVOX_ASSEMBLIES", help="Lift an assembly as one, or each of its parts alone."
+    ),
+]
+Processes = Annotated[
+    int | None,
+    typer.Option(
+        "--processes",
+        min=1,
+        metavar="N",
+        envvar="BIMVOX_PROCESSES",
+        help="Processes that mesh an IFC file; any number gives the same grid. Default: one a CPU, at most 4.",
     ),
 ]

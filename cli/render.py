@@ -15,7 +15,9 @@ def render(
     source: Annotated[Path, typer.Argument(metavar="FILE", help="A log, a site file, a grid or a model.")],
     out: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="OUT", help="The picture (.png). Default: the input's name."),
+        typer.Option(
+            "--output", "-o", metavar="OUT", help="The picture (.png), or of a log a page (.html). Default: a .png."
+        ),
     ] = None,
     size: Annotated[
         str, typer.Option("--size", envvar="BIMVOX_SIZE", metavar="WxH", help="Size of the picture in pixels.")
@@ -33,10 +35,14 @@ def render(
     elevation: Annotated[
         float | None, typer.Option(metavar="DEGREES", help="How high the eye stands, 5 to 89. Default: 28.")
     ] = None,
+    proof: Annotated[
+        bool,
+        typer.Option("--proof/--no-proof", help="Prove the log again for its page, or let the page say NOT PROVEN."),
+    ] = True,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Draw a picture of a plan, a site, a grid or a model."""
+    """Draw a plan, site, grid or model, or make a plan's page."""
     from pipeline.render import render as run
 
     with open_output(as_json=json, quiet=quiet) as output:
@@ -47,6 +53,7 @@ def render(
             lift=lift,
             azimuth_deg=azimuth,
             elevation_deg=elevation,
+            proven=proof,
             progress=output.progress,
         )
     raise typer.Exit(output.result(document, facts))

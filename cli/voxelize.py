@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cli.options import Assemblies, Json, Model, Quiet, Select, Unit, VoxelSize
-from cli.output import ROWS_SHOWN, fields, open_output, rows, spent
+from cli.options import Assemblies, Json, Model, Processes, Quiet, Select, Unit, Up, VoxelSize
+from cli.output import fields, open_output, rows, spent
+from cli.part_table import show_parts
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,10 +26,12 @@ def voxelize(
     voxel_size: VoxelSize = None,
     select: Select = None,
     unit: Unit = None,
+    up: Up = None,
     assemblies: Assemblies = "whole",
     threads: Annotated[
         int, typer.Option(min=1, metavar="N", envvar="BIMVOX_THREADS", help="Threads; any number gives the same grid.")
     ] = 1,
+    processes: Processes = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -41,13 +45,24 @@ def voxelize(
             voxel_size_m=voxel_size,
             select=select,
             unit=unit,
+            up=up,
             assemblies=assemblies,
             threads=threads,
+            processes=processes,
             progress=output.progress,
         )
     code = output.result(document, _show)
     nothing = "next: say what to lift with --select: nothing in this model is a component"
-    output.next_step(f"next: bimvox init {model}" if document["components"] else nothing)
+    given = {
+        "--select": select,
+        "--unit": unit,
+        "--up": up,
+        "--assemblies": None if assemblies == "whole" else assemblies,
+    }
+    options = [word for option, value in given.items() if value is not None for word in (option, value)]
+    # What was said of the model here has to be said there too.
+    init = shlex.join(["bimvox", "init", str(model), *options])
+    output.next_step(f"next: {init}" if document["components"] else nothing)
     raise typer.Exit(code)
 
 
@@ -55,11 +70,11 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     shape = document["shape"]
     cells = shape[0] * shape[1] * shape[2]
     parts, others = document["components"], document["others"]
-    _show_parts(console, [*parts, *others])
-    skipped = Counter((item["ifc_class"], item["reason"]) for item in document["skipped"])
+    show_parts(console, [*parts, *others])
+    skipped = Counter((item["ifc_class"], item["reason"]) for item in document["skipped"]).most_common()
     if skipped:
         console.print()
-    rows(console, ("class", "products", "reason"), [(c, n, r) for (c, r), n in skipped.items()], title="left out")
+    rows(console, ("class", "products", "reason"), [(c, n, r) for (c, r), n in skipped], title="left out")
     console.print()
     fields(
         console,
@@ -69,29 +84,5 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
             ("labels", ", ".join(f"{label} {count:,}" for label, count in document["counts"].items())),
             ("parts", f"{len(parts):,} to lift, {len(others):,} others"),
             ("took", spent(document["seconds"])),
-        ],
-    )
-
-
-def _show_parts(console: Console, parts: list[Mapping[str, Any]]) -> None:
-    """Print every part where they are few, else a line for each class and role, the most numerous first."""
-    if len(parts) <= ROWS_SHOWN:
-        keys = ("ifc_class", "name", "global_id", "role", "cells", "solid_volume_m3")
-        rows(console, ("class", "name", "id", "role", "cells", "m3"), [[part[key] for key in keys] for part in parts])
-        return
-    groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
-    for part in parts:
-        groups.setdefault((part["ifc_class"], part["role"]), []).append(part)
-    rows(
-        console,
-        ("class", "role", "parts", "cells", "m3"),
-        [
-            (
-                *group,
-                len(members),
-                sum(part["cells"] for part in members),
-                sum(part["solid_volume_m3"] for part in members),
-            )
-            for group, members in sorted(groups.items(), key=lambda item: -len(item[1]))
         ],
     )

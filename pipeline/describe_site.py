@@ -31,9 +31,8 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
 
     stated = load_site_config(path)
     model = stated.model
-    building = read_building(
-        model.path, ReadOptions(select=model.select, unit=model.unit, assemblies=model.assemblies), progress.report
-    )
+    options = ReadOptions(select=model.select, unit=model.unit, up=model.up, assemblies=model.assemblies)
+    building = read_building(model.path, options, progress.report)
     progress.stage("describe")
     config = complete_config(stated, building)
     placed, site_to_ifc = place_building(config, building)

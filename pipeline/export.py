@@ -1,4 +1,4 @@
-"""``bimvox export``: the path log, whole or a part of it, in MCAP, CSV or JSON."""
+"""``bimvox export``: the path log, whole or a part of it, in MCAP, CSV or JSON; a grid in VTK, PLY or GLB."""
 
 from __future__ import annotations
 
@@ -7,32 +7,36 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bimvox.errors import InputError
+from bimvox.errors import FileError, InputError
+from pipeline import export_grid
 from pipeline.artifacts import check_output, require_input, write_atomically
+from pipeline.kinds import Kind, kind_of
 from pipeline.progress import Progress
 
 if TYPE_CHECKING:
     from bimvox.log.plan_log import PlanLog
 
 SUFFIXES = {"mcap": ".export.mcap", "csv": ".csv", "json": ".json"}
+DEFAULT = "mcap"
 
 
 def export(
     source: Path,
     *,
-    to: str = "mcap",
+    to: str | None = None,
     lifts: Sequence[str] = (),
     out: Path | None = None,
     recover: bool = False,
     progress: Progress,
 ) -> dict[str, Any]:
-    """Write a log, or some of its lifts, in another form.
+    """Write a log, some of its lifts, or a grid in another form.
 
     CSV is two tables: the samples in ``OUT.csv``, one row a lift in ``OUT.lifts.csv``.
 
     Args:
-        source: The log.
-        to: ``mcap``, ``csv`` or ``json``.
+        source: The log or grid.
+        to: ``mcap``, ``csv`` or ``json`` of a log, ``vti``, ``ply`` or ``glb`` of a grid; if None, what the suffix of
+            ``out`` says, else ``mcap`` or ``vti``.
         lifts: Component ids, GlobalIds or order numbers; none means all.
         out: Where to; default: the log's name with another suffix, in the current folder.
         recover: Save what a truncated or damaged log still holds.
@@ -43,9 +47,13 @@ def export(
     """
     from bimvox.log.export import lifts_csv, resolve_lifts, select_lifts, to_csv, to_json
 
-    if to not in SUFFIXES:
-        raise InputError(f"cannot export to {to!r}", hint=f"known formats: {', '.join(SUFFIXES)}")
     require_input(source)
+    kind = kind_of(source)
+    to = _format(source, kind, to, out)
+    if kind is Kind.GRID:
+        if lifts or recover:
+            raise InputError(f"{source}: --lift and --recover are for logs, this is a grid")
+        return export_grid.export_grid(source, to=to, out=out, progress=progress)
     target = out or Path(source.stem + SUFFIXES[to])
     table = target.with_name(f"{target.stem}.lifts{target.suffix}")
     for path in (target, table) if to == "csv" else (target,):
@@ -72,6 +80,21 @@ def export(
     if recover:
         document["lost"] = list(lost)
     return {**document, "seconds": progress.seconds}
+
+
+def _format(source: Path, kind: Kind, to: str | None, out: Path | None) -> str:
+    """Return the format to write: the one that was asked for, if the file has it."""
+    formats = {Kind.LOG: (*SUFFIXES,), Kind.GRID: export_grid.FORMATS}
+    if kind not in formats:
+        hint = "logs (of bimvox plan) and grids (of bimvox voxelize) can"
+        raise FileError(source, f"this is a file of the kind {kind.value!r}, which cannot be exported", hint=hint)
+    if to is None:
+        by_name = out.suffix.lower().removeprefix(".") if out else ""
+        return by_name if by_name in formats[kind] else {Kind.LOG: DEFAULT, Kind.GRID: export_grid.DEFAULT}[kind]
+    if to not in formats[kind]:
+        fitting = "; ".join(f"a {one.value}: {', '.join(known)}" for one, known in formats.items())
+        raise InputError(f"cannot export the {kind.value} {source} to {to!r}", hint=f"formats of {fitting}")
+    return to
 
 
 def _read(source: Path, recover: bool) -> tuple[PlanLog, tuple[str, ...]]:

@@ -12,21 +12,24 @@ from pipeline.kinds import Kind, kind_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from bimvox.grid.voxel_grid import VoxelGrid
     from pipeline.progress import Progress
 
 
-def inspect(path: Path, progress: Progress) -> dict[str, Any]:
+def inspect(path: Path, progress: Progress, *, part: str | None = None) -> dict[str, Any]:
     """Say what a file is and what it holds.
 
     Args:
         path: Any of our files, an IFC or a mesh; what it is is told by what it holds, not by its name alone.
         progress: Is told of stages and notes.
+        part: Id or name of a part of a grid: only that part is described, with its boxes.
 
     Returns:
         ``kind``, ``file`` and what fits the kind.
 
     Raises:
         FileError: If it is missing, damaged, or nothing that bimvox knows.
+        InputError: If a part is asked for that is not there.
     """
     kind = kind_of(path)
     describe: dict[Kind, Callable[[Path, Progress], dict[str, Any]]] = {
@@ -38,7 +41,7 @@ def inspect(path: Path, progress: Progress) -> dict[str, Any]:
         Kind.OBSTRUCTIONS: _obstructions,
         Kind.POLICY: _policy,
     }
-    document = describe[kind](path, progress)
+    document = describe[kind](path, progress) if part is None else _one_part(path, kind, part, progress)
     progress.finish()
     size = {} if path.is_dir() else {"bytes": path.stat().st_size}
     return {"kind": kind.value, "file": str(path), **size, **document}
@@ -56,26 +59,25 @@ def _model(path: Path, progress: Progress) -> dict[str, Any]:
     return describe_building(building)
 
 
-def _grid(path: Path, progress: Progress) -> dict[str, Any]:
-    import numpy as np
+def _one_part(path: Path, kind: Kind, part: str, progress: Progress) -> dict[str, Any]:
+    from pipeline.describe_grid import describe_part
 
+    if kind is not Kind.GRID:
+        raise FileError(path, f"is no grid ({kind.value}), and only a grid has parts", hint="leave --part out")
+    return {"part": describe_part(_grid_of(path, progress), part)}
+
+
+def _grid(path: Path, progress: Progress) -> dict[str, Any]:
+    from pipeline.describe_grid import describe_grid
+
+    return {"sha256": sha256_of(path), **describe_grid(_grid_of(path, progress))}
+
+
+def _grid_of(path: Path, progress: Progress) -> VoxelGrid:
     from bimvox.grid.storage import grid_from_bytes
-    from pipeline.voxelize import part_document
 
     progress.stage("read")
-    grid = grid_from_bytes(path.read_bytes(), path.name)
-    return {
-        "sha256": sha256_of(path),
-        "shape": list(grid.shape),
-        "cells": grid.labels.size,
-        "voxel_size_m": grid.frame.voxel_size_m,
-        "origin_m": list(grid.frame.origin_m),
-        "source": dict(grid.source),
-        "source_origin_m": list(grid.origin_m),
-        "counts": grid.counts(),
-        "shared_cells": len(np.unique(grid.shared_cells, axis=0)),
-        "parts": [part_document(part) for part in grid.parts],
-    }
+    return grid_from_bytes(path.read_bytes(), path.name)
 
 
 def _site(path: Path, progress: Progress) -> dict[str, Any]:

@@ -63,9 +63,8 @@ def load_site(path: Path, progress: Progress) -> LoadedSite:
     text = path.read_bytes()
     config = load_site_config(path)
     model = config.model
-    building = read_building(
-        model.path, ReadOptions(select=model.select, unit=model.unit, assemblies=model.assemblies), progress.report
-    )
+    options = ReadOptions(select=model.select, unit=model.unit, up=model.up, assemblies=model.assemblies)
+    building = read_building(model.path, options, progress.report)
     say_notes(building, progress)
     progress.stage("site")
     config = complete_config(config, building)

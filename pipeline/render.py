@@ -29,18 +29,21 @@ def render(
     share: float = 0.5,
     azimuth_deg: float | None = None,
     elevation_deg: float | None = None,
+    proven: bool = True,
     progress: Progress,
 ) -> dict[str, Any]:
-    """Draw a picture.
+    """Draw a picture, or make a page.
 
     Args:
         source: A log, a site file, a grid, an IFC or a mesh.
-        out: The picture, ``.png``; default: the input's name, in the current folder.
+        out: The picture, ``.png``, or of a log the page, ``.html``; default: the input's name with ``.png``, in the
+            current folder.
         size: Width and height in pixels.
         lift: Show this lift of a log under way: the id, GlobalId or name of its component.
         share: How much of that lift's carrying time is over, 0..1.
         azimuth_deg: Where the eye stands, counter-clockwise from +x; default: the yard before the building.
         elevation_deg: How high the eye stands.
+        proven: Whether the log is proven again for its page; else the page says that it is not.
         progress: Told of the stages.
 
     Returns:
@@ -54,8 +57,12 @@ def render(
 
     kind = kind_of(source)
     target = out or default_output(source, ".png")
+    if target.suffix.lower() in (".html", ".htm"):
+        return _render_page(source, kind, target, proven, progress)
     if target.suffix.lower() != ".png":
-        raise InputError(f"{target}: pictures are written as PNG", hint=f"-o {target.with_suffix('.png')}")
+        raise InputError(
+            f"{target}: pictures are written as PNG, pages of logs as HTML", hint=f"-o {target.with_suffix('.png')}"
+        )
     check_output(target, inputs=[source])
     if lift is not None and kind is not Kind.LOG:
         raise InputError(f"{source}: only a log holds lifts", hint="leave --lift out, or name a log")
@@ -74,6 +81,19 @@ def render(
         "elevation_deg": round(view.elevation_deg, 3),
         "seconds": progress.seconds,
     }
+
+
+def _render_page(source: Path, kind: Kind, target: Path, proven: bool, progress: Progress) -> dict[str, Any]:
+    from pipeline.render_page import page_of_log
+
+    if kind is not Kind.LOG:
+        raise InputError(f"{source}: only a log has a page", hint="bimvox plan SITE writes a log")
+    check_output(target, inputs=[source])
+    page = page_of_log(source, proven=proven, progress=progress)
+    progress.stage("write")
+    write_atomically(target, page, inputs=[source])
+    progress.finish()
+    return {"out": str(target), "kind": kind.value, "bytes": len(page), "seconds": progress.seconds}
 
 
 def _scene(

@@ -43,9 +43,10 @@ def _grid_json_schema() -> dict[str, Any]:
     """Return the JSON Schema of the attributes of a grid file's Zarr group; its arrays are listed beside it."""
     from pydantic import TypeAdapter
 
+    from bimvox.grid.bricks import NO_OWNER
     from bimvox.grid.labels import Label
     from bimvox.grid.layout import ARRAYS, FORMAT, SUFFIX, VERSION
-    from bimvox.grid.voxel_grid import NO_OWNER, Part
+    from bimvox.grid.voxel_grid import Part
 
     part = TypeAdapter(Part).json_schema()
     part["properties"]["label"] = {"enum": [label.value for label in Label], "description": "label of its cells"}
@@ -53,6 +54,7 @@ def _grid_json_schema() -> dict[str, Any]:
     part["additionalProperties"] = False
     metres = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
     properties = {
+        "Conventions": {"type": "string", "description": "of the attributes: CF"},
         "format": {"const": FORMAT},
         "version": {"const": VERSION},
         "unit": {"const": "m"},
@@ -60,6 +62,7 @@ def _grid_json_schema() -> dict[str, Any]:
         "origin_m": {**metres, "description": "lowest corner of cell (0, 0, 0)"},
         "source_origin_m": {**metres, "description": "what was subtracted from the source's coordinates"},
         "source": {"type": "object", "additionalProperties": {"type": ["string", "number", "boolean"]}},
+        "georeference": {"type": "object", "additionalProperties": {"type": ["string", "number"]}},
         "parts": {"type": "array", "items": {"$ref": "#/$defs/Part"}, "description": f"owners: index, {NO_OWNER} none"},
     }
     return {

@@ -18,6 +18,7 @@ def init(
     *,
     select: str | None = None,
     unit: str | None = None,
+    up: Literal["y", "z"] | None = None,
     voxel_size_m: float | None = None,
     assemblies: str = "whole",
     force: bool = False,
@@ -30,6 +31,7 @@ def init(
         out: Site file; default: the model's name with ``.site.toml``, in the current folder.
         select: What is to be lifted; default: by class.
         unit: Length unit of a mesh file.
+        up: Axis of a mesh file that points up.
         voxel_size_m: Cell size for planning; default: guessed.
         assemblies: ``whole`` or ``parts``.
         force: Whether an existing site file, which may hold the planner's edits, is replaced.
@@ -52,7 +54,8 @@ def init(
     if target.exists() and not force:
         raise FileError(target, "exists already and may hold edits", hint="--force replaces it, -o names another file")
     mode = cast("Literal['whole', 'parts']", assemblies)
-    building = read_building(model, ReadOptions(select=select, unit=unit, assemblies=mode), progress.report)
+    options = ReadOptions(select=select, unit=unit, up=up, assemblies=mode)
+    building = read_building(model, options, progress.report)
     say_notes(building, progress)
     progress.stage("guess")
     config = guess_site(
@@ -61,6 +64,7 @@ def init(
         name=model.stem,
         select=select,
         unit=cast("Any", unit),
+        up=up,
         assemblies=mode,
         voxel_size_m=voxel_size_m,
     )

@@ -11,7 +11,9 @@ from pipeline.artifacts import require_input
 from pipeline.progress import Progress
 
 if TYPE_CHECKING:
-    from bimvox.planning.proof import Check
+    from bimvox.log.container import Contents
+    from bimvox.log.plan_log import PlanLog
+    from bimvox.planning.proof import Check, Verification
 
 
 def verify(log: Path, *, progress: Progress) -> dict[str, Any]:
@@ -33,9 +35,7 @@ def verify(log: Path, *, progress: Progress) -> dict[str, Any]:
     """
     from bimvox.log.container import read_contents, read_file
     from bimvox.log.reader import log_of
-    from bimvox.log.verify import USED_TOPICS, check_commands, check_digests, check_load_poses
-    from bimvox.planning.verify import verify_plan
-    from bimvox.trajectory.verify import verify_motions
+    from bimvox.log.verify import USED_TOPICS
 
     require_input(log)
     progress.stage("read")
@@ -43,23 +43,40 @@ def verify(log: Path, *, progress: Progress) -> dict[str, Any]:
     record = log_of(contents, log)
     if record.context:
         progress.note(f"this log is an extract: {len(record.plan.lifts)} of {len(record.all_lifts)} lifts are in it")
-    progress.stage("plan")
-    checks = list(verify_plan(record.plan, record.context).checks)
-    progress.stage("motions")
-    checks += verify_motions(record.plan, record.motions, record.context).checks
-    progress.stage("log")
-    checks += [check_digests(contents, record), check_load_poses(contents, record), check_commands(contents, record)]
+    proof = prove(contents, record, progress)
     progress.finish()
     return {
         "log": str(log),
-        "verified": all(check.passed for check in checks),
-        "checks": _as_json(checks),
+        "verified": proof.verified,
+        "checks": _as_json(proof.checks),
         "lifts": len(record.planned),
         "infeasible_lifts": len(record.plan.lifts) - len(record.planned),
         "left_out": len(record.context),
         "revision": record.revision,
         "seconds": progress.seconds,
     }
+
+
+def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verification:
+    """Prove what was read from a log: plan, motions, digests, and that its topics agree.
+
+    Args:
+        contents: The log's messages and attachments; of the topics at least ``USED_TOPICS``.
+        record: What they mean.
+        progress: Told of the stages.
+    """
+    from bimvox.log.verify import check_commands, check_digests, check_load_poses
+    from bimvox.planning.proof import Verification
+    from bimvox.planning.verify import verify_plan
+    from bimvox.trajectory.verify import verify_motions
+
+    progress.stage("plan")
+    checks = list(verify_plan(record.plan, record.context).checks)
+    progress.stage("motions")
+    checks += verify_motions(record.plan, record.motions, record.context).checks
+    progress.stage("log")
+    checks += [check_digests(contents, record), check_load_poses(contents, record), check_commands(contents, record)]
+    return Verification(tuple(checks))
 
 
 def _as_json(checks: Iterable[Check]) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from pipeline.artifacts import check_output, default_output, require_input, writ
 from pipeline.load_site import say_notes
 
 if TYPE_CHECKING:
-    from bimvox.grid.voxel_grid import Part
     from pipeline.progress import Progress
 
 _MODEL_SUFFIXES = frozenset(
@@ -25,8 +24,10 @@ def voxelize(
     voxel_size_m: float | None = None,
     select: str | None = None,
     unit: str | None = None,
+    up: Literal["y", "z"] | None = None,
     assemblies: Literal["whole", "parts"] = "whole",
     threads: int = 1,
+    processes: int | None = None,
     progress: Progress,
 ) -> dict[str, Any]:
     """Voxelize a building model and write the grid.
@@ -37,23 +38,30 @@ def voxelize(
         voxel_size_m: Edge of a cell; a round size that keeps the model below 20 million cells if None.
         select: What is to be lifted; see ``bimvox.bim.read.ReadOptions``.
         unit: Length unit of a mesh that does not say.
+        up: Axis of a mesh that points up.
         assemblies: ``whole`` or ``parts``.
         threads: Parts voxelized at the same time; the grid does not depend on it.
+        processes: Processes that mesh an IFC file, a few if None; the grid does not depend on it.
         progress: Is told of stages and notes.
 
     Returns:
-        ``grid, shape, voxel_size_m, origin_m, counts, components, others, skipped, notes, seconds``.
+        ``grid, shape, voxel_size_m, origin_m, counts, shared_cells, components, others, totals, source, skipped,
+        notes, seconds``.
 
     Raises:
         InputError: If the model or an option cannot be used; nothing is written then.
     """
     progress.stage("read")
+    import numpy as np
+
+    from bimvox.bim.options import default_processes
     from bimvox.bim.read import ReadOptions, read_building
     from bimvox.grid.layout import SUFFIX
     from bimvox.grid.storage import grid_to_bytes
     from bimvox.units import metres_per
     from bimvox.voxelize.building import voxelize_building
     from bimvox.voxelize.limits import default_voxel_size_m
+    from pipeline.describe_grid import describe_parts, describe_totals
 
     require_input(model)
     out = out or default_output(model, SUFFIX)
@@ -65,7 +73,9 @@ def voxelize(
     if voxel_size_m is not None and not 0 < voxel_size_m < float("inf"):
         raise InputError(f"a cell of {voxel_size_m:g} m cannot be", hint="give an edge above 0, in metres")
 
-    building = read_building(model, ReadOptions(select=select, unit=unit, assemblies=assemblies), progress.report)
+    processes = default_processes() if processes is None else processes
+    options = ReadOptions(select=select, unit=unit, up=up, assemblies=assemblies, processes=processes)
+    building = read_building(model, options, progress.report)
     say_notes(building, progress)
     if voxel_size_m is None:
         voxel_size_m = default_voxel_size_m(building.bounds_m)
@@ -75,36 +85,22 @@ def voxelize(
     progress.stage("write")
     write_atomically(out, grid_to_bytes(grid), inputs=[model])
     progress.finish()
+    parts = describe_parts(grid)
     return {
         "grid": str(out),
         "shape": list(grid.shape),
         "voxel_size_m": grid.frame.voxel_size_m,
         "origin_m": list(grid.frame.origin_m),
         "counts": grid.counts(),
-        "components": [part_document(part) for part in grid.parts if part.role == "component"],
-        "others": [part_document(part) for part in grid.parts if part.role != "component"],
+        "shared_cells": len(np.unique(grid.shared_cells, axis=0)),
+        "components": [part for part in parts if part["role"] == "component"],
+        "others": [part for part in parts if part["role"] != "component"],
+        "totals": describe_totals(parts),
+        "source": dict(grid.source),
         "skipped": [
             {"global_id": item.global_id, "ifc_class": item.ifc_class, "name": item.name, "reason": item.reason}
             for item in building.skipped
         ],
         "notes": list(building.notes),
         "seconds": progress.seconds,
-    }
-
-
-def part_document(part: Part) -> dict[str, Any]:
-    """Return a part of a grid as plain values."""
-    return {
-        "id": part.id,
-        "global_id": part.global_id,
-        "ifc_class": part.ifc_class,
-        "name": part.name,
-        "role": part.role,
-        "cells": part.cells,
-        "solid_volume_m3": part.solid_volume_m3,
-        "mass_kg": part.mass_kg,
-        "fill": part.fill,
-        "type_name": part.type_name,
-        "storey": part.storey,
-        "material": part.material,
     }

@@ -15,6 +15,7 @@ from bimvox.bim.ifc_properties import Properties, weakest
 from bimvox.bim.ifc_roles import UNKNOWN, role_of_class
 from bimvox.bim.name_roles import role_by_name
 
+_SHOWN = 5
 _STAYS = (Role.STRUCTURE, Role.GROUND)
 
 
@@ -30,16 +31,23 @@ class Part:
 class ElementBuilder:
     """Makes elements of groups of parts, and counts what is worth a note."""
 
-    def __init__(self, opened: OpenedIfc, parts: Mapping[int, Part], selected: frozenset[int] | None) -> None:
+    def __init__(
+        self,
+        opened: OpenedIfc,
+        parts: Mapping[int, Part],
+        selected: frozenset[int] | None,
+        properties: Properties,
+    ) -> None:
         self._file = opened.file
         self._schema = opened.schema
         self._parts = parts
         self._selected = selected
-        self._properties = Properties(opened.file)
+        self._properties = properties
         self._ids: set[str] = set()
         self._made_unique: list[str] = []
         self._guessed = 0
-        self._refused = 0
+        self._refused: list[str] = []
+        self._odd: list[str] = []
 
     def groups(self, assemblies: str) -> list[Group]:
         """Return the lifts, in file order."""
@@ -55,7 +63,8 @@ class ElementBuilder:
             part = self._parts[step_id]
             masses.append(self._properties.mass(self._file.by_id(step_id), part.extent.volume_m3, part.exact))
             self._guessed += not part.exact
-            self._refused += masses[-1].stated_refused
+            self._refused += [str(owner.Name or owner.GlobalId)] * masses[-1].stated_refused
+            self._odd += [str(owner.Name or owner.GlobalId)] * masses[-1].stated_odd
         material = self._properties.material(owner)
         if material is None:
             heaviest = max(zip(masses, group.members, strict=True), key=lambda pair: pair[0].kg)[1]
@@ -80,12 +89,20 @@ class ElementBuilder:
         """Return what the elements so far are worth noting for."""
         notes = []
         if self._made_unique:
-            notes.append(f"GlobalIds that occur more than once were made unique: {', '.join(self._made_unique)}")
+            shown = ", ".join(self._made_unique[:_SHOWN])
+            more = f" and {len(self._made_unique) - _SHOWN} more" if len(self._made_unique) > _SHOWN else ""
+            notes.append(f"GlobalIds that occur more than once were made unique: {shown}{more}")
         if self._guessed:
             notes.append(f"parts that are not closed, whose mass is a guess unless stated: {self._guessed}")
         if self._refused:
             notes.append(
-                f"stated weights that cannot be, given the volume of the part, and were not used: {self._refused}"
+                "stated weights that cannot be, given the volume of the part, and were not used: "
+                f"{len(self._refused)} ({_some(self._refused)})"
+            )
+        if self._odd:
+            notes.append(
+                "stated weights that are odd for the volume of the part (under 50 or over 12,000 kg/m3), yet used: "
+                f"{len(self._odd)} ({_some(self._odd)})"
             )
         return notes
 
@@ -118,6 +135,12 @@ class ElementBuilder:
         if not self._selected.isdisjoint((group.owner, *group.members, *group.ancestors)):
             return Role.COMPONENT
         return Role.STRUCTURE if role is Role.COMPONENT else role
+
+
+def _some(names: list[str], most: int = 3) -> str:
+    """List different names, not all of very many."""
+    different = list(dict.fromkeys(names))
+    return ", ".join(different[:most]) + (", ..." if len(different) > most else "")
 
 
 def _joined(meshes: list[TriangleMesh]) -> TriangleMesh:

@@ -2,48 +2,29 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-import tempfile
 import time
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import wait
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from bimvox.errors import IfcError
+from bimvox.bim.ifc_process import WORKER_COMMAND, GeometryServer, Task, Worker
+from bimvox.bim.ifc_shape import PlacedShape
 
 FAST_LIBRARY = "hybrid-cgal-simple-opencascade"
 PLAIN_LIBRARY = "opencascade"
-_START_LIMIT_S = 600.0
-_PRODUCTS_PER_PROCESS = 64
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ProductShape:
-    """Triangles of one product.
-
-    Attributes:
-        vertices_m: (V, 3) float64 in the product's own frame.
-        faces: (F, 3) int32.
-        placement: (4, 4) float64, product to world, metres.
-    """
-
-    vertices_m: NDArray[np.float64]
-    faces: NDArray[np.int32]
-    placement: NDArray[np.float64]
-
-    def world_m(self, origin_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the vertices relative to a world point; subtracted first, so that a far placement costs nothing."""
-        shift: NDArray[np.float64] = self.placement[:3, 3] - origin_m
-        return self.vertices_m @ self.placement[:3, :3].T + shift
+_FAST_SHARE = 1 / 3
+"""Share of the time limit that the fast library gets: what it cannot do soon, the plain one may."""
+_PATIENCE = 5
+"""A file may lose this many time limits to shapes that hang; after that, each has a tenth of the limit."""
+_TASKS_AHEAD = 4
+"""Tasks that a worker is sent before it has answered the first, so that it never waits for us."""
+_TASKS_A_WORKER = 16
+"""Another worker is worth forking for as many tasks."""
+_NOTHING = object()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,10 +34,10 @@ class Meshed:
     Attributes:
         shapes: By step id.
         failures: Reason by step id, for every product without a shape.
-        retried: Step ids that only the plain library could mesh.
+        retried: Step ids that the library tried first could not mesh.
     """
 
-    shapes: Mapping[int, ProductShape]
+    shapes: Mapping[int, PlacedShape]
     failures: Mapping[int, str]
     retried: tuple[int, ...]
 
@@ -66,148 +47,121 @@ class GeometryPool:
 
     Args:
         path: The IFC file.
-        timeout_s: Seconds a worker may spend on one product.
-        processes: Most workers to run at once.
-        command: How to start a worker (replaced by tests that need one that hangs or crashes).
+        timeout_s: Seconds a worker may spend on one shape; less once a file has lost much time to shapes that hang.
+        processes: Most workers to run at once; what they return does not depend on it.
+        command: How to start the process that forks the workers (replaced by tests of hangs and crashes).
     """
 
     def __init__(
-        self, path: Path, *, timeout_s: float, processes: int = 1, command: Sequence[str] | None = None
+        self,
+        path: Path,
+        *,
+        timeout_s: float,
+        processes: int = 1,
+        command: Sequence[str] = WORKER_COMMAND,
     ) -> None:
         self._path = path
         self._timeout_s = timeout_s
         self._processes = processes
-        self._command = tuple(command or (sys.executable, "-m", "bimvox.bim.ifc_worker"))
-        self._workers: list[_Worker] = []
+        self._command = tuple(command)
+        self._workers: list[Worker] = []
+        self._lost_s = 0.0
 
     def __enter__(self) -> GeometryPool:
-        self._workers.append(_Worker(self._command, self._path))
+        self._server = GeometryServer(self._path, self._command)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         for worker in self._workers:
-            worker.stop()
+            worker.channel.close()
+        self._server.stop()
 
-    def mesh(self, step_ids: Sequence[int], on_done: Callable[[int], None] = lambda done: None) -> Meshed:
-        """Mesh products; one that hangs, crashes or fails is tried again with the plain library, then given up.
+    def mesh(
+        self,
+        groups: Sequence[tuple[int, ...]],
+        on_done: Callable[[int], None] = lambda done: None,
+        *,
+        plain: Set[int] = frozenset(),
+        meanwhile: Iterable[object] = (),
+    ) -> Meshed:
+        """Mesh products; a shape that hangs, crashes or fails is tried again with the other library, then given up.
 
         Args:
-            step_ids: Products to mesh.
+            groups: Step ids of the products to mesh, those together that share one shape.
             on_done: Called with the number of products finished.
+            plain: Products to mesh with the plain library first, because the fast one is too coarse for them.
+            meanwhile: Other work in small steps, to be done as long as the workers are at it.
 
         Raises:
             IfcError: If no worker can be started.
         """
-        shapes: dict[int, ProductShape] = {}
+        shapes: dict[int, PlacedShape] = {}
+        other_work = iter(meanwhile)
         failures: dict[int, str] = {}
         retried: list[int] = []
-        todo = deque((step_id, FAST_LIBRARY) for step_id in step_ids)
-        while todo or any(worker.task for worker in self._workers):
+        todo = deque((tuple(group), _first_library(group, plain)) for group in groups)
+        while todo or any(worker.tasks for worker in self._workers):
             self._staff(todo)
-            for worker, answer in self._answers():
-                step_id, library = worker.take_task()
-                if isinstance(answer, str) and library == FAST_LIBRARY:
-                    todo.append((step_id, PLAIN_LIBRARY))
-                    continue
+            for (step_ids, library), answer in self._answers(todo, other_work):
                 if isinstance(answer, str):
-                    failures[step_id] = answer
+                    if library == _first_library(step_ids, plain):
+                        todo.append((step_ids, PLAIN_LIBRARY if library == FAST_LIBRARY else FAST_LIBRARY))
+                        continue
+                    failures.update(dict.fromkeys(step_ids, answer))
                 else:
-                    shapes[step_id] = ProductShape(*answer)
-                    if library == PLAIN_LIBRARY:
-                        retried.append(step_id)
+                    shape, placements = answer
+                    for step_id, placement in zip(step_ids, placements, strict=True):
+                        shapes[step_id] = PlacedShape(shape, placement)
+                    retried += step_ids if library != _first_library(step_ids, plain) else ()
                 on_done(len(shapes) + len(failures))
         return Meshed(shapes, failures, tuple(sorted(retried)))
 
-    def _staff(self, todo: deque[tuple[int, str]]) -> None:
-        """Start workers where there is work for them, and hand out tasks to the idle."""
-        wanted = min(self._processes, 1 + len(todo) // _PRODUCTS_PER_PROCESS) if todo else 0
+    def _staff(self, todo: deque[Task]) -> None:
+        """Fork workers where there is work for them, and keep each of them busy."""
+        wanted = min(self._processes, 1 + len(todo) // _TASKS_A_WORKER) if todo else 0
         while len(self._workers) < wanted:
-            self._workers.append(_Worker(self._command, self._path))
-        for worker in self._workers:
-            if todo and worker.ready and worker.task is None:
-                worker.give_task(todo.popleft(), self._timeout_s)
+            self._workers.append(self._server.fork())
+        for ahead in range(1, _TASKS_AHEAD + 1):
+            for worker in self._workers:
+                if todo and len(worker.tasks) < ahead:
+                    worker.give(todo.popleft(), self._limit_s)
 
-    def _answers(self) -> list[tuple[_Worker, Any]]:
-        """Wait for something to happen; return (worker, shape or reason) of the finished tasks."""
-        waiting = [worker for worker in self._workers if worker.task or not worker.ready]
-        pause = max(0.0, min(worker.deadline for worker in waiting) - time.monotonic())
-        speaking = wait([worker.answers for worker in waiting], pause)
-        finished: list[tuple[_Worker, Any]] = []
-        for worker in waiting:
-            if worker.answers in speaking:
+    def _answers(self, todo: deque[Task], other_work: Iterator[object]) -> list[tuple[Task, Any]]:
+        """Wait for something to happen; return each finished task with its triangles, or the reason why it failed."""
+        busy = [worker for worker in self._workers if worker.tasks]
+        channels = [worker.channel for worker in busy]
+        speaking = wait(channels, 0.0)
+        if not speaking and next(other_work, _NOTHING) is _NOTHING:
+            speaking = wait(channels, max(0.0, min(worker.deadline for worker in busy) - time.monotonic()))
+        finished: list[tuple[Task, Any]] = []
+        for worker in busy:
+            if worker.channel in speaking:
                 try:
-                    answer = worker.answers.recv()
+                    finished.append(worker.answer(self._limit_s))
                 except (EOFError, OSError):
-                    answer = self._bury(worker, patience_s=2.0)
-                if worker.task is None:
-                    worker.ready = True
-                else:
-                    finished.append((worker, answer))
+                    task, status = self._bury(worker, todo)
+                    died = f"signal {-status}" if status < 0 else f"exit status {status}"
+                    finished.append((task, f"the geometry kernel crashed ({died})"))
             elif time.monotonic() >= worker.deadline:
-                self._bury(worker, patience_s=0.0)
-                finished.append((worker, f"no result from the geometry kernel within {self._timeout_s:g} s"))
+                task, _ = self._bury(worker, todo)
+                limit_s = self._limit_s(task)
+                self._lost_s += limit_s
+                finished.append((task, f"no result from the geometry kernel within {limit_s:g} s"))
         return finished
 
-    def _bury(self, worker: _Worker, patience_s: float) -> str:
-        """Stop a worker for good and return why it died; one that never got ready is everybody's trouble."""
+    def _limit_s(self, task: Task) -> float:
+        """Return how long a task may take."""
+        share = _FAST_SHARE if task[1] == FAST_LIBRARY else 1.0
+        return self._timeout_s * share * (1.0 if self._lost_s < _PATIENCE * self._timeout_s else 0.1)
+
+    def _bury(self, worker: Worker, todo: deque[Task]) -> tuple[Task, int]:
+        """End a worker; return the task it was at and its exit status. What else it was sent is to be done again."""
         self._workers.remove(worker)
-        code, said = worker.stop(patience_s)
-        if not worker.ready:
-            raise IfcError(self._path, f"the geometry worker did not start: {said or code}", hint="check the install")
-        return f"the geometry kernel crashed ({f'signal {-code}' if code < 0 else f'exit status {code}'})"
+        task = worker.tasks.popleft()
+        todo.extendleft(reversed(worker.tasks))
+        return task, self._server.bury(worker)
 
 
-class _Worker:
-    """One worker process and the pipes to it."""
-
-    def __init__(self, command: Sequence[str], path: Path) -> None:
-        self.ready = False
-        self.task: tuple[int, str] | None = None
-        self.deadline = time.monotonic() + _START_LIMIT_S
-        self._said = tempfile.TemporaryFile()  # noqa: SIM115 (lives as long as the process that writes to it)
-        root = str(Path(__file__).resolve().parents[2])
-        # The library is found where this file lies, and nothing in the current folder can shadow a module.
-        python_path = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH")]))
-        environment = {**os.environ, "PYTHONPATH": python_path, "PYTHONSAFEPATH": "1"}
-        self._process = subprocess.Popen(
-            [*command, str(path)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._said,
-            env=environment,
-            start_new_session=True,
-        )
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._requests = Connection(os.dup(self._process.stdin.fileno()), readable=False)
-        self.answers = Connection(os.dup(self._process.stdout.fileno()), writable=False)
-        self._process.stdin.close()
-        self._process.stdout.close()
-
-    def give_task(self, task: tuple[int, str], timeout_s: float) -> None:
-        """Send a task; its time starts now."""
-        self.task, self.deadline = task, time.monotonic() + timeout_s
-        try:
-            self._requests.send(task)
-        except BrokenPipeError:
-            return  # it died idle: reading its answer reports that
-
-    def take_task(self) -> tuple[int, str]:
-        """Return the task it had, and free it for the next."""
-        assert self.task is not None
-        task, self.task = self.task, None
-        return task
-
-    def stop(self, patience_s: float = 0.0) -> tuple[int, str]:
-        """End the process, one that is ending by itself after ``patience_s``; return its exit status and last words."""
-        self._requests.close()
-        self.answers.close()
-        try:
-            self._process.wait(patience_s)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-        code = self._process.wait()
-        self._said.seek(0)
-        said = self._said.read()[-2000:].decode("utf-8", "replace").strip()
-        self._said.close()
-        return code, said
+def _first_library(step_ids: Sequence[int], plain: Set[int]) -> str:
+    """Return the library to try first for products that share a shape."""
+    return FAST_LIBRARY if plain.isdisjoint(step_ids) else PLAIN_LIBRARY

@@ -11,24 +11,13 @@ from typing import Any
 import ifcopenshell
 import ifcopenshell.util.unit
 
+from bimvox.bim.ifc_log import judge_log
+from bimvox.bim.ifc_text import parser_text
 from bimvox.bim.step_file import check_frame, stated_schema, step_bytes, without_comments
 from bimvox.errors import IfcError
 
-REWRITES: dict[str, str] = {
-    "IFC2X3_TC1": "IFC2X3",
-    "IFC4_ADD1": "IFC4",
-    "IFC4_ADD2": "IFC4",
-    "IFC4_ADD2_TC1": "IFC4",
-    "IFC4X3": "IFC4X3_ADD2",
-    "IFC4X3_TC1": "IFC4X3_ADD2",
-    "IFC4X3_ADD1": "IFC4X3_ADD2",
-    "IFC4X3_RC4": "IFC4X3_ADD2",
-    "IFC4X1": "IFC4",
-}
-"""Schema names that IfcOpenShell refuses, and the schema whose building classes they share."""
-
-READABLE = ("IFC2X3", "IFC4", "IFC4X3_ADD2")
 _INSTANCE = re.compile(rb"^[ \t]*#(\d+)[ \t]*=[ \t]*([A-Za-z0-9_]+)", re.MULTILINE)
+
 
 _UNIT_NAMES = {"FOOT": "ft", "INCH": "in", "METRE": "m"}
 _PREFIXES = {"MILLI": "m", "CENTI": "c", "DECI": "d", "KILO": "k", "MICRO": "µ"}
@@ -67,11 +56,12 @@ def open_ifc(path: Path, data: bytes) -> OpenedIfc:
     step = step_bytes(path, data)
     check_frame(path, step)
     stated, _ = stated_schema(path, step)
-    file = parse_step(path, step)
-    notes = []
+    ifcopenshell.get_log()  # of files before
+    text = parser_text(path, step)
+    file = parse_text(path, text)
     schema = str(file.schema_identifier)
-    if schema != stated:
-        notes.append(f"schema {stated} was read as {schema}")
+    notes = [f"schema {stated} was read as {schema}"] if schema != stated else []
+    notes += judge_log(path, text, file, ifcopenshell.get_log(), stated)
     notes += _check_complete(path, step, file)
     projects = file.by_type("IfcProject")
     if len(projects) != 1:
@@ -84,30 +74,18 @@ def open_ifc(path: Path, data: bytes) -> OpenedIfc:
     return OpenedIfc(file, schema, unit, metres, tuple(notes))
 
 
-def parse_step(path: Path, step: bytes) -> Any:
-    """Parse STEP text, its schema name rewritten in memory where IfcOpenShell does not know it.
+def parse_text(path: Path, text: str) -> Any:
+    """Parse STEP text from ``parser_text``.
 
     Raises:
-        IfcError: If the schema cannot be read, or the text cannot be parsed at all.
+        IfcError: If it cannot be parsed at all.
     """
-    stated, (start, end) = stated_schema(path, step)
-    schema = REWRITES.get(stated, stated)
-    if schema not in READABLE:
-        readable = ", ".join(READABLE)
-        raise IfcError(path, f"schema {stated} cannot be read", hint=f"export it as one of {readable}")
-    text = step[:start] + schema.encode() + step[end:]
     try:
-        return ifcopenshell.file.from_string(_decoded(text))
+        file = ifcopenshell.file.from_string(text)
+        file.by_type("IfcRoot")  # a file whose header could not be read fails here
     except (ifcopenshell.Error, RuntimeError) as error:
         raise IfcError(path, f"cannot be parsed: {error}", hint="export the model again") from error
-
-
-def _decoded(text: bytes) -> str:
-    """Decode STEP text: ASCII by the standard, UTF-8 or Latin-1 in the wild."""
-    try:
-        return text.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return text.decode("latin-1")
+    return file
 
 
 def _check_complete(path: Path, step: bytes, file: Any) -> list[str]:
@@ -137,7 +115,7 @@ def _check_complete(path: Path, step: bytes, file: Any) -> list[str]:
 
 def _unread(step: bytes, file: Any) -> list[tuple[int, str, int]]:
     """Return (step id, class, offset) of the instances in the text that the parsed file lacks."""
-    read = {entity.id() for entity in file}
+    read = set(file.entity_names())
     return [
         (int(found[1]), found[2].decode(), found.start(1))
         for found in _INSTANCE.finditer(step)

@@ -11,21 +11,28 @@ import ifcopenshell.util.unit as unit_util
 
 from bimvox.bim.densities import DEFAULT_DENSITY_KG_M3, density_by_name
 
-_WEIGHTS = ("grossweight", "netweight", "weight")
-_VOLUMES = ("grossvolume", "netvolume", "volume")
+# Net before gross: a gross weight is that of the stock before cuts and openings (half as much again on a cut balcony).
+_WEIGHTS = (
+    *("netweight", "nettogewicht", "poidsnet", "pesonetto", "weight", "mass", "gewicht", "masse", "massa", "poids"),
+    *("peso", "grossweight", "bruttogewicht", "poidsbrut", "pesobruto", "pesolordo"),
+)
+_VOLUMES = ("netvolume", "nettovolumen", "volume", "volumen", "grossvolume", "bruttovolumen")
 _PLAUSIBLE_KG_M3 = (5.0, 23000.0)
 """From insulation to beyond lead: a weight outside this, over the part's volume, is a wrong number or unit."""
+_ODD_KG_M3 = (50.0, 12000.0)
+"""A stated weight outside this is used, and worth a note."""
 SOURCES = ("quantity", "density", "default")
 """Where a mass comes from, the surest first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mass:
-    """A mass, its source, and whether a stated weight was thrown out because it cannot be."""
+    """A mass, its source, and whether a stated weight was thrown out because it cannot be, or is used though odd."""
 
     kg: float
     source: str
     stated_refused: bool = False
+    stated_odd: bool = False
 
 
 class Properties:
@@ -71,7 +78,7 @@ class Properties:
 
     def is_existing(self, product: Any) -> bool:
         """Say whether its common property set states that it stands there already (``Status``)."""
-        for properties in self._sets_of(product).values():
+        for properties in self.sets_of(product).values():
             status = properties.get("Status")
             for value in status if isinstance(status, list | tuple) else (status,):
                 if str(value).upper() in ("EXISTING", "DEMOLISH"):
@@ -88,14 +95,16 @@ class Properties:
             volume_m3: Volume of its mesh.
             exact: Whether that volume is exact; a stated volume takes its place where it is not.
         """
-        stated = self._sets_of(product)
+        stated = self.sets_of(product)
         weight = _first(stated, _WEIGHTS)
         refused = False
         if weight is not None:
             kg = weight * self._kg_per_unit
             low, high = _PLAUSIBLE_KG_M3
-            if volume_m3 == 0.0 or not exact or low <= kg / volume_m3 <= high:
+            if volume_m3 == 0.0 or not exact:
                 return Mass(kg, "quantity")
+            if low <= kg / volume_m3 <= high:
+                return Mass(kg, "quantity", stated_odd=not _ODD_KG_M3[0] <= kg / volume_m3 <= _ODD_KG_M3[1])
             refused = True
         if not exact:
             volume = _first(stated, _VOLUMES)
@@ -105,7 +114,7 @@ class Properties:
             return Mass(volume_m3 * DEFAULT_DENSITY_KG_M3, "default", refused)
         return Mass(volume_m3 * density, "density", refused)
 
-    def _sets_of(self, product: Any) -> dict[str, dict[str, Any]]:
+    def sets_of(self, product: Any) -> dict[str, dict[str, Any]]:
         """Return the property and quantity sets of a product and its type (looked up once: it is slow)."""
         if product.id() not in self._sets:
             self._sets[product.id()] = element_util.get_psets(product)
@@ -163,7 +172,7 @@ def _first(sets: dict[str, dict[str, Any]], names: Sequence[str]) -> float | Non
     found: dict[str, float] = {}
     for values in sets.values():
         for key, value in values.items():
-            name = key.lower().replace(" ", "")
+            name = key.lower().replace(" ", "").replace("_", "")
             if name in names and isinstance(value, int | float) and not isinstance(value, bool) and value > 0:
                 found.setdefault(name, float(value))
     return next((found[name] for name in names if name in found), None)

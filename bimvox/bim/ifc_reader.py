@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Element, Role, SkippedProduct, Source, TriangleMesh
 from bimvox.bim.ifc_assembly import Extent
+from bimvox.bim.ifc_curves import largely_curved
 from bimvox.bim.ifc_elements import ElementBuilder, Part
-from bimvox.bim.ifc_geometry import GeometryPool, ProductShape
+from bimvox.bim.ifc_geometry import GeometryPool
 from bimvox.bim.ifc_georeference import georeference_of
 from bimvox.bim.ifc_open import OpenedIfc, open_ifc
-from bimvox.bim.ifc_roles import UNKNOWN, reason_not_solid, reason_too_small, role_of_class
+from bimvox.bim.ifc_properties import Properties
+from bimvox.bim.ifc_roles import TOO_SMALL, UNKNOWN, reason_not_solid, reason_too_small, role_of_class
+from bimvox.bim.ifc_shape import PlacedShape
+from bimvox.bim.ifc_shared import shape_groups
 from bimvox.bim.local_origin import FAR_M, local_origin, stray
-from bimvox.bim.mesh_repair import drop_bad_faces, solid_volume_m3, turn_outward
 from bimvox.bim.options import Progress, ReadOptions
 from bimvox.errors import IfcError, InputError, SelectionError
 
@@ -51,26 +55,34 @@ def read_ifc(
     selected = _selected(opened, options)
     report("open", 1, 1)
 
-    wanted, skipped = _sort_out(opened, selected)
-    meshed = pool.mesh(wanted, lambda done: report("geometry", done, len(wanted)))
-    skipped.update({step_id: _why(opened.file.by_id(step_id), why) for step_id, why in meshed.failures.items()})
     notes = list(opened.notes)
+    wanted, skipped = _sort_out(opened, selected, notes)
+    properties = Properties(opened.file)
+    groups = shape_groups(opened.file, wanted)
+    meshed = pool.mesh(
+        groups,
+        lambda done: report("geometry", done, len(wanted)),
+        plain=largely_curved(opened.file, opened.metres_per_unit),
+        meanwhile=(properties.sets_of(opened.file.by_id(step_id)) for step_id in wanted),
+    )
+    skipped.update({step_id: _why(opened.file.by_id(step_id), why) for step_id, why in meshed.failures.items()})
     if meshed.retried:
-        notes.append(f"products that needed the slower geometry library: {len(meshed.retried)}")
+        notes.append(f"products that needed a second geometry library: {len(meshed.retried)}")
 
-    origin_m = local_origin([_bounds(shape) for shape in meshed.shapes.values()])
-    parts = _clean(meshed.shapes, origin_m, skipped, notes)
+    origin_m = local_origin([_box(placed.mesh(np.zeros(3))) for placed in meshed.shapes.values()])
+    parts = {step_id: _part(meshed.shapes[step_id], origin_m) for step_id in sorted(meshed.shapes)}
+    notes += _repairs(meshed.shapes.values())
     if not parts:
         reasons = "; ".join(f"{count} x {reason}" for reason, count in Counter(skipped.values()).most_common(3))
         raise IfcError(
             path, f"holds nothing solid ({reasons or 'no product has geometry'})", hint="export it with 3D bodies"
         )
-    builder = ElementBuilder(opened, parts, selected)
-    groups = builder.groups(options.assemblies)
+    builder = ElementBuilder(opened, parts, selected, properties)
+    lifts = builder.groups(options.assemblies)
     elements = []
-    for index, group in enumerate(groups):
+    for index, group in enumerate(lifts):
         elements.append(builder.element(group))
-        report("elements", index + 1, len(groups))
+        report("elements", index + 1, len(lifts))
     notes += builder.notes()
     elements = _without_small_parts(_promoted(elements, notes), notes) if selected is None else elements
     if selected is not None and not any(element.role is Role.COMPONENT for element in elements):
@@ -99,7 +111,7 @@ def _selected(opened: OpenedIfc, options: ReadOptions) -> frozenset[int] | None:
     return select_products(opened.file, options.select)
 
 
-def _sort_out(opened: OpenedIfc, selected: frozenset[int] | None) -> tuple[list[int], dict[int, str]]:
+def _sort_out(opened: OpenedIfc, selected: frozenset[int] | None, notes: list[str]) -> tuple[list[int], dict[int, str]]:
     """Return the step ids to mesh, ascending, and the reason for every other product with a representation."""
     wanted, skipped = [], {}
     for product in opened.file.by_type("IfcProduct"):
@@ -115,38 +127,33 @@ def _sort_out(opened: OpenedIfc, selected: frozenset[int] | None) -> tuple[list[
             wanted.append(step_id)
         else:
             skipped[step_id] = reason
+    small = [step_id for step_id, reason in skipped.items() if reason in TOO_SMALL.values()]
+    if small and not wanted:
+        notes.append(f"nothing but what comes inside or on other parts, so that was read: {len(small)} products")
+        wanted, skipped = small, {step_id: why for step_id, why in skipped.items() if why not in TOO_SMALL.values()}
     return sorted(wanted), skipped
 
 
-def _bounds(shape: ProductShape) -> Any:
-    """Return the (2, 3) world box of a shape."""
-    world_m = shape.world_m(np.zeros(3))[np.unique(shape.faces)]
-    return np.stack([world_m.min(axis=0), world_m.max(axis=0)])
+def _part(placed: PlacedShape, origin_m: NDArray[np.float64]) -> Part:
+    """Place a shape relative to the local origin."""
+    mesh = placed.mesh(origin_m)
+    low_m, high_m = _box(mesh)
+    return Part(mesh, Extent(low_m, high_m, placed.shape.volume_m3), placed.shape.exact)
 
 
-def _clean(
-    shapes: Mapping[int, ProductShape], origin_m: Any, skipped: dict[int, str], notes: list[str]
-) -> dict[int, Part]:
-    """Place, repair and measure the shapes; what has no area goes to ``skipped``."""
-    parts: dict[int, Part] = {}
-    dropped = flipped = 0
-    for step_id in sorted(shapes):
-        shape = shapes[step_id]
-        mesh, bad = drop_bad_faces(TriangleMesh(shape.world_m(origin_m), shape.faces))
-        dropped += bad
-        if not len(mesh.faces):
-            skipped[step_id] = "its triangles have no area"
-            continue
-        mesh, shells, turned = turn_outward(mesh)
-        flipped += turned
-        volume_m3, exact = solid_volume_m3(mesh, shells)
-        low, high = mesh.bounds_m
-        parts[step_id] = Part(mesh, Extent(low, high, volume_m3), exact)
-    if dropped:
+def _box(mesh: TriangleMesh) -> NDArray[np.float64]:
+    """Return the (2, 3) box of a mesh whose vertices are all in use."""
+    return np.stack([mesh.vertices_m.min(axis=0), mesh.vertices_m.max(axis=0)])
+
+
+def _repairs(placed: Collection[PlacedShape]) -> list[str]:
+    """Return notes of what had to be repaired."""
+    notes = []
+    if dropped := sum(one.shape.dropped for one in placed):
         notes.append(f"triangles without area dropped: {dropped}")
-    if flipped:
-        notes.append(f"inside-out products turned outward: {flipped}")
-    return parts
+    if turned := sum(one.shape.turned for one in placed):
+        notes.append(f"inside-out products turned outward: {turned}")
+    return notes
 
 
 def _why(product: Any, reason: str) -> str:

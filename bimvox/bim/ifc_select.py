@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+import re
+from collections import Counter
 from typing import Any
 
 import ifcopenshell
@@ -27,21 +29,45 @@ def select_products(file: Any, query: str) -> frozenset[int]:
     try:
         tree = ifcopenshell.util.selector.filter_elements_grammar.parse(query)
     except UnexpectedInput as error:
-        spot = " ".join(error.get_context(query, span=20).split("\n")[0].split())
-        raise SelectionError(
-            f"select {query!r}: cannot be read at character {error.column} (near {spot!r})", hint=_HELP
-        ) from error
+        raise SelectionError(f"select {query!r}: {_what_is_wrong(query, error)}", hint=_HELP) from error
     schema = file.schema_identifier
     for token in tree.scan_values(lambda value: getattr(value, "type", "") != "" and str(value).startswith("Ifc")):
         _check_class(query, schema, str(token))
     try:
         found = ifcopenshell.util.selector.filter_elements(file, query)
     except (LarkError, ValueError, TypeError, AttributeError, RuntimeError) as error:
-        raise SelectionError(f"select {query!r}: {error}", hint=_HELP) from error
+        why = str(error).strip().splitlines() or [type(error).__name__]
+        raise SelectionError(f"select {query!r}: {why[-1]}", hint=_HELP) from error
     ids = frozenset(int(entity.id()) for entity in found if entity.is_a("IfcProduct"))
     if not ids:
         raise SelectionError(f"select {query!r}: matches no product of the file", hint=_classes_present(file))
     return ids
+
+
+def _what_is_wrong(query: str, error: UnexpectedInput) -> str:
+    """Say where a query cannot be read and what is expected there, in words of its syntax."""
+    if not query.strip():
+        return "is empty"
+    wanted = set(getattr(error, "expected", None) or getattr(error, "allowed", None) or ())
+    place = getattr(error, "pos_in_stream", None)
+    start = len(query) if place is None or place < 0 else int(place)
+    before = query[:start].rstrip()
+    if wanted == {"DOT"}:
+        word = re.split(r"[,+]", before)[-1].strip()
+        return f"{word!r} is neither a class nor a GlobalId; a property is written Set.Name=value"
+    words = []
+    if wanted & {"EQUAL", "__ANON_6"}:
+        words.append("a comparison such as =, != or *=")
+    if "COMMA" in wanted:
+        words.append("a comma")
+    if "TRUE" in wanted:
+        words.append("a value")
+    if "LOCATION" in wanted or wanted == {"__ANON_0", "__ANON_3"}:
+        words.append("a class, a GlobalId, an attribute or a property")
+    expected = f", expected is {' or '.join(words)}" if words else ""
+    if start >= len(query.rstrip()):
+        return f"something is missing after {before[-20:]!r}{expected}"
+    return f"cannot be read from character {start + 1} on ({query[start : start + 20].strip()!r}){expected}"
 
 
 def _check_class(query: str, schema: str, name: str) -> None:
@@ -58,5 +84,6 @@ def _check_class(query: str, schema: str, name: str) -> None:
 
 def _classes_present(file: Any) -> str:
     """Return a sentence with the classes that could be selected."""
-    classes = sorted({element.is_a() for element in file.by_type("IfcElement") if element.Representation})
-    return f"the file has {', '.join(classes)}" if classes else "the file has no element with geometry"
+    counts = Counter(element.is_a() for element in file.by_type("IfcElement") if element.Representation)
+    present = ", ".join(f"{ifc_class} ({count:,})" for ifc_class, count in sorted(counts.items()))
+    return f"the file has {present}" if present else "the file has no element with geometry"

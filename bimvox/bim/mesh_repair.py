@@ -12,8 +12,12 @@ from bimvox.bim.connected import connected_labels
 
 OPEN_FILL = 0.5
 """Share of its bounding box that an open shell is taken to fill, because it has no volume of its own."""
+SMALL_GAP = 0.05
+"""Largest sum of area vectors, as a share of the area, of a shell that is open only at small holes."""
 WELD = 1e-7
 """Vertices closer than this share of the extent are one: the resolution of single precision."""
+WELD_MOST_M = 1e-3
+"""Vertices farther apart than this are never one: a stray piece far away must not blunt the others."""
 BALANCE = 1e-6
 """Largest sum of area vectors, as a share of the area, of a surface that counts as all around something."""
 SHEET_M = 0.01
@@ -29,6 +33,9 @@ class Shells:
         closed: (S,) bool, whether every directed edge has its opposite.
         bounded: (S,) bool, closed, or its area vectors cancel out: a solid whose faces meet without sharing vertices.
         volume_m3: (S,) float64 signed volume; means something for bounded shells only.
+        about_middle_m3: (S,) float64 signed volume about the middle of the shell's box: near the truth for a shell with
+            small holes.
+        gap: (S,) float64, the sum of the area vectors as a share of the area: 0 for a closed shell, 1 for a flat sheet.
         low_m: (S, 3) float64 lowest corner.
         high_m: (S, 3) float64 highest corner.
     """
@@ -37,6 +44,8 @@ class Shells:
     closed: NDArray[np.bool_]
     bounded: NDArray[np.bool_]
     volume_m3: NDArray[np.float64]
+    about_middle_m3: NDArray[np.float64]
+    gap: NDArray[np.float64]
     low_m: NDArray[np.float64]
     high_m: NDArray[np.float64]
 
@@ -47,11 +56,19 @@ def weld(mesh: TriangleMesh) -> TriangleMesh:
     Vertices of STL and many exports come once per face, rounded to single precision. The first of those merged keeps
     its exact place.
     """
-    used, faces = np.unique(mesh.faces, return_inverse=True)
+    is_used = np.zeros(len(mesh.vertices_m), dtype=bool)
+    is_used[mesh.faces] = True
+    used = np.flatnonzero(is_used)
     vertices = mesh.vertices_m[used] + 0.0
-    steps = np.round((vertices - vertices.min(axis=0)) / max(WELD * float(np.ptp(vertices, axis=0).max()), 1e-12))
-    _, first, index = np.unique(steps, axis=0, return_index=True, return_inverse=True)
-    return TriangleMesh(vertices[first], index.reshape(-1)[faces.reshape(-1, 3)].astype(np.int32))
+    step_m = min(max(WELD * float(np.ptp(vertices, axis=0).max()), 1e-12), WELD_MOST_M)
+    steps = np.round((vertices - vertices.min(axis=0)) / step_m).astype(np.int64)
+    # Two numbers below 2**31 fit one integer: first x and y, then their rank and z.
+    x, y, z = (axis if axis.max() < 1 << 31 else np.unique(axis, return_inverse=True)[1] for axis in steps.T)
+    _, column = np.unique((x << 31) | y, return_inverse=True)
+    _, first, index = np.unique((column << 31) | z, return_index=True, return_inverse=True)
+    of_vertex = np.zeros(len(mesh.vertices_m), dtype=np.int32)
+    of_vertex[used] = index
+    return TriangleMesh(vertices[first], of_vertex[mesh.faces])
 
 
 def wind_consistently(mesh: TriangleMesh) -> tuple[TriangleMesh, int]:
@@ -102,13 +119,16 @@ def shells_of(mesh: TriangleMesh) -> Shells:
     crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     leak = np.stack([np.bincount(of_face, weights=crosses[:, axis], minlength=number) for axis in range(3)], axis=1)
     area = np.bincount(of_face, weights=np.linalg.norm(crosses, axis=1), minlength=number)
-    bounded = closed | (np.linalg.norm(leak, axis=1) <= BALANCE * area)
+    gap = np.linalg.norm(leak, axis=1) / area
+    bounded = closed | (gap <= BALANCE)
     six_volumes = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
     low, high = np.full((number, 3), np.inf), np.full((number, 3), -np.inf)
     np.minimum.at(low, of_face, mesh.triangles_m.min(axis=1))
     np.maximum.at(high, of_face, mesh.triangles_m.max(axis=1))
     volume = np.bincount(of_face, weights=six_volumes, minlength=number) / 6.0
-    return Shells(of_face, closed, bounded, volume, low, high)
+    middle = (low + high) / 2 - mesh.vertices_m[faces[0, 0]]
+    about_middle = volume - np.einsum("ij,ij->i", middle, leak) / 6.0
+    return Shells(of_face, closed, bounded, volume, about_middle, gap, low, high)
 
 
 def drop_bad_faces(mesh: TriangleMesh) -> tuple[TriangleMesh, int]:
@@ -151,7 +171,8 @@ def turn_outward(mesh: TriangleMesh) -> tuple[TriangleMesh, Shells, bool]:
 def solid_volume_m3(mesh: TriangleMesh, shells: Shells) -> tuple[float, bool]:
     """Return the volume of solid in a mesh, and whether it is exact (every shell closed).
 
-    A shell that is not even bounded counts as ``OPEN_FILL`` of its box, and as at least a sheet ``SHEET_M`` thick.
+    A shell that is not even bounded counts with what it encloses about its middle where its holes are small (a bent
+    tube without lids), else as ``OPEN_FILL`` of its box, and as at least a sheet ``SHEET_M`` thick.
     """
     total = abs(float(shells.volume_m3[shells.bounded].sum()))
     if shells.bounded.all() and total > 0.0:
@@ -159,5 +180,9 @@ def solid_volume_m3(mesh: TriangleMesh, shells: Shells) -> tuple[float, bool]:
     corners = mesh.triangles_m
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.bincount(shells.of_face, weights=np.linalg.norm(cross, axis=1) / 2.0, minlength=len(shells.closed))
-    guess = np.maximum(OPEN_FILL * np.prod(shells.high_m - shells.low_m, axis=1), SHEET_M * area)
+    box = np.prod(shells.high_m - shells.low_m, axis=1)
+    enclosed = np.minimum(np.abs(shells.about_middle_m3), box)
+    # A surface drawn with both its sides has no gap either, and encloses nothing.
+    nearly_closed = (shells.gap <= SMALL_GAP) & (enclosed > 1e-6 * area**1.5)
+    guess = np.where(nearly_closed, enclosed, np.maximum(OPEN_FILL * box, SHEET_M * area))
     return total + float(guess[~shells.bounded].sum() if not shells.bounded.all() else guess.sum()), False

@@ -9,7 +9,7 @@ from bimvox.bim.building import Building
 from bimvox.bim.ifc_geometry import GeometryPool
 from bimvox.bim.options import Progress, ReadOptions
 from bimvox.bim.step_file import check_frame, step_bytes
-from bimvox.errors import FileError
+from bimvox.errors import FileError, InputError
 
 __all__ = ["IFC_SUFFIXES", "MESH_SUFFIXES", "Progress", "ReadOptions", "read_building"]
 
@@ -28,7 +28,7 @@ def read_building(path: Path, options: ReadOptions | None = None, progress: Prog
     Raises:
         FileError: If the file is missing, empty, unreadable, truncated, garbage, or of no known kind.
         SelectionError: If ``options.select`` is malformed or matches nothing.
-        InputError: If ``options.unit`` is unknown or contradicts the file.
+        InputError: If ``options.unit`` or ``options.up`` is unknown or contradicts the file.
     """
     path, options, report = Path(path), options or ReadOptions(), progress or _silent
     suffix = path.suffix.lower()
@@ -38,6 +38,8 @@ def read_building(path: Path, options: ReadOptions | None = None, progress: Prog
     data = _bytes_of(path)
     digest = hashlib.sha256(data).hexdigest()
     if suffix in IFC_SUFFIXES:
+        if options.up == "y":
+            raise InputError(f"{path}: y up is asked for, and IFC has z up", hint="leave up out")
         check_frame(path, step_bytes(path, data))
         # The worker imports IfcOpenShell and opens the file while this process does the same.
         with GeometryPool(path, timeout_s=options.timeout_s, processes=options.processes) as pool:

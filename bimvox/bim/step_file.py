@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import io
+import lzma
 import re
 import zipfile
+import zlib
 from pathlib import Path
 
 from bimvox.errors import IfcError
@@ -28,11 +30,21 @@ def step_bytes(path: Path, data: bytes) -> bytes:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             inside = [entry for entry in archive.infolist() if entry.filename.lower().endswith(".ifc")]
             if len(inside) != 1:
-                raise IfcError(path, f"holds {len(inside)} .ifc files, not exactly one", hint="unpack it and name one")
+                xml = any(entry.filename.lower().endswith(".ifcxml") for entry in archive.infolist())
+                hint = "ifcXML is not read: export it as .ifc" if xml and not inside else "unpack it and name one"
+                raise IfcError(path, f"holds {len(inside)} .ifc files, not exactly one", hint=hint)
             if inside[0].file_size > MAX_UNZIPPED_BYTES:
                 raise IfcError(path, f"unpacks to {inside[0].file_size:,} bytes, above the limit", hint="unpack it")
             return archive.read(inside[0])
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        lzma.LZMAError,
+        NotImplementedError,
+        RuntimeError,
+        OSError,
+        EOFError,
+    ) as error:
         raise IfcError(path, f"is not a readable zip archive: {error}", hint="zip or export it again") from error
 
 

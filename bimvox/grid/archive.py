@@ -1,53 +1,107 @@
-"""A Zarr store as one ZIP file: written the same byte for byte, read without trusting it."""
+"""A Zarr store as one ZIP file: written member by member, the same byte for byte, and read without trusting it."""
 
 from __future__ import annotations
 
-import io
+import os
+import struct
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from typing import BinaryIO
 
 from bimvox.errors import GridFileError
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 _READABLE = 0o644 << 16
+_DIRECTORY_BYTES_LIMIT = 1 << 23
+_MEMBERS_LIMIT = 100_000
+_END = struct.Struct("<4s4H2LH")
+_END_64_LOCATOR = struct.Struct("<4sLQL")
+_END_64 = struct.Struct("<4sQ2H2L4Q")
+_HINT = "the file is truncated or not a bimvox grid; make it again with: bimvox voxelize MODEL"
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _RLE_BLOCK = 1
 
 
-def pack(members: Mapping[str, bytes]) -> bytes:
-    """Return a ZIP file of these members: sorted by name, stored (chunks are compressed already), with a fixed date."""
-    stream = io.BytesIO()
+def write_archive(stream: BinaryIO, members: Iterable[tuple[str, bytes]]) -> None:
+    """Write a ZIP file of these members in their order: stored (chunks are compressed already), with a fixed date."""
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_STORED) as archive:
-        for name in sorted(members):
+        for name, data in members:
             info = zipfile.ZipInfo(name, _EPOCH)
             info.create_system = 3
             info.external_attr = _READABLE
-            archive.writestr(info, members[name])
-    return stream.getvalue()
+            archive.writestr(info, data)
 
 
-def unpack(data: bytes, name: str) -> dict[str, bytes]:
-    """Return the members of a ZIP file.
+class Archive(Mapping[str, bytes]):
+    """The members of a ZIP file, each read when it is asked for; look at ``size_of`` before.
+
+    Args:
+        stream: The file, which can seek.
+        name: Its name, for messages.
 
     Raises:
         GridFileError: If it is no ZIP file, is damaged, or its members could claim more memory than the file has bytes.
     """
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            entries = [info for info in archive.infolist() if not info.is_dir()]
-            for info in entries:
-                if info.compress_type != zipfile.ZIP_STORED or info.flag_bits & 1:
-                    raise GridFileError(
-                        name, f"{info.filename}: must be stored in the ZIP, not compressed or encrypted"
-                    )
-            if sum(info.file_size for info in entries) > len(data):
-                raise GridFileError(name, "its members claim more bytes than the file has")
-            if len({info.filename for info in entries}) < len(entries):
-                raise GridFileError(name, "the ZIP has two members of the same name")
-            return {info.filename: archive.read(info) for info in entries}
-    except (zipfile.BadZipFile, EOFError, OSError, ValueError, NotImplementedError) as error:
-        hint = "the file is truncated or not a bimvox grid; make it again with: bimvox voxelize MODEL"
-        raise GridFileError(name, f"not a readable ZIP file ({error})", hint=hint) from error
+
+    def __init__(self, stream: BinaryIO, name: str) -> None:
+        self._name = name
+        try:
+            size = stream.seek(0, os.SEEK_END)
+            _check_directory_size(stream, size, name)
+            self._zip = zipfile.ZipFile(stream)
+        except (zipfile.BadZipFile, EOFError, OSError, ValueError, NotImplementedError, struct.error) as error:
+            raise GridFileError(name, f"not a readable ZIP file ({error})", hint=_HINT) from error
+        entries = [info for info in self._zip.infolist() if not info.is_dir()]
+        for info in entries:
+            if info.compress_type != zipfile.ZIP_STORED or info.compress_size != info.file_size or info.flag_bits & 1:
+                raise GridFileError(name, f"{info.filename}: must be stored in the ZIP, not compressed or encrypted")
+            if "\\" in info.orig_filename or any(step in ("", ".", "..") for step in info.filename.split("/")):
+                raise GridFileError(name, f"{info.filename!r}: not the name of a member of a Zarr store")
+        if sum(info.file_size for info in entries) > size:
+            raise GridFileError(name, "its members claim more bytes than the file has")
+        self._entries = {info.filename: info for info in entries}
+        if len(self._entries) < len(entries):
+            raise GridFileError(name, "the ZIP has two members of the same name")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._entries)
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._entries
+
+    def __getitem__(self, key: str) -> bytes:
+        info = self._entries[key]
+        try:
+            return self._zip.read(info)
+        except (zipfile.BadZipFile, EOFError, OSError, ValueError, NotImplementedError, struct.error) as error:
+            raise GridFileError(self._name, f"{key}: cannot be read from the ZIP ({error})", hint=_HINT) from error
+
+    def size_of(self, key: str) -> int:
+        """Return the bytes of a member, without reading it."""
+        return self._entries[key].file_size
+
+
+def _check_directory_size(stream: BinaryIO, size: int, name: str) -> None:
+    """Refuse a directory that would take much memory, where Python's reader would read it whole."""
+    stream.seek(max(0, size - _END.size - _END_64_LOCATOR.size))
+    tail = stream.read()
+    if len(tail) < _END.size:
+        raise ValueError("no end of central directory")
+    magic, _, _, _, count, length, _, comment = _END.unpack(tail[-_END.size :])
+    if magic != b"PK\5\6" or comment:
+        raise ValueError("no end of central directory at the end of the file")
+    locator = tail[: -_END.size]
+    if len(locator) == _END_64_LOCATOR.size and locator[:4] == b"PK\6\7":
+        stream.seek(max(0, size - _END.size - _END_64_LOCATOR.size - _END_64.size))
+        record = _END_64.unpack(stream.read(_END_64.size))
+        count, length = max(count, record[7]), max(length, record[8])
+        if record[0] != b"PK\6\6":
+            raise ValueError("no 64-bit end of central directory before its locator")
+    if length > _DIRECTORY_BYTES_LIMIT or count > _MEMBERS_LIMIT:
+        raise GridFileError(name, f"a ZIP directory of {count:,} members, {length:,} bytes, is too large for a grid")
 
 
 def zstd_content_size(chunk: bytes) -> int:

@@ -1,68 +1,180 @@
-"""What a grid file holds: the arrays of the Zarr group, and the checks of their metadata before memory is spent."""
+"""What a grid file holds: the arrays of the Zarr group, as they are written and as they must be found.
+
+Zarr v3 with regular chunks, each one little-endian and compressed with Zstandard (https://zarr-specs.readthedocs.io).
+"""
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+import zstandard
+from numpy.typing import NDArray
+
 from bimvox.errors import GridFileError
-from bimvox.grid.archive import zstd_content_size
+from bimvox.grid.archive import Archive, zstd_content_size
+from bimvox.grid.bricks import NO_OWNER
+from bimvox.grid.labels import Label
 
 FORMAT = "bimvox-grid"
-VERSION = 1
+VERSION = 2
 SUFFIX = ".zarr.zip"
 
-CELL_CHUNK = 64
-"""Edge of a chunk of the grid, cells."""
-ROW_CHUNK = 1 << 16
-"""Rows in a chunk of a table."""
+AXES = ("x", "y", "z")
+TABLE_ROWS_LIMIT = 100_000_000
+"""Most rows of the tables of shared cells and of boxes that are read."""
 
-_CHUNK_BYTES_LIMIT = 1 << 26
-_CHUNKS_LIMIT = 100_000
-_ROWS_PER_CELL_LIMIT = 4
+_CELL_CHUNK = 64
+_ROW_CHUNK = 1 << 16
+_LEVEL = 1
+_GROUP_BYTES_LIMIT = 1 << 26
+_ARRAY_BYTES_LIMIT = 1 << 16
+_NUMPY = {"uint8": "u1", "int32": "<i4", "float32": "<f4", "float64": "<f8"}
 
 
 @dataclass(frozen=True, slots=True)
 class ArrayRule:
-    """How one array of the group must look.
+    """How one array of the group looks.
 
     Attributes:
         dtype: Its Zarr data type.
         dimensions: Its named dimensions.
+        attributes: By the CF conventions, where they have a word for it.
         fill: Value of chunks that are left out, or None where every chunk must be there.
     """
 
     dtype: str
     dimensions: tuple[str, ...]
+    attributes: Mapping[str, Any] = field(default_factory=dict)
     fill: int | None = None
 
 
+def _named(long_name: str, **more: Any) -> dict[str, Any]:
+    return {"long_name": long_name, **more}
+
+
+_LABELS = _named(
+    "what the cell is",
+    flag_meanings=" ".join(label.name.lower() for label in Label),
+    flag_values=[int(label) for label in Label],
+)
+_AT_CENTRE = "of the cell's centre"
 ARRAYS: dict[str, ArrayRule] = {
-    "labels": ArrayRule("uint8", ("x", "y", "z"), 0),
-    "owners": ArrayRule("int32", ("x", "y", "z"), -1),
-    "x": ArrayRule("float64", ("x",)),
-    "y": ArrayRule("float64", ("y",)),
-    "z": ArrayRule("float64", ("z",)),
-    "shared_cells": ArrayRule("int32", ("shared", "axis")),
-    "shared_parts": ArrayRule("int32", ("shared",)),
-    "shared_fractions": ArrayRule("float32", ("shared",)),
+    "x": ArrayRule("float64", ("x",), _named(f"x {_AT_CENTRE}", axis="X", units="m")),
+    "y": ArrayRule("float64", ("y",), _named(f"y {_AT_CENTRE}", axis="Y", units="m")),
+    "z": ArrayRule("float64", ("z",), _named(f"height {_AT_CENTRE}", axis="Z", units="m", positive="up")),
+    "labels": ArrayRule("uint8", AXES, _LABELS, int(Label.AIR)),
+    "owners": ArrayRule("int32", AXES, _named(f"index into the group's parts, {NO_OWNER} for none"), NO_OWNER),
+    "shared_cells": ArrayRule(
+        "int32", ("shared", "axis"), _named("index of a cell that several parts meet, one row per part")
+    ),
+    "shared_parts": ArrayRule("int32", ("shared",), _named("index into the group's parts")),
+    "shared_fractions": ArrayRule("float32", ("shared",), _named("share of the cell that the part fills", units="1")),
+    "boxes": ArrayRule("int32", ("box", "corner"), _named("half-open box x0 y0 z0 x1 y1 z1 of cells of a part")),
+    "box_parts": ArrayRule("int32", ("box",), _named("index into the group's parts")),
 }
-_ITEM_BYTES = {"uint8": 1, "int32": 4, "float32": 4, "float64": 8}
+_FIXED = {"axis": 3, "corner": 6}
 
 
-def read_json(members: Mapping[str, bytes], key: str, name: str) -> dict[str, Any]:
+def chunk_shape(rule: ArrayRule, shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the shape of an array's chunks: 64 cells each way, more along the others where the grid is thin."""
+    if rule.dimensions != AXES:
+        return (min(_ROW_CHUNK, max(shape[0], 1)), *shape[1:])
+    edges = [_CELL_CHUNK] * 3
+    while True:
+        chunk = tuple(min(edge, size) for edge, size in zip(edges, shape, strict=True))
+        cut = [n for n in range(3) if chunk[n] < shape[n]]
+        if math.prod(chunk) >= _CELL_CHUNK**3 or not cut:
+            return chunk
+        edges[min(cut, key=lambda n: edges[n])] *= 2
+
+
+def array_document(key: str, shape: tuple[int, ...]) -> dict[str, Any]:
+    """Return the metadata of an array (``KEY/zarr.json``)."""
+    rule = ARRAYS[key]
+    return {
+        "zarr_format": 3,
+        "node_type": "array",
+        "shape": list(shape),
+        "data_type": rule.dtype,
+        "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(chunk_shape(rule, shape))}},
+        "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
+        "fill_value": rule.fill or 0,
+        "codecs": [
+            {"name": "bytes", "configuration": {"endian": "little"}},
+            {"name": "zstd", "configuration": {"level": _LEVEL, "checksum": False}},
+        ],
+        "attributes": dict(rule.attributes),
+        "dimension_names": list(rule.dimensions),
+        "storage_transformers": [],
+    }
+
+
+def chunk_keys(key: str, shape: tuple[int, ...]) -> Iterator[tuple[str, tuple[int, ...]]]:
+    """Yield the name of every chunk of an array, and the index of its first value."""
+    chunk = chunk_shape(ARRAYS[key], shape)
+    counts = [range(-(-size // step)) for size, step in zip(shape, chunk, strict=True)]
+    for at in itertools.product(*counts):
+        yield f"{key}/c/" + "/".join(map(str, at)), tuple(n * step for n, step in zip(at, chunk, strict=True))
+
+
+def encode_chunk(key: str, shape: tuple[int, ...], values: NDArray[Any]) -> bytes:
+    """Return a chunk as it is stored: filled up to the full size where the array ends inside it, compressed."""
+    rule = ARRAYS[key]
+    chunk = chunk_shape(rule, shape)
+    if values.shape != chunk:
+        full = np.full(chunk, rule.fill or 0, values.dtype)
+        full[tuple(slice(0, n) for n in values.shape)] = values
+        values = full
+    plain = np.ascontiguousarray(values, _NUMPY[rule.dtype])
+    return zstandard.ZstdCompressor(level=_LEVEL).compress(plain.data.cast("B"))
+
+
+def decode_chunk(archive: Archive, member: str, shape: tuple[int, ...], name: str) -> NDArray[Any]:
+    """Return a stored chunk in its full size.
+
+    Raises:
+        GridFileError: If its size, told before it is decompressed, is not the chunk's, or it is damaged.
+    """
+    rule = ARRAYS[member.split("/", 1)[0]]
+    chunk = chunk_shape(rule, shape)
+    dtype = np.dtype(_NUMPY[rule.dtype])
+    expected = math.prod(chunk) * dtype.itemsize
+    if archive.size_of(member) > zstandard_bound(expected):
+        raise GridFileError(name, f"{member}: {archive.size_of(member):,} bytes are too many for its chunk")
+    data = archive[member]
+    try:
+        size = zstd_content_size(data)
+        if size != expected:
+            raise GridFileError(name, f"{member}: holds {size:,} bytes, its chunk has {expected:,}")
+        values = zstandard.ZstdDecompressor().decompress(data, max_output_size=expected)
+    except (ValueError, zstandard.ZstdError) as error:
+        raise GridFileError(name, f"{member}: {error}") from error
+    return np.frombuffer(values, dtype).reshape(chunk).astype(dtype.newbyteorder("="), copy=False)
+
+
+def zstandard_bound(size: int) -> int:
+    """Return the most bytes that Zstandard makes of this many (``ZSTD_COMPRESSBOUND``, with room for a checksum)."""
+    return size + (size >> 8) + 1024
+
+
+def read_json(archive: Archive, key: str, name: str) -> dict[str, Any]:
     """Return one metadata document of the store.
 
     Raises:
-        GridFileError: If it is missing or no JSON object.
+        GridFileError: If it is missing, far too long, or no JSON object.
     """
-    if key not in members:
+    if key not in archive:
         raise GridFileError(name, f"{key}: missing", hint="this is no bimvox grid, or it was cut short")
+    if archive.size_of(key) > (_ARRAY_BYTES_LIMIT if "/" in key else _GROUP_BYTES_LIMIT):
+        raise GridFileError(name, f"{key}: {archive.size_of(key):,} bytes are too many")
     try:
-        document = json.loads(members[key])
+        document = json.loads(archive[key], parse_constant=_refuse)
     except (ValueError, RecursionError) as error:
         raise GridFileError(name, f"{key}: not JSON ({error})") from error
     if not isinstance(document, dict):
@@ -70,100 +182,85 @@ def read_json(members: Mapping[str, bytes], key: str, name: str) -> dict[str, An
     return document
 
 
-def check_arrays(members: Mapping[str, bytes], name: str, cell_limit: int) -> None:
-    """Check every array's declared type, shape, chunks and compressed sizes, before anything is allocated.
+def check_arrays(archive: Archive, name: str, cell_limit: int) -> dict[str, tuple[int, ...]]:
+    """Check every array's declared type, shape and chunks, before anything is allocated; return the shapes.
 
     Raises:
         GridFileError: Naming the key that is wrong.
     """
-    shapes = {key: _check_array(members, key, rule, name) for key, rule in ARRAYS.items()}
+    shapes = {key: _check_array(archive, key, name) for key in ARRAYS}
     cells = math.prod(shapes["labels"])
     if not 0 < cells <= cell_limit:
         raise GridFileError(name, f"labels: {cells:,} cells are declared; 1 to {cell_limit:,} are allowed")
-    lengths: dict[str, int] = {"axis": 3}
+    lengths = dict(_FIXED)
     for key, rule in ARRAYS.items():
         for dimension, length in zip(rule.dimensions, shapes[key], strict=True):
             if lengths.setdefault(dimension, length) != length:
                 raise GridFileError(name, f"{key}: {dimension} is {length}, elsewhere {lengths[dimension]}")
-    if lengths["shared"] > _ROWS_PER_CELL_LIMIT * cells:
-        raise GridFileError(name, f"shared_cells: {lengths['shared']:,} rows are too many for {cells:,} cells")
+    for key, rule in ARRAYS.items():
+        if rule.dimensions[0] not in AXES and shapes[key][0] > TABLE_ROWS_LIMIT:
+            raise GridFileError(name, f"{key}: {shapes[key][0]:,} rows; {TABLE_ROWS_LIMIT:,} are allowed")
+    for key, shape in shapes.items():
+        _check_chunks(archive, key, shape, name)
+    return shapes
 
 
-def _check_array(members: Mapping[str, bytes], key: str, rule: ArrayRule, name: str) -> tuple[int, ...]:
+def _check_array(archive: Archive, key: str, name: str) -> tuple[int, ...]:
     place = f"{key}/zarr.json"
-    meta = read_json(members, place, name)
-    expected: dict[str, object] = {
-        "zarr_format": 3,
-        "node_type": "array",
-        "data_type": rule.dtype,
-        "dimension_names": list(rule.dimensions),
-        "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
-    }
-    if rule.fill is not None:
-        expected["fill_value"] = rule.fill
-    for field, value in expected.items():
-        if meta.get(field) != value:
-            raise GridFileError(name, f"{place}: {field} is {_short(meta.get(field))}, must be {_short(value)}")
-    if meta.get("storage_transformers"):
-        raise GridFileError(name, f"{place}: storage_transformers are not allowed")
-    _check_codecs(meta.get("codecs"), place, name)
-    shape = _sizes(meta.get("shape"), len(rule.dimensions), f"{place}: shape", name, least=0)
-    grid = meta.get("chunk_grid")
-    if not isinstance(grid, dict) or grid.get("name") != "regular" or not isinstance(grid.get("configuration"), dict):
-        raise GridFileError(name, f"{place}: chunk_grid must be regular")
-    chunk = _sizes(grid["configuration"].get("chunk_shape"), len(shape), f"{place}: chunk_shape", name, least=1)
-    chunk_bytes = math.prod(chunk) * _ITEM_BYTES[rule.dtype]
-    counts = [-(-size // step) for size, step in zip(shape, chunk, strict=True)]
-    if chunk_bytes > _CHUNK_BYTES_LIMIT or math.prod(counts) > _CHUNKS_LIMIT:
-        raise GridFileError(name, f"{place}: chunk_shape {list(chunk)} is not usable for shape {list(shape)}")
-    _check_chunks(members, key, counts, chunk_bytes, rule, name)
+    meta = read_json(archive, place, name)
+    shape = _sizes(meta.get("shape"), len(ARRAYS[key].dimensions), f"{place}: shape", name)
+    expected = array_document(key, shape)
+    for entry in (*expected, *meta):
+        found, value = meta.get(entry), expected.get(entry)
+        if entry == "codecs":
+            found, value = _plain_codecs(found), _plain_codecs(value)
+        elif entry == "attributes":
+            continue
+        elif entry == "storage_transformers":
+            found = found or []
+        if found != value:
+            raise GridFileError(name, f"{place}: {entry} is {_short(found)}, must be {_short(value)}")
     return shape
 
 
-def _check_chunks(
-    members: Mapping[str, bytes], key: str, counts: list[int], chunk_bytes: int, rule: ArrayRule, name: str
-) -> None:
+def _check_chunks(archive: Archive, key: str, shape: tuple[int, ...], name: str) -> None:
     prefix = f"{key}/c/"
-    present = 0
-    for member in members:
-        if not member.startswith(prefix):
-            continue
-        at = member[len(prefix) :].split("/")
-        inside = len(at) == len(counts) and all(
-            n.isascii() and n.isdigit() and str(int(n[:9])) == n and int(n) < count
-            for n, count in zip(at, counts, strict=True)
-        )
-        if not inside:
+    chunk = chunk_shape(ARRAYS[key], shape)
+    expected = math.prod(-(-size // step) for size, step in zip(shape, chunk, strict=True))
+    present = [member for member in archive if member.startswith(prefix)]
+    # The number of members is limited, that of chunks is only declared: compare before they are listed.
+    if ARRAYS[key].fill is None and len(present) != expected:
+        raise GridFileError(name, f"{key}: {len(present):,} of {expected:,} chunks are there")
+    known = {member for member, _ in chunk_keys(key, shape)}
+    for member in present:
+        if member not in known:
             raise GridFileError(name, f"{member}: no such chunk")
-        present += 1
-        try:
-            size = zstd_content_size(members[member])
-        except ValueError as error:
-            raise GridFileError(name, f"{member}: {error}") from error
-        if size != chunk_bytes:
-            raise GridFileError(name, f"{member}: holds {size:,} bytes, its chunk has {chunk_bytes:,}")
-    if rule.fill is None and present != math.prod(counts):
-        raise GridFileError(name, f"{key}: {present} of {math.prod(counts)} chunks are there")
 
 
-def _check_codecs(codecs: object, place: str, name: str) -> None:
-    names = (
-        [codec.get("name") if isinstance(codec, dict) else None for codec in codecs] if isinstance(codecs, list) else []
-    )
-    if names != ["bytes", "zstd"] or not isinstance(codecs, list):
-        raise GridFileError(name, f"{place}: codecs are {_short(names)}, must be ['bytes', 'zstd']")
-    if (codecs[0].get("configuration") or {}).get("endian", "little") != "little":
-        raise GridFileError(name, f"{place}: codecs: bytes must be little-endian")
+def _plain_codecs(codecs: object) -> object:
+    """Return the codecs without what does not change how a chunk is read."""
+    if not isinstance(codecs, list) or not all(isinstance(codec, dict) for codec in codecs):
+        return codecs
+    plain = []
+    for codec in codecs:
+        configuration = codec.get("configuration") or {}
+        endian = isinstance(configuration, dict) and configuration.get("endian", "little") == "little"
+        plain.append(codec.get("name") if endian else codec)
+    return plain
 
 
-def _sizes(value: object, length: int, place: str, name: str, *, least: int) -> tuple[int, ...]:
+def _sizes(value: object, length: int, place: str, name: str) -> tuple[int, ...]:
     if (
         not isinstance(value, list)
         or len(value) != length
-        or not all(type(n) is int and least <= n < 1 << 31 for n in value)
+        or not all(type(n) is int and 0 <= n < 1 << 31 for n in value)
     ):
-        raise GridFileError(name, f"{place} is {_short(value)}, must be {length} whole numbers from {least} to 2^31")
+        raise GridFileError(name, f"{place} is {_short(value)}, must be {length} whole numbers from 0 to 2^31")
     return tuple(value)
+
+
+def _refuse(constant: str) -> None:
+    raise ValueError(f"{constant} is no number")
 
 
 def _short(value: object) -> str:

@@ -5,5 +5,5 @@ from __future__ import annotations
 CELL_LIMIT = 500_000_000
 """Most cells that a grid is made with, or read with, unless the caller allows more.
 
-A labelled grid takes 5 bytes a cell, 9 while it is made.
+In bricks an office takes about 0.4 bytes a cell, a grid that is different in every cell 1 to 4.
 """

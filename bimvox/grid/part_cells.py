@@ -10,63 +10,39 @@ from bimvox.grid.voxel_grid import VoxelGrid
 
 
 @kernel
-def _gather(
-    owners: NDArray[np.int32],
-    shared_cells: NDArray[np.int32],
-    shared_parts: NDArray[np.int32],
-    only: int,
-    cursor: NDArray[np.int64],
-    out: NDArray[np.int32],
-    count_only: bool,
-) -> None:
-    """Walk the grid once with the (sorted) shared rows alongside; ``cursor`` (per part) is moved on."""
+def _expand(boxes: NDArray[np.int32], shape: tuple[int, int, int], out: NDArray[np.int64]) -> None:
+    """Fill ``out`` with the cells in disjoint boxes, as positions in a C-ordered array of that shape."""
     row = 0
-    for i in range(owners.shape[0]):
-        for j in range(owners.shape[1]):
-            for k in range(owners.shape[2]):
-                owner = owners[i, j, k]
-                if owner < 0:
-                    continue
-                shared = False
-                while (
-                    row < shared_parts.size
-                    and shared_cells[row, 0] == i
-                    and shared_cells[row, 1] == j
-                    and shared_cells[row, 2] == k
-                ):
-                    shared = True
-                    part = shared_parts[row]
+    for n in range(boxes.shape[0]):
+        for i in range(boxes[n, 0], boxes[n, 3]):
+            for j in range(boxes[n, 1], boxes[n, 4]):
+                start = (i * shape[1] + j) * shape[2]
+                for k in range(boxes[n, 2], boxes[n, 5]):
+                    out[row] = start + k
                     row += 1
-                    if only < 0 or part == only:
-                        if not count_only:
-                            out[cursor[part], 0], out[cursor[part], 1], out[cursor[part], 2] = i, j, k
-                        cursor[part] += 1
-                if not shared and (only < 0 or owner == only):
-                    if not count_only:
-                        out[cursor[owner], 0], out[cursor[owner], 1], out[cursor[owner], 2] = i, j, k
-                    cursor[owner] += 1
 
 
-def part_cells(grid: VoxelGrid, index: int) -> NDArray[np.int32]:
-    """Return all the cells that one part meets, owned or shared: (N, 3) int32 in ascending order.
+def part_boxes(grid: VoxelGrid, index: int) -> NDArray[np.int32]:
+    """Return the disjoint boxes of the cells that one part meets: (B, 6) int32.
 
-    Reads the whole grid; for many parts use ``all_part_cells``.
+    Raises:
+        IndexError: If there is no such part.
     """
     if not 0 <= index < len(grid.parts):
         raise IndexError(f"part {index} of a grid with {len(grid.parts)} parts")
-    return _cells(grid, index)[index]
+    first, stop = np.searchsorted(grid.box_parts, (index, index + 1))
+    return grid.boxes[first:stop]
+
+
+def part_cells(grid: VoxelGrid, index: int) -> NDArray[np.int32]:
+    """Return all the cells that one part meets, owned or shared: (N, 3) int32 in ascending order."""
+    boxes = part_boxes(grid, index)
+    places = np.empty(int(np.prod(boxes[:, 3:] - boxes[:, :3], axis=1, dtype=np.int64).sum()), np.int64)
+    _expand(boxes, grid.shape, places)
+    places.sort()
+    return np.stack(np.unravel_index(places, grid.shape), axis=1).astype(np.int32)
 
 
 def all_part_cells(grid: VoxelGrid) -> list[NDArray[np.int32]]:
-    """Return all the cells that each part meets, in one pass over the grid: per part (N, 3) int32, ascending."""
-    return _cells(grid, -1)
-
-
-def _cells(grid: VoxelGrid, only: int) -> list[NDArray[np.int32]]:
-    counts = np.zeros(len(grid.parts), np.int64)
-    nothing = np.empty((0, 3), np.int32)
-    _gather(grid.owners, grid.shared_cells, grid.shared_parts, only, counts, nothing, True)
-    stops = np.cumsum(counts)
-    out = np.empty((int(counts.sum()), 3), np.int32)
-    _gather(grid.owners, grid.shared_cells, grid.shared_parts, only, stops - counts, out, False)
-    return [out[stop - count : stop] for count, stop in zip(counts, stops, strict=True)]
+    """Return all the cells that each part meets: per part (N, 3) int32, ascending."""
+    return [part_cells(grid, index) for index in range(len(grid.parts))]

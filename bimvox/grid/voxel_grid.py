@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.grid.bricks import Bricks
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
-
-NO_OWNER = -1
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +27,7 @@ class Part:
         cells: Number of cells that it meets.
         solid_volume_m3: Volume of its solid.
         mass_kg: Its mass.
+        mass_source: ``quantity``, ``density`` (of its material) or ``default`` (2400 kg/m3).
         fill: How its interior was found (``winding``, ``vote``, ``surface`` ...).
         type_name: Name of its IFC type, or None.
         storey: Name of its storey, or None.
@@ -43,6 +43,7 @@ class Part:
     cells: int
     solid_volume_m3: float
     mass_kg: float
+    mass_source: str
     fill: str
     type_name: str | None = None
     storey: str | None = None
@@ -51,38 +52,55 @@ class Part:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VoxelGrid:
-    """A dense labelled grid, indexed [x, y, z].
+    """A labelled grid, indexed [x, y, z].
 
     Attributes:
         frame: Metres to cells.
-        labels: (X, Y, Z) uint8, values of ``Label``.
-        owners: (X, Y, Z) int32, index into ``parts``; ``NO_OWNER`` where the cell is air. A cell met by several parts
-            belongs to the one that fills most of it (ties: the lower index).
+        owners: Index into ``parts`` of every cell, ``NO_OWNER`` where it is air. A cell met by several parts belongs to
+            the one that fills most of it (ties: the lower index). A cell's label is its owner's.
         parts: The table of parts.
         shared_cells: (S, 3) int32, one row per (cell, part) overlap of every cell that several parts meet.
         shared_parts: (S,) int32, the part of that row.
         shared_fractions: (S,) float32, the share of the cell that the part fills, 0..1.
+        boxes: (B, 6) int32, disjoint half-open boxes ``x0 y0 z0 x1 y1 z1`` of cells; the boxes of a part are all the
+            cells that it meets.
+        box_parts: (B,) int32, the part of that row, ascending.
         source: Plain values about the source (``name``, ``sha256``, ``format``, ``unit`` ...).
         origin_m: (3,) what was subtracted from the source's world coordinates, metres.
+        georeference: Map conversion of the source, if any, as plain values (``eastings_m``, ``crs`` ...).
     """
 
     frame: GridFrame
-    labels: NDArray[np.uint8]
-    owners: NDArray[np.int32]
+    owners: Bricks
     parts: tuple[Part, ...]
     shared_cells: NDArray[np.int32]
     shared_parts: NDArray[np.int32]
     shared_fractions: NDArray[np.float32]
+    boxes: NDArray[np.int32]
+    box_parts: NDArray[np.int32]
     source: Mapping[str, str | float | bool] = field(default_factory=dict)
     origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    georeference: Mapping[str, str | float] = field(default_factory=dict)
 
     @property
     def shape(self) -> tuple[int, int, int]:
         """(X, Y, Z)."""
-        x, y, z = self.labels.shape
-        return (x, y, z)
+        return self.owners.shape
+
+    def labels_of(self, owners: NDArray[np.int32]) -> NDArray[np.uint8]:
+        """Return the labels of cells with these owners, same shape, uint8."""
+        return self.label_table[owners + 1]
+
+    @property
+    def label_table(self) -> NDArray[np.uint8]:
+        """(parts + 1,) uint8: the label of a cell by its owner + 1, air first."""
+        return np.array([Label.AIR, *(part.label for part in self.parts)], np.uint8)
+
+    def fill_fraction(self, part: Part) -> float:
+        """Return the share of the cells that a part meets which its solid fills, 0..1."""
+        return min(1.0, part.solid_volume_m3 / (part.cells * self.frame.voxel_size_m**3)) if part.cells else 0.0
 
     def counts(self) -> dict[str, int]:
         """Return the number of cells of every label, air included, by the label's name in lower case."""
-        numbers = np.bincount(self.labels.ravel(), minlength=len(Label))
-        return {label.name.lower(): int(numbers[label]) for label in Label if numbers[label] or label is Label.AIR}
+        cells = np.bincount(self.label_table, self.owners.counts(len(self.parts)), len(Label))
+        return {label.name.lower(): int(cells[label]) for label in Label if cells[label] or label is Label.AIR}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.grid.voxel_grid import Part, VoxelGrid
-from bimvox.render.colours import CLASSES, FLOOR, GROUND, OBSTRUCTION, STRUCTURE
+from bimvox.render.colours import CLASSES, FLOOR, GROUND, STRUCTURE
 from bimvox.render.scene import LegendEntry, Scene
 from bimvox.render.solids import index_type
 from bimvox.render.words import counted
@@ -18,7 +18,6 @@ from bimvox.site.construction import Rgb
 
 _FLOOR_SHARE = 0.12
 """Width of the floor around the building, as a share of its longer side."""
-_UNOWNED: dict[Label, Rgb] = {Label.GROUND: GROUND, Label.STRUCTURE: STRUCTURE, Label.OBSTRUCTION: OBSTRUCTION}
 
 
 def scene_of_grid(grid: VoxelGrid, *, title: str = "") -> Scene:
@@ -26,23 +25,15 @@ def scene_of_grid(grid: VoxelGrid, *, title: str = "") -> Scene:
 
     Where there is no ground, a floor takes the shadow.
     """
-    counts = Counter(part.ifc_class for part in grid.parts if part.label is Label.COMPONENT)
-    rgb_of_class = {name: CLASSES[min(n, len(CLASSES) - 1)] for n, (name, _) in enumerate(counts.most_common())}
-    others = list(_UNOWNED)
-    dtype = index_type(len(grid.parts) + len(others) + 2)
-    # 0 nothing, 1 floor, then labels of cells that no part owns, then parts.
-    first = 2 + len(others)
-    solids = (grid.owners + first).astype(dtype)
-    unowned = grid.owners < 0
-    solids[unowned] = 0
-    for n, label in enumerate(others):
-        solids[unowned & (grid.labels == label)] = 2 + n
-    palette = np.zeros((first + len(grid.parts), 3), np.uint8)
-    palette[1] = FLOOR
-    palette[2:first] = [_UNOWNED[label] for label in others]
-    for n, part in enumerate(grid.parts):
-        palette[first + n] = _rgb_of(part, rgb_of_class)
-    has_ground = bool((grid.labels == Label.GROUND).any())
+    # 0 nothing, 1 floor, then parts.
+    numbers = np.arange(1, len(grid.parts) + 2, dtype=index_type(len(grid.parts) + 2))
+    numbers[0] = 0
+    solids = grid.owners.mapped(numbers)
+    counts = _components_by_class(grid)
+    rgb_of_class = _rgb_by_class(counts)
+    palette = np.concatenate([np.array([(0, 0, 0), FLOOR], np.uint8), part_colours(grid)])
+    cells = grid.counts()
+    has_ground = bool(cells.get("ground"))
     frame, solids = (grid.frame, solids) if has_ground else on_floor(grid.frame, solids)
     legend = [LegendEntry(f"{name} ({counts[name]})", rgb_of_class[name]) for name in rgb_of_class]
     rest = Counter(part.label for part in grid.parts if part.label is not Label.COMPONENT)
@@ -51,15 +42,15 @@ def scene_of_grid(grid: VoxelGrid, *, title: str = "") -> Scene:
     if rest[Label.GROUND]:
         legend.append(LegendEntry("ground", GROUND))
     x, y, z = grid.shape
-    cells = f"{x} x {y} x {z} cells of {grid.frame.voxel_size_m:g} m"
-    filled = int(np.count_nonzero(grid.labels))
+    filled = sum(cells.values()) - cells["air"]
     return Scene(
         frame=frame,
         solids=solids,
         palette=palette,
         legend=tuple(legend),
         title=title or str(grid.source.get("name", "")),
-        caption=f"{counted(len(grid.parts), 'part')}, {cells}, {filled:,} filled",
+        caption=f"{counted(len(grid.parts), 'part')}, {x} x {y} x {z} cells of {grid.frame.voxel_size_m:g} m, "
+        f"{filled:,} filled",
     )
 
 
@@ -73,6 +64,21 @@ def on_floor(frame: GridFrame, solids: NDArray[np.unsignedinteger]) -> tuple[Gri
     padded[:, :, 0] = 1
     x, y, z = (float(n) for n in frame.corner_of(np.array([-margin, -margin, low - 1])))
     return GridFrame((x, y, z), frame.voxel_size_m), padded
+
+
+def part_colours(grid: VoxelGrid) -> NDArray[np.uint8]:
+    """Return the colour of every part, (P, 3) uint8 sRGB: components by class, what is not lifted in gray."""
+    rgb_of_class = _rgb_by_class(_components_by_class(grid))
+    colours = [_rgb_of(part, rgb_of_class) for part in grid.parts]
+    return np.array(colours, np.uint8).reshape(-1, 3)
+
+
+def _components_by_class(grid: VoxelGrid) -> Counter[str]:
+    return Counter(part.ifc_class for part in grid.parts if part.label is Label.COMPONENT)
+
+
+def _rgb_by_class(counts: Counter[str]) -> dict[str, Rgb]:
+    return {name: CLASSES[min(n, len(CLASSES) - 1)] for n, (name, _) in enumerate(counts.most_common())}
 
 
 def _rgb_of(part: Part, rgb_of_class: dict[str, Rgb]) -> Rgb:

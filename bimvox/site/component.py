@@ -63,6 +63,10 @@ class Component:
         stored_pose: Pose in the yard for an explicit ``start_vox``.
         before: Ids of components that must come later than this one (the planner's own constraint).
         after: Ids of components that must come earlier than this one.
+        type_name: Name of its IFC type, if any.
+        storey: Name of the storey that holds it, if any.
+        material: Name of its (main) material, if any.
+        mass_source: ``quantity``, ``density`` (of its material) or ``default`` (2400 kg/m3); empty where not known.
     """
 
     index: int
@@ -80,3 +84,7 @@ class Component:
     stored_pose: StoredPose | None = None
     before: tuple[str, ...] = ()
     after: tuple[str, ...] = ()
+    type_name: str | None = None
+    storey: str | None = None
+    material: str | None = None
+    mass_source: str = ""

@@ -45,6 +45,8 @@ class ModelConfig(BaseModel):
     prefabricated by its class."""
     unit: Literal["m", "dm", "cm", "mm", "ft", "in"] | None = None
     """Length unit of a mesh file, which does not say; IFC files do."""
+    up: Literal["y", "z"] | None = None
+    """Axis of a mesh file that points up. Default: as its format says (glTF: y), else z."""
     voxel_size_m: Positive | None = None
     """Edge of a planning cell, metres."""
     yaw_rad: Number = 0.0

@@ -37,6 +37,7 @@ def guess_site(
     name: str | None = None,
     select: str | None = None,
     unit: Literal["m", "dm", "cm", "mm", "ft", "in"] | None = None,
+    up: Literal["y", "z"] | None = None,
     assemblies: Literal["whole", "parts"] = "whole",
     voxel_size_m: float | None = None,
 ) -> SiteConfig:
@@ -48,6 +49,7 @@ def guess_site(
         name: Name of the site; default: the model file's.
         select: As ``[model] select``.
         unit: As ``[model] unit``.
+        up: As ``[model] up``.
         assemblies: As ``[model] assemblies``.
         voxel_size_m: Cell size; default: guessed.
     """
@@ -55,6 +57,7 @@ def guess_site(
         path=model_path,
         select=select,
         unit=unit,
+        up=up,
         assemblies=assemblies,
         voxel_size_m=voxel_size_m,
         yaw_rad=dominant_yaw_rad(building),

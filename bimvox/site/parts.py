@@ -86,6 +86,10 @@ def component_of(
         stored_pose=pose,
         before=entry.before if entry else (),
         after=entry.after if entry else (),
+        type_name=element.type_name,
+        storey=element.storey,
+        material=element.material,
+        mass_source=element.mass_source,
     )
 
 

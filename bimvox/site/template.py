@@ -49,6 +49,7 @@ def _model(config: SiteConfig) -> str:
         f"path = {_text(model.path.as_posix())}  # IFC or mesh, from this file's folder",
         select,
         model.unit and f"unit = {_text(model.unit)}  # of the mesh file",
+        model.up and f"up = {_text(model.up)}  # axis of the mesh file that points up",
         _maybe("voxel_size_m", model.voxel_size_m, "edge of a planning cell"),
         f"yaw_rad = {_number(model.yaw_rad)}  # angle of the site's x axis in the model, counter-clockwise",
         _maybe("ground_m", model.ground_m, "height in the model that is the top of the ground"),

@@ -30,6 +30,9 @@ LABEL_OF_ROLE = {
 
 _ANCHOR = np.zeros(3)
 
+_Voxels = tuple[PartVoxels, NDArray[np.int32]]
+"""A part's voxels, and its boxes in cells of the grid."""
+
 
 def voxelize_building(
     building: Building,
@@ -63,36 +66,41 @@ def voxelize_building(
     if not building.elements:
         raise SelectionError("the building has no elements to voxelize", hint="check the selection")
     low, high = building_range(building, voxel_size_m)
-    low = low if low_vox is None else np.asarray(low_vox, dtype=np.int64)
-    high = high if high_vox is None else np.asarray(high_vox, dtype=np.int64)
+    clip = None
+    if low_vox is not None or high_vox is not None:
+        low = low if low_vox is None else np.asarray(low_vox, dtype=np.int64)
+        high = high if high_vox is None else np.asarray(high_vox, dtype=np.int64)
+        clip = (low, high)
     if np.any(high <= low):
         raise SelectionError(f"the grid from cell {low.tolist()} to cell {high.tolist()} is empty")
     require_fit(low, high, voxel_size_m, cell_limit)
     # A part's box reaches one cell beyond the grid.
     part_limit = int(np.prod((high - low + 2).astype(object)))
 
-    def voxelize(element: Element) -> PartVoxels:
-        return voxelize_mesh(element.mesh, voxel_size_m, _ANCHOR, clip=(low, high), cell_limit=part_limit)
+    def voxelize(element: Element) -> _Voxels:
+        voxels = voxelize_mesh(element.mesh, voxel_size_m, _ANCHOR, clip=clip, cell_limit=part_limit)
+        return voxels, voxels.boxes() + np.tile(voxels.low - low, 2).astype(np.int32)
 
-    ownership = Ownership(low, high)
+    ownership = Ownership(low, high, len(building.elements))
     parts: list[Part] = []
-    for index, voxels in enumerate(_in_order(voxelize, building.elements, threads)):
-        element = building.elements[index]
-        label = LABEL_OF_ROLE[element.role]
-        ownership.add(index, voxels, label)
-        parts.append(_part_of(element, label, voxels))
+    boxes: list[NDArray[np.int32]] = []
+    for index, (voxels, part_boxes) in enumerate(_in_order(voxelize, building.elements, threads)):
+        ownership.add(index, voxels)
+        parts.append(_part_of(building.elements[index], voxels))
+        boxes.append(part_boxes)
         if progress is not None:
             progress("voxelize", index + 1, len(building.elements))
-    cells, owners, fractions = ownership.shared()
+    cells, sharers, fractions = ownership.shared()
     source = building.source
     return VoxelGrid(
         frame=GridFrame(_metres(low, voxel_size_m), voxel_size_m),
-        labels=ownership.labels,
-        owners=ownership.owners,
+        owners=ownership.owners(),
         parts=tuple(parts),
         shared_cells=cells,
-        shared_parts=owners,
+        shared_parts=sharers,
         shared_fractions=fractions,
+        boxes=np.concatenate(boxes),
+        box_parts=np.repeat(np.arange(len(boxes), dtype=np.int32), [len(rows) for rows in boxes]),
         source={
             "name": source.name,
             "sha256": source.sha256,
@@ -101,6 +109,7 @@ def voxelize_building(
             "unit_assumed": source.unit_assumed,
         },
         origin_m=(float(building.origin_m[0]), float(building.origin_m[1]), float(building.origin_m[2])),
+        georeference=building.georeference,
     )
 
 
@@ -127,17 +136,18 @@ def _metres(cell: NDArray[np.int64], voxel_size_m: float) -> tuple[float, float,
     return (x, y, z)
 
 
-def _part_of(element: Element, label: Label, voxels: PartVoxels) -> Part:
+def _part_of(element: Element, voxels: PartVoxels) -> Part:
     return Part(
         id=element.id,
         global_id=element.global_id,
         ifc_class=element.ifc_class,
         name=element.name,
         role=element.role.value,
-        label=label,
-        cells=int(np.count_nonzero(voxels.cells)),
+        label=LABEL_OF_ROLE[element.role],
+        cells=voxels.count,
         solid_volume_m3=voxels.solid_volume_m3,
         mass_kg=element.mass_kg,
+        mass_source=element.mass_source,
         fill=voxels.fill,
         type_name=element.type_name,
         storey=element.storey,
@@ -145,15 +155,13 @@ def _part_of(element: Element, label: Label, voxels: PartVoxels) -> Part:
     )
 
 
-def _in_order(
-    voxelize: Callable[[Element], PartVoxels], elements: tuple[Element, ...], threads: int
-) -> Iterator[PartVoxels]:
+def _in_order(voxelize: Callable[[Element], _Voxels], elements: tuple[Element, ...], threads: int) -> Iterator[_Voxels]:
     """Yield the voxels of each element in order; at most two parts a thread wait in memory."""
     if threads <= 1:
         yield from map(voxelize, elements)
         return
     with ThreadPoolExecutor(threads) as pool:
-        waiting: deque[Future[PartVoxels]] = deque()
+        waiting: deque[Future[_Voxels]] = deque()
         try:
             for element in elements:
                 waiting.append(pool.submit(voxelize, element))

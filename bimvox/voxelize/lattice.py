@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bimvox.compiled import kernel, leaf_kernel
 from bimvox.errors import InputError
 
 TOLERANCE_M = 1e-4
@@ -27,6 +28,36 @@ def tolerance_vox(voxel_size_m: float) -> float:
     return min(TOLERANCE_M / voxel_size_m, _TOLERANCE_LIMIT_VOX)
 
 
+@leaf_kernel
+def _rounded(point_m: float, origin_m: float, voxel_size_m: float) -> float:
+    """Return a coordinate in cells, rounded; NaN where it cannot be used."""
+    vox = (point_m - origin_m) / voxel_size_m
+    return float(np.rint(vox * STEPS_PER_CELL)) / STEPS_PER_CELL if abs(vox) < _LARGEST_VOX else np.nan
+
+
+@kernel
+def _all_rounded(
+    points_m: NDArray[np.float64], origin_m: NDArray[np.float64], voxel_size_m: float
+) -> NDArray[np.float64]:
+    points = np.empty(points_m.shape, np.float64)
+    for n in range(points_m.shape[0]):
+        for axis in range(3):
+            points[n, axis] = _rounded(points_m[n, axis], origin_m[axis], voxel_size_m)
+    return points
+
+
+def _require_size(voxel_size_m: float) -> None:
+    if not (np.isfinite(voxel_size_m) and voxel_size_m > 0.0):
+        raise InputError(f"the voxel size must be a positive number of metres, not {voxel_size_m}")
+
+
+def _refuse(voxel_size_m: float) -> InputError:
+    return InputError(
+        f"a vertex is not finite, or more than {_LARGEST_VOX:.0f} cells of {voxel_size_m:g} m from the origin",
+        hint="subtract the model's origin first, or choose a larger cell",
+    )
+
+
 def to_lattice(points_m: ArrayLike, voxel_size_m: float, origin_m: ArrayLike) -> NDArray[np.float64]:
     """Return points in lattice coordinates (cells): (..., 3) metres -> (..., 3) float64, rounded to 2^-24 of a cell.
 
@@ -34,16 +65,57 @@ def to_lattice(points_m: ArrayLike, voxel_size_m: float, origin_m: ArrayLike) ->
         InputError: If the cell size is not a positive number, or a coordinate is not finite or more than 2^28 cells
             from the origin.
     """
-    if not (np.isfinite(voxel_size_m) and voxel_size_m > 0.0):
-        raise InputError(f"the voxel size must be a positive number of metres, not {voxel_size_m}")
-    vox = (np.asarray(points_m, dtype=np.float64) - np.asarray(origin_m, dtype=np.float64)) / voxel_size_m
-    if not np.all(np.abs(vox) < _LARGEST_VOX):
-        raise InputError(
-            f"a vertex is not finite, or more than {_LARGEST_VOX:.0f} cells of {voxel_size_m:g} m from the origin",
-            hint="subtract the model's origin first, or choose a larger cell",
-        )
-    rounded: NDArray[np.float64] = np.rint(vox * STEPS_PER_CELL) / STEPS_PER_CELL
-    return rounded
+    _require_size(voxel_size_m)
+    points = np.ascontiguousarray(points_m, np.float64)
+    rounded = _all_rounded(points.reshape(-1, 3), np.array(origin_m, np.float64), float(voxel_size_m))
+    if np.isnan(rounded).any():
+        raise _refuse(voxel_size_m)
+    return rounded.reshape(points.shape)
+
+
+@kernel
+def _triangles(
+    vertices_m: NDArray[np.float64], faces: NDArray[np.int32], voxel_size_m: float, origin_m: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    triangles = np.empty((faces.shape[0], 3, 3), np.float64)
+    bounds = np.empty((2, 3), np.float64)
+    bounds[0] = np.inf
+    bounds[1] = -np.inf
+    points = _all_rounded(vertices_m, origin_m, voxel_size_m)
+    for f in range(faces.shape[0]):
+        for corner in range(3):
+            vertex = faces[f, corner]
+            for axis in range(3):
+                at = points[vertex, axis]
+                triangles[f, corner, axis] = at
+                bounds[0, axis] = min(bounds[0, axis], at)
+                bounds[1, axis] = max(bounds[1, axis], at)
+                if at != at:
+                    bounds[:] = np.nan
+                    return triangles, bounds
+    return triangles, bounds
+
+
+def lattice_triangles(
+    vertices_m: NDArray[np.float64], faces: NDArray[np.int32], voxel_size_m: float, origin_m: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return triangles in lattice coordinates, (F, 3, 3), and the (2, 3) box around them; see ``to_lattice``.
+
+    Raises:
+        InputError: If there are no triangles, or as ``to_lattice`` does.
+    """
+    if len(faces) == 0:
+        raise InputError("a mesh without triangles cannot be voxelized")
+    _require_size(voxel_size_m)
+    triangles, bounds = _triangles(
+        np.ascontiguousarray(vertices_m, np.float64),
+        np.ascontiguousarray(faces, np.int32),
+        float(voxel_size_m),
+        np.array(origin_m, np.float64),
+    )
+    if bounds[0, 0] != bounds[0, 0]:
+        raise _refuse(voxel_size_m)
+    return triangles, bounds
 
 
 def cell_range(

@@ -14,14 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.voxelize.closure import edges_match, inverted_faces, openness, vertex_keys
+from bimvox.voxelize.bits import empty_plane, pack, unpack
+from bimvox.voxelize.borders import mark_borders
+from bimvox.voxelize.closure import corner_keys, edges_match, inverted_faces, openness
 from bimvox.voxelize.columns import fill_columns
-from bimvox.voxelize.samples import sample_positions
-from bimvox.voxelize.surface import INSIDE, MET, ON_BORDER, mark_borders
+from bimvox.voxelize.runs import dense_shares, share_starts
+from bimvox.voxelize.samples import sample_lines
+from bimvox.voxelize.surface import mark_surface
+from bimvox.voxelize.sweep import FULL
 
 # A mesh that faces itself with less than half of its surface is a sheet: lines through it mean no inside and outside.
 _SHEET_OPENNESS = 0.5
-_HALF_FILLED = 0.5
+_HALF = FULL // 2
 
 
 class Fill(StrEnum):
@@ -37,18 +41,30 @@ class Fill(StrEnum):
     """The mesh encloses nothing: only its surface counts."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SolidFill:
-    """How a part was filled.
+    """How a part was filled, and its cells as planes of bits (see ``bits.py``); no cell is in two of them.
 
     Attributes:
         fill: By which means.
         volume: Volume in cells by the divergence theorem, where the mesh is closed and nowhere covers itself, so that
             it is exact; else None.
+        met: (A, B, W), cells that the surface meets.
+        inside: (A, B, W), cells inside the solid.
+        border: (A, B, W), cells in the part by the half-open rule only.
+        starts: (A * B + 1,) int64, first share of each column.
+        shares: (S,) uint16, in 2^-14: how much of each cell that the surface meets is filled, in order.
+        border_share: The same for the cells of ``border``.
     """
 
     fill: Fill
     volume: float | None
+    met: NDArray[np.uint64]
+    inside: NDArray[np.uint64]
+    border: NDArray[np.uint64]
+    starts: NDArray[np.int64]
+    shares: NDArray[np.uint16]
+    border_share: int
 
 
 @kernel
@@ -106,9 +122,10 @@ def _reach_from_outside(barrier: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 @kernel
 def _vote(
-    cells: NDArray[np.uint8],
-    fractions: NDArray[np.float32],
-    shares: NDArray[np.float32],
+    met: NDArray[np.bool_],
+    inside: NDArray[np.bool_],
+    shares: NDArray[np.uint16],
+    axis_shares: NDArray[np.uint16],
     closed_yz: NDArray[np.bool_],
     closed_zx: NDArray[np.bool_],
     closed_xy: NDArray[np.bool_],
@@ -117,12 +134,13 @@ def _vote(
     """Let the axes decide every cell; returns whether all agreed, and whether the flood had to decide anything."""
     agreed = True
     flooded = False
-    for i in range(cells.shape[0]):
-        for j in range(cells.shape[1]):
-            for k in range(cells.shape[2]):
+    at = 0
+    for i in range(met.shape[0]):
+        for j in range(met.shape[1]):
+            for k in range(met.shape[2]):
                 votes = 0
                 yes = 0
-                total = 0.0
+                total = 0
                 for axis in range(3):
                     if axis == 0:
                         closes = closed_yz[j, k]
@@ -132,125 +150,159 @@ def _vote(
                         closes = closed_xy[i, j]
                     if closes:
                         votes += 1
-                        share = shares[axis, i, j, k]
-                        yes += int(share > _HALF_FILLED)
+                        share = int(axis_shares[axis, i, j, k])
+                        yes += int(share > _HALF)
                         total += share
-                if cells[i, j, k] & np.uint8(MET):
-                    fractions[i, j, k] = total / votes if votes > 0 else _HALF_FILLED
+                if met[i, j, k]:
+                    shares[at] = (2 * total + votes) // (2 * votes) if votes > 0 else _HALF
+                    at += 1
                     continue
-                inside = 2 * yes > votes
+                inside[i, j, k] = 2 * yes > votes
                 if 2 * yes == votes:
-                    inside = not outside[i, j, k]
-                    flooded = flooded or inside
+                    inside[i, j, k] = not outside[i, j, k]
+                    flooded = flooded or inside[i, j, k]
                 agreed = agreed and votes == 3 and (yes == 0 or yes == 3)
-                fractions[i, j, k] = 1.0 if inside else 0.0
-                if inside:
-                    cells[i, j, k] |= np.uint8(INSIDE)
     return agreed, flooded
 
 
 def _fill_along(
-    axis: int, cells: NDArray[np.uint8], triangles: NDArray[np.float64], inverted: NDArray[np.bool_]
-) -> tuple[NDArray[np.float32], NDArray[np.bool_], int]:
+    axis: int, met: NDArray[np.bool_], triangles: NDArray[np.float64], inverted: NDArray[np.bool_]
+) -> tuple[NDArray[np.uint16], NDArray[np.bool_], int]:
     """Return the filled shares found along one axis, which of its columns close, and how many lines leak."""
     order = [(1, 2, 0), (2, 0, 1), (0, 1, 2)][axis]
-    turned = np.ascontiguousarray(cells.transpose(order))
-    shares = np.zeros(turned.shape, np.float32)
+    turned = np.ascontiguousarray(met.transpose(order))
+    surface, inside = pack(turned), empty_plane(*turned.shape)
     closed = np.ones(turned.shape[:2], np.bool_)
     corners = np.ascontiguousarray(triangles[:, :, order])
-    leaks, _, _ = fill_columns(turned, shares, corners, inverted, sample_positions(), closed)
-    back = np.argsort(order)
-    return shares.transpose(back), closed, leaks
+    starts = np.empty(closed.size + 1, np.int64)
+    shares, leaks, _, _ = fill_columns(
+        surface, inside, turned.shape[2], corners, inverted, sample_lines(), closed, starts
+    )
+    dense = dense_shares(surface, inside, turned.shape[2], shares)
+    return dense.transpose(np.argsort(order)), closed, leaks
 
 
-def _flooded(
-    cells: NDArray[np.uint8], triangles: NDArray[np.float64], tolerance: float, top: NDArray[np.int64]
-) -> NDArray[np.bool_]:
-    """Return the cells outside the surface, borders counted as surface."""
-    barrier = cells & np.uint8(MET)
-    mark_borders(barrier, triangles, tolerance, top)
-    return _reach_from_outside(barrier != 0)
+@kernel
+def _wind(
+    met: NDArray[np.uint64],
+    inside: NDArray[np.uint64],
+    border: NDArray[np.uint64],
+    height: int,
+    triangles: NDArray[np.float64],
+    samples: NDArray[np.float64],
+    tolerance: float,
+    top: NDArray[np.int64],
+) -> tuple[bool, NDArray[np.int64], NDArray[np.uint16], int, int, float]:
+    """Mark the surface and, where every edge matches, fill by winding: whether that was all, and what came out."""
+    mark_surface(met, height, triangles, tolerance)
+    starts = np.empty(met.shape[0] * met.shape[1] + 1, np.int64)
+    if not edges_match(corner_keys(triangles)):
+        return False, starts, np.empty(0, np.uint16), 0, 0, 0.0
+    inverted = np.zeros(triangles.shape[0], np.bool_)
+    closed = np.ones(met.shape[:2], np.bool_)
+    shares, leaks, least, most = fill_columns(met, inside, height, triangles, inverted, samples, closed, starts)
+    if leaks > 0 or least < 0 < most:
+        return False, starts, shares, least, most, 0.0
+    mark_borders(met, inside, border, height, triangles, tolerance, top)
+    return True, starts, shares, least, most, abs(_signed_volume(triangles, inverted))
 
 
 def fill_solid(
-    cells: NDArray[np.uint8],
-    fractions: NDArray[np.float32],
-    triangles: NDArray[np.float64],
-    steps: NDArray[np.int64],
-    faces: NDArray[np.int32],
-    tolerance: float,
-    top: NDArray[np.int64],
+    shape: tuple[int, int, int], triangles: NDArray[np.float64], tolerance: float, top: NDArray[np.int64]
 ) -> SolidFill:
-    """Set ``INSIDE`` and ``ON_BORDER`` and the filled share of every cell.
+    """Find every cell of a part, and measure how much of it is filled.
 
     Args:
-        cells: (A, B, C) uint8 bits, ``MET`` complete; changed in place.
-        fractions: (A, B, C) float32, zeros; changed in place. Cells of a flooded part that its surface meets count as
-            half filled, those of a sheet as empty.
-        triangles: (F, 3, 3) float64, in cells, relative to the lowest corner of ``cells``.
-        steps: (V, 3) int64 vertices in 2^-24 of a cell.
-        faces: (F, 3) int32 into ``steps``, the faces of ``triangles``.
+        shape: (A, B, C) cells to look at.
+        triangles: (F, 3, 3) float64, in cells, relative to the lowest of these cells.
         tolerance: In cells.
         top: (3,) int64, one past the highest cell of the part's range.
+
+    Returns:
+        How it was filled. Cells of a flooded part that its surface meets count as half filled, those of a sheet as
+        empty.
     """
-    keys = vertex_keys(steps)
-    matched = edges_match(keys, faces)
-    inverted = np.zeros(len(faces), np.bool_)
-    if matched or openness(triangles) < _SHEET_OPENNESS:
-        closed = np.ones(cells.shape[:2], np.bool_)
-        leaks, least, most = fill_columns(cells, fractions, triangles, inverted, sample_positions(), closed)
-        if least < 0 < most:
-            inverted = inverted_faces(triangles, keys, faces)
-            if inverted.any():
-                cells &= np.uint8(MET)
-                fractions[:] = 0.0
-                closed[:] = True
-                leaks, least, most = fill_columns(cells, fractions, triangles, inverted, sample_positions(), closed)
-        fill = Fill.WINDING
-        if not matched or leaks:
-            fill = _fill_by_vote(cells, fractions, triangles, inverted, closed, leaks, tolerance, top)
-        mark_borders(cells, triangles, tolerance, top)
-        once = least == 0 <= most <= 1 or least == -1 <= most == 0
-        volume = abs(_signed_volume(triangles, inverted)) if matched and fill is Fill.WINDING and once else None
-        return SolidFill(fill, volume)
-    return SolidFill(_fill_by_flood(cells, fractions, triangles, tolerance, top), None)
+    met, inside, border = empty_plane(*shape), empty_plane(*shape), empty_plane(*shape)
+    done, starts, shares, least, most, volume = _wind(
+        met, inside, border, shape[2], triangles, sample_lines(), tolerance, top
+    )
+    if done:
+        exact = volume if _covers_once(least, most) else None
+        return SolidFill(Fill.WINDING, exact, met, inside, border, starts, shares, 0)
+    keys = corner_keys(triangles)
+    matched = bool(edges_match(keys))
+    if not matched and openness(triangles) >= _SHEET_OPENNESS:
+        return _fill_by_flood(met, inside, border, shape[2], triangles, tolerance, top)
+    inverted = np.zeros(len(triangles), np.bool_)
+    closed = np.ones(met.shape[:2], np.bool_)
+    fill = Fill.WINDING
+    for inside_out in (False, True):
+        if inside_out:
+            inverted = inverted_faces(triangles, keys)
+            if not inverted.any():
+                break
+        inside[:] = 0
+        closed[:] = True
+        shares, leaks, least, most = fill_columns(
+            met, inside, shape[2], triangles, inverted, sample_lines(), closed, starts
+        )
+        if not least < 0 < most:
+            break
+    if not matched or leaks:
+        fill, inside = _fill_by_vote(met, inside, shape[2], shares, triangles, inverted, closed, leaks, tolerance, top)
+    mark_borders(met, inside, border, shape[2], triangles, tolerance, top)
+    exact = None
+    if matched and fill is Fill.WINDING and _covers_once(least, most):
+        exact = abs(_signed_volume(triangles, inverted))
+    return SolidFill(fill, exact, met, inside, border, starts, shares, 0)
+
+
+def _covers_once(least: int, most: int) -> bool:
+    return least == 0 <= most <= 1 or least == -1 <= most == 0
 
 
 def _fill_by_vote(
-    cells: NDArray[np.uint8],
-    fractions: NDArray[np.float32],
+    met: NDArray[np.uint64],
+    inside: NDArray[np.uint64],
+    height: int,
+    shares: NDArray[np.uint16],
     triangles: NDArray[np.float64],
     inverted: NDArray[np.bool_],
     closed_xy: NDArray[np.bool_],
     leaks_z: int,
     tolerance: float,
     top: NDArray[np.int64],
-) -> Fill:
-    surface = cells & np.uint8(MET)
+) -> tuple[Fill, NDArray[np.uint64]]:
+    surface = unpack(met, height)
     share_x, closed_yz, leaks_x = _fill_along(0, surface, triangles, inverted)
     share_y, closed_zx, leaks_y = _fill_along(1, surface, triangles, inverted)
-    shares = np.stack([share_x, share_y, fractions])
-    outside = _flooded(surface, triangles, tolerance, top)
-    cells &= np.uint8(MET)
-    agreed, flooded = _vote(cells, fractions, shares, closed_yz, closed_zx, closed_xy, outside)
+    along = np.stack([share_x, share_y, dense_shares(met, inside, height, shares)])
+    # Seen from outside, what lies on borders is surface, too.
+    nothing, border = np.zeros_like(met), np.zeros_like(met)
+    mark_borders(met, nothing, border, height, triangles, tolerance, top)
+    outside = _reach_from_outside(unpack(met | border, height))
+    found = np.zeros_like(surface)
+    agreed, flooded = _vote(surface, found, shares, along, closed_yz, closed_zx, closed_xy, outside)
     if agreed and not (leaks_x or leaks_y or leaks_z):
-        return Fill.WINDING
-    return Fill.FLOOD if flooded else Fill.VOTE
+        return Fill.WINDING, pack(found)
+    return Fill.FLOOD if flooded else Fill.VOTE, pack(found)
 
 
 def _fill_by_flood(
-    cells: NDArray[np.uint8],
-    fractions: NDArray[np.float32],
+    met: NDArray[np.uint64],
+    inside: NDArray[np.uint64],
+    border: NDArray[np.uint64],
+    height: int,
     triangles: NDArray[np.float64],
     tolerance: float,
     top: NDArray[np.int64],
-) -> Fill:
-    mark_borders(cells, triangles, tolerance, top)
-    outside = _reach_from_outside(cells != 0)
-    enclosed = (cells == 0) & ~outside
+) -> SolidFill:
+    mark_borders(met, inside, border, height, triangles, tolerance, top)
+    barrier = unpack(met | border, height)
+    enclosed = ~barrier & ~_reach_from_outside(barrier)
+    starts = share_starts(met)
     if not enclosed.any():
-        return Fill.SURFACE
-    fractions[enclosed] = 1.0
-    fractions[(cells & np.uint8(MET | ON_BORDER)) != 0] = _HALF_FILLED
-    cells[enclosed] |= np.uint8(INSIDE)
-    return Fill.FLOOD
+        shares = np.zeros(starts[-1], np.uint16)
+        return SolidFill(Fill.SURFACE, None, met, inside, border, starts, shares, 0)
+    shares = np.full(starts[-1], _HALF, np.uint16)
+    return SolidFill(Fill.FLOOD, None, met, pack(enclosed), border, starts, shares, _HALF)

@@ -5,9 +5,10 @@ testing"): three box normals, the triangle's normal, nine cross products of edge
 indices, so the cells of a triangle are found as runs along z instead of being tested one by one (compare Schwarz and
 Seidel 2010, "Fast parallel surface and solid voxelization on GPUs").
 
-The box is the cell shrunk by the tolerance on every side. What then marks nothing because it lies wholly inside the
-skin between two cells follows the half-open rule: it belongs to the cell above (to the right, behind), unless one of
-the cells on either side of the border is in the part anyway, or the cell above is outside the part's range.
+The box is the cell shrunk by the tolerance on every side, so that faces lying on a cell border do not spill. What then
+marks nothing because it lies in the skin between two cells follows the half-open rule: it belongs to the cell above (to
+the right, behind), unless one of the cells on either side of the border is in the part anyway, or the cell above is
+outside the part's range (``borders.py``).
 """
 
 from __future__ import annotations
@@ -15,55 +16,66 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
-
-MET = 1
-"""Bit of a cell that a triangle meets."""
-INSIDE = 2
-"""Bit of a cell that lies inside the solid."""
-ON_BORDER = 4
-"""Bit of a cell that is in the part by the half-open rule only."""
+from bimvox.compiled import inline_kernel, kernel, leaf_kernel
+from bimvox.voxelize.bits import NONE, ONE, WORD, has, set_run, stretch
 
 _FAR = 1.0e9
 # Below this ratio of twice the area to the squared edge a normal is rounding noise: the triangle is its edges.
 _FLAT = 1.0e-12
 
 
-@kernel
-def _open_run(slope: float, base: float, low: float, high: float) -> tuple[int, int]:
-    """Return first and last integer k with ``low < slope * (k + 0.5) + base < high``; first > last if there is none."""
-    if slope == 0.0:
-        if low < base < high:
-            return -int(_FAR), int(_FAR)
-        return 1, 0
-    start = (low - base) / slope
-    stop = (high - base) / slope
-    if start > stop:
-        start, stop = stop, start
-    start = min(max(start, -_FAR), _FAR)
-    stop = min(max(stop, -_FAR), _FAR)
-    return int(np.floor(start - 0.5)) + 1, int(np.ceil(stop - 0.5)) - 1
+@leaf_kernel
+def _edge_terms(p: NDArray[np.float64], across: int, along: int, half: float, terms: NDArray[np.float64]) -> None:
+    """Write, per edge, the bounds that its axis sets to cells along ``along``, linear in the place across.
 
-
-@kernel
-def _edge_run(p: NDArray[np.float64], edge: int, across: int, along: int, at: float, half: float) -> tuple[int, int]:
-    """Return the run of cells along ``along``, at ``at`` across, that one edge's axis does not separate.
-
-    The axis is the edge turned by a quarter in the plane of the two coordinates, so it separates the 2-D projections.
+    The axis is the edge turned by a quarter in the plane of the two coordinates, so it separates the 2-D projections:
+    cells k with ``terms[0] + terms[2] * at < k + 0.5 < terms[1] + terms[2] * at``. Where the edge runs along
+    ``along`` the axis only bounds the place across: ``terms[3] < at < terms[4]``.
     """
-    first, second, third = edge, (edge + 1) % 3, (edge + 2) % 3
-    e_along = p[second, along] - p[first, along]
-    e_across = p[second, across] - p[first, across]
-    if e_along == 0.0 and e_across == 0.0:
-        return -int(_FAR), int(_FAR)
-    # The coordinates are taken relative to the edge's first corner: the edge projects to 0, the third corner to `tip`.
-    tip = e_along * (p[third, across] - p[first, across]) - e_across * (p[third, along] - p[first, along])
-    radius = half * (abs(e_along) + abs(e_across))
-    base = e_along * (at - p[first, across]) + e_across * p[first, along]
-    return _open_run(-e_across, base, min(tip, 0.0) - radius, max(tip, 0.0) + radius)
+    for edge in range(3):
+        second, third = (edge + 1) % 3, (edge + 2) % 3
+        e_along = p[second, along] - p[edge, along]
+        e_across = p[second, across] - p[edge, across]
+        # Relative to the edge's first corner: the edge projects to 0, the third corner to `tip`.
+        tip = e_along * (p[third, across] - p[edge, across]) - e_across * (p[third, along] - p[edge, along])
+        radius = half * (abs(e_along) + abs(e_across))
+        low, high = min(tip, 0.0) - radius, max(tip, 0.0) + radius
+        terms[edge, 0], terms[edge, 1], terms[edge, 2] = -_FAR, _FAR, 0.0
+        terms[edge, 3], terms[edge, 4] = -_FAR, _FAR
+        if e_across != 0.0:
+            slope = e_along / e_across
+            first, last = -high / e_across, -low / e_across
+            shift = p[edge, along] - slope * p[edge, across]
+            terms[edge, 0] = min(first, last) + shift
+            terms[edge, 1] = max(first, last) + shift
+            terms[edge, 2] = slope
+        elif e_along != 0.0:
+            first, last = low / e_along, high / e_along
+            terms[edge, 3] = min(first, last) + p[edge, across]
+            terms[edge, 4] = max(first, last) + p[edge, across]
 
 
-@kernel
+@inline_kernel
+def _run_across(terms: NDArray[np.float64], at: float, first: int, last: int) -> tuple[int, int]:
+    """Return the run of cells within first..last that no edge's axis separates, at ``at`` across."""
+    low, high = first + 0.5, last + 0.5
+    low_open = high_open = 0.0
+    for edge in range(3):
+        if not terms[edge, 3] < at < terms[edge, 4]:
+            return 1, 0
+        turned = terms[edge, 2] * at
+        low_open = terms[edge, 0] + turned
+        high_open = terms[edge, 1] + turned
+        if low <= low_open:
+            low = np.floor(low_open - 0.5) + 1.5
+        if high >= high_open:
+            high = np.ceil(high_open - 0.5) - 0.5
+    if low > high:
+        return 1, 0
+    return int(low), int(high)
+
+
+@inline_kernel
 def _side(cell: int, plane: int, size: int) -> tuple[int, int]:
     """Return the half-open range of cells on both sides of a border, or the cell itself where there is no border."""
     if plane < 0:
@@ -71,121 +83,114 @@ def _side(cell: int, plane: int, size: int) -> tuple[int, int]:
     return max(plane - 1, 0), min(plane + 1, size)
 
 
-@kernel
-def _beside_part(cells: NDArray[np.uint8], i: int, j: int, k: int, plane: NDArray[np.int64]) -> bool:
-    """Say whether a cell on either side of the borders that a triangle lies in is in the part already."""
-    i0, i1 = _side(i, plane[0], cells.shape[0])
-    j0, j1 = _side(j, plane[1], cells.shape[1])
-    k0, k1 = _side(k, plane[2], cells.shape[2])
-    for x in range(i0, i1):
-        for y in range(j0, j1):
-            for z in range(k0, k1):
-                if cells[x, y, z] & np.uint8(MET | INSIDE):
-                    return True
-    return False
+@inline_kernel
+def _mark_beside(
+    met: NDArray[np.uint64],
+    inside: NDArray[np.uint64],
+    border: NDArray[np.uint64],
+    i: int,
+    j: int,
+    low: int,
+    high: int,
+    height: int,
+    plane: NDArray[np.int64],
+) -> None:
+    """Mark the cells low..high of a column, but for those beside a cell that is in the part already."""
+    i0, i1 = _side(i, plane[0], met.shape[0])
+    j0, j1 = _side(j, plane[1], met.shape[1])
+    if plane[2] >= 0:
+        k0, k1 = _side(low, plane[2], height)
+        for x in range(i0, i1):
+            for y in range(j0, j1):
+                for k in range(k0, k1):
+                    if has(met, x, y, k) or has(inside, x, y, k):
+                        return
+        border[i, j, low >> 6] |= ONE << np.uint64(low & 63)
+        return
+    for w in range(low >> 6, (high >> 6) + 1):
+        there = NONE
+        for x in range(i0, i1):
+            for y in range(j0, j1):
+                there |= met[x, y, w] | inside[x, y, w]
+        border[i, j, w] |= stretch(max(low - WORD * w, 0), min(high + 1 - WORD * w, WORD)) & ~there
 
 
-@kernel
-def _mark(
-    cells: NDArray[np.uint8],
+@leaf_kernel
+def mark_triangle(
+    met: NDArray[np.uint64],
+    inside: NDArray[np.uint64],
+    border: NDArray[np.uint64],
+    height: int,
     p: NDArray[np.float64],
     tolerance: float,
     plane: NDArray[np.int64],
     runs: NDArray[np.int64],
+    terms: NDArray[np.float64],
     on_border: bool,
 ) -> None:
-    """Mark the cells that one triangle meets; see ``mark_surface`` and ``mark_borders``."""
-    first = np.empty(3, np.int64)
-    last = np.empty(3, np.int64)
-    for axis in range(3):
-        low = min(p[0, axis], p[1, axis], p[2, axis])
-        high = max(p[0, axis], p[1, axis], p[2, axis])
-        first[axis] = max(int(np.floor(low + tolerance)), 0)
-        last[axis] = min(int(np.ceil(high - tolerance)) - 1, cells.shape[axis] - 1)
-        if first[axis] > last[axis]:
-            return
+    """Mark the cells that one triangle meets; see ``mark_surface`` and ``borders.mark_borders``."""
+    i0 = max(int(np.floor(min(p[0, 0], p[1, 0], p[2, 0]) + tolerance)), 0)
+    i1 = min(int(np.ceil(max(p[0, 0], p[1, 0], p[2, 0]) - tolerance)) - 1, met.shape[0] - 1)
+    j0 = max(int(np.floor(min(p[0, 1], p[1, 1], p[2, 1]) + tolerance)), 0)
+    j1 = min(int(np.ceil(max(p[0, 1], p[1, 1], p[2, 1]) - tolerance)) - 1, met.shape[1] - 1)
+    k0 = max(int(np.floor(min(p[0, 2], p[1, 2], p[2, 2]) + tolerance)), 0)
+    k1 = min(int(np.ceil(max(p[0, 2], p[1, 2], p[2, 2]) - tolerance)) - 1, height - 1)
+    if i0 > i1 or j0 > j1 or k0 > k1:
+        return
     half = 0.5 - tolerance
     ux, uy, uz = p[1, 0] - p[0, 0], p[1, 1] - p[0, 1], p[1, 2] - p[0, 2]
     vx, vy, vz = p[2, 0] - p[0, 0], p[2, 1] - p[0, 1], p[2, 2] - p[0, 2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    reach = abs(nx) + abs(ny) + abs(nz)
-    if reach <= _FLAT * (ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz):
-        nx = ny = nz = reach = 0.0
-    radius = half * reach
-    has_plane = reach > 0.0
-    for i in range(first[0], last[0] + 1):
-        low, high = first[2], last[2]
-        for edge in range(3):
-            start, stop = _edge_run(p, edge, 0, 2, i + 0.5, half)
-            low, high = max(low, start), min(high, stop)
-        runs[i, 0], runs[i, 1] = low, high
-    for j in range(first[1], last[1] + 1):
-        low_x, high_x = first[0], last[0]
-        low_z, high_z = first[2], last[2]
-        for edge in range(3):
-            start, stop = _edge_run(p, edge, 1, 0, j + 0.5, half)
-            low_x, high_x = max(low_x, start), min(high_x, stop)
-            start, stop = _edge_run(p, edge, 1, 2, j + 0.5, half)
-            low_z, high_z = max(low_z, start), min(high_z, stop)
+    radius = half * (abs(nx) + abs(ny) + abs(nz))
+    flat = _FLAT * (ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz)
+    has_plane = abs(nx) + abs(ny) + abs(nz) > flat
+    slanted = has_plane and nz != 0.0
+    over = 1.0 / nz if slanted else 0.0
+    reach = abs(radius * over)
+    _edge_terms(p, 0, 2, half, terms[0])
+    _edge_terms(p, 1, 0, half, terms[1])
+    _edge_terms(p, 1, 2, half, terms[2])
+    for i in range(i0, i1 + 1):
+        runs[i, 0], runs[i, 1] = _run_across(terms[0], i + 0.5, k0, k1)
+    for j in range(j0, j1 + 1):
+        low_x, high_x = _run_across(terms[1], j + 0.5, i0, i1)
+        if low_x > high_x:
+            continue
+        low_z, high_z = _run_across(terms[2], j + 0.5, k0, k1)
         if low_z > high_z:
             continue
         for i in range(low_x, high_x + 1):
             low, high = max(low_z, runs[i, 0]), min(high_z, runs[i, 1])
-            if low <= high and has_plane:
-                base = nx * (i + 0.5 - p[0, 0]) + ny * (j + 0.5 - p[0, 1]) - nz * p[0, 2]
-                start, stop = _open_run(nz, base, -radius, radius)
-                low, high = max(low, start), min(high, stop)
-            for k in range(low, high + 1):
-                if not on_border:
-                    cells[i, j, k] |= np.uint8(MET)
+            if low > high:
+                continue
+            if has_plane:
+                base = nx * (i + 0.5 - p[0, 0]) + ny * (j + 0.5 - p[0, 1])
+                if slanted:
+                    middle = p[0, 2] - base * over - 0.5
+                    low = max(low, int(np.floor(min(max(middle - reach, -1.0), _FAR))) + 1)
+                    high = min(high, int(np.ceil(min(max(middle + reach, -1.0), _FAR))) - 1)
+                elif not -radius < base < radius:
                     continue
-                if not _beside_part(cells, i, j, k, plane):
-                    cells[i, j, k] |= np.uint8(ON_BORDER)
+            if low > high:
+                continue
+            if on_border:
+                _mark_beside(met, inside, border, i, j, low, high, height, plane)
+            else:
+                set_run(met, i, j, low, high)
 
 
 @kernel
-def mark_surface(cells: NDArray[np.uint8], triangles: NDArray[np.float64], tolerance: float) -> None:
-    """Set ``MET`` in every cell whose open box, shrunk by ``tolerance``, meets a triangle.
+def mark_surface(met: NDArray[np.uint64], height: int, triangles: NDArray[np.float64], tolerance: float) -> None:
+    """Set the bit of every cell whose open box, shrunk by ``tolerance``, meets a triangle.
 
     Args:
-        cells: (A, B, C) uint8 bits, changed in place.
-        triangles: (F, 3, 3) float64, in cells, relative to the lowest corner of ``cells``.
+        met: (A, B, W) plane of bits, changed in place.
+        height: Cells of a column.
+        triangles: (F, 3, 3) float64, in cells, relative to the lowest corner of the plane.
         tolerance: In cells.
     """
-    runs = np.empty((cells.shape[0], 2), np.int64)
+    runs = np.empty((met.shape[0], 2), np.int64)
+    terms = np.empty((3, 3, 5), np.float64)
     plane = np.full(3, -1, np.int64)
     for f in range(triangles.shape[0]):
-        _mark(cells, triangles[f], tolerance, plane, runs, False)
-
-
-@kernel
-def mark_borders(
-    cells: NDArray[np.uint8], triangles: NDArray[np.float64], tolerance: float, top: NDArray[np.int64]
-) -> None:
-    """Set ``ON_BORDER`` where a triangle lies wholly in the skin between cells and no cell beside it is in the part.
-
-    Run it after ``MET`` and ``INSIDE`` are complete. The order of the triangles does not matter.
-
-    Args:
-        cells: (A, B, C) uint8 bits, changed in place.
-        triangles: (F, 3, 3) float64, in cells, relative to the lowest corner of ``cells``.
-        tolerance: In cells.
-        top: (3,) int64, one past the highest cell of the part's range.
-    """
-    runs = np.empty((cells.shape[0], 2), np.int64)
-    plane = np.empty(3, np.int64)
-    p = np.empty((3, 3), np.float64)
-    for f in range(triangles.shape[0]):
-        any_axis = False
-        for axis in range(3):
-            a, b, c = triangles[f, 0, axis], triangles[f, 1, axis], triangles[f, 2, axis]
-            border = np.rint(a)
-            plane[axis] = -1
-            p[0, axis], p[1, axis], p[2, axis] = a, b, c
-            if abs(a - border) <= tolerance and abs(b - border) <= tolerance and abs(c - border) <= tolerance:
-                any_axis = True
-                plane[axis] = int(border)
-                inside = border + 0.5 if border < top[axis] else border - 0.5
-                p[0, axis] = p[1, axis] = p[2, axis] = inside
-        if any_axis:
-            _mark(cells, p, tolerance, plane, runs, True)
+        mark_triangle(met, met, met, height, triangles[f], tolerance, plane, runs, terms, False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bimvox.bim.ifc_georeference import georeference_of
-from bimvox.bim.ifc_properties import Properties, weakest
+from bimvox.bim.ifc_properties import Mass, Properties, weakest
 
 from .conftest import IfcMaker
 
@@ -43,12 +43,15 @@ def test_a_stated_density_beats_the_name_and_a_stated_volume_an_open_mesh() -> N
     assert found.mass(beam, 2.0, exact=False).kg == pytest.approx(4_000)
 
 
-def test_gross_weight_comes_before_net_and_absurd_weights_are_refused() -> None:
+def test_net_weight_comes_before_gross_and_absurd_weights_are_refused() -> None:
     made = IfcMaker()
     beam = made.rooted("IfcBeam")
     made.properties(beam, "Qto", NetWeight=900.0, GrossWeight=1000.0)
     found = Properties(made.file)
-    assert found.mass(beam, 0.4, exact=True).kg == 1000.0
+    assert found.mass(beam, 0.4, exact=True).kg == 900.0
+    assert not found.mass(beam, 0.4, exact=True).stated_odd
+    assert found.mass(beam, 0.05, exact=True).stated_odd
+    assert found.mass(beam, 60.0, exact=True) == Mass(900.0, "quantity", stated_odd=True)
     absurd = found.mass(beam, 400.0, exact=True)
     assert (absurd.source, absurd.stated_refused) == ("default", True)
 
@@ -82,3 +85,14 @@ def test_georeference_is_plain_metres_radians_and_degrees() -> None:
         "longitude_deg": -5.5,
         "elevation_m": 2.5,
     }
+
+
+@pytest.mark.parametrize(
+    ("key", "used"),
+    [("Weight", True), ("Net weight", True), ("GEWICHT", True), ("Net_Weight", True), ("Weight per metre", False)],
+)
+def test_weights_by_the_keys_of_several_programs(key: str, used: bool) -> None:
+    made = IfcMaker()
+    beam = made.rooted("IfcBeam")
+    made.properties(beam, "Tekla Quantity", **{key: 1200.0})
+    assert (Properties(made.file).mass(beam, 0.5, exact=True).source == "quantity") is used

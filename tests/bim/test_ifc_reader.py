@@ -181,6 +181,17 @@ def test_a_file_of_proxies_lifts_its_proxies(maker: type[IfcMaker], tmp_path: Pa
     assert any("proxies" in note for note in building.notes)
 
 
+def test_a_file_of_reinforcement_alone_is_read(maker: type[IfcMaker], tmp_path: Path) -> None:
+    made = maker()
+    made.box("IfcReinforcingBar", (0, 0, 0), (0.02, 0.02, 3.0))
+    made.box("IfcDiscreteAccessory", (1, 0, 0), (0.1, 0.1, 0.1))
+    made.box("IfcSpace")
+    building = read_building(made.write(tmp_path / "bars.ifc"))
+    assert [element.role for element in building.elements] == [Role.FITTING, Role.FITTING]
+    assert [product.ifc_class for product in building.skipped] == ["IfcSpace"]
+    assert any("so that was read: 2 products" in note for note in building.notes)
+
+
 def test_nothing_solid_and_a_contradicting_unit_are_errors(
     maker: type[IfcMaker], tmp_path: Path, frame_file: Path
 ) -> None:

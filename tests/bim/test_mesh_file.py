@@ -39,7 +39,7 @@ def test_a_lump_is_cut_into_numbered_bodies(tmp_path: Path, suffix: str) -> None
     assert {element.mass_source for element in building.elements} == {"default"}
     assert building.bounds_m.tolist() == [[0, 0, 0], [11, 2, 3]]
     assert building.source.unit_assumed
-    assert "metres are assumed" in building.notes[0]
+    assert building.notes[0] == ("the file states no unit: metres are assumed, and z up; --unit and --up say otherwise")
 
 
 def test_named_solids_of_ascii_stl(tmp_path: Path) -> None:
@@ -147,9 +147,88 @@ def test_not_a_number_is_dropped_and_nothing_left_is_an_error(tmp_path: Path) ->
         read_building(tmp_path / "empty.stl")
 
 
-def test_a_cut_glb_is_an_error(tmp_path: Path) -> None:
+def test_points_are_a_scan_and_not_a_building(tmp_path: Path) -> None:
+    (tmp_path / "scan.ply").write_bytes(trimesh.PointCloud(np.eye(3)).export(file_type="ply"))
+    (tmp_path / "scan.off").write_text("OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n")
+    for name in ("scan.ply", "scan.off"):
+        with pytest.raises(MeshError, match="holds 3 points and no faces: a scan") as caught:
+            read_building(tmp_path / name)
+        assert f'"points": "{name}"' in (caught.value.hint or "")
+    (tmp_path / "lines.obj").write_text("v 0 0 0\nv 1 0 0\nl 1 2\n")
+    with pytest.raises(MeshError, match="holds 1 lines and no faces"):
+        read_building(tmp_path / "lines.obj")
+
+
+def test_what_is_left_out_is_listed(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\no wall\nf 1 2 3\no line\nl 1 2\no flat\nf 1 1 2\n")
+    building = read_building(tmp_path / "a.obj")
+    assert [element.name for element in building.elements] == ["wall"]
+    assert {(item.name, item.reason) for item in building.skipped} == {
+        ("", "1 lines: no surface"),
+        ("flat", "has no triangle with an area"),
+    }
+
+
+def test_bodies_of_one_name_are_numbered(tmp_path: Path) -> None:
+    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\no a\nf 1 2 3\no a\nf 1 2 3\no a#2\nf 1 2 3\no a\nf 1 2 3\n"
+    (tmp_path / "a.obj").write_text(text)
+    assert [element.id for element in read_building(tmp_path / "a.obj").elements] == ["a", "a#2", "a#3", "a#2#2"]
+
+
+@pytest.mark.parametrize("suffix", ["stl", "ply", "obj"])
+def test_y_up_is_turned_where_asked(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a.{suffix}"
+    box((1, 5, 2)).export(path)
+    building = read_building(path, ReadOptions(up="y"))
+    assert building.bounds_m == pytest.approx(np.array([[0, -2, 0], [1, 0, 5]]))
+    assert building.elements[0].mesh.signed_volume_m3 == pytest.approx(10)
+    assert building.notes[0] == "the file states no unit: metres are assumed; --unit says otherwise"
+
+
+def test_gltf_with_z_up_against_its_standard(tmp_path: Path) -> None:
     path = tmp_path / "a.glb"
-    trimesh.Scene(box()).export(path)
-    path.write_bytes(path.read_bytes()[:300])
-    with pytest.raises(MeshError, match="GLB"):
-        read_building(path)
+    trimesh.Scene(box((1, 2, 5))).export(path)
+    building = read_building(path, ReadOptions(up="z"))
+    assert building.bounds_m[1].tolist() == [1, 2, 5]
+    assert any("z up as asked" in note for note in building.notes)
+
+
+def test_a_flipped_exponent_costs_only_its_faces(tmp_path: Path) -> None:
+    data = bytearray(trimesh.exchange.stl.export_stl(trimesh.util.concatenate([box(), box(at=(5, 0, 0))])))
+    data[84 + 12 : 84 + 16] = np.float32(1e30).tobytes()
+    path = tmp_path / "a.stl"
+    path.write_bytes(data)
+    building = read_building(path)
+    assert building.bounds_m.tolist() == [[0, 0, 0], [6, 2, 3]]
+    assert any("dropped: 1" in note for note in building.notes)
+
+
+def test_a_damaged_file_is_named_with_its_format(tmp_path: Path) -> None:
+    (tmp_path / "a.gltf").write_text(
+        '{"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}], "meshes": [{"primitives": 3}]}'
+    )
+    with pytest.raises(MeshError, match="primitives are damaged"):
+        read_building(tmp_path / "a.gltf")
+    (tmp_path / "a.gltf").write_text('{"asset": {"version": "2.0"}, "nodes": [{"mesh": 0, "children": 4}]}')
+    with pytest.raises(MeshError, match="cannot be read as GLTF"):
+        read_building(tmp_path / "a.gltf")
+
+
+def test_single_precision_far_from_the_origin_is_noted(tmp_path: Path) -> None:
+    path = tmp_path / "far.stl"
+    path.write_bytes(trimesh.exchange.stl.export_stl(box(at=(4_000_000.0, 0, 0))))
+    assert any("single precision: true to 1.2e+02 mm" in note for note in read_building(path).notes)
+    (tmp_path / "far.obj").write_text("v 4000000.125 0 0\nv 4000001.125 0 0\nv 4000000.125 1 0\nf 1 2 3\n")
+    building = read_building(tmp_path / "far.obj")
+    assert building.origin_m.tolist() == [4_000_000.0, 0, 0]
+    assert building.bounds_m[0, 0] == 0.125
+    assert not any("precision" in note for note in building.notes)
+
+
+def test_sizes_that_ask_for_a_second_look(tmp_path: Path) -> None:
+    box((0.002, 0.003, 0.004)).export(tmp_path / "tiny.stl")
+    assert any(note.endswith("check the unit") for note in read_building(tmp_path / "tiny.stl").notes)
+    box((40, 30, 50)).export(tmp_path / "heavy.stl")
+    assert "in m its heaviest body weighs 144,000 t: check the unit" in read_building(tmp_path / "heavy.stl").notes
+    trimesh.util.concatenate([box(), box(at=(1, 0, 0)), box(at=(5000, 0, 0))]).export(tmp_path / "stray.stl")
+    assert any("bodies over 1000 m from the rest: body-2" in n for n in read_building(tmp_path / "stray.stl").notes)

@@ -135,3 +135,55 @@ def test_an_open_box_counts_as_half_its_box_and_a_sheet_as_a_sheet() -> None:
     assert volume(lidless) == (pytest.approx(0.5), False)
     sheet = TriangleMesh(np.array([[0, 0, 0], [2, 0, 0], [0, 2, 0.0]]), np.array([[0, 1, 2]], dtype=np.int32))
     assert volume(sheet) == (pytest.approx(0.02), False)
+
+
+def bent_pipe(radius: float = 0.05, legs: float = 3.0) -> TriangleMesh:
+    """Two legs at a right angle, without lids."""
+    turn = np.linspace(0, 2 * np.pi, 16, endpoint=False)
+    ring = np.stack([np.cos(turn), np.sin(turn)], axis=1) * radius
+    rings = [
+        np.stack([ring[:, 0], ring[:, 1], np.full(16, -legs)], axis=1),
+        np.stack([ring[:, 0], ring[:, 1], ring[:, 0]], axis=1),
+        np.stack([np.full(16, -legs), ring[:, 1], ring[:, 0]], axis=1),
+    ]
+    faces = [
+        face
+        for low in (0, 16)
+        for i in range(16)
+        for a, b, c, d in [(low + i, low + (i + 1) % 16, low + 16 + i, low + 16 + (i + 1) % 16)]
+        for face in ((a, b, d), (a, d, c))
+    ]
+    return TriangleMesh(np.concatenate(rings), np.array(faces, dtype=np.int32))
+
+
+def test_a_bent_pipe_without_lids_is_no_half_box() -> None:
+    pipe = bent_pipe()
+    measured, exact = volume(pipe)
+    assert not exact
+    assert measured == pytest.approx(2 * 3.0 * np.pi * 0.05**2, rel=0.35)  # half its box would be thirty times that
+
+
+def test_a_sheet_with_two_sides_counts_as_a_sheet() -> None:
+    sheet = TriangleMesh(
+        np.array([[0, 0, 0], [2, 0, 0], [0, 2, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]], dtype=np.int32)
+    )
+    measured, exact = volume(sheet)
+    assert measured > 0
+    assert not exact
+
+
+def test_vertices_of_a_far_piece_do_not_blunt_the_near_one() -> None:
+    near = soup(box(size=(0.02, 0.02, 0.02)))
+    far = joined(near, box((1e8, 0, 0)))
+    assert len(weld(near).vertices_m) == 8
+    assert len(weld(far).vertices_m) == 16
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_welding_keeps_every_triangle_in_place(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    vertices = rng.integers(-3, 4, (30, 3)).astype(np.float64) * rng.choice([1.0, 1e-3, 1e6], 3)
+    mesh = TriangleMesh(vertices, rng.integers(0, 30, (20, 3)).astype(np.int32))
+    welded = weld(mesh)
+    assert welded.triangles_m == pytest.approx(mesh.triangles_m)
+    assert len(np.unique(welded.vertices_m, axis=0)) == len(welded.vertices_m)

@@ -57,6 +57,18 @@ def test_a_grid(tmp_path: Path) -> None:
     assert document["parts"] == [*made["components"], *made["others"]]
 
 
+def test_one_part_of_a_grid(tmp_path: Path) -> None:
+    out = tmp_path / "frame.zarr.zip"
+    made = voxelize(SAMPLES / "frame.ifc", out, voxel_size_m=0.2, progress=SilentProgress())
+    wanted = made["components"][3]
+    document = inspect(out, SilentProgress(), part=wanted["id"])
+    assert document["kind"] == "grid"
+    assert document["part"].items() >= wanted.items()
+    assert len(document["part"]["box_cells"]) == wanted["boxes"]
+    with pytest.raises(FileError, match="only a grid has parts"):
+        inspect(SAMPLES / "frame.ifc", SilentProgress(), part="x")
+
+
 def test_obstructions(tmp_path: Path) -> None:
     (tmp_path / "a.json").write_text(
         json.dumps(

@@ -1,10 +1,11 @@
+import io
 import json
 from pathlib import Path
 
 import pytest
 
 from bimvox.errors import InputError
-from bimvox.grid.archive import unpack
+from bimvox.grid.archive import Archive
 from pipeline.progress import SilentProgress
 from pipeline.schema import schema
 from pipeline.voxelize import voxelize
@@ -33,7 +34,7 @@ def test_the_log_is_described_by_a_proto_file() -> None:
 def test_a_grid_file_is_as_its_schema_says(tmp_path: Path) -> None:
     out = tmp_path / "a.zarr.zip"
     voxelize(SAMPLES / "frame.ifc", out, voxel_size_m=0.2, progress=SilentProgress())
-    members = unpack(out.read_bytes(), "a.zarr.zip")
+    members = Archive(io.BytesIO(out.read_bytes()), "a.zarr.zip")
     attributes = json.loads(members["zarr.json"])["attributes"]
     document = schema("grid")
     assert isinstance(document, dict)

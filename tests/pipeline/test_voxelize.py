@@ -11,7 +11,9 @@ from pipeline.voxelize import voxelize
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 KEYS = {"grid", "shape", "voxel_size_m", "origin_m", "counts", "components", "skipped", "seconds"}
-COMPONENT_KEYS = {"id", "global_id", "ifc_class", "name", "cells", "solid_volume_m3"}
+COMPONENT_KEYS = {"id", "global_id", "ifc_class", "name", "cells", "solid_volume_m3"} | {
+    *("type_name", "storey", "material", "mass_kg", "mass_source", "fill_fraction", "fill", "boxes", "shared_cells")
+}
 
 
 @pytest.fixture(autouse=True)
@@ -26,12 +28,12 @@ def test_the_document_agrees_with_the_grid_that_was_written() -> None:
     grid = grid_from_bytes(Path("frame.zarr.zip").read_bytes(), "frame.zarr.zip")
     assert document["shape"] == list(grid.shape)
     assert document["origin_m"] == list(grid.frame.origin_m)
-    assert sum(document["counts"].values()) == grid.labels.size
-    assert document["counts"]["component"] == int((grid.labels == 6).sum())
+    assert sum(document["counts"].values()) == np.prod(grid.shape)
+    assert document["counts"]["component"] == int((grid.owners.dense() >= 0).sum())
     assert len(document["components"]) == 8
     for index, component in enumerate(document["components"]):
         assert component.keys() >= COMPONENT_KEYS
-        owned = int((grid.owners == index).sum())
+        owned = int((grid.owners.dense() == index).sum())
         shared = int((grid.shared_parts == index).sum())
         assert owned <= component["cells"] <= owned + shared
 
@@ -43,7 +45,7 @@ def test_units_do_not_matter() -> None:
     )
     assert metres["counts"] == millimetres["counts"]
     one, other = (grid_from_bytes(Path(name).read_bytes(), name) for name in ("m.zarr.zip", "mm.zarr.zip"))
-    assert np.array_equal(one.labels, other.labels)
+    assert np.array_equal(one.owners.dense(), other.owners.dense())
 
 
 def test_the_same_input_gives_the_same_bytes_on_any_number_of_threads() -> None:
@@ -67,6 +69,21 @@ def test_a_selection_makes_the_rest_structure() -> None:
     document = voxelize(SAMPLES / "frame.ifc", voxel_size_m=0.2, select="IfcBeam", progress=SilentProgress())
     assert {part["ifc_class"] for part in document["components"]} == {"IfcBeam"}
     assert {part["role"] for part in document["others"]} == {"structure"}
+
+
+def test_a_mesh_with_y_up() -> None:
+    Path("a.obj").write_text("v 0 0 0\nv 4 0 0\nv 0 9 0\nf 1 2 3\n")
+    shapes = [
+        voxelize(Path("a.obj"), Path(f"{up}.zarr.zip"), voxel_size_m=1.0, up=up, progress=SilentProgress())["shape"]
+        for up in ("z", "y")
+    ]
+    assert shapes == [[4, 9, 1], [4, 1, 9]]
+
+
+def test_sums_are_those_of_the_parts() -> None:
+    document = voxelize(SAMPLES / "frame.ifc", voxel_size_m=0.2, progress=SilentProgress())
+    assert document["totals"]["component"]["parts"] == 8
+    assert document["totals"]["all"]["mass_kg"] == pytest.approx(sum(p["mass_kg"] for p in document["components"]))
 
 
 def test_stage_times_name_the_stages() -> None:

@@ -102,3 +102,90 @@ def surface_cells(mesh: TriangleMesh, h: float, tolerance_m: float) -> set[tuple
 def cell_set(voxels) -> set[tuple[int, int, int]]:
     """The lattice cells of a PartVoxels."""
     return set(map(tuple, (np.argwhere(voxels.cells) + voxels.low).tolist()))
+
+
+def winding_numbers(mesh: TriangleMesh, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How often the surface goes round each point: the sum of its triangles' solid angles, over 4 pi.
+
+    Van Oosterom and Strackee 1983. No rays, no parity, no ties.
+    """
+    total = np.zeros(len(points))
+    for triangle in mesh.vertices_m[mesh.faces]:
+        a, b, c = (corner - points for corner in triangle)
+        la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+        det = np.einsum("ij,ij->i", a, np.cross(b, c))
+        ab, bc, ca = (np.einsum("ij,ij->i", *pair) for pair in ((a, b), (b, c), (c, a)))
+        total += 2.0 * np.arctan2(det, la * lb * lc + ab * lc + bc * la + ca * lb)
+    return total / (4.0 * np.pi)
+
+
+def solid_cells(mesh: TriangleMesh, h: float, tolerance_m: float) -> set[tuple[int, int, int]]:
+    """Every cell that the surface meets, or whose middle the surface goes round: of a closed mesh."""
+    cells = surface_cells(mesh, h, tolerance_m)
+    corners = mesh.vertices_m[mesh.faces].reshape(-1, 3)
+    low = np.floor(corners.min(axis=0) / h).astype(int) - 1
+    high = np.ceil(corners.max(axis=0) / h).astype(int) + 1
+    every = np.stack(np.meshgrid(*map(np.arange, low, high), indexing="ij"), axis=-1).reshape(-1, 3)
+    rest = np.array([cell for cell in map(tuple, every.tolist()) if cell not in cells]).reshape(-1, 3)
+    inside = np.abs(winding_numbers(mesh, (rest + 0.5) * h)) > 0.5
+    return cells | set(map(tuple, rest[inside].tolist()))
+
+
+def border_cells(mesh: TriangleMesh, h: float, tolerance_m: float) -> set[tuple[int, int, int]]:
+    """The cells above the borders that whole triangles lie in.
+
+    The rule as it is written down: unless a cell on either side is in the part anyway, or there is none above.
+    """
+    part = solid_cells(mesh, h, tolerance_m)
+    corners = mesh.vertices_m[mesh.faces].reshape(-1, 3)
+    top = np.ceil((corners.max(axis=0) - tolerance_m) / h)
+    top = np.maximum(top, np.floor((corners.min(axis=0) + tolerance_m) / h) + 1)
+    found: set[tuple[int, int, int]] = set()
+    for triangle in mesh.vertices_m[mesh.faces]:
+        planes = {}
+        flat = triangle.copy()
+        for axis in range(3):
+            border = round(triangle[0, axis] / h)
+            if np.all(np.abs(triangle[:, axis] - border * h) <= tolerance_m):
+                planes[axis] = border
+                flat[:, axis] = (border + (0.5 if border < top[axis] else -0.5)) * h
+        if not planes:
+            continue
+        sheet = TriangleMesh(flat, np.array([[0, 1, 2]], np.int32))
+        for cell in surface_cells(sheet, h, tolerance_m):
+            beside = [(planes[axis] - 1, planes[axis]) if axis in planes else (cell[axis],) for axis in range(3)]
+            if not any(other in part for other in itertools.product(*beside)):
+                found.add(cell)
+    return found
+
+
+def tetrahedra(corners: NDArray[np.float64]) -> TriangleMesh:
+    """One closed mesh of the tetrahedra with these (N, 4, 3) corners, all facing outward; they may run into another."""
+    faces = []
+    for n, (a, b, c, d) in enumerate(corners):
+        outward = np.dot(np.cross(b - a, c - a), d - a) < 0.0
+        sides = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
+        faces += [[4 * n + v for v in (side if outward else side[::-1])] for side in sides]
+    return TriangleMesh(corners.reshape(-1, 3), np.array(faces, np.int32))
+
+
+def split(mesh: TriangleMesh, rng: np.random.Generator) -> TriangleMesh:
+    """Every triangle cut in two at the middle of a side taken at random; corners must be even to stay exact."""
+    triangles = []
+    for triangle in mesh.vertices_m[mesh.faces]:
+        a, b, c = np.roll(triangle, rng.integers(3), axis=0)
+        middle = (a + b) / 2.0
+        triangles += [(a, middle, c), (middle, b, c)]
+    return soup_of(np.array(triangles))
+
+
+def soup_of(triangles: NDArray[np.float64]) -> TriangleMesh:
+    """Triangles as a mesh that shares no vertices: (F, 3, 3)."""
+    return TriangleMesh(triangles.reshape(-1, 3).copy(), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3))
+
+
+def shuffled(mesh: TriangleMesh, rng: np.random.Generator) -> TriangleMesh:
+    """The same triangles in another order, each starting at another corner."""
+    triangles = mesh.vertices_m[mesh.faces]
+    turned = [np.roll(triangle, rng.integers(3), axis=0) for triangle in triangles]
+    return soup_of(np.array(turned)[rng.permutation(len(triangles))])

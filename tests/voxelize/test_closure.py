@@ -5,15 +5,15 @@ import pytest
 from reference import box_mesh, inverted, joined, sphere_mesh, without_faces
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.voxelize.closure import edges_match, inverted_faces, openness, vertex_keys
+from bimvox.voxelize.closure import corner_keys, edges_match, inverted_faces, openness
 
 
 def keys_of(mesh: TriangleMesh):
-    return vertex_keys(np.rint(mesh.vertices_m * 2**20).astype(np.int64))
+    return corner_keys(mesh.triangles_m)
 
 
 def closed(mesh: TriangleMesh) -> bool:
-    return bool(edges_match(keys_of(mesh), mesh.faces))
+    return bool(edges_match(keys_of(mesh)))
 
 
 def test_closed_meshes_match_whether_welded_or_not() -> None:
@@ -47,5 +47,5 @@ def test_inside_out_shells_are_found_and_cavities_are_left() -> None:
     outer, cavity = box_mesh((0, 0, 0), (3, 3, 3)), inverted(box_mesh((1, 1, 1), (2, 2, 2)))
     wrong = inverted(box_mesh((5, 0, 0), (6, 1, 1)))
     mesh = joined(outer, cavity, wrong)
-    flips = inverted_faces(mesh.triangles_m, keys_of(mesh), mesh.faces)
+    flips = inverted_faces(mesh.triangles_m, keys_of(mesh))
     assert flips.reshape(3, 12).tolist() == [[False] * 12, [False] * 12, [True] * 12]

@@ -246,12 +246,12 @@ def test_clipping_away_everything_leaves_no_cells() -> None:
     assert part.solid_volume_m3 == pytest.approx(1.0)
 
 
-def test_a_part_swept_in_several_blocks_is_the_same_part(monkeypatch: pytest.MonkeyPatch) -> None:
-    mesh = tilted_box(11)
+def test_a_part_swept_in_several_slabs_is_the_same_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = without_faces(tilted_box(11), 3)
     whole = voxelize_mesh(mesh, 0.1)
-    # The kernel's own Python code, with a block so small that every row of columns is swept by itself.
+    # The kernel's own Python code, with a slab so small that every row of columns is swept by itself.
     code = columns.fill_columns.py_func
-    names = code.__globals__ | {"_BLOCK": 50}
+    names = code.__globals__ | {"_SLAB": 1}
     monkeypatch.setattr(solid, "fill_columns", types.FunctionType(code.__code__, names))
     assert same(voxelize_mesh(mesh, 0.1), whole)
 

@@ -1,0 +1,70 @@
+"""Which products of an IFC file share one shape: it needs to be meshed once only."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from typing import Any
+
+
+def shape_groups(file: Any, step_ids: Sequence[int]) -> list[tuple[int, ...]]:
+    """Group products whose shapes are equal in their own frames, because they are made of the same instances.
+
+    Products share a shape where all their representations hold the same items, or map the same representations in the
+    same way, and where nothing is cut out of any of them.
+
+    Args:
+        file: The ``ifcopenshell.file``.
+        step_ids: Products with a representation.
+
+    Returns:
+        Tuples of step ids, each in the order given, which together are the step ids; in the order of their first.
+    """
+    alike: dict[Hashable, list[int]] = {}
+    for step_id in step_ids:
+        alike.setdefault(_shape_key(file.by_id(step_id)), []).append(step_id)
+    groups: list[tuple[int, ...]] = []
+    for members in alike.values():
+        if len(members) == 1:
+            groups.append((members[0],))
+            continue
+        cut = {step_id for step_id in members if _is_cut(file.by_id(step_id))}
+        groups += [(step_id,) for step_id in cut]
+        groups += [tuple(step_id for step_id in members if step_id not in cut)] if len(cut) < len(members) else []
+    place = {step_id: index for index, step_id in enumerate(step_ids)}
+    return sorted(groups, key=lambda group: place[group[0]])
+
+
+def _shape_key(product: Any) -> Hashable:
+    """Return what its shape is made of: the class, too, has a say in which representation a kernel takes."""
+    made_of = []
+    for representation in product.Representation.Representations:
+        items = tuple(_item_key(item) for item in representation.Items)
+        context = representation.ContextOfItems
+        made_of.append((context.id() if context else 0, representation.RepresentationIdentifier, items))
+    return product.is_a(), tuple(made_of)
+
+
+def _item_key(item: Any) -> Hashable:
+    if not item.is_a("IfcMappedItem"):
+        return int(item.id())
+    return int(item.MappingSource.id()), _values(item.MappingTarget)
+
+
+def _values(value: Any) -> Hashable:
+    """Return an instance as its class and plain values: exporters write the same transformation again and again."""
+    if hasattr(value, "is_a"):
+        return value.is_a(), tuple(_values(attribute) for attribute in value)
+    return tuple(_values(part) for part in value) if isinstance(value, tuple) else str(value)
+
+
+def _is_cut(product: Any) -> bool:
+    """Say whether openings are cut out of a product: its own, and those of the wholes that it is a part of."""
+    seen: set[int] = set()
+    whole: Any | None = product
+    while whole is not None and whole.id() not in seen:
+        seen.add(whole.id())
+        if getattr(whole, "HasOpenings", ()):
+            return True
+        above = getattr(whole, "Decomposes", ()) or ()
+        whole = above[0].RelatingObject if above and hasattr(above[0], "RelatingObject") else None
+    return False

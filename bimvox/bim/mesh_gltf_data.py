@@ -1,0 +1,212 @@
+"""The container of glTF 2.0: JSON, buffers and the numbers in them (its specification, section 3.6)."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.errors import MeshError
+
+_MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
+_COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+_AGAIN = "the file is damaged or cut off: export it again"
+
+
+class GltfData:
+    """A glTF file: its JSON, and arrays out of its buffers.
+
+    Args:
+        path: The file; buffers in files of their own are looked for in its folder, and nowhere else.
+        data: Its bytes, GLB or JSON.
+
+    Raises:
+        MeshError: If it is no glTF 2.0, or cut off.
+    """
+
+    def __init__(self, path: Path, data: bytes) -> None:
+        self.path = path
+        self._binary: bytes | None = None
+        self._buffers: dict[int, bytes] = {}
+        self.json = self._parsed(self._glb(data) if data.startswith(_MAGIC) else data)
+        version = str(self._of(self.json, "asset", dict).get("version", ""))
+        if not version.startswith("2"):
+            raise MeshError(path, f"is glTF {version or 'without a version'}, not 2.0", hint="export it as glTF 2.0")
+
+    def items(self, key: str) -> list[dict[str, Any]]:
+        """Return one of the file's lists of objects, empty where it has none."""
+        found = self.json.get(key, [])
+        if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
+            raise MeshError(self.path, f"{key}: is no list of objects", hint=_AGAIN)
+        return found
+
+    def item(self, key: str, index: Any) -> dict[str, Any]:
+        """Return one object of a list."""
+        items = self.items(key)
+        if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(items):
+            raise MeshError(self.path, f"{key}[{index}] is referred to, and there are {len(items)}", hint=_AGAIN)
+        return items[index]
+
+    def array(self, index: Any, kind: str) -> NDArray[np.float64] | NDArray[np.int64]:
+        """Return the numbers of an accessor.
+
+        Args:
+            index: Of the accessor.
+            kind: ``VEC3`` gives (n, 3) float64, ``SCALAR`` (n,) int64.
+        """
+        accessor = self.item("accessors", index)
+        where = f"accessors[{index}]"
+        stored = _COMPONENTS.get(accessor.get("componentType", 0))
+        if accessor.get("type") != kind or stored is None:
+            raise MeshError(self.path, f"{where}: is no {kind} of a known type", hint=_AGAIN)
+        count, width = self._count(accessor, "count", where), _WIDTHS[kind]
+        if "bufferView" in accessor:
+            values = self._view(
+                accessor["bufferView"], self._count(accessor, "byteOffset", where), count, width, stored
+            )
+        elif "sparse" in accessor and count <= len(self._view_bytes(accessor["sparse"], where)):
+            values = np.zeros((count, width), dtype=stored)
+        else:
+            raise MeshError(self.path, f"{where}: its numbers are not in the file", hint=_AGAIN)
+        if "sparse" in accessor:
+            values = self._with_sparse(values, accessor["sparse"], where)
+        if kind == "SCALAR":
+            return values.reshape(-1).astype(np.int64)
+        wide: NDArray[np.float64] = values.astype(np.float64)
+        if accessor.get("normalized") and stored != "<f4":
+            wide = np.maximum(wide / np.iinfo(stored).max, -1.0)
+        return wide
+
+    def _with_sparse(self, values: NDArray[Any], sparse: Any, where: str) -> NDArray[Any]:
+        """Replace the values that a sparse accessor states anew."""
+        where += ".sparse"
+        places, news = (self._of(self._object(sparse, where), key, dict) for key in ("indices", "values"))
+        count = self._count(sparse, "count", where)
+        stored = _COMPONENTS.get(places.get("componentType", 0))
+        if stored not in ("<u1", "<u2", "<u4"):
+            raise MeshError(self.path, f"{where}: its indices are of no known type", hint=_AGAIN)
+        offsets = [self._count(part, "byteOffset", where) for part in (places, news)]
+        at = self._view(places.get("bufferView"), offsets[0], count, 1, stored).reshape(-1)
+        if count and int(at.max()) >= len(values):
+            raise MeshError(self.path, f"{where}: an index is out of range", hint=_AGAIN)
+        replaced = values.copy()
+        replaced[at] = self._view(news.get("bufferView"), offsets[1], count, values.shape[1], values.dtype.str)
+        return replaced
+
+    def _view_bytes(self, sparse: Any, where: str) -> bytes:
+        """Return the buffer that a sparse accessor draws from: it bounds how many zeros are believed."""
+        values = self._of(self._object(sparse, where), "values", dict)
+        view = self.item("bufferViews", values.get("bufferView"))
+        return self._buffer(view.get("buffer"))
+
+    def _view(self, index: Any, offset: int, count: int, width: int, stored: str) -> NDArray[Any]:
+        """Return (count, width) numbers of a buffer view; no copy."""
+        view, where = self.item("bufferViews", index), f"bufferViews[{index}]"
+        content = self._buffer(view.get("buffer"))
+        start, length = self._count(view, "byteOffset", where), self._count(view, "byteLength", where)
+        row = width * np.dtype(stored).itemsize
+        stride = self._count(view, "byteStride", where) or row
+        needed = offset + (count - 1) * stride + row if count else 0
+        if start + length > len(content) or needed > length or stride < row:
+            raise MeshError(self.path, f"{where}: reaches beyond its buffer, or is used beyond its end", hint=_AGAIN)
+        if not count:
+            return np.zeros((0, width), dtype=stored)
+        return np.ndarray((count, width), stored, content, start + offset, (stride, np.dtype(stored).itemsize))
+
+    def _buffer(self, index: Any) -> bytes:
+        """Return a buffer: the binary chunk, a data URI, or a file beside this one."""
+        buffer = self.item("buffers", index)
+        if index not in self._buffers:
+            uri, where = buffer.get("uri"), f"buffers[{index}]"
+            if uri is None:
+                if index != 0 or self._binary is None:
+                    raise MeshError(self.path, f"{where}: has no data", hint=_AGAIN)
+                content = self._binary
+            elif isinstance(uri, str) and uri.startswith("data:"):
+                content = self._inline(uri, where)
+            else:
+                content = self._beside(str(uri), where)
+            needed = self._count(buffer, "byteLength", where)
+            if len(content) < needed:
+                raise MeshError(
+                    self.path, f"{where}: should have {needed:,} bytes and has {len(content):,}", hint=_AGAIN
+                )
+            self._buffers[index] = content
+        return self._buffers[index]
+
+    def _inline(self, uri: str, where: str) -> bytes:
+        kind, _, coded = uri.partition(",")
+        if not kind.endswith(";base64"):
+            raise MeshError(self.path, f"{where}: its data URI is not base64", hint=_AGAIN)
+        try:
+            return base64.b64decode(coded)
+        except (binascii.Error, ValueError) as error:
+            raise MeshError(self.path, f"{where}: its data URI cannot be read ({error})", hint=_AGAIN) from error
+
+    def _beside(self, uri: str, where: str) -> bytes:
+        """Read a buffer's own file; it must lie in this file's folder or below."""
+        folder = self.path.resolve().parent
+        try:
+            place = (folder / unquote(uri)).resolve()
+            if not place.is_relative_to(folder):
+                raise MeshError(
+                    self.path, f"{where}: {uri!r} is not in the file's folder", hint="put all files of it in one folder"
+                )
+            return place.read_bytes()
+        except (OSError, ValueError) as error:
+            why = "is missing" if isinstance(error, FileNotFoundError) else "cannot be read"
+            raise MeshError(
+                self.path, f"{where}: its file {uri[:200]!r} {why}", hint="put it beside the file, or export a GLB"
+            ) from error
+
+    def _glb(self, data: bytes) -> bytes:
+        """Return the JSON chunk of a GLB, and keep the binary one."""
+        chunks: dict[bytes, bytes] = {}
+        version, length = (int.from_bytes(data[at : at + 4], "little") for at in (4, 8))
+        if version != 2:
+            raise MeshError(self.path, f"is binary glTF {version}, not 2", hint="export it as glTF 2.0")
+        if length > len(data):
+            raise MeshError(self.path, f"is cut off: {len(data):,} of {length:,} bytes", hint=_AGAIN)
+        at = 12
+        while at + 8 <= length:
+            size, kind = int.from_bytes(data[at : at + 4], "little"), data[at + 4 : at + 8]
+            if at + 8 + size > length:
+                raise MeshError(self.path, "a chunk of it reaches beyond its end", hint=_AGAIN)
+            chunks.setdefault(kind, data[at + 8 : at + 8 + size])
+            at += 8 + size
+        self._binary = chunks.get(_BIN)
+        if _JSON not in chunks:
+            raise MeshError(self.path, "has no JSON chunk", hint=_AGAIN)
+        return chunks[_JSON]
+
+    def _parsed(self, text: bytes) -> dict[str, Any]:
+        try:
+            found = json.loads(text.decode("utf-8-sig"))
+        except (ValueError, RecursionError) as error:
+            raise MeshError(self.path, f"its JSON cannot be read ({error})", hint=_AGAIN) from error
+        return self._object(found, "the JSON")
+
+    def _object(self, value: Any, where: str) -> dict[str, Any]:
+        if not isinstance(value, dict):
+            raise MeshError(self.path, f"{where}: is no object", hint=_AGAIN)
+        return value
+
+    def _of(self, value: dict[str, Any], key: str, kind: type) -> Any:
+        found = value.get(key, kind())
+        if not isinstance(found, kind):
+            raise MeshError(self.path, f"{key}: is not what it should be", hint=_AGAIN)
+        return found
+
+    def _count(self, value: dict[str, Any], key: str, where: str) -> int:
+        """Return a whole number from 0; 0 where it is left out."""
+        found = value.get(key, 0)
+        if not isinstance(found, int) or isinstance(found, bool) or not 0 <= found < 2**48:
+            raise MeshError(self.path, f"{where}.{key}: is no count", hint=_AGAIN)
+        return found

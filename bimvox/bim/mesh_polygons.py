@@ -1,0 +1,105 @@
+"""Cut faces with more than three corners into triangles that cover exactly the face, concave ones too."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+CLIPPED_MOST = 4096
+"""A face with more corners than this is cut as a fan, without a look at its shape: ear clipping is quadratic."""
+
+
+def triangulated(
+    vertices: NDArray[np.float64], sizes: NDArray[np.int64], corners: NDArray[np.int64]
+) -> NDArray[np.int32]:
+    """Cut polygons into triangles, in their order, with their orientation.
+
+    A polygon all of whose corners the first one sees is cut as a fan, any other one by ear clipping. Faces with fewer
+    than three corners vanish.
+
+    Args:
+        vertices: (V, 3).
+        sizes: (P,) number of corners of every polygon.
+        corners: (sum of sizes,) indices into ``vertices``, polygon after polygon.
+
+    Returns:
+        (F, 3) int32.
+    """
+    if (sizes == 3).all():
+        return corners.reshape(-1, 3).astype(np.int32)
+    starts = np.cumsum(sizes) - sizes
+    cuts = np.maximum(sizes - 2, 0)
+    polygon = np.repeat(np.arange(len(sizes)), cuts)
+    first_cut = np.cumsum(cuts) - cuts
+    step = np.arange(len(polygon)) - first_cut[polygon]
+    first = starts[polygon]
+    faces = np.stack([corners[first], corners[first + step + 1], corners[first + step + 2]], axis=1)
+
+    with np.errstate(invalid="ignore", over="ignore"):
+        a, b, c = vertices[faces[:, 0]], vertices[faces[:, 1]], vertices[faces[:, 2]]
+        cross = np.cross(b - a, c - a)
+        # The fan's area vectors add up to the polygon's, whatever its shape.
+        normals = np.zeros((len(sizes), 3))
+        np.add.at(normals, polygon, cross)
+        seen = np.einsum("ij,ij->i", cross, normals[polygon]) > 0.0
+    wrong = np.zeros(len(sizes), dtype=bool)
+    wrong[polygon[~seen]] = True
+    for index in np.flatnonzero(wrong & (sizes > 3) & (sizes <= CLIPPED_MOST)):
+        ring = corners[starts[index] : starts[index] + sizes[index]]
+        ears = _ears(_flat(vertices[ring], normals[index]))
+        if ears is not None:
+            faces[first_cut[index] : first_cut[index] + cuts[index]] = ring[ears]
+    return faces.astype(np.int32)
+
+
+def _flat(points: NDArray[np.float64], normal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Drop the axis that the polygon looks along; (n, 2), counter-clockwise. Exact: no coordinate is changed."""
+    axis = int(np.argmax(np.abs(normal)))
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    return points[:, [u, v]] if normal[axis] > 0 else points[:, [v, u]]
+
+
+def _ears(points: NDArray[np.float64]) -> NDArray[np.int64] | None:
+    """Clip ears off a counter-clockwise polygon; (n - 2, 3) indices, None where it is no polygon at all.
+
+    Corners at the same place (the two sides of a bridge to a hole) do not stop an ear. Corners on a straight line are
+    used up by ears beside them where possible, so that the face still meets its neighbours corner to corner.
+    """
+    if not np.isfinite(points).all():
+        return None
+    ring = list(range(len(points)))
+    ears: list[tuple[int, int, int]] = []
+    while len(ring) > 3:
+        at = next((place for place in range(len(ring)) if _is_ear(points, ring, place)), None)
+        if at is None:
+            straight = [place for place in range(len(ring)) if _turn(points, _three(ring, place)) == 0.0]
+            if not straight:
+                return None
+            at = straight[0]
+        ears.append(_three(ring, at))
+        del ring[at]
+    return np.array([*ears, tuple(ring)], dtype=np.int64)
+
+
+def _three(ring: list[int], place: int) -> tuple[int, int, int]:
+    return ring[place - 1], ring[place], ring[(place + 1) % len(ring)]
+
+
+def _turn(points: NDArray[np.float64], three: tuple[int, int, int]) -> float:
+    """Twice the signed area of a triangle."""
+    (ax, ay), (bx, by), (cx, cy) = points[list(three)].tolist()
+    return float((bx - ax) * (cy - ay) - (by - ay) * (cx - ax))
+
+
+def _is_ear(points: NDArray[np.float64], ring: list[int], place: int) -> bool:
+    """Say whether a corner sticks out and no other corner lies in its triangle."""
+    three = _three(ring, place)
+    if _turn(points, three) <= 0.0:
+        return False
+    corners = points[list(three)]
+    others = points[ring]
+    side = np.roll(corners, -1, axis=0) - corners
+    away = others[:, None] - corners[None]
+    inside = (side[None, :, 0] * away[:, :, 1] - side[None, :, 1] * away[:, :, 0] >= 0.0).all(axis=1)
+    same = (others[:, None] == corners[None]).all(axis=2).any(axis=1)
+    return not (inside & ~same).any()

@@ -1,0 +1,66 @@
+"""Which bodies of a mesh file are lifted: by their names."""
+
+from __future__ import annotations
+
+import difflib
+import fnmatch
+from collections.abc import Mapping, Sequence
+
+from bimvox.bim.building import Role
+from bimvox.bim.name_roles import role_by_name
+from bimvox.errors import SelectionError
+
+
+def roles_of(file: str, names: Sequence[str], select: str | None) -> Mapping[str, Role]:
+    """Return the role of every name.
+
+    Without a selection everything is a component, but for names that say terrain or an obstacle (``name_roles``);
+    with one, the names that it matches are, and the others are structure.
+
+    Args:
+        file: Name of the file, for messages.
+        names: Of its bodies.
+        select: One name, or names and patterns (``*``, ``?``) separated by commas.
+
+    Raises:
+        SelectionError: If a name or pattern matches nothing; it tells the nearest names.
+    """
+    by_name = {name: role_by_name(name) for name in names}
+    if select is None:
+        return {name: role or Role.COMPONENT for name, role in by_name.items()}
+    chosen = _chosen(file, names, select)
+    rest = {name: Role.GROUND if role is Role.GROUND else Role.STRUCTURE for name, role in by_name.items()}
+    return {name: Role.COMPONENT if name in chosen else rest[name] for name in names}
+
+
+def some(names: Sequence[str], most: int = 8) -> str:
+    """List names, not all of very many."""
+    more = f" and {len(names) - most:,} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
+
+
+def _chosen(file: str, names: Sequence[str], select: str) -> set[str]:
+    if select in names:  # a name may hold a comma
+        return {select}
+    patterns = [pattern.strip() for pattern in select.split(",") if pattern.strip()]
+    chosen: set[str] = set()
+    for pattern in patterns:
+        # As a name first: many exporters put brackets into names, which would be a set of letters.
+        matching = [pattern] if pattern in names else fnmatch.filter(names, pattern)
+        if not matching:
+            raise SelectionError(
+                f"select {select!r}: no body of {file} is named {pattern!r}",
+                hint=f"{_nearest(pattern, names)}the file has {some(names)}; * and ? are wildcards",
+            )
+        chosen.update(matching)
+    if not chosen:
+        raise SelectionError(f"select {select!r}: names nothing", hint=f"the file has {some(names)}")
+    return chosen
+
+
+def _nearest(pattern: str, names: Sequence[str]) -> str:
+    """Return a question with the names most like a pattern, upper and lower case alike."""
+    by_lower = {name.lower(): name for name in names}
+    other_case = fnmatch.filter(list(by_lower), pattern.lower())
+    close = other_case or difflib.get_close_matches(pattern.lower().strip("*?"), list(by_lower), n=3)
+    return f"did you mean {' or '.join(by_lower[name] for name in close[:3])}? " if close else ""

@@ -1,0 +1,505 @@
+"""The gradient step of deep Q-learning, compiled: what torch would compute, for inputs that are mostly zero.
+
+Of the paper's map less than one number in a hundred is not zero, and the layers are small: most of a step in torch is
+multiplying by zero and calling. Here zeros cost nothing, and rows of weights that no input has reached yet, whose
+moments are zero, are passed over. The results are torch's but for rounding: Huber loss, back-propagation, gradients
+clipped variable by variable, Adam.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel, leaf_kernel
+from bimvox.policy.network import QNetwork
+from bimvox.policy.prefab.network import PrefabNetwork
+
+BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-8
+"""Of Adam (Kingma and Ba 2015): torch's and the original's defaults."""
+
+Arrays = tuple[NDArray[np.float32], ...]
+Inputs = NDArray[np.float32] | NDArray[np.uint8]
+
+
+class Perceptron(NamedTuple):
+    """One stream in training; a plain tuple, so that kernels take it. L layers; B rows of a batch.
+
+    Attributes:
+        weights: Per layer (inputs, outputs).
+        biases: Per layer (1, outputs).
+        outputs: Per layer (B, outputs), after the rectifier but for the last.
+        slopes: Per layer (B, outputs), of the loss by the sum before the rectifier.
+        weight_slopes: Per layer (inputs, outputs), of the loss.
+        bias_slopes: Per layer (1, outputs).
+        weight_means: First moments of Adam.
+        bias_means: First moments of Adam.
+        weight_squares: Second moments of Adam.
+        bias_squares: Second moments of Adam.
+        reached: Per layer (inputs,) bool, rows of weights that had a gradient at some time.
+    """
+
+    weights: Arrays
+    biases: Arrays
+    outputs: Arrays
+    slopes: Arrays
+    weight_slopes: Arrays
+    bias_slopes: Arrays
+    weight_means: Arrays
+    bias_means: Arrays
+    weight_squares: Arrays
+    bias_squares: Arrays
+    reached: tuple[NDArray[np.bool_], ...]
+
+
+class Memory(NamedTuple):
+    """Transitions remembered, one a row.
+
+    Attributes:
+        observations: (M, inputs) float32, or uint8 where they are whole numbers.
+        following: (M, inputs) of the same type, observation after the action.
+        actions: (M,) int64.
+        rewards: (M,) float32.
+        ended: (M,) float32, 1 where the episode ended.
+        truncated: (M,) float32, 1 where it ended only for want of steps: its value goes on.
+    """
+
+    observations: Inputs
+    following: Inputs
+    actions: NDArray[np.int64]
+    rewards: NDArray[np.float32]
+    ended: NDArray[np.float32]
+    truncated: NDArray[np.float32]
+
+
+class Used(NamedTuple):
+    """Which inputs of a batch are not zero.
+
+    Attributes:
+        counts: (B,) how many of each row.
+        indices: (B, inputs) those, the first ``counts`` of each row.
+    """
+
+    counts: NDArray[np.int64]
+    indices: NDArray[np.int64]
+
+
+class CompiledLearner:
+    """A Q-network in training, and its target network.
+
+    Args:
+        network: Where both begin.
+        batch_size: B.
+        learning_rate: Of Adam.
+        discount: Per step.
+        double_q: Whether the online network chooses what the target network values.
+        longest: Length to which the gradient of one variable is scaled down.
+    """
+
+    def __init__(
+        self,
+        network: PrefabNetwork,
+        *,
+        batch_size: int,
+        learning_rate: float,
+        discount: float,
+        double_q: bool,
+        longest: float,
+    ) -> None:
+        self._dueling = network.state is not None
+        self._online = [_perceptron(stream, batch_size) for stream in _streams(network)]
+        self._target = [_perceptron(stream, batch_size) for stream in _streams(network)]
+        self._learning_rate = learning_rate
+        self._discount = discount
+        self._double_q = double_q
+        self._longest = longest
+        self._wanted = np.zeros(batch_size, np.float32)
+        self._used = Used(np.zeros(batch_size, np.int64), np.zeros((batch_size, network.inputs), np.int64))
+        self._updates = 0
+        self.live = _network(self._online)
+        """The online network; its arrays change with every step."""
+
+    def step(self, memory: Memory, rows: NDArray[np.int64]) -> None:
+        """Take one gradient step on (B,) rows of the memory."""
+        self._updates += 1
+        online, target = self._online, self._target
+        _targets(
+            online[0],
+            online[-1],
+            target[0],
+            target[-1],
+            self._dueling,
+            self._double_q,
+            memory,
+            rows,
+            self._used,
+            np.float32(self._discount),
+            self._wanted,
+        )
+        _descend(
+            online[0],
+            online[-1],
+            self._dueling,
+            memory,
+            rows,
+            self._used,
+            self._wanted,
+            np.float32(self._longest),
+            self._learning_rate,
+            self._updates,
+        )
+
+    def copy_to_target(self) -> None:
+        """Make the target network equal to the online one."""
+        for online, target in zip(self._online, self._target, strict=True):
+            for mine, its in zip((*online.weights, *online.biases), (*target.weights, *target.biases), strict=True):
+                its[:] = mine
+
+    def network(self) -> PrefabNetwork:
+        """Return a copy of the online network."""
+        return copy_of(self.live)
+
+
+def copy_of(network: PrefabNetwork) -> PrefabNetwork:
+    """Return a network with arrays of its own."""
+    streams = [
+        QNetwork(tuple(w.copy() for w in stream.weights), tuple(b.copy() for b in stream.biases))
+        for stream in _streams(network)
+    ]
+    return PrefabNetwork(streams[0], streams[1] if len(streams) > 1 else None)
+
+
+def move_towards(average: PrefabNetwork, network: PrefabNetwork, share: float) -> None:
+    """Move the arrays of one network a share of the way to those of another."""
+    for mine, its in zip(average.arrays().values(), network.arrays().values(), strict=True):
+        mine += np.float32(share) * (its - mine)
+
+
+def _streams(network: PrefabNetwork) -> list[QNetwork]:
+    return [network.actions] if network.state is None else [network.actions, network.state]
+
+
+def _network(streams: list[Perceptron]) -> PrefabNetwork:
+    """Return views as a network."""
+    parts = [QNetwork(stream.weights, tuple(bias[0] for bias in stream.biases)) for stream in streams]
+    return PrefabNetwork(parts[0], parts[1] if len(parts) > 1 else None)
+
+
+def _perceptron(network: QNetwork, batch_size: int) -> Perceptron:
+    weights = tuple(np.ascontiguousarray(weight).copy() for weight in network.weights)
+    biases = tuple(bias.reshape(1, -1).copy() for bias in network.biases)
+
+    def zeros(arrays: Arrays) -> Arrays:
+        return tuple(np.zeros_like(array) for array in arrays)
+
+    def rows() -> Arrays:
+        return tuple(np.zeros((batch_size, bias.shape[1]), np.float32) for bias in biases)
+
+    return Perceptron(
+        weights,
+        biases,
+        rows(),
+        rows(),
+        zeros(weights),
+        zeros(biases),
+        zeros(weights),
+        zeros(biases),
+        zeros(weights),
+        zeros(biases),
+        tuple(np.zeros(len(weight), np.bool_) for weight in weights),
+    )
+
+
+@kernel
+def _targets(
+    actions: Perceptron,
+    state: Perceptron,
+    target_actions: Perceptron,
+    target_state: Perceptron,
+    dueling: bool,
+    double_q: bool,
+    memory: Memory,
+    rows: NDArray[np.int64],
+    used: Used,
+    discount: np.float32,
+    wanted: NDArray[np.float32],
+) -> None:
+    """Write what the values of the chosen actions should be, by the target network."""
+    _find_used(memory.following, rows, used)
+    _forward(target_actions, memory.following, rows, used)
+    if dueling:
+        _forward(target_state, memory.following, rows, used)
+    if double_q:
+        _forward(actions, memory.following, rows, used)
+    last = len(actions.weights) - 1
+    for b in range(rows.size):
+        following = target_actions.outputs[last][b]
+        chosen = actions.outputs[last][b].argmax() if double_q else following.argmax()
+        value = following[chosen]
+        if dueling:
+            value += target_state.outputs[last][b, 0] - following.mean()
+        row = rows[b]
+        over = memory.ended[row] * (np.float32(1.0) - memory.truncated[row])
+        wanted[b] = memory.rewards[row] + (np.float32(1.0) - over) * discount * value
+
+
+@kernel
+def _descend(
+    actions: Perceptron,
+    state: Perceptron,
+    dueling: bool,
+    memory: Memory,
+    rows: NDArray[np.int64],
+    used: Used,
+    wanted: NDArray[np.float32],
+    longest: np.float32,
+    learning_rate: float,
+    updates: int,
+) -> None:
+    """Change the weights by one step on the mean Huber loss."""
+    _find_used(memory.observations, rows, used)
+    _forward(actions, memory.observations, rows, used)
+    if dueling:
+        _forward(state, memory.observations, rows, used)
+    last = len(actions.weights) - 1
+    for b in range(rows.size):
+        values = actions.outputs[last][b]
+        chosen = memory.actions[rows[b]]
+        value = values[chosen]
+        if dueling:
+            value += state.outputs[last][b, 0] - values.mean()
+        slope = max(np.float32(-1.0), min(np.float32(1.0), value - wanted[b])) / np.float32(rows.size)
+        share = slope / np.float32(values.size) if dueling else np.float32(0.0)
+        for a in range(values.size):
+            actions.slopes[last][b, a] = -share
+        actions.slopes[last][b, chosen] += slope
+        if dueling:
+            state.slopes[last][b, 0] = slope
+    _backward(actions, memory.observations, rows, used)
+    _adam(actions, longest, learning_rate, updates)
+    if dueling:
+        _backward(state, memory.observations, rows, used)
+        _adam(state, longest, learning_rate, updates)
+
+
+@leaf_kernel
+def _find_used(inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
+    """Find the inputs that are not zero, once for all layers that take them."""
+    for b in range(rows.size):
+        row = rows[b]
+        count = 0
+        for i in range(inputs.shape[1]):
+            if inputs[row, i] != 0.0:
+                used.indices[b, count] = i
+                count += 1
+        used.counts[b] = count
+
+
+@kernel
+def _forward(stream: Perceptron, inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
+    """Write the outputs of every layer for some rows of the inputs."""
+    last = len(stream.weights) - 1
+    _forward_used(inputs, rows, used, stream.weights[0], stream.biases[0], stream.outputs[0], last > 0)
+    for layer in range(1, last + 1):
+        _forward_layer(
+            stream.outputs[layer - 1], stream.weights[layer], stream.biases[layer], stream.outputs[layer], layer < last
+        )
+
+
+@leaf_kernel
+def _forward_used(
+    inputs: Inputs,
+    rows: NDArray[np.int64],
+    used: Used,
+    weight: NDArray[np.float32],
+    bias: NDArray[np.float32],
+    out: NDArray[np.float32],
+    rectify: bool,
+) -> None:
+    width = out.shape[1]
+    for b in range(rows.size):
+        for o in range(width):
+            out[b, o] = bias[0, o]
+        for n in range(used.counts[b]):
+            i = used.indices[b, n]
+            value = np.float32(inputs[rows[b], i])
+            for o in range(width):
+                out[b, o] += value * weight[i, o]
+    if rectify:
+        _rectify(out)
+
+
+@leaf_kernel
+def _forward_layer(
+    source: NDArray[np.float32],
+    weight: NDArray[np.float32],
+    bias: NDArray[np.float32],
+    out: NDArray[np.float32],
+    rectify: bool,
+) -> None:
+    width = out.shape[1]
+    for b in range(source.shape[0]):
+        for o in range(width):
+            out[b, o] = bias[0, o]
+        for i in range(source.shape[1]):
+            value = source[b, i]
+            if value != 0.0:
+                for o in range(width):
+                    out[b, o] += value * weight[i, o]
+    if rectify:
+        _rectify(out)
+
+
+@leaf_kernel
+def _rectify(out: NDArray[np.float32]) -> None:
+    for b in range(out.shape[0]):
+        for o in range(out.shape[1]):
+            out[b, o] = max(out[b, o], np.float32(0.0))
+
+
+@kernel
+def _backward(stream: Perceptron, inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
+    """Turn the slopes of the last layer's outputs into those of all weights and biases."""
+    for layer in range(len(stream.weights) - 1, -1, -1):
+        slopes, reached = stream.slopes[layer], stream.reached[layer]
+        _clear_rows(stream.weight_slopes[layer], reached)
+        _sum_rows(slopes, stream.bias_slopes[layer])
+        if layer == 0:
+            _backward_used(inputs, rows, used, slopes, stream.weight_slopes[0], reached)
+        else:
+            source = stream.outputs[layer - 1]
+            _backward_layer(source, slopes, stream.weight_slopes[layer], reached)
+            _slopes_below(slopes, stream.weights[layer], source, stream.slopes[layer - 1])
+
+
+@leaf_kernel
+def _sum_rows(slopes: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    for o in range(out.shape[1]):
+        out[0, o] = 0.0
+    for b in range(slopes.shape[0]):
+        for o in range(out.shape[1]):
+            out[0, o] += slopes[b, o]
+
+
+@leaf_kernel
+def _backward_used(
+    inputs: Inputs,
+    rows: NDArray[np.int64],
+    used: Used,
+    slopes: NDArray[np.float32],
+    weight_slopes: NDArray[np.float32],
+    reached: NDArray[np.bool_],
+) -> None:
+    for b in range(rows.size):
+        for n in range(used.counts[b]):
+            i = used.indices[b, n]
+            value = np.float32(inputs[rows[b], i])
+            if not reached[i]:
+                reached[i] = True
+            for o in range(slopes.shape[1]):
+                weight_slopes[i, o] += value * slopes[b, o]
+
+
+@leaf_kernel
+def _backward_layer(
+    source: NDArray[np.float32],
+    slopes: NDArray[np.float32],
+    weight_slopes: NDArray[np.float32],
+    reached: NDArray[np.bool_],
+) -> None:
+    for b in range(source.shape[0]):
+        for i in range(source.shape[1]):
+            value = source[b, i]
+            if value != 0.0:
+                reached[i] = True
+                for o in range(slopes.shape[1]):
+                    weight_slopes[i, o] += value * slopes[b, o]
+
+
+@leaf_kernel
+def _clear_rows(slopes: NDArray[np.float32], reached: NDArray[np.bool_]) -> None:
+    for i in range(slopes.shape[0]):
+        if reached[i]:
+            for o in range(slopes.shape[1]):
+                slopes[i, o] = 0.0
+
+
+@leaf_kernel
+def _slopes_below(
+    slopes: NDArray[np.float32], weight: NDArray[np.float32], rectified: NDArray[np.float32], out: NDArray[np.float32]
+) -> None:
+    width = slopes.shape[1]
+    whole = width - width % 4
+    for b in range(slopes.shape[0]):
+        for i in range(rectified.shape[1]):
+            out[b, i] = 0.0
+            if rectified[b, i] > 0.0:
+                # Four sums side by side: one alone would wait for each addition.
+                t0 = t1 = t2 = t3 = np.float32(0.0)
+                for o in range(0, whole, 4):
+                    t0 += slopes[b, o] * weight[i, o]
+                    t1 += slopes[b, o + 1] * weight[i, o + 1]
+                    t2 += slopes[b, o + 2] * weight[i, o + 2]
+                    t3 += slopes[b, o + 3] * weight[i, o + 3]
+                for o in range(whole, width):
+                    t0 += slopes[b, o] * weight[i, o]
+                out[b, i] = (t0 + t1) + (t2 + t3)
+
+
+@kernel
+def _adam(stream: Perceptron, longest: np.float32, learning_rate: float, updates: int) -> None:
+    """Clip the slopes and change weights and biases by them."""
+    rate = np.float32(learning_rate / (1.0 - BETA_1**updates))
+    correction = np.float32(1.0 / np.sqrt(1.0 - BETA_2**updates))
+    always = np.ones(1, np.bool_)
+    for layer in range(len(stream.weights)):
+        _adam_variable(
+            stream.weights[layer],
+            stream.weight_slopes[layer],
+            stream.weight_means[layer],
+            stream.weight_squares[layer],
+            stream.reached[layer],
+            longest,
+            rate,
+            correction,
+        )
+        _adam_variable(
+            stream.biases[layer],
+            stream.bias_slopes[layer],
+            stream.bias_means[layer],
+            stream.bias_squares[layer],
+            always,
+            longest,
+            rate,
+            correction,
+        )
+
+
+@leaf_kernel
+def _adam_variable(
+    variable: NDArray[np.float32],
+    slopes: NDArray[np.float32],
+    means: NDArray[np.float32],
+    squares: NDArray[np.float32],
+    reached: NDArray[np.bool_],
+    longest: np.float32,
+    rate: np.float32,
+    correction: np.float32,
+) -> None:
+    one, beta_1, beta_2, epsilon = np.float32(1.0), np.float32(BETA_1), np.float32(BETA_2), np.float32(EPSILON)
+    length = np.float32(0.0)
+    for i in range(variable.shape[0]):
+        if reached[i]:
+            for o in range(variable.shape[1]):
+                length += slopes[i, o] * slopes[i, o]
+    length = np.sqrt(length)
+    scale = longest / length if length > longest else one
+    for i in range(variable.shape[0]):
+        if reached[i]:
+            for o in range(variable.shape[1]):
+                slope = scale * slopes[i, o]
+                means[i, o] += (one - beta_1) * (slope - means[i, o])
+                squares[i, o] += (one - beta_2) * (slope * slope - squares[i, o])
+                variable[i, o] -= rate * means[i, o] / (np.sqrt(squares[i, o]) * correction + epsilon)

@@ -1,0 +1,56 @@
+"""The page's own program, style and frame: plain files, put together here without any tool."""
+
+from __future__ import annotations
+
+import re
+from importlib.resources import files
+
+MODULES = (
+    "inflate",
+    "container",
+    "maths",
+    "words",
+    "motion",
+    "plan",
+    "gl",
+    "shaders",
+    "batches",
+    "slab",
+    "camera",
+    "cranes",
+    "overlays",
+    "scene",
+    "dom",
+    "list",
+    "details",
+    "timeline",
+    "layers",
+    "header",
+    "pointer",
+    "keyboard",
+    "main",
+)
+"""The modules, each after those that it imports from."""
+
+_IMPORT = re.compile(r"^import \{[^}]*\} from \"\./(\w+)\.mjs\";\n", re.MULTILINE)
+_EXPORT = re.compile(r"^export (?=(?:async )?(?:function|const|class) )", re.MULTILINE)
+
+
+def script() -> str:
+    """Return the program as one classic script.
+
+    The files are modules, so that Node can run and test each alone; in one script their imports are the names
+    themselves.
+    """
+    joined = "\n".join(_EXPORT.sub("", _IMPORT.sub("", text_of(f"{name}.mjs"))) for name in MODULES)
+    return f'"use strict";\n(() => {{\n{joined}\n}})();\n'
+
+
+def imports_of(name: str) -> list[str]:
+    """Return the modules that a module imports from."""
+    return _IMPORT.findall(text_of(f"{name}.mjs"))
+
+
+def text_of(name: str) -> str:
+    """Return one of the files."""
+    return (files(__package__) / "web" / name).read_text(encoding="utf-8")

@@ -1,0 +1,43 @@
+"""Numbers as one block of bytes that a browser reads as typed arrays; equal arrays are stored once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+_ALIGNMENT = 4
+_CODES = {"uint8": "u8", "uint16": "u16", "uint32": "u32", "int32": "i32", "float32": "f32"}
+
+Reference = list[int | str]
+"""Type code, offset in bytes, number of values."""
+
+
+class Blob:
+    """Collects arrays."""
+
+    def __init__(self) -> None:
+        self._bytes = bytearray()
+        self._known: dict[tuple[str, bytes], Reference] = {}
+
+    def put(self, array: NDArray[Any]) -> Reference:
+        """Add an array of uint8, uint16, uint32, int32 or float32, of any shape; returns where it is."""
+        code = _CODES[array.dtype.name]
+        data = np.ascontiguousarray(array, array.dtype.newbyteorder("<")).tobytes()
+        if (code, data) not in self._known:
+            self._bytes += bytes(-len(self._bytes) % _ALIGNMENT)
+            self._known[code, data] = [code, len(self._bytes), array.size]
+            self._bytes += data
+        return self._known[code, data]
+
+    def put_steps(self, rows: NDArray[np.int64]) -> Reference:
+        """Add (N, C) integers column by column, each value as the step from the one before: that packs well."""
+        steps = np.diff(rows, axis=0, prepend=np.zeros((1, rows.shape[1]), np.int64))
+        if steps.size and np.abs(steps).max() > np.iinfo(np.int32).max:
+            raise OverflowError("a step does not fit 32 bits")
+        return self.put(steps.T.astype(np.int32))
+
+    def to_bytes(self) -> bytes:
+        """Return everything put so far."""
+        return bytes(self._bytes)

@@ -1,0 +1,120 @@
+"""Triangles for the page: on a fine lattice, without doubles, equal shapes once, with the edges worth drawing."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import TriangleMesh
+
+FINEST_M = 0.001
+_COARSER = (1, 2, 5, 10, 20, 50, 100)
+"""Lattices tried in turn, times the finest, until the shapes fit the budget."""
+_STEPS = 65_535
+_FLAT_COS = 0.94
+"""Cosine (20 degrees) above which two faces are one: the edge between them is not drawn."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Geometry:
+    """A shape on a lattice, its lowest corner at the origin.
+
+    Attributes:
+        step_m: Spacing of the lattice.
+        points: (V, 3) uint16 lattice points, distinct.
+        faces: (F, 3) uint32 indices into ``points``, none degenerate.
+        edges: (E, 2) uint32 indices: borders, and where faces meet at an angle.
+    """
+
+    step_m: float
+    points: NDArray[np.uint16]
+    faces: NDArray[np.uint32]
+    edges: NDArray[np.uint32]
+
+    @property
+    def key(self) -> tuple[float, bytes, bytes]:
+        """What makes two shapes the same."""
+        return (self.step_m, self.points.tobytes(), self.faces.tobytes())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shapes:
+    """Distinct shapes and who has which.
+
+    Attributes:
+        geometries: The distinct ones, in order of first use.
+        of_mesh: (M,) index into them for every mesh.
+        low_m: (M, 3) lowest corner of every mesh.
+        step_m: The finest lattice used.
+    """
+
+    geometries: tuple[Geometry, ...]
+    of_mesh: tuple[int, ...]
+    low_m: NDArray[np.float64]
+    step_m: float
+
+
+def shapes_of(meshes: Sequence[TriangleMesh], budget_bytes: int) -> Shapes:
+    """Return meshes on the finest lattice on which all of them, packed, keep within a budget.
+
+    Args:
+        meshes: Any number.
+        budget_bytes: Packed size that is not exceeded unless the coarsest lattice exceeds it.
+    """
+    for times in _COARSER:
+        made = [geometry_of(mesh, times * FINEST_M) for mesh in meshes]
+        found: dict[tuple[float, bytes, bytes], int] = {}
+        distinct: list[Geometry] = []
+        of_mesh = []
+        for geometry in made:
+            if geometry.key not in found:
+                found[geometry.key] = len(distinct)
+                distinct.append(geometry)
+            of_mesh.append(found[geometry.key])
+        size = sum(len(zlib.compress(g.points.tobytes() + g.faces.tobytes() + g.edges.tobytes())) for g in distinct)
+        if size <= budget_bytes:
+            break
+    low_m = np.array([mesh.bounds_m[0] for mesh in meshes]).reshape(-1, 3)
+    return Shapes(tuple(distinct), tuple(of_mesh), low_m, times * FINEST_M)
+
+
+def geometry_of(mesh: TriangleMesh, step_m: float) -> Geometry:
+    """Return a mesh on a lattice of ``step_m``, or coarser where it is so large that 16 bits do not reach."""
+    low_m, high_m = mesh.bounds_m
+    step_m = max(step_m, float((high_m - low_m).max()) / _STEPS)
+    used, faces = np.unique(mesh.faces, return_inverse=True)
+    lattice = np.rint((mesh.vertices_m[used] - low_m) / step_m).astype(np.uint16)
+    points, place = np.unique(lattice, axis=0, return_inverse=True)
+    corners = place.reshape(-1)[faces.reshape(-1, 3)]
+    a, b, c = corners.T
+    corners = corners[(a != b) & (b != c) & (c != a)]
+    _, first = np.unique(np.sort(corners, axis=1), axis=0, return_index=True)
+    corners = corners[np.sort(first)]
+    return Geometry(step_m, points, corners.astype(np.uint32), _edges(points, corners).astype(np.uint32))
+
+
+def _edges(points: NDArray[np.uint16], faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(E, 2) edges of one face only, or of faces that are not in one plane."""
+    if not len(faces):
+        return np.zeros((0, 2), np.int64)
+    at = points.astype(np.float64)[faces]
+    normals = np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0])
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
+    sides = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    owner = np.repeat(np.arange(len(faces)), 3)
+    order = np.lexsort((owner, sides[:, 1], sides[:, 0]))
+    sides, owner = sides[order], owner[order]
+    first = np.r_[True, (np.diff(sides, axis=0) != 0).any(axis=1)]
+    group = np.cumsum(first) - 1
+    # The sign of a normal is not trusted: some sources turn faces over.
+    along = np.abs(np.einsum("ij,ij->i", normals[owner], normals[owner[first][group]]))
+    bent = np.zeros(group[-1] + 1, np.bool_)
+    np.logical_or.at(bent, group, along < _FLAT_COS)
+    alone = np.bincount(group) == 1
+    edges: NDArray[np.int64] = sides[first][bent | alone]
+    return edges

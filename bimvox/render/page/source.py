@@ -1,0 +1,99 @@
+"""What a page is made from: revisions of a plan with their motions and proofs, as values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.planning.lift import Lift, LiftPlan
+from bimvox.planning.proof import Verification
+from bimvox.trajectory.motion import LiftMotion
+
+
+class Track(Protocol):
+    """Where a load is on the site's clock; what the log's ``LoadTrack`` is."""
+
+    @property
+    def lift(self) -> Lift:
+        """The lift."""
+
+    @property
+    def start_ns(self) -> int:
+        """When the lift starts."""
+
+    @property
+    def lifted_ns(self) -> int:
+        """When the load leaves its place in the yard."""
+
+    @property
+    def arrived_ns(self) -> int:
+        """When it is at its place in the building."""
+
+    @property
+    def assembled_ns(self) -> int:
+        """When it is fixed there."""
+
+    @property
+    def end_ns(self) -> int:
+        """When the lift ends."""
+
+    @property
+    def time_ns(self) -> NDArray[np.int64]:
+        """(N,) samples from lifted to assembled."""
+
+    @property
+    def corner_m(self) -> NDArray[np.float64]:
+        """(N, 3) lowest corner of the component's reference cell, site metres."""
+
+    @property
+    def tilt(self) -> NDArray[np.float64]:
+        """(N, 4) quaternion x, y, z, w: its turn against how it is built in."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Revision:
+    """One plan of a site.
+
+    Attributes:
+        number: Its number among the plans of the site.
+        log: Name of the log file that holds it, without folder.
+        sha256: Of that file's bytes.
+        plan: Site and lifts that the log carries.
+        context: Lifts of the same plan that the log does not carry (it is an extract).
+        motions: Of the planned lifts, in order; none without a crane.
+        tracks: Of their loads, in order.
+        proof: What a proof made now from the log says; None where none was made.
+        metadata: Plain values about the plan (seed, policy, hashes ...).
+    """
+
+    number: int
+    log: str
+    sha256: str
+    plan: LiftPlan
+    context: tuple[Lift, ...]
+    motions: tuple[LiftMotion, ...]
+    tracks: tuple[Track, ...]
+    proof: Verification | None
+    metadata: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def lifts(self) -> tuple[Lift, ...]:
+        """Lifts carried and not carried, ascending order."""
+        return tuple(sorted((*self.plan.lifts, *self.context), key=lambda lift: lift.order))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PageSource:
+    """What a page shows.
+
+    Attributes:
+        revisions: Plans of one site that differ by obstructions only, ascending; the last one is shown first.
+        left_out: How many earlier revisions there are that the page does not carry.
+    """
+
+    revisions: tuple[Revision, ...]
+    left_out: int = 0

@@ -1,0 +1,73 @@
+// The crane: lines and boxes on joints, posed by slew, radius and height.
+import { aboutZ } from "./maths.mjs";
+import { SHOWN } from "./shaders.mjs";
+
+const BLOCK_STEP_M = 0.002;
+
+export const [FIXED, SLEWING, TROLLEY, HOOK] = [0, 1, 2, 3];
+export const JOINTS = 4;
+
+export class Crane {
+  /**
+   * @param record The crane's record.
+   * @param first Row of its first joint; its boxes have the rows after the joints.
+   */
+  constructor(record, numbers, rows, first) {
+    this.record = record;
+    this.rows = rows;
+    this.first = first;
+    this.points = numbers(record.lines.points);
+    this.joints = numbers(record.lines.joints);
+    this.styles = numbers(record.lines.styles);
+    for (let joint = 0; joint < JOINTS; joint++) rows.shape(first + joint, 1, [0, 0, 0]);
+    record.blocks.forEach((block, n) => {
+      const half = this.halfOf(block);
+      rows.shape(this.rowOf(n), BLOCK_STEP_M, block.centre_m.map((value, axis) => value - half[axis]));
+    });
+  }
+
+  static rowsOf(record) {
+    return JOINTS + record.blocks.length;
+  }
+
+  /** The boxes are square to the jib at a slewing angle of 0, so that their half edges lie along the axes. */
+  halfOf(block) {
+    return [0, 1, 2].map((axis) => Math.abs(block.half_m[0][axis]) + Math.abs(block.half_m[1][axis]) + Math.abs(block.half_m[2][axis]));
+  }
+
+  rowOf(block) {
+    return this.first + JOINTS + block;
+  }
+
+  addTo(solids, lines) {
+    this.record.blocks.forEach((block, n) => {
+      const top = this.halfOf(block).map((value) => Math.round((2 * value) / BLOCK_STEP_M));
+      solids.addBoxes(this.rowOf(n), new Uint16Array([0, 0, 0, ...top]));
+    });
+    for (let n = 0; n < this.joints.length; n += 2) {
+      const [red, green, blue, width, metres] = this.styles.subarray((n / 2) * 5, (n / 2) * 5 + 5);
+      const point = (at) => this.points.subarray(at * 3, at * 3 + 3);
+      const rgba = [red * 0.82, green * 0.82, blue * 0.82, 255].map(Math.round);
+      lines.add(point(n), point(n + 1), this.first + this.joints[n], this.first + this.joints[n + 1], { rgba, width, metres });
+    }
+  }
+
+  pose([slew, radius, height], shown) {
+    const [x, y] = this.record.base_m;
+    const out = [x + radius * Math.cos(slew), y + radius * Math.sin(slew)];
+    const places = [[0, 0, 0], [x, y, 0], [...out, 0], [...out, height]];
+    const turn = aboutZ(slew);
+    const flags = shown ? SHOWN : 0;
+    const set = (row, joint, rgb) => {
+      this.rows.place(row, places[joint], joint === FIXED ? [0, 0, 0, 1] : turn);
+      this.rows.look(row, rgb, flags);
+    };
+    for (let joint = 0; joint < JOINTS; joint++) set(this.first + joint, joint, [0, 0, 0]);
+    this.record.blocks.forEach((block, n) => set(this.rowOf(n), block.joint, block.rgb));
+  }
+
+  /** Where the empty jib is shown when no lift is timed. */
+  get parked() {
+    return [0, this.record.jib_length_m / 2, this.record.jib_height_m * 0.8];
+  }
+}

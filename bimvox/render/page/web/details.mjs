@@ -1,0 +1,263 @@
+// What is known of the chosen part, and of the plan as a whole.
+import { byId, el, fill, terms } from "./dom.mjs";
+import { HOT } from "./plan.mjs";
+import { extent } from "./overlays.mjs";
+import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, fixed, metres, nameOf, percent, point, span, tonnes, whole } from "./words.mjs";
+
+export class Details {
+  constructor(app) {
+    this.app = app;
+    this.tabs = ["part", "plan"].map((name) => ({ name, tab: byId(`tab-${name}`), panel: byId(`panel-${name}`) }));
+    for (const { name, tab } of this.tabs) {
+      tab.addEventListener("click", () => this.open(name));
+      tab.addEventListener("keydown", (event) => {
+        if (event.key !== "ArrowLeft" && event.key !== "ArrowRight") return;
+        event.stopPropagation();
+        const other = this.tabs.find((entry) => entry.name !== name);
+        this.open(other.name);
+        other.tab.focus();
+      });
+    }
+    byId("plan-button").addEventListener("click", () => {
+      this.open("plan");
+      byId("panel-plan").focus();
+    });
+  }
+
+  open(name) {
+    for (const entry of this.tabs) {
+      const own = entry.name === name;
+      entry.tab.setAttribute("aria-selected", String(own));
+      entry.tab.tabIndex = own ? 0 : -1;
+      entry.panel.hidden = !own;
+    }
+  }
+
+  renderPart() {
+    const { app } = this;
+    const panel = byId("panel-part");
+    if (app.obstruction) fill(panel, ...this._obstruction(app.obstruction));
+    else if (app.chosen !== null) fill(panel, ...this._part(app.chosen));
+    else if (app.lift) fill(panel, el("p", { class: "kicker" }, "Under way; choose a part in the list or in the view to keep it here"), ...this._part(app.lift.part));
+    else fill(panel, el("p", {}, "Choose a lift in the list, or click a part in the view."));
+    panel.scrollTop = 0;
+  }
+
+  _part(index) {
+    const { app } = this;
+    const part = app.parts[index];
+    const lift = app.plan.ofPart[index];
+    const motion = lift && app.plan.motionOf(lift);
+    const bad = lift?.status !== "planned";
+    const use = lift?.governs;
+    return [
+      el("h2", {}, nameOf(part)),
+      el("p", {}, `${classWords(part.ifc_class)}${lift ? `, lift ${lift.order + 1} of ${app.plan.lifts.length}` : ""}`),
+      lift ? (bad ? this._infeasible(lift) : this._proof(lift)) : null,
+      motion ? el("p", { class: "links" }, el("button", { type: "button", onclick: () => app.seek(lift.begins_s) }, `Go to this lift, ${clock(lift.begins_s)}`)) : null,
+      el("h3", {}, "Part"),
+      terms([
+        ["GlobalId", el("code", {}, part.global_id)],
+        ["Id", part.id === part.global_id ? null : el("code", {}, part.id)],
+        ["Class", part.ifc_class],
+        ["Type", part.type_name],
+        ["Storey", part.storey],
+        ["Material", part.material],
+        ["Mass", tonnes(part.mass_kg)],
+        ["Mass from", MASS_SOURCES[part.mass_source] ?? "not recorded"],
+        ["Cells", whole(part.cells)],
+        ["Size", `${part.size_m.map((value) => fixed(value, 2)).join(" × ")} m`],
+      ]),
+      ...(lift && !bad ? this._lift(lift, motion, use) : []),
+    ];
+  }
+
+  _infeasible(lift) {
+    const { app } = this;
+    return el("div", { class: "warn", role: "note" },
+      el("strong", {}, "INFEASIBLE: it is not lifted."),
+      el("p", {}, lift.reason ?? "No reason is recorded."),
+      lift.blocked_by.length ? el("p", {}, "Blocked by (red in the view):") : null,
+      lift.blocked_by.length ? el("div", { class: "links" }, ...lift.blocked_by.map((id) => this._link(id))) : null,
+    ); // prettier-ignore
+  }
+
+  _link(id) {
+    const { app } = this;
+    const part = app.parts.findIndex((entry) => entry.id === id);
+    const obstruction = app.plan.revision.obstructions.find((entry) => entry.id === id);
+    const go = part >= 0 ? () => app.choose(part) : obstruction ? () => app.chooseObstruction(obstruction) : null;
+    return go ? el("button", { type: "button", onclick: go }, part >= 0 ? nameOf(app.parts[part]) : id) : el("code", {}, id);
+  }
+
+  _proof(lift) {
+    const { proof } = this.app.plan.revision;
+    if (lift.proven === null) return el("p", { class: "warn" }, proof ? "NOT PROVEN here: this log is an extract and does not carry the path of this lift." : "NOT PROVEN: no proof was made for this page.");
+    const checks = proof.checks.filter((check) => check.samples > 0);
+    if (!lift.proven) return el("p", { class: "warn" }, "NOT PROVEN: a check failed about this lift; see Plan.");
+    return el("p", { class: "fine" }, `✓ Proven: ${checks.length} checks of the log passed for this lift${lift.samples ? `, ${counted(lift.samples, "sample")} of its motion` : ""}.`);
+  }
+
+  _lift(lift, motion, use) {
+    const { app } = this;
+    const excess = lift.shortest_moves ? ` (${fixed(lift.moves / lift.shortest_moves, 2)} × shortest)` : "";
+    const parts = [];
+    if (use) {
+      const share = use.utilisation ?? 1;
+      const bar = el("div", { class: share >= HOT ? "hot" : null });
+      bar.style.width = `${Math.min(100, share * 100)}%`;
+      parts.push(
+        el("h3", {}, "Capacity"),
+        el("div", { class: "meter", role: "img", "aria-label": `${percent(use.utilisation)} of the capacity used` }, bar),
+        terms([
+          ["Utilisation", `${use.utilisation === null ? "beyond the chart" : `${fixed(use.utilisation * 100, 1)} %`}`],
+          ["Load + rigging", tonnes(use.load_kg)],
+          ["Capacity", `${tonnes(use.capacity_kg)} at ${metres(use.radius_m)}`],
+          ["Governing sample", el("button", { type: "button", onclick: () => app.seek(use.time_s), title: "Go there" }, clock(use.time_s))],
+        ]),
+      );
+    }
+    if (motion) {
+      const nominal = motion.kind === "carried";
+      parts.push(
+        el("h3", {}, "Time"),
+        terms([
+          ["Begins", clock(lift.begins_s)],
+          ["Whole lift", nominal ? `${span(motion.length_s)} (nominal, 1 s a move)` : span(motion.length_s)],
+          ["Carrying", lift.duration_s === null ? null : span(lift.duration_s)],
+          ["Bound", lift.bound_s === null ? null : `${span(lift.bound_s)} (${fixed(lift.duration_s / lift.bound_s, 2)} ×)`],
+        ]),
+      );
+    }
+    parts.push(
+      el("h3", {}, "Way"),
+      terms([
+        ["Found by", METHODS[lift.method] ?? lift.method],
+        ["Moves", lift.moves === null ? null : `${whole(lift.moves)} cells${excess}`],
+        ["Shortest", lift.shortest_moves === null ? null : `${whole(lift.shortest_moves)} cells`],
+        ["In contact", lift.contact_moves ? `last ${counted(lift.contact_moves, "placement")}` : null],
+        ["Delivery", lift.delivery === null ? null : `no. ${lift.delivery + 1}`],
+        ["Stored", STORED[lift.stored] ?? lift.stored],
+      ]),
+    );
+    if (lift.pick)
+      parts.push(
+        el("h3", {}, "Hook"),
+        terms([
+          ["Pick point", point(lift.pick.hook_m), true],
+          ["", null],
+          ["at", `radius ${metres(lift.pick.radius_m)}, slew ${degrees(lift.pick.slew_rad)}`],
+          ["Set point", point(lift.set.hook_m), true],
+          ["at", `radius ${metres(lift.set.radius_m)}, slew ${degrees(lift.set.slew_rad)}`],
+        ]),
+      );
+    return parts;
+  }
+
+  _obstruction(record) {
+    const { app } = this;
+    const { boxes } = app.scene ? app.scene.obstructionOf(record) : { boxes: [] };
+    const cell = app.document.site.voxel_size_m;
+    const [low, high] = extent(boxes);
+    const blocked = app.plan.lifts.filter((lift) => lift.blocked_by.includes(record.id));
+    return [
+      el("h2", {}, record.id),
+      el("p", {}, "Obstruction (its cells, grown by the site's clearance)"),
+      boxes.length ? terms([
+        ["Size", `${low.map((value, axis) => fixed((high[axis] - value) * cell, 2)).join(" × ")} m`],
+        ["Lowest corner", point(low.map((value, axis) => app.document.site.origin_m[axis] + value * cell)), true],
+      ]) : null,
+      el("h3", {}, "Blocks"),
+      blocked.length ? el("div", { class: "links" }, ...blocked.map((lift) => this._link(app.parts[lift.part].id))) : el("p", {}, "no lift"),
+    ]; // prettier-ignore
+  }
+
+  renderPlan() {
+    const { app } = this;
+    const { revision } = app.plan;
+    const { site } = app.document;
+    const shares = new Map();
+    for (const lift of app.plan.lifts) if (lift.method) shares.set(lift.method, (shares.get(lift.method) ?? 0) + 1);
+    fill(
+      byId("panel-plan"),
+      el("h2", {}, site.name),
+      revision.changes || app.document.revisions.length > 1 ? el("h3", {}, `Revision ${revision.number}`) : null,
+      ...this._changes(revision),
+      el("h3", {}, "Plan"),
+      terms([
+        ["Model", site.model],
+        ["Log", revision.log],
+        ["Planned", `${revision.planned} of ${counted(app.plan.lifts.length, "lift")}`],
+        ["Infeasible", String(revision.infeasible)],
+        ["In this log", revision.carried < app.plan.lifts.length ? `${revision.carried} (it is an extract)` : null],
+        ["Recovered", revision.metadata.recovered === "true" ? "saved from a damaged log; some lifts may be missing" : null],
+        ["Crane time", revision.timed ? span(revision.ends_s - revision.begins_s) : "no crane: nominal times, 1 s a move"],
+        ["Crane", app.document.crane?.name],
+        ["Rigging", app.document.crane ? tonnes(app.document.crane.rigging_mass_kg) : null],
+        ["Mass lifted", tonnes(app.plan.lifts.filter((lift) => lift.status === "planned").reduce((sum, lift) => sum + app.parts[lift.part].mass_kg, 0))],
+        ["Found by", [...shares].map(([method, count]) => `${METHODS[method] ?? method} ${count}`).join(", ")],
+        ["Cells", `${site.shape.join(" × ")} of ${metres(site.voxel_size_m)}`],
+      ]),
+      ...this._infeasibleList(),
+      el("h3", {}, "Proof"),
+      ...this._checks(revision.proof),
+      ...this._sentences("Drawn into each other", revision.clashes.map((clash) => `${this._name(clash.first)} and ${this._name(clash.second)}: ${clash.at_least ? "at least " : ""}${fixed(clash.depth_m * 1000, 1)} mm`)),
+      ...this._sentences("Notes", [...revision.notes, ...site.notes, ...revision.obstruction_notes]),
+      el("h3", {}, "Hashes"),
+      terms([
+        ["Log, SHA-256", el("code", {}, revision.sha256), true],
+        ["Site digest", el("code", {}, revision.digest), true],
+        ["Geometry digest", el("code", {}, site.geometry_digest), true],
+        ["Model, SHA-256", el("code", {}, site.model_sha256), true],
+        ...Object.entries(revision.metadata).filter(([key]) => key.startsWith("sha256 ")).map(([key, value]) => [`${key.slice(7)}, SHA-256`, el("code", {}, value), true]),
+        ...["policy", "policy_steps", "seed"].filter((key) => key in revision.metadata).map((key) => [key.replace("_", " "), el("code", {}, revision.metadata[key])]),
+      ]),
+    ); // prettier-ignore
+  }
+
+  _name(id) {
+    const part = this.app.parts.find((entry) => entry.id === id);
+    return part ? nameOf(part) : id;
+  }
+
+  _changes(revision) {
+    const { app } = this;
+    if (!revision.changes) return app.document.revisions.length > 1 ? [el("p", {}, "The first one in this page.")] : [];
+    const { since, kept, replanned, infeasible, changed_cells: cells } = revision.changes;
+    const links = (parts) => el("div", { class: "links" }, ...parts.map((part) => el("button", { type: "button", onclick: () => app.choose(part) }, nameOf(app.parts[part]))));
+    return [
+      el("p", {}, `Since revision ${since}: ${counted(cells, "obstruction cell")} changed.`),
+      terms([["Kept", String(kept.length)], ["Replanned", String(replanned.length)], ["Infeasible", String(infeasible.length)]]),
+      replanned.length ? el("h3", {}, "Replanned") : null,
+      replanned.length ? links(replanned) : null,
+    ]; // prettier-ignore
+  }
+
+  _infeasibleList() {
+    const { app } = this;
+    const bad = app.plan.lifts.filter((lift) => lift.status !== "planned");
+    if (!bad.length) return [];
+    return [el("h3", {}, "Infeasible"), el("div", { class: "links" }, ...bad.map((lift) => el("button", { type: "button", class: "hot", onclick: () => app.choose(lift.part) }, `✕ ${nameOf(app.parts[lift.part])}`)))];
+  }
+
+  _checks(proof) {
+    if (!proof) return [el("p", { class: "warn" }, "NOT PROVEN. The log was not proven when this page was made; bimvox verify proves it.")];
+    const failed = proof.checks.filter((check) => !check.passed);
+    const samples = proof.checks.reduce((sum, check) => sum + check.samples, 0);
+    const rows = proof.checks.map((check) =>
+      el("tr", {}, el("td", {}, check.name.replaceAll("_", " ")), el("td", { class: check.passed ? null : "hot" }, check.passed ? "✓ passed" : `✕ ${check.failed} failed`), el("td", {}, whole(check.samples)), el("td", { title: check.unit }, check.worst === null ? "" : worst(check.worst))),
+    );
+    const head = el("thead", {}, el("tr", {}, ...["Check", "Result", "Samples", "Worst"].map((name) => el("th", { scope: "col" }, name))));
+    return [
+      proof.verified ? el("p", { class: "fine" }, `✓ Proven again from the log alone when this page was made: ${proof.checks.length} checks, ${whole(samples)} samples.`) : el("p", { class: "warn" }, `NOT PROVEN: ${counted(failed.length, "check")} failed.`),
+      ...failed.flatMap((check) => [el("h3", {}, check.name.replaceAll("_", " ")), el("ul", {}, ...check.failures.map((text) => el("li", {}, text)))]),
+      el("table", {}, head, el("tbody", {}, ...rows)),
+    ];
+  }
+
+  _sentences(title, sentences) {
+    return sentences.length ? [el("h3", {}, `${title} (${sentences.length})`), el("ul", {}, ...sentences.map((text) => el("li", {}, text)))] : [];
+  }
+}
+
+const worst = (value) => (value !== 0 && Math.abs(value) < 0.001 ? value.toExponential(1) : fixed(value, 3));

@@ -1,0 +1,42 @@
+// Names, the plan in a line, whether it is proven, and the choice of a revision.
+import { byId, el, fill } from "./dom.mjs";
+import { counted, span } from "./words.mjs";
+
+export class Header {
+  constructor(app) {
+    this.app = app;
+    const { revisions, left_out: leftOut } = app.document;
+    byId("revisions").hidden = revisions.length < 2;
+    const words = (revision) => {
+      const { changes } = revision;
+      return changes ? `${revision.number}: ${changes.replanned.length} replanned, ${revision.infeasible} infeasible` : `${revision.number}`;
+    };
+    fill(byId("revision"), ...revisions.map((revision, n) => el("option", { value: n }, words(revision))));
+    byId("revision").title = leftOut ? `${leftOut} earlier revisions are not in this page` : "";
+    byId("revision").addEventListener("change", (event) => app.setRevision(Number(event.target.value)));
+    byId("revision-earlier").addEventListener("click", () => app.setRevision(app.number - 1));
+    byId("revision-later").addEventListener("click", () => app.setRevision(app.number + 1));
+  }
+
+  render() {
+    const { app } = this;
+    const { revision } = app.plan;
+    const { site } = app.document;
+    byId("title").textContent = site.model && site.model !== site.name ? `${site.name} · ${site.model}` : site.name;
+    const facts = [
+      `${counted(revision.planned, "lift")} planned, ${revision.infeasible} infeasible`,
+      revision.timed ? `${span(revision.ends_s - revision.begins_s)} of crane time` : "no crane",
+      `log ${revision.log}, SHA-256 ${revision.sha256.slice(0, 12)}…`,
+    ];
+    byId("facts").textContent = facts.join(" · ");
+    const chip = byId("proof");
+    const good = revision.proof?.verified;
+    chip.className = `chip ${good ? "good" : "bad"}`;
+    const part = revision.carried < app.plan.lifts.length ? ` (${revision.carried} of ${counted(app.plan.lifts.length, "lift")})` : "";
+    chip.textContent = good ? `✓ proven${part}` : "✕ NOT PROVEN";
+    chip.title = good ? "Every check of the log passed when this page was made" : revision.proof ? "A check of the log failed: see Plan" : "No proof was made for this page: run bimvox verify";
+    byId("revision").value = String(app.number);
+    byId("revision-earlier").disabled = app.number === 0;
+    byId("revision-later").disabled = app.number === app.document.revisions.length - 1;
+  }
+}

@@ -1,0 +1,83 @@
+// Keys. Fields and lists keep the keys that they need themselves.
+import { byId, el, fill } from "./dom.mjs";
+
+const KEYS = [
+  ["space", "play or pause"],
+  ["← →", "previous or next lift; with Shift 10 seconds"],
+  ["↑ ↓", "faster or slower"],
+  ["Home, End", "first or last moment"],
+  ["/", "search the lifts"],
+  ["1 2 3 4", "view from above, from the front, overview, follow the load"],
+  ["f", "fit everything in"],
+  ["+ −", "zoom"],
+  ["w a s d", "turn the view"],
+  ["v", "voxels or real shapes"],
+  ["p", "paths: of the lift under way, of the chosen part, all, none"],
+  ["[ ]", "earlier or later revision"],
+  ["Esc", "choose nothing"],
+  ["?", "this list"],
+];
+const OWN_ARROWS = new Set(["SELECT", "INPUT"]);
+
+export function watchKeys(app) {
+  const help = byId("help");
+  fill(help.querySelector("dl"), ...KEYS.flatMap(([keys, what]) => [el("dt", {}, el("kbd", {}, keys)), el("dd", {}, what)]));
+  byId("help-button").addEventListener("click", () => help.showModal());
+
+  const actions = {
+    ArrowLeft: (event) => (event.shiftKey ? app.seek(app.time - 10) : app.stepLift(-1)),
+    ArrowRight: (event) => (event.shiftKey ? app.seek(app.time + 10) : app.stepLift(1)),
+    ArrowUp: () => app.timeline.nextSpeed(1),
+    ArrowDown: () => app.timeline.nextSpeed(-1),
+    Home: () => app.seek(app.plan.begins),
+    End: () => app.seek(app.plan.ends),
+    "/": () => byId("search").focus(),
+    1: () => app.view("top"),
+    2: () => app.view("front"),
+    3: () => app.view("iso"),
+    4: () => app.view("follow"),
+    f: () => app.view("fit"),
+    "+": () => app.view("in"),
+    "=": () => app.view("in"),
+    "-": () => app.view("out"),
+    w: () => app.turn(0, 20),
+    s: () => app.turn(0, -20),
+    a: () => app.turn(25, 0),
+    d: () => app.turn(-25, 0),
+    v: () => app.setLayer("voxels", !app.layers.voxels),
+    p: () => app.layerList.nextPaths(),
+    "[": () => app.setRevision(app.number - 1),
+    "]": () => app.setRevision(app.number + 1),
+    Escape: () => app.choose(null),
+    "?": () => help.showModal(),
+  };
+
+  document.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || help.open) return;
+    const at = event.target;
+    const typing = at instanceof HTMLInputElement && at.type === "search";
+    if (typing) {
+      if (event.key === "Escape") {
+        at.value = "";
+        at.dispatchEvent(new Event("input"));
+        at.blur();
+      }
+      return;
+    }
+    if (event.key === " ") {
+      // Space presses a focused button; elsewhere it plays.
+      if (at instanceof HTMLButtonElement || at instanceof HTMLSelectElement || at.tagName === "SUMMARY" || at.type === "checkbox") return;
+      event.preventDefault();
+      app.toggle();
+      return;
+    }
+    if (OWN_ARROWS.has(at.tagName) && (event.key.startsWith("Arrow") || event.key === "Home" || event.key === "End")) return;
+    if (at instanceof HTMLSelectElement) return;
+    const scrolls = at.closest?.(".scroll") && !(at instanceof HTMLButtonElement);
+    if (scrolls && (event.key === "ArrowUp" || event.key === "ArrowDown" || event.key === "Home" || event.key === "End")) return;
+    const act = actions[event.key];
+    if (!act) return;
+    event.preventDefault();
+    act(event);
+  });
+}

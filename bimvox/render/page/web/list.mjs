@@ -1,0 +1,100 @@
+// The list of lifts: searched, sorted, and marked as time goes on.
+import { byId, el, fill } from "./dom.mjs";
+import { HOT, sorted } from "./plan.mjs";
+import { STATES, classWords, counted, nameOf, percent, shortClock } from "./words.mjs";
+
+const GLYPHS = ["", "•", "▲", "✓", "✓"];
+const FALLING = new Set(["utilisation", "duration", "mass"]);
+
+export class LiftList {
+  constructor(app) {
+    this.app = app;
+    this.body = byId("list").tBodies[0];
+    this.search = byId("search");
+    this.key = "order";
+    this.descending = false;
+    this.search.addEventListener("input", () => this.render());
+    this.buttons = [...document.querySelectorAll("[data-sort]")];
+    for (const button of this.buttons)
+      button.addEventListener("click", () => {
+        const again = this.key === button.dataset.sort;
+        this.descending = again ? !this.descending : FALLING.has(button.dataset.sort);
+        this.key = button.dataset.sort;
+        this.render();
+      });
+  }
+
+  /** Lists the lifts of the revision shown. */
+  render() {
+    const { plan } = this.app;
+    const lifts = sorted(plan, plan.matching(this.search.value), this.key, this.descending);
+    this.rows = new Map();
+    fill(this.body, ...lifts.map((lift) => this._row(plan, lift)));
+    for (const button of this.buttons) {
+      const own = button.dataset.sort === this.key;
+      button.setAttribute("aria-pressed", String(own));
+      button.title = own ? `sorted ${this.descending ? "descending" : "ascending"}; again for the other way` : `sort by ${button.textContent}`;
+    }
+    byId("count").textContent = lifts.length === plan.lifts.length ? counted(lifts.length, "lift") : `${lifts.length} of ${counted(plan.lifts.length, "lift")}`;
+    this.states = null;
+    this.update();
+  }
+
+  _row(plan, lift) {
+    const part = this.app.parts[lift.part];
+    const bad = lift.status !== "planned";
+    const motion = plan.motionOf(lift);
+    const use = lift.governs?.utilisation ?? null;
+    const state = el("span", { class: "state" });
+    const under = [classWords(part.ifc_class), part.storey].filter(Boolean).join(" · ");
+    const button = el("button", { type: "button", onclick: () => this.app.choose(lift.part, { from: "list" }) }, el("span", {}, nameOf(part)), el("small", {}, bad ? `infeasible · ${under}` : under));
+    const row = el("tr", { class: bad ? "bad" : null, "data-part": lift.part },
+      el("td", {}, state),
+      el("td", {}, String(lift.order + 1)),
+      el("td", {}, button),
+      el("td", { class: use !== null && use >= HOT ? "hot" : null }, bad ? "" : percent(use)),
+      el("td", {}, bad ? "✕" : motion ? shortClock(motion.length_s) : "–"),
+    ); // prettier-ignore
+    this.rows.set(lift.part, { row, state, button });
+    return row;
+  }
+
+  /** Marks states, the lift under way and the chosen part. */
+  update() {
+    const { app } = this;
+    const states = app.states;
+    for (const lift of app.plan.lifts) {
+      const found = this.rows.get(lift.part);
+      const value = lift.status !== "planned" ? "x" : states[lift.part];
+      if (!found || found.value === value) continue;
+      found.value = value;
+      found.state.className = `state s${value}`;
+      found.state.title = value === "x" ? "infeasible" : STATES[value];
+      found.state.textContent = value === "x" ? "✕" : GLYPHS[value];
+    }
+    if (this.lift !== app.lift) {
+      this.rows.get(this.lift?.part)?.row.classList.remove("now");
+      this.lift = app.lift;
+      if (!this.search.value && this.key === "order" && !this.body.contains(document.activeElement)) this._reveal(this.lift?.part);
+    }
+    this.rows.get(this.lift?.part)?.row.classList.add("now");
+    if (this.chosen !== app.chosen) this.rows.get(this.chosen)?.row.classList.remove("chosen");
+    this.chosen = app.chosen;
+    const own = this.rows.get(this.chosen);
+    own?.row.classList.add("chosen");
+    for (const { button } of this.rows.values()) if (button.hasAttribute("aria-current")) button.removeAttribute("aria-current");
+    own?.button.setAttribute("aria-current", "true");
+  }
+
+  _reveal(part) {
+    const scroll = byId("list-scroll");
+    const row = this.rows.get(part)?.row;
+    if (!row) return;
+    const top = row.offsetTop - 30;
+    if (top < scroll.scrollTop || top + row.offsetHeight + 30 > scroll.scrollTop + scroll.clientHeight) scroll.scrollTop = top - scroll.clientHeight / 3;
+  }
+
+  reveal(part) {
+    this._reveal(part);
+  }
+}

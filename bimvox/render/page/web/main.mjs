@@ -1,0 +1,333 @@
+// The page: holds what is shown now, and tells every part of the page when it changes.
+import { Camera } from "./camera.mjs";
+import { unpack } from "./container.mjs";
+import { Details } from "./details.mjs";
+import { byId, el, fill } from "./dom.mjs";
+import { Header } from "./header.mjs";
+import { watchKeys } from "./keyboard.mjs";
+import { LAYERS, Layers } from "./layers.mjs";
+import { LiftList } from "./list.mjs";
+import { clamp } from "./maths.mjs";
+import { motionOf } from "./motion.mjs";
+import { Plan } from "./plan.mjs";
+import { watchPointers } from "./pointer.mjs";
+import { Scene } from "./scene.mjs";
+import { Timeline, nowWords } from "./timeline.mjs";
+import { PHASES, clock, metres } from "./words.mjs";
+
+const MOST_PIXELS = 2;
+const FOLLOW_M = 28;
+const SAY_MS = 1500;
+
+class App {
+  constructor(document, numbers) {
+    this.document = document;
+    this.parts = document.parts;
+    const motions = document.motions.map((record) => motionOf(record, numbers, document.scales));
+    this.plans = document.revisions.map((revision) => new Plan(revision, this.parts, motions));
+    this.number = this.plans.length - 1;
+    this.time = this.plan.begins;
+    this.playing = false;
+    this.speed = 50;
+    this.chosen = null;
+    this.obstruction = null;
+    this.following = false;
+    this.layers = { ...LAYERS };
+    this.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.camera = new Camera(this.still);
+    this.scene = this._scene(numbers);
+    this.header = new Header(this);
+    this.list = new LiftList(this);
+    this.details = new Details(this);
+    this.timeline = new Timeline(this);
+    this.layerList = new Layers(this);
+    this._listen();
+    this._renderRevision();
+    this.view("iso", true);
+    this.loop();
+  }
+
+  get plan() {
+    return this.plans[this.number];
+  }
+
+  _scene(numbers) {
+    const canvas = byId("canvas");
+    const gl = canvas.getContext("webgl2", { antialias: true, alpha: false, powerPreference: "high-performance" });
+    if (!gl) {
+      canvas.hidden = true;
+      byId("failure").hidden = false;
+      byId("failure").textContent = "This browser has no WebGL 2, so the site is not drawn; the list, the details and the times work.";
+      return null;
+    }
+    canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
+    canvas.addEventListener("webglcontextrestored", () => {
+      this.scene = new Scene(gl, this.document, numbers);
+      this.changed();
+    });
+    return new Scene(gl, this.document, numbers);
+  }
+
+  _listen() {
+    const canvas = byId("canvas");
+    const height = () => canvas.clientHeight || 1;
+    watchPointers(canvas, {
+      orbit: (dx, dy) => this.turn(dx, dy),
+      pan: (dx, dy) => {
+        this._stopFollowing();
+        this.camera.pan(dx / height(), dy / height());
+        this.changed();
+      },
+      zoom: (factor, x, y) => {
+        this.camera.zoom(factor, this.following ? 0 : x, this.following ? 0 : y);
+        this.changed();
+      },
+      choose: (x, y) => this._pick(x, y),
+    });
+    for (const button of document.querySelectorAll("[data-view]")) button.addEventListener("click", () => this.view(button.dataset.view));
+    new ResizeObserver(() => this.changed()).observe(canvas);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.changed());
+    window.addEventListener("beforeprint", () => this._printable());
+    watchKeys(this);
+  }
+
+  /** Shows everything of another revision. */
+  _renderRevision() {
+    this.time = clamp(this.time, this.plan.begins, this.plan.ends);
+    this.states = this.plan.statesAt(this.time);
+    this.lift = this.plan.liftAt(this.time);
+    this.scene?.forget();
+    this.header.render();
+    this.list.render();
+    this.timeline.render();
+    this.layerList.renderLegend();
+    this.details.renderPart();
+    this.details.renderPlan();
+    this._refresh();
+  }
+
+  setRevision(number) {
+    if (number < 0 || number >= this.plans.length || number === this.number) return;
+    this.number = number;
+    this.obstruction = null;
+    this._renderRevision();
+    this.details.open("plan");
+    this._say(`Revision ${this.plan.revision.number}`);
+  }
+
+  /** Asks for a frame. */
+  changed() {
+    if (this.asked) return;
+    this.asked = true;
+    requestAnimationFrame((now) => this.loop(now));
+  }
+
+  loop(now = performance.now()) {
+    this.asked = false;
+    if (this.playing) {
+      const passed = Math.min((now - (this.last ?? now)) / 1000, 0.25);
+      this.time = Math.min(this.time + passed * this.speed, this.plan.ends);
+      if (this.time >= this.plan.ends) this.playing = false;
+      this._refresh();
+    }
+    this.last = this.playing ? now : undefined;
+    const gliding = this.camera.step(now);
+    this._draw(now);
+    if (this.playing || gliding) this.changed();
+  }
+
+  _refresh() {
+    this.states = this.plan.statesAt(this.time);
+    const lift = this.plan.liftAt(this.time);
+    if (lift !== this.lift) {
+      this.lift = lift;
+      const words = nowWords(this);
+      if (words) this._say(words.title);
+      if (this.chosen === null && !this.obstruction) this.details.renderPart();
+    }
+    this.list.update();
+    this.timeline.update();
+    this._showNow();
+    this.changed();
+  }
+
+  _showNow() {
+    const words = nowWords(this);
+    if (!words) {
+      byId("now").hidden = true;
+      return;
+    }
+    const phase = words.phase ? (PHASES[words.phase] ?? words.phase) : "";
+    fill(byId("now"), el("strong", {}, words.title), el("span", {}, `${clock(this.time)}${phase ? ` · ${phase}` : ""}`));
+    const held = this.document.crane && this.scene?.hook;
+    if (held) byId("now").title = `hook at ${held.map(metres).join(", ")}`;
+  }
+
+  /** Tells screen readers, not faster than they can speak. */
+  _say(text) {
+    this.saying = text;
+    if (this.timer) return;
+    byId("live").textContent = text;
+    this.saying = null;
+    this.timer = setTimeout(() => {
+      this.timer = null;
+      if (this.saying) this._say(this.saying);
+    }, SAY_MS);
+  }
+
+  _frame() {
+    const canvas = byId("canvas");
+    const pixels = Math.min(devicePixelRatio || 1, MOST_PIXELS);
+    const width = Math.max(1, Math.round(canvas.clientWidth * pixels));
+    const height = Math.max(1, Math.round(canvas.clientHeight * pixels));
+    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+    this.camera.aspect = width / height;
+    const dark = matchMedia("(prefers-color-scheme: dark)").matches && !matchMedia("print").matches;
+    const paper = dark ? [0.29, 0.31, 0.35] : [0.933, 0.945, 0.957];
+    return { camera: this.camera, width, height, pixels, paper };
+  }
+
+  _draw() {
+    if (!this.scene) return;
+    this.scene.show({ plan: this.plan, time: this.time, layers: this.layers, chosen: this.chosen, obstruction: this.obstruction });
+    const frame = this._frame();
+    if (this.following && this.lift && !this.camera.glide) {
+      const at = this.states[this.lift.part] > 1 ? this.scene.middleOf(this.lift.part) : (this.scene.hook ?? this.scene.middleOf(this.lift.part));
+      if (at) this.camera.target = at;
+    }
+    this.scene.draw(frame, this.layers);
+    document.documentElement.dataset.drawn = String(Number(document.documentElement.dataset.drawn ?? 0) + 1);
+  }
+
+  _pick(x, y) {
+    if (!this.scene) return;
+    const frame = this._frame();
+    const thing = this.scene.pick(frame, this.layers, Math.round(x * frame.pixels), Math.round(y * frame.pixels));
+    if (thing?.kind === "part") this.choose(thing.index, { from: "view" });
+    else if (thing?.kind === "obstruction") {
+      const own = this.plan.revision.obstructions.find((record) => this.scene.obstructionOf(record) === thing.record);
+      this.chooseObstruction(own);
+    } else this.choose(null);
+  }
+
+  /** Chooses a part by its index; null chooses nothing. */
+  choose(part, { from = "" } = {}) {
+    this.chosen = part;
+    this.obstruction = null;
+    this.details.renderPart();
+    if (part !== null) this.details.open("part");
+    this.list.update();
+    if (part !== null && from !== "list") this.list.reveal(part);
+    this.timeline.update();
+    this.changed();
+  }
+
+  chooseObstruction(record) {
+    this.chosen = null;
+    this.obstruction = record;
+    this.details.renderPart();
+    this.details.open("part");
+    this.list.update();
+    this.timeline.update();
+    this.changed();
+  }
+
+  seek(time) {
+    this.time = clamp(time, this.plan.begins, this.plan.ends);
+    this._refresh();
+  }
+
+  toggle() {
+    if (!this.plan.timed.length) return;
+    if (!this.playing && this.time >= this.plan.ends) this.time = this.plan.begins;
+    this.playing = !this.playing;
+    this._refresh();
+  }
+
+  setSpeed(speed) {
+    this.speed = speed;
+    this.timeline.update();
+  }
+
+  /** To the beginning of the next or the previous lift; first to the beginning of this one. */
+  stepLift(step) {
+    if (!this.lift) return;
+    const within = this.time - this.lift.begins_s > 1;
+    const to = step < 0 && within ? this.lift : this.plan.neighbour(this.lift, step);
+    if (to) this.seek(to.begins_s);
+    else this.seek(step < 0 ? this.plan.begins : this.plan.ends);
+  }
+
+  setLayer(name, value) {
+    this.layers[name] = value;
+    this.scene?.forget();
+    this.layerList.update();
+    this.changed();
+  }
+
+  turn(dx, dy) {
+    this.camera.orbit(dx, dy);
+    this.changed();
+  }
+
+  _stopFollowing() {
+    this.following = false;
+    document.querySelector('[data-view="follow"]').setAttribute("aria-pressed", "false");
+  }
+
+  view(name, atOnce = false) {
+    if (name === "in" || name === "out") {
+      this.camera.zoom(name === "in" ? 0.8 : 1.25);
+      this.changed();
+      return;
+    }
+    const follow = name === "follow" && !this.following;
+    this._stopFollowing();
+    this._frame();
+    const now = performance.now();
+    if (name === "follow") {
+      this.following = follow;
+      document.querySelector('[data-view="follow"]').setAttribute("aria-pressed", String(follow));
+      if (follow) this.camera.go({ distance: Math.min(this.camera.distance, FOLLOW_M) }, now);
+      this.changed();
+      return;
+    }
+    const [azimuth, elevation] = this.document.site.view_deg;
+    const square = Math.round(azimuth / 90) * 90;
+    const turns = { top: [square, 89.9], front: [square, 4], iso: [azimuth, elevation], fit: [this.camera.azimuth, this.camera.elevation] };
+    const [low, high] = this.scene ? this.scene.bounds(this.plan) : [[0, 0, 0], [10, 10, 10]];
+    const to = this._uncovered(this.camera.fitting(low, high, ...turns[name]));
+    if (atOnce) Object.assign(this.camera, to);
+    else this.camera.go(to, now);
+    this.changed();
+  }
+
+  /** Moves a view so that what it fits in lies between the cards at the upper and the lower edge. */
+  _uncovered(view) {
+    const height = byId("canvas").clientHeight || 1;
+    const upper = Math.min(byId("now").offsetHeight + 16, 0.15 * height);
+    const lower = Math.min(byId("legend").offsetHeight + 16, 0.2 * height);
+    const distance = (view.distance * height) / (height - upper - lower);
+    const probe = Object.assign(new Camera(true), view, { distance, aspect: this.camera.aspect });
+    probe.pan(0, (upper - lower) / 2 / height);
+    return { ...view, distance, target: probe.target };
+  }
+
+  /** Puts the picture where a printer finds it. */
+  _printable() {
+    if (!this.scene) return;
+    this._draw();
+    byId("still").src = byId("canvas").toDataURL("image/png");
+  }
+}
+
+unpack(byId("data").textContent)
+  .then(({ document: data, numbers }) => {
+    byId("data").remove();
+    window.page = new App(data, numbers);
+  })
+  .catch((error) => {
+    byId("failure").hidden = false;
+    byId("failure").textContent = `This page cannot be shown: ${error.message}`;
+    throw error;
+  });

@@ -1,0 +1,85 @@
+// Where crane and load are at a time: straight between keyframes, in the crane's axes.
+import { columnsOf } from "./container.mjs";
+import { mix } from "./maths.mjs";
+
+/** Decodes a motion's keyframes. Times are seconds from the lift's start. */
+export function motionOf(record, numbers, scales) {
+  const axis = record.kind === "crane" ? scales.angle : scales.length;
+  const [time, ...axes] = columnsOf(numbers(record.keys), [scales.time, axis, scales.length, scales.length]);
+  let tip = null;
+  if (record.tip) {
+    const columns = columnsOf(numbers(record.tip.keys), [scales.time, scales.length, scales.angle]);
+    tip = { ...record.tip, time: columns[0], columns: columns.slice(1) };
+  }
+  return { ...record, time, axes, tip };
+}
+
+/** Values of columns at a time, straight between keyframes, held before the first and after the last. */
+export function valuesAt(time, columns, at) {
+  let low = 0;
+  let high = time.length - 1;
+  if (at <= time[0]) return columns.map((column) => column[0]);
+  if (at >= time[high]) return columns.map((column) => column[high]);
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (time[middle] <= at) low = middle;
+    else high = middle;
+  }
+  const share = (at - time[low]) / (time[high] - time[low]);
+  return columns.map((column) => mix(column[low], column[high], share));
+}
+
+/** Slew, radius and height of the crane at a time within a lift. */
+export const axesAt = (motion, at) => valuesAt(motion.time, motion.axes, at);
+
+/** Where the hook is. */
+export function hookOf(baseM, [slew, radius, height]) {
+  return [baseM[0] + radius * Math.cos(slew), baseM[1] + radius * Math.sin(slew), height];
+}
+
+/** The turn of a part that was stored lying, by the angle from upright. */
+export function tiltOf(stored, angle) {
+  const sine = Math.sin(angle / 2);
+  const cosine = Math.cos(angle / 2);
+  if (stored === "lying_x") return [0, sine, 0, cosine];
+  if (stored === "lying_y") return [-sine, 0, 0, cosine];
+  return [0, 0, 0, 1];
+}
+
+/** The frame of a hanging load: lowest corner of its reference cell, and its turn. */
+export function loadAt(motion, baseM, stored, at) {
+  if (motion.tip && at < motion.tip.end_s) {
+    const [z, angle] = valuesAt(motion.tip.time, motion.tip.columns, at);
+    return { corner: [motion.tip.corner_m[0], motion.tip.corner_m[1], z], tilt: tiltOf(stored, angle) };
+  }
+  const values = axesAt(motion, at);
+  if (motion.kind === "carried") return { corner: values, tilt: [0, 0, 0, 1] };
+  const hook = hookOf(baseM, values);
+  return { corner: hook.map((value, n) => value + motion.below_m[n]), tilt: [0, 0, 0, 1] };
+}
+
+/** The frame of a part as it waits in the yard. */
+export function storedAt(lift, part) {
+  const corner = lift.start_m.slice();
+  if (lift.stored === "lying_x") corner[2] += part.size_m[0];
+  if (lift.stored === "lying_y") corner[2] += part.size_m[1];
+  return { corner, tilt: tiltOf(lift.stored, Math.PI / 2) };
+}
+
+/** Points of a load's way from hooking on to its place, close enough for a smooth line: the middle of the part. */
+export function wayOf(motion, baseM, part) {
+  const middle = part.size_m.map((size) => size / 2);
+  const points = [];
+  const from = motion.tip ? motion.tip.end_s : motion.lifted_s;
+  const add = (at) => points.push(loadAt(motion, baseM, "as_built", at).corner.map((value, n) => value + middle[n]));
+  for (let n = 0; n < motion.time.length; n++) {
+    const at = motion.time[n];
+    if (at < from || at > motion.arrived_s + 1e-6) continue;
+    if (motion.kind === "crane" && n > 0 && motion.time[n - 1] >= from) {
+      const pieces = Math.ceil(Math.abs(motion.axes[0][n] - motion.axes[0][n - 1]) / 0.05);
+      for (let piece = 1; piece < pieces; piece++) add(mix(motion.time[n - 1], at, piece / pieces));
+    }
+    add(at);
+  }
+  return points;
+}

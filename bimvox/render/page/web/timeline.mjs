@@ -1,0 +1,102 @@
+// The time of the plan: slider, lifts as bands, play, speed.
+import { byId, el, fill } from "./dom.mjs";
+import { HOT } from "./plan.mjs";
+import { clock, nameOf } from "./words.mjs";
+
+const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500];
+const THUMB = 6;
+
+export class Timeline {
+  constructor(app) {
+    this.app = app;
+    this.slider = byId("time");
+    this.ticks = byId("ticks");
+    fill(byId("speed"), ...SPEEDS.map((speed) => el("option", { value: speed, selected: speed === app.speed }, `${speed}×`)));
+    byId("speed").addEventListener("change", (event) => app.setSpeed(Number(event.target.value)));
+    byId("play").addEventListener("click", () => app.toggle());
+    byId("previous").addEventListener("click", () => app.stepLift(-1));
+    byId("next").addEventListener("click", () => app.stepLift(1));
+    this.slider.addEventListener("input", () => app.seek(Number(this.slider.value)));
+    new ResizeObserver(() => this.drawTicks()).observe(this.ticks);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.drawTicks());
+  }
+
+  /** Takes the span of the revision shown. */
+  render() {
+    const { plan } = this.app;
+    this.slider.min = plan.begins;
+    this.slider.max = plan.ends;
+    this.slider.disabled = !plan.timed.length;
+    byId("play").disabled = !plan.timed.length;
+    byId("total").textContent = `/ ${clock(plan.ends)}`;
+    this.drawTicks();
+  }
+
+  update() {
+    const { app } = this;
+    this.slider.value = app.time;
+    const said = app.lift ? `${clock(app.time)}, lift ${app.lift.order + 1} of ${app.plan.lifts.length}` : clock(app.time);
+    if (this.slider.getAttribute("aria-valuetext") !== said) this.slider.setAttribute("aria-valuetext", said);
+    byId("clock").textContent = clock(app.time);
+    const play = byId("play");
+    play.classList.toggle("playing", app.playing);
+    play.setAttribute("aria-label", app.playing ? "Pause" : "Play");
+    byId("speed").value = String(app.speed);
+    if (this.lift !== app.lift || this.chosen !== app.chosen) this.drawTicks();
+  }
+
+  nextSpeed(step) {
+    const at = SPEEDS.indexOf(this.app.speed) + step;
+    if (SPEEDS[at]) this.app.setSpeed(SPEEDS[at]);
+  }
+
+  /** One band a lift: the one under way blue, the chosen one black, above 90 % of the capacity a red mark. */
+  drawTicks() {
+    const { app, ticks } = this;
+    this.lift = app.lift;
+    this.chosen = app.chosen;
+    const scale = devicePixelRatio || 1;
+    const [width, height] = [ticks.clientWidth, ticks.clientHeight];
+    ticks.width = width * scale;
+    ticks.height = height * scale;
+    const draw = ticks.getContext("2d");
+    draw.scale(scale, scale);
+    const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
+    const { plan } = app;
+    const x = (time) => THUMB + ((time - plan.begins) / Math.max(plan.ends - plan.begins, 1e-9)) * (width - 2 * THUMB);
+    plan.timed.forEach((lift, n) => {
+      const [from, to] = [x(lift.begins_s), x(plan.endOf(lift))];
+      draw.fillStyle = colour(lift === app.lift ? "--accent" : n % 2 ? "--line" : "--press");
+      draw.fillRect(from, height - 17, Math.max(to - from, 0.6), 11);
+      if (lift.part === app.chosen) {
+        draw.fillStyle = colour("--ink");
+        draw.fillRect(from - 0.5, height - 6, Math.max(to - from + 1, 3), 4);
+      }
+      if ((lift.governs?.utilisation ?? 0) >= HOT) {
+        draw.fillStyle = colour("--bad");
+        draw.fillRect(from, height - 20, Math.max(to - from, 1.5), 3);
+      }
+    });
+    this._drawHours(draw, x, width, colour("--faint"));
+  }
+
+  _drawHours(draw, x, width, ink) {
+    const { plan } = this.app;
+    const long = plan.ends - plan.begins;
+    const step = [60, 300, 600, 1800, 3600, 7200, 18000, 36000, 86400].find((seconds) => (seconds / Math.max(long, 1)) * width > 62) ?? 86400;
+    draw.fillStyle = ink;
+    draw.font = "11px system-ui, sans-serif";
+    draw.textAlign = "center";
+    for (let at = Math.ceil(plan.begins / step) * step; at <= plan.ends; at += step) {
+      draw.fillRect(x(at), 14, 1, 8);
+      if (x(at) > 14 && x(at) < width - 16) draw.fillText(clock(at).replace(/:00$/, ""), x(at), 11);
+    }
+  }
+}
+
+/** What is under way, in words. */
+export function nowWords(app) {
+  const { lift, plan } = app;
+  if (!lift) return null;
+  return { title: `Lift ${lift.order + 1} of ${plan.lifts.length}: ${nameOf(app.parts[lift.part])}`, phase: plan.phaseAt(lift, app.time) };
+}

@@ -1,0 +1,45 @@
+// Numbers as words, the same everywhere on the page.
+
+/** `1:02:03` */
+export function clock(seconds) {
+  const whole = Math.round(Math.max(0, seconds));
+  const two = (n) => String(n).padStart(2, "0");
+  return `${Math.floor(whole / 3600)}:${two(Math.floor(whole / 60) % 60)}:${two(whole % 60)}`;
+}
+
+/** `4:48`, `1:02:03` */
+export const shortClock = (seconds) => clock(seconds).replace(/^0:0?/, "");
+
+/** `4 min 12 s`, `1 h 5 min` */
+export function span(seconds) {
+  if (seconds === null || seconds === undefined) return "–";
+  if (seconds < 60) return `${fixed(seconds, 1)} s`;
+  const whole = Math.round(seconds);
+  if (whole < 3600) return `${Math.floor(whole / 60)} min ${whole % 60} s`;
+  const minutes = Math.round(seconds / 60);
+  return `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+}
+
+export const fixed = (value, digits) => Number(value).toLocaleString("en", { minimumFractionDigits: digits, maximumFractionDigits: digits });
+export const whole = (value) => fixed(value, 0);
+export const counted = (count, noun) => `${whole(count)} ${noun}${count === 1 ? "" : "s"}`;
+export const tonnes = (kg) => (kg < 1000 ? `${whole(kg)} kg` : `${fixed(kg / 1000, 2)} t`);
+export const percent = (share) => (share === null || share === undefined ? "–" : `${fixed(share * 100, 0)} %`);
+export const metres = (value) => `${fixed(value, 2)} m`;
+export const point = (at) => `x ${fixed(at[0], 2)}, y ${fixed(at[1], 2)}, z ${fixed(at[2], 2)} m`;
+export const degrees = (radians) => `${fixed((radians * 180) / Math.PI, 1)}°`;
+
+/** `IfcBuildingElementPart` -> `Building element part` */
+export function classWords(ifcClass) {
+  const words = ifcClass.replace(/^Ifc/, "").replace(/([a-z0-9])([A-Z])/g, "$1 $2").toLowerCase();
+  return words ? words[0].toUpperCase() + words.slice(1) : "";
+}
+
+/** What a part is called in a list: its name, else its GlobalId. */
+export const nameOf = (part) => part.name || part.global_id || part.id;
+
+export const METHODS = { policy: "policy", retrained: "policy, retrained", search: "search (A*)" };
+export const MASS_SOURCES = { quantity: "from the model's quantities", density: "volume × density of its material", default: "volume × 2,400 kg/m³ (nothing better known)" };
+export const STORED = { as_built: "as built in", lying_x: "lying along x, tipped up", lying_y: "lying along y, tipped up" };
+export const PHASES = { approach: "empty hook on its way", hook_on: "hooking on", raise: "raising", hoist: "hoisting", traverse: "slewing and trolleying", lower: "lowering", set: "setting", release: "releasing the slings" };
+export const STATES = ["not delivered yet", "in the yard", "in transit", "arrived", "assembled"];

@@ -1,0 +1,99 @@
+"""Cells of a part as planes of bits: 64 cells of a column in one word, so that runs of cells cost as much as one cell.
+
+A plane is (A, B, ceil(C / 64)) uint64; cell (i, j, k) is bit k % 64 of word (i, j, k // 64).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import inline_kernel, kernel
+
+WORD = 64
+"""Cells in a word."""
+ONE = np.uint64(1)
+NONE = np.uint64(0)
+EVERY = np.uint64(0xFFFFFFFFFFFFFFFF)
+
+# A De Bruijn sequence: its 64 stretches of six bits all differ (Leiserson, Prokop and Randall 1998).
+_SEQUENCE = 0x03F79D71B4CB0A89
+_SEQUENCE_WORD = np.uint64(_SEQUENCE)
+_LOWEST = np.zeros(WORD, np.int64)
+_LOWEST[[(_SEQUENCE << n & (1 << WORD) - 1) >> 58 for n in range(WORD)]] = np.arange(WORD)
+_TOP = np.uint64(58)
+
+
+@inline_kernel
+def lowest(word: np.uint64) -> int:
+    """Return the number of the lowest bit that is set; there must be one."""
+    return int(_LOWEST[((word & (~word + ONE)) * _SEQUENCE_WORD) >> _TOP])
+
+
+@inline_kernel
+def population(word: np.uint64) -> int:
+    """Return how many bits are set."""
+    count = 0
+    while word != NONE:
+        word &= word - ONE
+        count += 1
+    return count
+
+
+@inline_kernel
+def stretch(first: int, stop: int) -> np.uint64:
+    """Return a word with the bits first <= k < stop set, 0 <= first < stop <= 64."""
+    return (EVERY << np.uint64(first)) & (EVERY >> np.uint64(WORD - stop))
+
+
+@inline_kernel
+def has(plane: NDArray[np.uint64], i: int, j: int, k: int) -> bool:
+    """Say whether a cell's bit is set."""
+    return bool(plane[i, j, k >> 6] >> np.uint64(k & 63) & ONE)
+
+
+@inline_kernel
+def set_run(plane: NDArray[np.uint64], i: int, j: int, first: int, last: int) -> None:
+    """Set the bits of the cells first <= k <= last of a column."""
+    w = first >> 6
+    w_last = last >> 6
+    low = EVERY << np.uint64(first & 63)
+    high = EVERY >> np.uint64(63 - (last & 63))
+    if w == w_last:
+        plane[i, j, w] |= low & high
+        return
+    plane[i, j, w] |= low
+    for n in range(w + 1, w_last):
+        plane[i, j, n] = EVERY
+    plane[i, j, w_last] |= high
+
+
+def empty_plane(a: int, b: int, c: int) -> NDArray[np.uint64]:
+    """Return a plane for (a, b, c) cells with no bit set; it takes memory only where it is written to."""
+    return np.zeros((a, b, (c + WORD - 1) // WORD), np.uint64)
+
+
+@kernel
+def pack(cells: NDArray[np.bool_]) -> NDArray[np.uint64]:
+    """Return the plane of an (A, B, C) array of booleans."""
+    plane = np.zeros((cells.shape[0], cells.shape[1], (cells.shape[2] + WORD - 1) // WORD), np.uint64)
+    for i in range(cells.shape[0]):
+        for j in range(cells.shape[1]):
+            for k in range(cells.shape[2]):
+                if cells[i, j, k]:
+                    plane[i, j, k >> 6] |= ONE << np.uint64(k & 63)
+    return plane
+
+
+@kernel
+def unpack(plane: NDArray[np.uint64], c: int) -> NDArray[np.bool_]:
+    """Return a plane as an (A, B, c) array of booleans."""
+    cells = np.zeros((plane.shape[0], plane.shape[1], c), np.bool_)
+    for i in range(plane.shape[0]):
+        for j in range(plane.shape[1]):
+            for w in range(plane.shape[2]):
+                word = plane[i, j, w]
+                while word != NONE:
+                    cells[i, j, WORD * w + lowest(word)] = True
+                    word &= word - ONE
+    return cells

@@ -1,0 +1,78 @@
+"""Results of an experiment as they might be, for tests of what is made of them."""
+
+from __future__ import annotations
+
+from pipeline.paper.results import BaselineRun, CurveRow, ExperimentResults, LearningRun, ScenarioRun
+from pipeline.paper.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS, PaperSettings, quick_settings
+
+SEEDS = 6
+PATH = ((2, 2, 2), (3, 2, 2), (4, 2, 2), (5, 2, 2), (6, 2, 2), (7, 2, 2), (7, 3, 2), (7, 4, 2), (7, 5, 2), (7, 6, 2))
+WHOLE = (*PATH, (7, 7, 2), (7, 7, 1))
+BOX = ((3, 3, 1), (6, 4, 3))
+
+
+def learning_run(mode: str, seed: int, steps: int, *, reached: bool = True, budget: int = 40_000) -> LearningRun:
+    curve = (CurveRow(steps // 2, 0.4, -20.0, 0.3), CurveRow(steps, 1.0 if reached else 0.6, -5.0, 1.0))
+    return LearningRun(mode, seed, reached, steps, budget, curve, 3.0, 2.5)
+
+
+def scenario_run(mode: str, seed: int, scenario: str, steps: int, *, succeeded: bool = True) -> ScenarioRun:
+    curve = (
+        () if steps == 0 else (CurveRow(0, 0.0, -36.0, None), CurveRow(steps, 0.9 if succeeded else 0.2, -9.0, None))
+    )
+    return ScenarioRun(
+        mode=mode,
+        seed=seed,
+        scenario=scenario,
+        start=(2, 2),
+        axis="x",
+        target=(7, 7, 1),
+        obstructions=() if scenario == "a" else (BOX,),
+        planned_cells=WHOLE,
+        path_cells=WHOLE if succeeded else (),
+        retrained=steps > 0,
+        succeeded=succeeded,
+        steps=steps,
+        budget=20_000,
+        curve=curve,
+        success_rate=0.9 if succeeded else 0.2,
+        shortest_moves=len(WHOLE) - 1,
+        random_success=0.01,
+        tabular_steps=18_000,
+        tabular_curve=(),
+        seconds=1.0,
+    )
+
+
+def results(*, steps_b: int = 6_000, steps_c: int = 10_000, steps_d: int = 2_000, fails: str = "") -> ExperimentResults:
+    """Return results of six seeds; ``fails`` names scenarios that paper mode never learned."""
+    settings: PaperSettings = quick_settings(SEEDS)
+    steps = {"b": steps_b, "c": steps_c, "d": steps_d}
+    scenarios = [
+        scenario_run("paper", seed, name, 0 if name == "a" else steps[name] + 100 * seed, succeeded=name not in fails)
+        for seed in range(SEEDS)
+        for name in "abcd"
+    ]
+    scenarios += [scenario_run("ours", seed, name, 0) for seed in range(SEEDS) for name in "abcd"]
+    return ExperimentResults(
+        settings=settings.to_dict(),
+        initialization=tuple(
+            learning_run(mode, seed, 16_000 if mode == "paper" else 800)
+            for mode in ("paper", "ours")
+            for seed in range(SEEDS)
+        ),
+        scenarios=tuple(scenarios),
+        unplanned=(),
+        ablation=tuple(
+            learning_run(f"{observation}-{reward}", 0, 9_000, reached=observation != "paper")
+            for observation in ABLATION_OBSERVATIONS
+            for reward in ABLATION_REWARDS
+        ),
+        beyond=(
+            learning_run("targets", 0, 1_200, budget=2_000),
+            learning_run("frame", 0, 50_000, reached=False, budget=50_000),
+        ),
+        baselines=(BaselineRun(0, 191, 0.02, 1.0, None, 100_000, ()),),
+        field_seconds={"paper": 0.0001},
+        missing=(),
+    )

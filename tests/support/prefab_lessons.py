@@ -1,0 +1,44 @@
+"""A site so small that learning on it takes a second, with a known optimum."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bimvox.env.prefab.component import column
+from bimvox.env.prefab.spec import PrefabSpec
+from bimvox.policy.network import QNetwork
+from bimvox.policy.prefab.config import OUR_MODE, PAPER_MODE
+from bimvox.policy.prefab.network import PrefabNetwork
+
+TINY = PrefabSpec((5, 5, 5), (2, 2, 3, 3), (column(2, (2, 2, 1)),), step_limit=8, max_steps=14)
+"""One column of two cells to the middle of 5 x 5 x 5."""
+
+QUICK = replace(OUR_MODE, hidden=(32, 32), batch_size=32, sites=8, gradient_steps=8, learning_starts=64, test_every=100)
+"""Our mode, small."""
+
+SLOW = replace(PAPER_MODE, hidden=(16, 16), learning_starts=100, test_every=200, budget=2_000, test_episodes=20)
+"""The paper's mode, small."""
+
+
+def network_that_always(action: int, inputs: int) -> PrefabNetwork:
+    """Return a network that wants the same action whatever it sees."""
+    bias = np.zeros(6, np.float32)
+    bias[action] = 1.0
+    return PrefabNetwork(QNetwork((np.zeros((inputs, 6), np.float32),), (bias,)))
+
+
+def drawn_network(rng: np.random.Generator, inputs: int, *, dueling: bool, hidden: int = 8) -> PrefabNetwork:
+    """Return a network of random weights."""
+
+    def stream(outputs: int) -> QNetwork:
+        return QNetwork(
+            (
+                rng.normal(0, 0.4, (inputs, hidden)).astype(np.float32),
+                rng.normal(0, 0.4, (hidden, outputs)).astype(np.float32),
+            ),
+            (rng.normal(0, 0.1, hidden).astype(np.float32), rng.normal(0, 0.1, outputs).astype(np.float32)),
+        )
+
+    return PrefabNetwork(stream(6), stream(1) if dueling else None)
