@@ -11,7 +11,7 @@ FIND_LINKS = $(shell $(PYTHON) -m pip config get global.find-links 2>/dev/null)
 TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-page check lint types contracts samples bench bench-voxelize bench-environment \
+.PHONY: help setup demo test test-page check lint types contracts samples bench bench-voxelize bench-environment soak-files \
 	picture constraints clean
 
 help: ## this list
@@ -69,6 +69,9 @@ $(PEERS)/ready: benchmarks/peers.txt pyproject.toml constraints.txt | $(UV)
 bench-voxelize: $(PEERS)/ready ## the voxelizer against its peers: docs/voxelizing.md (ARGS=--quick for a try)
 	$(PEERS)/bin/python -m benchmarks.voxelize $(ARGS)
 
+soak-files: setup ## every IFC file under DIR ends in a grid or a clear error: make soak-files DIR=folder
+	$(BIN)/python -m benchmarks.many_files $(DIR) $(ARGS)
+
 picture: setup ## draw the README's picture again
 	mkdir -p $(OUT)
 	$(BIN)/bimvox init sample_models/prefab.ifc -o $(OUT)/prefab.site.toml --force
@@ -83,4 +86,4 @@ constraints: $(UV) ## resolve the pinned versions again
 	mv $(VENV)/constraints.txt constraints.txt
 
 clean: ## remove the virtual environment and what the demo wrote
-	rm -rf $(VENV) $(OUT) build *.egg-info
+	rm -rf $(VENV) $(PEERS) $(OUT) build *.egg-info

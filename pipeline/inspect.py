@@ -74,10 +74,11 @@ def _grid(path: Path, progress: Progress) -> dict[str, Any]:
 
 
 def _grid_of(path: Path, progress: Progress) -> VoxelGrid:
-    from bimvox.grid.storage import grid_from_bytes
+    from bimvox.grid.storage import read_grid
 
     progress.stage("read")
-    return grid_from_bytes(path.read_bytes(), path.name)
+    with path.open("rb") as stream:
+        return read_grid(stream, path.name)
 
 
 def _site(path: Path, progress: Progress) -> dict[str, Any]:

@@ -139,11 +139,13 @@ def _scene(
 
 
 def _grid_scene(source: Path, progress: Progress) -> Scene:
-    from bimvox.grid.storage import grid_from_bytes
+    from bimvox.grid.storage import read_grid
     from bimvox.render.grid_scene import scene_of_grid
 
     progress.stage("read")
-    return scene_of_grid(grid_from_bytes(source.read_bytes(), source.name), title=source.name)
+    with source.open("rb") as stream:
+        grid = read_grid(stream, source.name)
+    return scene_of_grid(grid, title=source.name)
 
 
 def _model_scene(source: Path, progress: Progress) -> Scene:

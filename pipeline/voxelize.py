@@ -57,7 +57,7 @@ def voxelize(
     from bimvox.bim.options import default_processes
     from bimvox.bim.read import ReadOptions, read_building
     from bimvox.grid.layout import SUFFIX
-    from bimvox.grid.storage import grid_to_bytes
+    from bimvox.grid.storage import write_grid
     from bimvox.units import metres_per
     from bimvox.voxelize.building import voxelize_building
     from bimvox.voxelize.limits import default_voxel_size_m
@@ -83,7 +83,7 @@ def voxelize(
     progress.stage("voxelize")
     grid = voxelize_building(building, voxel_size_m, threads=threads, progress=progress.report)
     progress.stage("write")
-    write_atomically(out, grid_to_bytes(grid), inputs=[model])
+    write_atomically(out, lambda stream: write_grid(grid, stream, threads=threads), inputs=[model])
     progress.finish()
     parts = describe_parts(grid)
     return {

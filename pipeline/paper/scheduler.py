@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -38,7 +40,7 @@ def run_jobs(jobs: Sequence[Job], folder: Path, *, processes: int, done: Callabl
         return
     context = multiprocessing.get_context("spawn")
     before = set(multiprocessing.active_children())
-    executor = ProcessPoolExecutor(processes, mp_context=context, initializer=_leave_interrupts_to_the_parent)
+    executor = ProcessPoolExecutor(processes, mp_context=context, initializer=_follow_the_parent)
     running: dict[Future[None], Job] = {}
     try:
         while waiting or running:
@@ -67,6 +69,14 @@ def run_jobs(jobs: Sequence[Job], folder: Path, *, processes: int, done: Callabl
         executor.shutdown(cancel_futures=True)
 
 
-def _leave_interrupts_to_the_parent() -> None:
-    """Let Ctrl-C reach the parent only, which ends the processes."""
+def _follow_the_parent() -> None:
+    """Let Ctrl-C reach the parent only, which ends the processes; and end when the parent was killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+
+
+def _end_with_the_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -25,6 +25,8 @@ class PrefabDqnConfig:
             zero); else as torch begins them.
         discount: Per step.
         learning_rate: Of Adam.
+        learning_rate_last: To which it falls, linearly; None keeps it.
+        learning_rate_steps: Over how many steps it falls; None takes the budget.
         batch_size: Transitions per gradient step.
         buffer_size: Transitions remembered.
         learning_starts: Steps before the first gradient step.
@@ -40,6 +42,8 @@ class PrefabDqnConfig:
         exploration_first: Share of random actions at the start.
         exploration_again: And at the start of training a loaded network again.
         exploration_last: And at the end of the exploration phase and after it.
+        exploration_spread: Whether the sites take different shares, evenly from none to twice as much: some find what stops
+            the policy as it is, others see what it would never come across.
         exploration_share: Length of that phase as a share of the budget.
         exploration_steps: Its length in steps; None takes ``exploration_share``.
         budget: Steps of the initialization layer.
@@ -66,6 +70,8 @@ class PrefabDqnConfig:
     glorot: bool = True
     discount: float = 0.99
     learning_rate: float = 5e-4
+    learning_rate_last: float | None = None
+    learning_rate_steps: int | None = None
     batch_size: int = 32
     buffer_size: int = 50_000
     learning_starts: int = 1_000
@@ -78,6 +84,7 @@ class PrefabDqnConfig:
     exploration_first: float = 1.0
     exploration_again: float = 1.0
     exploration_last: float = 0.02
+    exploration_spread: bool = False
     exploration_share: float = 0.1
     exploration_steps: int | None = None
     budget: int = 100_000
@@ -129,6 +136,13 @@ class PrefabDqnConfig:
         if self.exploration_steps is not None:
             return self.exploration_steps
         return int(self.exploration_share * budget)
+
+    def learning_rate_at(self, steps: int, budget: int) -> float:
+        """Return the learning rate after so many steps of a budget."""
+        if self.learning_rate_last is None:
+            return self.learning_rate
+        over = budget if self.learning_rate_steps is None else self.learning_rate_steps
+        return self.learning_rate + min(1.0, steps / max(1, over)) * (self.learning_rate_last - self.learning_rate)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""

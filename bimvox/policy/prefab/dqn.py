@@ -51,6 +51,7 @@ class PrefabDqn(DQN):
     ) -> None:
         self.config = config
         self._first = config.exploration_first if initial is None else config.exploration_again
+        self._budget = budget
         self._phase = config.exploration_phase(budget)
         super().__init__(
             PrefabPolicy,
@@ -104,9 +105,10 @@ class PrefabDqn(DQN):
         return self._learner.network() if self.config.averaging == 1.0 else copy_of(self._average)
 
     def _on_step(self) -> None:
-        """Lower the share of random actions; the target network is copied by gradient steps, in ``train``."""
+        """Lower the share of random actions and the learning rate; ``train`` copies the target network."""
         done = min(1.0, self.num_timesteps / max(1, self._phase))
         self.exploration_rate = self._first + done * (self.config.exploration_last - self._first)
+        self._learner.learning_rate = self.config.learning_rate_at(self.num_timesteps, self._budget)
 
     def _sample_action(
         self, learning_starts: int, action_noise: Any = None, n_envs: int = 1
@@ -122,13 +124,19 @@ class PrefabDqn(DQN):
         count = len(observation)
         explore = np.zeros(count, np.bool_)
         if not deterministic:
-            explore = self._random.random(count) < self.exploration_rate
+            explore = self._random.random(count) < self._rates(count)
             chosen = self._random.integers(ACTION_COUNT, size=count)
             if explore.all():
                 return chosen, state
         # The state's value is the same for all actions.
         greedy = self._learner.live.actions(observation).argmax(axis=1)
         return (np.where(explore, chosen, greedy) if explore.any() else greedy), state
+
+    def _rates(self, count: int) -> float | NDArray[np.float64]:
+        """Return the present share of random actions, of each site where they differ."""
+        if not self.config.exploration_spread or count == 1:
+            return self.exploration_rate
+        return self.exploration_rate * np.linspace(0.0, 2.0, count)
 
     def train(self, gradient_steps: int, batch_size: int = 100) -> None:
         """Take gradient steps on the Huber loss of the temporal difference."""

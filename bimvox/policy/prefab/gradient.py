@@ -111,7 +111,8 @@ class CompiledLearner:
         self._dueling = network.state is not None
         self._online = [_perceptron(stream, batch_size) for stream in _streams(network)]
         self._target = [_perceptron(stream, batch_size) for stream in _streams(network)]
-        self._learning_rate = learning_rate
+        self.learning_rate = learning_rate
+        """Of the next steps."""
         self._discount = discount
         self._double_q = double_q
         self._longest = longest
@@ -147,7 +148,7 @@ class CompiledLearner:
             self._used,
             self._wanted,
             np.float32(self._longest),
-            self._learning_rate,
+            self.learning_rate,
             self._updates,
         )
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import csv
 import json
+import multiprocessing
 from dataclasses import replace
 
 import pytest
@@ -100,7 +101,7 @@ def test_a_job_that_fails_stops_the_run(tmp_path):
 
 
 def test_a_folder_that_is_no_experiment(tmp_path):
-    with pytest.raises(FileError, match="experiment.json"):
+    with pytest.raises(FileError, match="no such file"):
         load_results(tmp_path)
 
 
@@ -117,3 +118,18 @@ def test_mean_curves_carry_the_last_rate_of_runs_that_stopped():
     assert [row[:2] for row in rows] == [[100.0, pytest.approx(0.1)], [200.0, pytest.approx(0.7)], [300.0, 0.9]]
     assert all(0.0 <= row[2] <= row[1] <= row[3] <= 1.0 for row in rows)
     assert mean_curve([()]) == []
+
+
+def test_ctrl_c_ends_the_processes_and_keeps_what_was_finished(tmp_path):
+    """The run is interrupted after its first job; its processes are gone, the finished result is there."""
+    jobs = jobs_of(SETTINGS)
+
+    def interrupt(job):
+        raise KeyboardInterrupt
+
+    before = set(multiprocessing.active_children())
+    with pytest.raises(KeyboardInterrupt):
+        run_jobs(jobs, tmp_path, processes=1, done=interrupt)
+    assert set(multiprocessing.active_children()) <= before
+    assert sum(result_file(tmp_path, job.name).exists() for job in jobs) == 1
+    assert list(tmp_path.glob("*.part")) == list(tmp_path.glob(".*.part")) == []

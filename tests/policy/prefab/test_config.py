@@ -42,6 +42,15 @@ def test_the_exploration_phase_is_a_share_of_the_budget_or_fixed():
     assert replace(PAPER_MODE, exploration_steps=7).exploration_phase(30_000) == 7
 
 
+def test_the_learning_rate_falls_over_the_budget_or_a_fixed_phase_or_not_at_all():
+    assert PAPER_MODE.learning_rate_at(900, 1_000) == 5e-4
+    falling = replace(PAPER_MODE, learning_rate=1e-3, learning_rate_last=1e-4)
+    assert falling.learning_rate_at(0, 1_000) == 1e-3
+    assert falling.learning_rate_at(500, 1_000) == pytest.approx(5.5e-4)
+    assert falling.learning_rate_at(9_999, 1_000) == pytest.approx(1e-4)
+    assert replace(falling, learning_rate_steps=10).learning_rate_at(5, 1_000) == pytest.approx(5.5e-4)
+
+
 @pytest.mark.parametrize("mode", MODES)
 def test_json_values_and_back(mode):
     assert prefab_config_from_dict(MODES[mode].to_dict()) == MODES[mode]

@@ -77,6 +77,16 @@ def test_each_site_explores_on_its_own():
     assert 0.35 < (actions != greedy).mean() < 0.5
 
 
+def test_some_sites_may_explore_more_than_others():
+    learner = dqn(QUICK, exploration_spread=True)
+    learner.exploration_rate = 0.4
+    observations = learner.env.reset()
+    greedy, _ = learner.predict(observations, deterministic=True)
+    differing = np.mean([learner.predict(observations)[0] != greedy for _ in range(300)], axis=0)
+    np.testing.assert_allclose(differing, 5 / 6 * np.linspace(0.0, 0.8, QUICK.sites), atol=0.12)
+    assert differing[0] == 0.0
+
+
 @pytest.mark.parametrize("goes_on", [True, False])
 def test_whether_the_value_goes_on_at_the_step_limit(goes_on):
     learner = dqn(bootstrap_at_limit=goes_on, learning_starts=10_000)
