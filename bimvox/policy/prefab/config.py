@@ -42,8 +42,8 @@ class PrefabDqnConfig:
         exploration_first: Share of random actions at the start.
         exploration_again: And at the start of training a loaded network again.
         exploration_last: And at the end of the exploration phase and after it.
-        exploration_spread: Whether the sites take different shares, evenly from none to twice as much: some find what stops
-            the policy as it is, others see what it would never come across.
+        exploration_spread: Whether the sites take different shares, evenly from none to twice as much: some find
+            what stops the policy as it is, others see what it would never come across.
         exploration_share: Length of that phase as a share of the budget.
         exploration_steps: Its length in steps; None takes ``exploration_share``.
         budget: Steps of the initialization layer.
