@@ -104,7 +104,8 @@ class Source:
 
     Attributes:
         name: File name without folder, so that logs do not depend on where a file lies.
-        sha256: Of the file's bytes.
+        sha256: Of the file's bytes; of a glTF with buffers in files of their own, of its hash and theirs, written as
+            hex digits one after the other.
         format: ``IFC2X3``, ``IFC4``, ``IFC4X3_ADD2``, or a mesh format such as ``STL``.
         unit: Length unit the file is written in (``m``, ``mm``, ``ft`` ...).
         unit_assumed: Whether that unit was assumed because the file does not say.

@@ -12,8 +12,8 @@ from bimvox.bim.building import Element, Role, TriangleMesh
 from bimvox.bim.ifc_assembly import Aggregation, Extent, Group
 from bimvox.bim.ifc_open import OpenedIfc
 from bimvox.bim.ifc_properties import Properties, weakest
-from bimvox.bim.ifc_roles import UNKNOWN, role_of_class
-from bimvox.bim.name_roles import role_by_name
+from bimvox.bim.ifc_roles import CURTAIN_TYPES, UNKNOWN, role_of_class
+from bimvox.bim.name_roles import is_existing_by_name, role_by_name
 
 _SHOWN = 5
 _STAYS = (Role.STRUCTURE, Role.GROUND)
@@ -120,8 +120,12 @@ class ElementBuilder:
         role = role_of_class(self._schema, ifc_class) or Role.FITTING
         if ifc_class in UNKNOWN:
             role = role_by_name(str(product.Name or "")) or role_by_name(str(product.ObjectType or "")) or role
-        if role in (Role.COMPONENT, Role.FITTING) and self._properties.is_existing(product):
+        if role in (Role.COMPONENT, Role.FITTING) and (
+            self._properties.is_existing(product) or is_existing_by_name(str(product.Name or ""))
+        ):
             return Role.STRUCTURE
+        if role is Role.COMPONENT and self._properties.predefined_type(product) in CURTAIN_TYPES:
+            return Role.FITTING
         return role
 
     def _planned_role(self, owner: Any, group: Group) -> Role:

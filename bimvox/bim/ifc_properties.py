@@ -76,6 +76,11 @@ class Properties:
         named = [(thickness, material) for material, thickness in layers if (material.Name or "").strip()]
         return str(max(named, key=lambda layer: layer[0])[1].Name).strip() if named else None
 
+    def predefined_type(self, product: Any) -> str | None:
+        """Return its predefined type, or its type's (IFC2X3 plates and members have it only there)."""
+        found = element_util.get_predefined_type(product)
+        return str(found).upper() if found else None
+
     def is_existing(self, product: Any) -> bool:
         """Say whether its common property set states that it stands there already (``Status``)."""
         for properties in self.sets_of(product).values():

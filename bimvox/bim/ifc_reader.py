@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Building, Element, Role, SkippedProduct, Source, TriangleMesh
+from bimvox.bim.building import Building, Role, SkippedProduct, Source, TriangleMesh
+from bimvox.bim.default_selection import by_default
 from bimvox.bim.ifc_assembly import Extent
 from bimvox.bim.ifc_curves import largely_curved
 from bimvox.bim.ifc_elements import ElementBuilder, Part
@@ -19,15 +19,12 @@ from bimvox.bim.ifc_geometry import GeometryPool
 from bimvox.bim.ifc_georeference import georeference_of
 from bimvox.bim.ifc_open import OpenedIfc, open_ifc
 from bimvox.bim.ifc_properties import Properties
-from bimvox.bim.ifc_roles import TOO_SMALL, UNKNOWN, reason_not_solid, reason_too_small, role_of_class
+from bimvox.bim.ifc_roles import TOO_SMALL, reason_not_solid, reason_too_small, role_of_class
 from bimvox.bim.ifc_shape import PlacedShape
 from bimvox.bim.ifc_shared import shape_groups
 from bimvox.bim.local_origin import FAR_M, local_origin, stray
 from bimvox.bim.options import Progress, ReadOptions
 from bimvox.errors import IfcError, InputError, SelectionError
-
-HAND_CARRIED_KG = 5.0
-"""A part lighter than this is no crane lift, unless every part is (a model at toy scale) or a query says so."""
 
 
 def read_ifc(
@@ -84,7 +81,7 @@ def read_ifc(
         elements.append(builder.element(group))
         report("elements", index + 1, len(lifts))
     notes += builder.notes()
-    elements = _without_small_parts(_promoted(elements, notes), notes) if selected is None else elements
+    elements = by_default(elements, notes) if selected is None else elements
     if selected is not None and not any(element.role is Role.COMPONENT for element in elements):
         raise SelectionError(
             f"select {options.select!r}: matches {len(selected)} products, none of them solid",
@@ -168,35 +165,4 @@ def _skipped(file: Any, reasons: Mapping[int, str]) -> list[SkippedProduct]:
     return [
         SkippedProduct(str(product.GlobalId), product.is_a(), str(product.Name or ""), reason)
         for product, reason in products
-    ]
-
-
-def _promoted(elements: list[Element], notes: list[str]) -> list[Element]:
-    """Make components of elements of unknown class where a file has no others (infrastructure, plain exports)."""
-    unknown = [element.ifc_class in UNKNOWN and element.role is Role.FITTING for element in elements]
-    if any(element.role is Role.COMPONENT for element in elements):
-        if any(unknown):
-            notes.append(
-                f"elements of unknown class (proxies) taken for fittings: {sum(unknown)}; select them to lift them"
-            )
-        return elements
-    if not any(unknown):
-        notes.append("no element is of a class that is lifted: select what to lift")
-        return elements
-    notes.append(f"no element is of a class that is lifted; of unknown class (proxies), so lifted: {sum(unknown)}")
-    return [
-        replace(element, role=Role.COMPONENT) if is_unknown else element
-        for element, is_unknown in zip(elements, unknown, strict=True)
-    ]
-
-
-def _without_small_parts(elements: list[Element], notes: list[str]) -> list[Element]:
-    """Make fittings of components that a hand carries: detailed models hold nuts and anchors as ``IfcBeam``."""
-    light = [element.role is Role.COMPONENT and element.mass_kg < HAND_CARRIED_KG for element in elements]
-    if not any(light) or sum(light) == sum(element.role is Role.COMPONENT for element in elements):
-        return elements
-    notes.append(f"parts under {HAND_CARRIED_KG:g} kg taken for fittings: {sum(light)}; select them to lift them")
-    return [
-        replace(element, role=Role.FITTING) if is_light else element
-        for element, is_light in zip(elements, light, strict=True)
     ]

@@ -70,6 +70,9 @@ UNKNOWN = frozenset({"IfcBuildingElementProxy", "IfcProxy", "IfcCivilElement", "
 """Classes that say nothing about what a thing is. They are fittings (a trunk full of model text, trees and markers in
 real files) unless their name says otherwise, and components where a file has no others."""
 
+CURTAIN_TYPES = frozenset({"MULLION", "CURTAIN_PANEL"})
+"""Predefined types of what belongs to a curtain wall, also where a file has no curtain wall around it: fittings."""
+
 SPLIT = frozenset({"IfcStair", "IfcRamp", "IfcRoof"})
 """Wholes that are put together on site: their flights, stringers and slabs are lifted one by one."""
 

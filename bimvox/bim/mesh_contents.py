@@ -43,6 +43,7 @@ class MeshContents:
         up: Axis that points up by the format's standard, None where nobody says.
         left_out: (name, reason) of what is in the file and is no surface.
         notes: What a reader should know, one sentence each.
+        beside: Bytes of the files beside this one that it takes its bodies from, in the order of their use.
     """
 
     bodies: tuple[RawBody, ...]
@@ -50,6 +51,7 @@ class MeshContents:
     up: Literal["y", "z"] | None = None
     left_out: tuple[tuple[str, str], ...] = ()
     notes: tuple[str, ...] = ()
+    beside: tuple[bytes, ...] = ()
 
 
 def body_of_polygons(

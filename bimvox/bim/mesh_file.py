@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 import struct
 from collections.abc import Callable, Mapping, Sequence
@@ -100,6 +101,9 @@ def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, r
     far = [elements[index].name for index in stray(boxes)] if len(boxes) > 1 else []
     if far:
         notes.append(f"bodies over {FAR_M:g} m from the rest: {some(far)}")
+    if contents.beside:
+        parts = [sha256, *(hashlib.sha256(part).hexdigest() for part in contents.beside)]
+        sha256 = hashlib.sha256("".join(parts).encode()).hexdigest()
     source = Source(path.name, sha256, suffix[1:].upper(), scale.unit, scale.assumed)
     return Building(tuple(elements), cleaned.skipped, source, origin_m, notes=tuple(notes))
 

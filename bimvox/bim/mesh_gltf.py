@@ -72,7 +72,9 @@ class _Reader:
             todo += [(child, to_world) for child in reversed(children if isinstance(children, list) else [])]
         if len(self._bodies) == 1 and not self._named:
             self._bodies = [replace(self._bodies[0], name="")]
-        return MeshContents(tuple(self._bodies), "m", "y", left_out=tuple(self._left_out))
+        return MeshContents(
+            tuple(self._bodies), "m", "y", left_out=tuple(self._left_out), beside=tuple(self._file.beside)
+        )
 
     def _roots(self) -> list[Any]:
         """Return the nodes of the scene that is shown; of all of them where the file has no scene."""

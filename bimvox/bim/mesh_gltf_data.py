@@ -35,6 +35,8 @@ class GltfData:
         self.path = path
         self._binary: bytes | None = None
         self._buffers: dict[int, bytes] = {}
+        self.beside: list[bytes] = []
+        """Contents of the buffers read from files of their own."""
         self.json = self._parsed(self._glb(data) if data.startswith(_MAGIC) else data)
         version = str(self._of(self.json, "asset", dict).get("version", ""))
         if not version.startswith("2"):
@@ -159,7 +161,8 @@ class GltfData:
                 raise MeshError(
                     self.path, f"{where}: {uri!r} is not in the file's folder", hint="put all files of it in one folder"
                 )
-            return place.read_bytes()
+            self.beside.append(place.read_bytes())
+            return self.beside[-1]
         except (OSError, ValueError) as error:
             why = "is missing" if isinstance(error, FileNotFoundError) else "cannot be read"
             raise MeshError(

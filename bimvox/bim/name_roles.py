@@ -7,12 +7,13 @@ import re
 from bimvox.bim.building import Role
 
 _GROUND = "ground terrain topography topo soil subsoil earth landscape dtm dem gelaende gelände terrein maaiveld"
-_STRUCTURE = """existing bestand bestaand obstruction obstructions obstacle obstacles excavator digger crane truck lorry
+_EXISTING = "existing bestand bestaand existant existente esistente"
+_STRUCTURE = """obstruction obstructions obstacle obstacles excavator digger crane truck lorry
     vehicle fence hoarding scaffold scaffolding neighbour neighbor stockpile"""
 
 WORDS: dict[Role, frozenset[str]] = {
     Role.GROUND: frozenset(_GROUND.split()),
-    Role.STRUCTURE: frozenset(_STRUCTURE.split()),
+    Role.STRUCTURE: frozenset((_EXISTING + " " + _STRUCTURE).split()),
 }
 """A word of the name that gives its role."""
 
@@ -27,7 +28,16 @@ def role_by_name(name: str) -> Role | None:
 
     The name is cut into words at spaces, punctuation, digits and camel case: ``ExistingWall-3`` has ``existing``.
     """
-    words = [word.lower() for word in _WORD.findall(name)]
+    words = _words(name)
     if len(words) == 1 and name.strip().lower() in WHOLE_NAMES:
         return WHOLE_NAMES[words[0]]
     return next((role for role, known in WORDS.items() if known.intersection(words)), None)
+
+
+def is_existing_by_name(name: str) -> bool:
+    """Say whether a name states that the thing stands there already: ``Existing Strip Footing``."""
+    return not set(_EXISTING.split()).isdisjoint(_words(name))
+
+
+def _words(name: str) -> list[str]:
+    return [word.lower() for word in _WORD.findall(name)]

@@ -12,6 +12,7 @@ import pytest
 from mesh_samples import gltf_files, samples, with_inline_buffers
 
 from bimvox.bim.mesh_gltf import read_gltf
+from bimvox.bim.read import read_building
 from bimvox.errors import MeshError
 
 PATH = Path("a.gltf")
@@ -142,6 +143,18 @@ def test_a_buffer_beside_the_file(tmp_path: Path) -> None:
     (tmp_path / "my buffer.bin").unlink()
     with pytest.raises(MeshError, match=r"'my%20buffer\.bin' is missing"):
         read(document, tmp_path / "model.gltf")
+
+
+def test_the_hash_of_the_source_covers_the_buffers_beside_it(tmp_path: Path) -> None:
+    for name, content in gltf_files().items():
+        (tmp_path / name).write_bytes(content)
+    path = tmp_path / "model.gltf"
+    buffer = tmp_path / json.loads(path.read_bytes())["buffers"][0]["uri"]
+    first = read_building(path).source.sha256
+    assert read_building(path).source.sha256 == first
+    buffer.write_bytes(buffer.read_bytes() + b"\0")
+    assert read_building(path).source.sha256 != first
+    assert len(first) == 64
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,9 @@ def mesh(step_ids, library):
 serve(Connection(int(sys.argv[1])), mesh)
 """
 _RUN = """
-import sys
+import signal, sys
+# What a shell starts in the background inherits a deaf ear for Ctrl-C; a terminal's child does not.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from bimvox.bim.ifc_geometry import GeometryPool
 from cli.main import run
 

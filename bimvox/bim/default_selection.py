@@ -1,0 +1,87 @@
+"""What is lifted where no query says so: second thoughts on the roles that classes gave, over the whole file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+from bimvox.bim.building import Element, Role
+from bimvox.bim.ifc_roles import UNKNOWN
+
+HAND_CARRIED_KG = 5.0
+"""A part lighter than this is no crane lift, unless every part is (a model at toy scale)."""
+INSULATION_KG_M3 = 60.0
+"""A part whose materials weigh less than this, all in all, is a layer of insulation or air drawn as a slab, wall or
+plate: it is laid by hand. (The lightest thing that is built is a stud layer, about 100 kg/m3.)"""
+
+_CAST = re.compile(
+    r"cast[ -]?in[ -]?(situ|place)|\bin[ -]?situ\b|cast[ -]?on[ -]?site|poured|ortbeton|in het werk gestort"
+    r"|coul[ée] en place|in opera\b|vaciado in situ|\bcip\b",
+    re.IGNORECASE,
+)
+
+
+def by_default(elements: list[Element], notes: list[str]) -> list[Element]:
+    """Return the elements with the roles that they have where nothing is selected.
+
+    Args:
+        elements: All elements, with the role that each has by itself.
+        notes: What was decided is added here, for a planner to see and to overrule with a query.
+    """
+    elements = _promoted(elements, notes)
+    elements = _fitted(
+        elements, notes, _is_insulation, f"insulation and air (under {INSULATION_KG_M3:g} kg/m3) taken for fittings"
+    )
+    elements = _fitted(elements, notes, _is_light, f"parts under {HAND_CARRIED_KG:g} kg taken for fittings")
+    cast = sum(element.role is Role.COMPONENT and is_cast_in_place(element) for element in elements)
+    if cast:
+        notes.append(f"lifted although their material or type says cast in place: {cast}; select what is precast")
+    return elements
+
+
+def is_cast_in_place(element: Element) -> bool:
+    """Say whether an element's material, type or name states that it is cast where it stands."""
+    return any(_CAST.search(text) for text in (element.material, element.type_name, element.name) if text)
+
+
+def _promoted(elements: list[Element], notes: list[str]) -> list[Element]:
+    """Make components of elements of unknown class where a file has no others (infrastructure, plain exports)."""
+    unknown = [element.ifc_class in UNKNOWN and element.role is Role.FITTING for element in elements]
+    if any(element.role is Role.COMPONENT for element in elements):
+        if any(unknown):
+            notes.append(
+                f"elements of unknown class (proxies) taken for fittings: {sum(unknown)}; select them to lift them"
+            )
+        return elements
+    if not any(unknown):
+        notes.append("no element is of a class that is lifted: select what to lift")
+        return elements
+    notes.append(f"no element is of a class that is lifted; of unknown class (proxies), so lifted: {sum(unknown)}")
+    return [
+        replace(element, role=Role.COMPONENT) if is_unknown else element
+        for element, is_unknown in zip(elements, unknown, strict=True)
+    ]
+
+
+def _is_insulation(element: Element) -> bool:
+    """Only of known materials: a stated weight or a default says nothing about what a part is made of."""
+    volume_m3 = abs(element.mesh.signed_volume_m3)
+    return element.mass_source == "density" and 0.0 < element.mass_kg < INSULATION_KG_M3 * volume_m3
+
+
+def _is_light(element: Element) -> bool:
+    """Detailed models hold nuts and anchors as ``IfcBeam``."""
+    return element.mass_kg < HAND_CARRIED_KG
+
+
+def _fitted(elements: list[Element], notes: list[str], is_one: Callable[[Element], bool], words: str) -> list[Element]:
+    """Make fittings of the components of a kind, unless that leaves none."""
+    found = [element.role is Role.COMPONENT and is_one(element) for element in elements]
+    if not any(found) or sum(found) == sum(element.role is Role.COMPONENT for element in elements):
+        return elements
+    notes.append(f"{words}: {sum(found)}; select them to lift them")
+    return [
+        replace(element, role=Role.FITTING) if is_found else element
+        for element, is_found in zip(elements, found, strict=True)
+    ]

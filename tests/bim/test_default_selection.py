@@ -1,0 +1,91 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bimvox.bim.building import Element, Role, TriangleMesh
+from bimvox.bim.default_selection import by_default, is_cast_in_place
+from bimvox.bim.read import ReadOptions, read_building
+
+from .conftest import IfcMaker
+
+_CORNERS = np.array(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), dtype=np.float64).reshape(3, -1).T
+_QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+_CUBE = TriangleMesh(
+    _CORNERS,
+    np.array([t for a, b, c, d in _QUADS for t in ((a, b, c), (a, c, d))], dtype=np.int32),
+)
+
+
+def element(name: str, mass_kg: float = 2500.0, **changes: object) -> Element:
+    values: dict[str, object] = {"ifc_class": "IfcSlab", "role": Role.COMPONENT, "mass_source": "density", **changes}
+    return Element(id=name, global_id=name, name=name, mesh=_CUBE, mass_kg=mass_kg, **values)  # type: ignore[arg-type]
+
+
+def roles(elements: list[Element]) -> tuple[dict[str, Role], str]:
+    notes: list[str] = []
+    return {one.name: one.role for one in by_default(elements, notes)}, " ".join(notes)
+
+
+def test_insulation_is_laid_by_hand() -> None:
+    found, said = roles([element("slab"), element("EPS", 40.0), element("studs", 100.0)])
+    assert found == {"slab": Role.COMPONENT, "EPS": Role.FITTING, "studs": Role.COMPONENT}
+    assert "insulation and air (under 60 kg/m3) taken for fittings: 1" in said
+
+
+@pytest.mark.parametrize("source", ["quantity", "default"])
+def test_only_a_known_material_is_insulation(source: str) -> None:
+    found, _ = roles([element("slab"), element("hollow", 40.0, mass_source=source)])
+    assert found["hollow"] is Role.COMPONENT
+
+
+def test_a_model_of_nothing_else_keeps_its_parts() -> None:
+    found, said = roles([element("EPS", 40.0), element("XPS", 40.0)])
+    assert set(found.values()) == {Role.COMPONENT}
+    assert said == ""
+
+
+def test_light_parts_are_fittings() -> None:
+    found, said = roles([element("slab"), element("nut", 0.2)])
+    assert found["nut"] is Role.FITTING
+    assert "insulation" in said
+
+
+@pytest.mark.parametrize(
+    ("text", "cast"),
+    [
+        ("Concrete - Cast-in-Place Concrete", True),
+        ("Cast in situ", True),
+        ("Ortbeton C25/30", True),
+        ("Béton coulé en place", True),
+        ("Concrete - Precast Concrete", False),
+        ("Steel S235, cast iron", False),
+        ("Insitute wall", False),
+    ],
+)
+def test_what_is_cast_in_place_is_said(text: str, cast: bool) -> None:
+    assert is_cast_in_place(element("slab", material=text)) is cast
+    found, said = roles([element("slab", material=text), element("beam")])
+    assert found["slab"] is Role.COMPONENT
+    assert ("cast in place: 1" in said) is cast
+
+
+def test_curtain_panels_and_what_exists_in_a_file(maker: type[IfcMaker], tmp_path: Path) -> None:
+    made = maker()
+    made.box("IfcBeam", Name="beam")
+    made.box("IfcPlate", (2, 0, 0), Name="glass", PredefinedType="CURTAIN_PANEL")
+    made.box("IfcMember", (4, 0, 0), Name="post", PredefinedType="MULLION")
+    made.box("IfcMember", (6, 0, 0), Name="brace", PredefinedType="BRACE")
+    made.box("IfcSlab", (8, 0, 0), Name="Existing Strip Footing")
+    path = made.write(tmp_path / "curtain.ifc")
+    assert {one.name: one.role for one in read_building(path).elements} == {
+        "beam": Role.COMPONENT,
+        "glass": Role.FITTING,
+        "post": Role.FITTING,
+        "brace": Role.COMPONENT,
+        "Existing Strip Footing": Role.STRUCTURE,
+    }
+    selected = read_building(path, ReadOptions(select="IfcPlate")).elements
+    assert [one.role for one in selected if one.name == "glass"] == [Role.COMPONENT]
