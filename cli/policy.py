@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -45,6 +46,42 @@ def remove(identity: Id, json: Json = False, quiet: Quiet = False) -> None:
 
     with open_output(as_json=json, quiet=quiet) as output:
         document = run(identity)
+    raise typer.Exit(output.result(document, facts))
+
+
+@policy.command(context_settings=HELP_NAMES)
+def export(
+    identity: Id,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Default: the id, in the current folder.")] = None,
+    to: Annotated[
+        str | None,
+        typer.Option("--to", metavar="bimvox|onnx|sb3", help="Default: what the end of -o says, else bimvox."),
+    ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write a policy to one file, to hand on or to run elsewhere."""
+    from pipeline.policy_files import export_policy
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = export_policy(identity, to=to, out=out)
+    raise typer.Exit(output.result(document, facts))
+
+
+@policy.command("import", context_settings=HELP_NAMES)
+def import_(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A file of `policy export`.")],
+    trust: Annotated[
+        bool, typer.Option("--trust", help="Take a zip of stable-baselines3, which cannot be checked.")
+    ] = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Put a policy from a file into the store."""
+    from pipeline.policy_files import import_policy
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = import_policy(file, trust=trust)
     raise typer.Exit(output.result(document, facts))
 
 

@@ -11,10 +11,11 @@ from typing import Any
 from bimvox.env.observation import OBSERVATION_NAME, OBSERVATION_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy.config import DqnConfig, config_from_dict
+from bimvox.policy.site_outline import SiteOutline, outline_from_dict
 from bimvox.policy.trained import CurvePoint
 
-FORMAT_VERSION = 1
-"""Grows when the meaning of a stored policy changes."""
+FORMAT_VERSION = 2
+"""Grows when the meaning of a stored policy changes. 2: the outline of the site; version 1 is read without it."""
 
 _ID = re.compile(r"[0-9a-f]{16}")
 
@@ -40,6 +41,7 @@ class PolicyManifest:
         curve: Every test of its training.
         parent: Id of the policy it was trained from, if any.
         versions: Versions of the libraries that trained it.
+        site: Outline of the site that it was trained for, where it is known.
     """
 
     id: str
@@ -58,6 +60,7 @@ class PolicyManifest:
     curve: tuple[CurvePoint, ...]
     parent: str | None
     versions: Mapping[str, str]
+    site: SiteOutline | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -66,7 +69,16 @@ class PolicyManifest:
         plain["layer_sizes"] = list(self.layer_sizes)
         plain["curve"] = [list(point) for point in self.curve]
         plain["versions"] = dict(self.versions)
+        if self.format_version < 2:
+            del plain["site"]
+        else:
+            plain["site"] = None if self.site is None else self.site.to_dict()
         return plain
+
+
+def is_id(text: str) -> bool:
+    """Say whether a text is an id: 16 hexadecimal digits, so never a path."""
+    return _ID.fullmatch(text) is not None
 
 
 def canonical_json(plain: Mapping[str, Any]) -> str:
@@ -82,25 +94,29 @@ def manifest_from_dict(plain: Any) -> PolicyManifest:
     """
     if not isinstance(plain, dict):
         raise PolicyError("the manifest is not a JSON object")
-    if plain.get("format_version") != FORMAT_VERSION:
+    version = plain.get("format_version")
+    if version not in (1, FORMAT_VERSION):
         raise PolicyError(
-            f"the policy has format version {plain.get('format_version')!r}; this version reads {FORMAT_VERSION}",
+            f"the policy has format version {plain.get('format_version')!r}; this version reads 1 to {FORMAT_VERSION}",
             differs={"format_version": (plain.get("format_version"), FORMAT_VERSION)},
         )
-    names = set(PolicyManifest.__dataclass_fields__)
+    names = set(PolicyManifest.__dataclass_fields__) - ({"site"} if version == 1 else set())
     if set(plain) != names:
         raise PolicyError(
             "the manifest has other keys than this version's",
             differs={"missing": sorted(names - set(plain)), "unknown": sorted(set(plain) - names)},
         )
-    if not (isinstance(plain["id"], str) and _ID.fullmatch(plain["id"])):
+    if not (isinstance(plain["id"], str) and is_id(plain["id"])):
         raise PolicyError(f"the manifest's id is {plain['id']!r}, not 16 hexadecimal digits")
     if not isinstance(plain["config"], dict):
         raise PolicyError("the manifest's config is not a JSON object")
+    if plain.get("site") is not None and not isinstance(plain["site"], dict):
+        raise PolicyError("the manifest's site is not a JSON object")
     try:
         return PolicyManifest(
             **{
                 **plain,
+                "site": outline_from_dict(plain["site"]) if plain.get("site") is not None else None,
                 "layer_sizes": tuple(int(n) for n in plain["layer_sizes"]),
                 "config": config_from_dict(plain["config"]),
                 "curve": tuple(CurvePoint(int(s), float(rate), float(ratio)) for s, rate, ratio in plain["curve"]),

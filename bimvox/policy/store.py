@@ -30,8 +30,16 @@ from safetensors.numpy import save as bytes_from_arrays
 
 from bimvox.env.observation import OBSERVATION_NAME, OBSERVATION_SIZE
 from bimvox.errors import PolicyError
-from bimvox.policy.manifest import FORMAT_VERSION, PolicyManifest, canonical_json, manifest_from_dict, require_fit
+from bimvox.policy.manifest import (
+    FORMAT_VERSION,
+    PolicyManifest,
+    canonical_json,
+    is_id,
+    manifest_from_dict,
+    require_fit,
+)
 from bimvox.policy.network import QNetwork, network_from_arrays
+from bimvox.policy.site_outline import SiteOutline, distance
 from bimvox.policy.trained import TrainedPolicy
 
 STORE_VARIABLE = "BIMVOX_POLICIES"
@@ -76,34 +84,80 @@ def store_folder() -> Path:
     return Path(chosen) if chosen else Path(platformdirs.user_data_dir("bimvox")) / "policies"
 
 
-def save(policy: TrainedPolicy, geometry_key: str, *, folder: Path | None = None) -> str:
+def save(
+    policy: TrainedPolicy, geometry_key: str, *, site: SiteOutline | None = None, folder: Path | None = None
+) -> str:
     """Store a policy and return its id; storing the same one again changes nothing.
 
     Args:
         policy: What training gave.
-        geometry_key: Digest of the site's geometry.
+        geometry_key: Digest of the site's geometry; empty where it belongs to none.
+        site: Outline of that site.
         folder: The store; the user's own without.
 
     Raises:
         PolicyError: The folder cannot be written.
     """
-    store = folder or store_folder()
     weights = bytes_from_arrays(policy.network.arrays())
-    manifest = _manifest_of(policy, geometry_key, weights)
-    place = store / manifest.id
+    manifest = _manifest_of(policy, geometry_key, site, weights)
+    files = {WEIGHTS_FILE: weights, MANIFEST_FILE: canonical_json(manifest.to_dict()).encode()}
+    return _put(manifest.id, files, folder or store_folder())
+
+
+def files_of(policy_id: str, *, folder: Path | None = None) -> dict[str, bytes]:
+    """Return the files of a policy by name, checked.
+
+    Raises:
+        PolicyError: As :func:`load`.
+    """
+    store = folder or store_folder()
+    identity = load(policy_id, folder=store).manifest.id
+    return {name: _read(store / identity / name) for name in (MANIFEST_FILE, WEIGHTS_FILE)}
+
+
+def add(files: Mapping[str, bytes], *, folder: Path | None = None) -> str:
+    """Store a policy from the files of :func:`files_of` and return its id.
+
+    Args:
+        files: ``manifest.json`` and ``weights.safetensors``; checked as when loading, before anything is stored.
+        folder: The store; the user's own without.
+
+    Raises:
+        PolicyError: They are damaged, do not belong together or do not fit this version, or the store cannot be
+            written.
+    """
+    store = folder or store_folder()
+    try:
+        identity = str(json.loads(files[MANIFEST_FILE].decode())["id"])
+    except (ValueError, RecursionError, KeyError, TypeError) as error:
+        raise PolicyError(f"{MANIFEST_FILE}: not a manifest: {error}") from error
+    if not is_id(identity):
+        raise PolicyError(f"{MANIFEST_FILE}: the id is {identity[:40]!r}, not 16 hexadecimal digits")
+    with tempfile.TemporaryDirectory(prefix="bimvox-policy-") as checked:
+        place = Path(checked) / identity
+        place.mkdir()
+        for name in (MANIFEST_FILE, WEIGHTS_FILE):
+            (place / name).write_bytes(files[name])
+        load(identity, folder=Path(checked))
+    return _put(identity, files, store)
+
+
+def _put(identity: str, files: Mapping[str, bytes], store: Path) -> str:
+    """Write a policy's folder, whole or not at all."""
+    place = store / identity
     if place.exists():
         try:
-            load(manifest.id, folder=store)
+            load(identity, folder=store)
         except PolicyError:
             shutil.rmtree(place)  # damaged since; the whole one takes its place
         else:
-            return manifest.id
+            return identity
     try:
         store.mkdir(parents=True, exist_ok=True)
         temporary = Path(tempfile.mkdtemp(prefix=_TEMPORARY, dir=store))
         try:
-            _write(temporary / WEIGHTS_FILE, weights)
-            _write(temporary / MANIFEST_FILE, canonical_json(manifest.to_dict()).encode())
+            for name, content in files.items():
+                _write(temporary / name, content)
             _rename(temporary, place)
         finally:
             shutil.rmtree(temporary, ignore_errors=True)
@@ -111,7 +165,7 @@ def save(policy: TrainedPolicy, geometry_key: str, *, folder: Path | None = None
         raise PolicyError(
             f"{store}: the policy could not be written: {error}", hint=f"set {STORE_VARIABLE} to a folder of your own"
         ) from error
-    return manifest.id
+    return identity
 
 
 def load(policy_id: str, *, folder: Path | None = None) -> StoredPolicy:
@@ -149,10 +203,26 @@ def find(geometry_key: str, *, folder: Path | None = None) -> tuple[PolicyManife
     fitting = [
         manifest
         for manifest in scan(folder=folder).manifests
-        if manifest.geometry_key == geometry_key
-        and (manifest.observation, manifest.observation_size) == (OBSERVATION_NAME, OBSERVATION_SIZE)
+        if manifest.geometry_key == geometry_key and _fits(manifest)
     ]
     return tuple(sorted(fitting, key=lambda m: (-m.success_rate, m.length_ratio, m.id)))
+
+
+def nearest(site: SiteOutline, *, folder: Path | None = None) -> tuple[tuple[float, PolicyManifest], ...]:
+    """Return the fitting policies of other sites with their distances, nearest first.
+
+    A policy of a merely similar site is never used unasked: this is for who asks for one.
+
+    Args:
+        site: Outline of the site that a policy is wanted for.
+        folder: The store; the user's own without.
+    """
+    near = [
+        (distance(site, manifest.site), manifest)
+        for manifest in scan(folder=folder).manifests
+        if manifest.site is not None and _fits(manifest)
+    ]
+    return tuple(sorted(near, key=lambda pair: (pair[0], -pair[1].success_rate, pair[1].length_ratio, pair[1].id)))
 
 
 def list_policies(*, folder: Path | None = None) -> tuple[PolicyManifest, ...]:
@@ -189,7 +259,11 @@ def remove(policy_id: str, *, folder: Path | None = None) -> str:
     return place.name
 
 
-def _manifest_of(policy: TrainedPolicy, geometry_key: str, weights: bytes) -> PolicyManifest:
+def _fits(manifest: PolicyManifest) -> bool:
+    return (manifest.observation, manifest.observation_size) == (OBSERVATION_NAME, OBSERVATION_SIZE)
+
+
+def _manifest_of(policy: TrainedPolicy, geometry_key: str, site: SiteOutline | None, weights: bytes) -> PolicyManifest:
     manifest = PolicyManifest(
         id="",
         format_version=FORMAT_VERSION,
@@ -207,6 +281,7 @@ def _manifest_of(policy: TrainedPolicy, geometry_key: str, weights: bytes) -> Po
         curve=policy.curve,
         parent=policy.parent,
         versions=_versions(),
+        site=site,
     )
     return replace(manifest, id=_id_of(manifest.to_dict()))
 

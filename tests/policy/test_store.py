@@ -13,6 +13,7 @@ from bimvox.policy import manifest as manifest_module
 from bimvox.policy import store
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.network import QNetwork
+from bimvox.policy.site_outline import SiteOutline
 from bimvox.policy.trained import CurvePoint, TrainedPolicy
 
 
@@ -194,3 +195,40 @@ def test_an_interrupted_write_is_not_a_policy(tmp_path, monkeypatch):
 def test_manifest_is_written_one_way():
     assert manifest_module.canonical_json({"b": 1, "a": [1.5]}) == '{\n  "a": [\n    1.5\n  ],\n  "b": 1\n}\n'
     assert replace(policy(), parent="x").parent == "x"
+
+
+def outline(**changes) -> SiteOutline:
+    return replace(SiteOutline((15, 15, 6), 1.0, 1, 4, False, "00" * 256), **changes)
+
+
+def test_the_nearest_policy_is_the_one_of_the_most_similar_site(tmp_path):
+    far = store.save(policy(1), "a", site=outline(shape_vox=(150, 150, 60)), folder=tmp_path)
+    near = store.save(policy(2), "b", site=outline(components=2), folder=tmp_path)
+    twin = store.save(policy(3), "c", site=outline(components=2), folder=tmp_path)
+    store.save(policy(4), "d", folder=tmp_path)
+    found = store.nearest(outline(), folder=tmp_path)
+    assert [manifest.id for _, manifest in found][2] == far
+    assert {manifest.id for _, manifest in found[:2]} == {near, twin}
+    assert found[0][0] == found[1][0] == pytest.approx(0.25)
+    assert found[0][1].id < found[1][1].id
+    assert store.nearest(outline(), folder=tmp_path / "none") == ()
+
+
+def test_a_policy_that_does_not_fit_is_never_near(tmp_path):
+    policy_id = store.save(policy(), "a", site=outline(), folder=tmp_path)
+    rewrite(tmp_path / policy_id, lambda plain: plain.update(observation="another"))
+    assert store.nearest(outline(), folder=tmp_path) == ()
+
+
+def test_version_1_is_read_without_an_outline(tmp_path):
+    policy_id = store.save(policy(), "a", folder=tmp_path)
+
+    def older(plain) -> None:
+        plain["format_version"] = 1
+        del plain["site"]
+
+    rewrite(tmp_path / policy_id, older)
+    (manifest,) = store.list_policies(folder=tmp_path)
+    assert manifest.site is None
+    assert manifest.format_version == 1
+    assert store.load(manifest.id, folder=tmp_path).manifest == manifest

@@ -1,0 +1,53 @@
+"""A stored policy as one file, to hand on: a zip of the two files of its folder, each stored as it is.
+
+Reading one runs no code and unpacks nothing to disk before it has been checked.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+
+from bimvox.errors import PolicyError
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+def pack(files: dict[str, bytes]) -> bytes:
+    """Return files as the bytes of a zip; the same files give the same bytes."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
+        for name in sorted(files):
+            info = zipfile.ZipInfo(name, _EPOCH)
+            info.external_attr = 0o644 << 16
+            archive.writestr(info, files[name])
+    return buffer.getvalue()
+
+
+def unpack(content: bytes, names: tuple[str, ...], largest_bytes: int) -> dict[str, bytes]:
+    """Return the files of a zip of :func:`pack`.
+
+    Args:
+        content: The zip.
+        names: The files that it must hold, and no others.
+        largest_bytes: What a file may have at most.
+
+    Raises:
+        PolicyError: It is not such a zip, or it is damaged.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            held = sorted(info.filename for info in archive.infolist())
+            if held != sorted(names):
+                shown = ", ".join(held[:5]) or "nothing"
+                raise PolicyError(
+                    f"holds {shown}, not {' and '.join(sorted(names))}",
+                    differs={"files": (held, sorted(names))},
+                    hint="a file of `bimvox policy export` is needed; for one of stable-baselines3 add --trust",
+                )
+            for info in archive.infolist():
+                if info.file_size > largest_bytes:
+                    raise PolicyError(f"{info.filename}: {info.file_size:,} bytes, more than a policy can have")
+            return {name: archive.read(name) for name in names}
+    except (zipfile.BadZipFile, EOFError, OSError, NotImplementedError, RuntimeError) as error:
+        raise PolicyError(f"not a whole zip file: {error}", hint="copy or export it again") from error

@@ -1,0 +1,74 @@
+"""A policy's network as an ONNX file, for robot controllers and other runtimes.
+
+Needs the package ``onnx`` (``pip install 'bimvox[onnx]'``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from bimvox.errors import PolicyError
+from bimvox.policy.network import QNetwork
+
+OPSET = 17
+"""Of the standard operators: read by every runtime since 2022, and Gemm and Relu have not changed since."""
+INPUT, OUTPUT = "observation", "action_values"
+_CHECKED = 256
+_TOLERANCE = 1e-5
+
+
+def onnx_bytes(network: QNetwork, facts: Mapping[str, str]) -> bytes:
+    """Return a network as an ONNX model: ``observation`` (batch, inputs) float32 -> ``action_values`` (batch, 6).
+
+    Before it is returned the model is checked by ONNX's own checker, and run by its reference implementation on 256
+    observations against :class:`QNetwork`.
+
+    Args:
+        network: The network.
+        facts: Kept as the model's metadata.
+
+    Raises:
+        PolicyError: The package is missing, or the model does not compute what the network does.
+    """
+    try:
+        import onnx
+        from onnx import TensorProto, helper, numpy_helper
+        from onnx.reference import ReferenceEvaluator
+    except ImportError as error:
+        raise PolicyError(
+            "ONNX files need the package onnx, which is not installed", hint="pip install 'bimvox[onnx]'"
+        ) from error
+    nodes, constants = [], []
+    value = INPUT
+    last = len(network.weights) - 1
+    for layer, (weight, bias) in enumerate(zip(network.weights, network.biases, strict=True)):
+        constants.append(numpy_helper.from_array(np.ascontiguousarray(weight), f"layer{layer}.weight"))
+        constants.append(numpy_helper.from_array(np.ascontiguousarray(bias), f"layer{layer}.bias"))
+        summed = OUTPUT if layer == last else f"sum{layer}"
+        nodes.append(helper.make_node("Gemm", [value, f"layer{layer}.weight", f"layer{layer}.bias"], [summed]))
+        value = summed
+        if layer != last:
+            nodes.append(helper.make_node("Relu", [summed], [f"hidden{layer}"]))
+            value = f"hidden{layer}"
+    sizes = network.layer_sizes
+    graph = helper.make_graph(
+        nodes,
+        "bimvox-policy",
+        [helper.make_tensor_value_info(INPUT, TensorProto.FLOAT, ["batch", sizes[0]])],
+        [helper.make_tensor_value_info(OUTPUT, TensorProto.FLOAT, ["batch", sizes[-1]])],
+        constants,
+    )
+    model = helper.make_model(
+        graph, producer_name="bimvox", opset_imports=[helper.make_opsetid("", OPSET)], ir_version=8
+    )
+    helper.set_model_props(model, dict(sorted(facts.items())))
+    onnx.checker.check_model(model, full_check=True)
+    asked = np.random.default_rng(0).uniform(-1.0, 1.0, (_CHECKED, sizes[0])).astype(np.float32)
+    (found,) = ReferenceEvaluator(model).run([OUTPUT], {INPUT: asked})
+    wanted = network(asked)
+    worst = float(np.abs(found - wanted).max() / max(1.0, float(np.abs(wanted).max())))
+    if not worst <= _TOLERANCE:
+        raise PolicyError(f"the ONNX model differs from the network by {worst:.2g} of its largest value")
+    return bytes(model.SerializeToString(deterministic=True))

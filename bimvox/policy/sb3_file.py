@@ -1,0 +1,91 @@
+"""A policy's network to and from stable-baselines3's zip files, for researchers.
+
+stable-baselines3 loads such a file by unpickling parts of it, which runs whatever its author put there. Here only
+``policy.pth`` is read, by torch's loader that knows nothing but tensors; still the file claims to be a policy without a
+manifest to check it against, so the caller must have said that it is trusted.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from pathlib import Path
+from pickle import UnpicklingError
+
+import gymnasium
+import numpy as np
+import torch
+from stable_baselines3 import DQN
+from stable_baselines3.common.logger import Logger
+
+from bimvox.env.actions import ACTION_COUNT
+from bimvox.errors import PolicyError
+from bimvox.policy.dqn import load_network
+from bimvox.policy.network import QNetwork, network_from_arrays
+
+_WEIGHTS = "policy.pth"
+_LAYER = re.compile(r"q_net\.q_net\.(\d+)\.(weight|bias)")
+_LARGEST_BYTES = 256 << 20
+
+
+class _Shapes(gymnasium.Env[np.ndarray, np.int64]):
+    """Stands for the environment: what a DQN needs to know of it are its spaces."""
+
+    def __init__(self, inputs: int) -> None:
+        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (inputs,), np.float32)
+        self.action_space = gymnasium.spaces.Discrete(ACTION_COUNT)
+
+
+def write_sb3_zip(network: QNetwork, path: Path) -> None:
+    """Write a network as a stable-baselines3 DQN that ``DQN.load`` reads.
+
+    Args:
+        network: The network.
+        path: Where to; ends with ``.zip``.
+    """
+    sizes = network.layer_sizes
+    dqn = DQN(
+        "MlpPolicy", _Shapes(sizes[0]), buffer_size=1, policy_kwargs={"net_arch": list(sizes[1:-1])}, device="cpu"
+    )
+    dqn.set_logger(Logger(folder=None, output_formats=[]))
+    load_network(dqn, network)
+    dqn.save(path)
+
+
+def read_sb3_zip(content: bytes) -> QNetwork:
+    """Return the online network of a stable-baselines3 DQN.
+
+    Args:
+        content: The zip.
+
+    Raises:
+        PolicyError: It is no such file, or its network does not fit this version's observation and actions.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            if archive.getinfo(_WEIGHTS).file_size > _LARGEST_BYTES:
+                raise PolicyError(f"{_WEIGHTS}: more than a policy can have")
+            weights = archive.read(_WEIGHTS)
+        named = torch.load(io.BytesIO(weights), map_location="cpu", weights_only=True)
+    except (zipfile.BadZipFile, KeyError, EOFError, OSError, RuntimeError, ValueError) as error:
+        raise PolicyError(f"no zip file of stable-baselines3: {error}") from error
+    except UnpicklingError as error:
+        raise PolicyError(
+            f"{_WEIGHTS} holds more than tensors, and is not read: {str(error).splitlines()[0]}"
+        ) from error
+    if not isinstance(named, dict):
+        raise PolicyError(f"{_WEIGHTS}: holds a {type(named).__name__}, not named tensors")
+    found = {
+        (int(match[1]), match[2]): tensor
+        for name, tensor in named.items()
+        if isinstance(tensor, torch.Tensor) and (match := _LAYER.fullmatch(str(name)))
+    }
+    places = sorted({place for place, _ in found})
+    if not places or len(found) != 2 * len(places):
+        raise PolicyError(f"{_WEIGHTS}: has no layers of a DQN with a multilayer perceptron (q_net.q_net.<n>.weight)")
+    arrays: dict[str, np.ndarray] = {}
+    for layer, place in enumerate(places):
+        arrays[f"layer{layer}.weight"] = np.ascontiguousarray(found[place, "weight"].numpy().T)
+        arrays[f"layer{layer}.bias"] = found[place, "bias"].numpy().copy()
+    return network_from_arrays(arrays)
