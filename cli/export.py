@@ -21,8 +21,9 @@ def export(
             "--to",
             envvar="BIMVOX_TO",
             metavar="FORMAT",
-            help="Of a log: mcap (default), csv (samples, and a table of lifts) or json. Of a grid: vti (default; the "
-            "cells, for ParaView), ply or glb (the faces of every part, for viewers).",
+            help="Of a log: mcap (default), csv (samples, and a table of lifts), json, glb (animated), ros2 (bag), ifc "
+            "(the building's own file with a 4D schedule) or msproject (XML). Of a grid: vti (default; the cells, for "
+            "ParaView), ply or glb (the faces of every part, for viewers).",
             show_default=False,
         ),
     ] = None,
@@ -36,6 +37,14 @@ def export(
     ] = None,
     out: Annotated[Path | None, typer.Option("--output", "-o", metavar="OUT", help="Where to write it.")] = None,
     recover: Annotated[bool, typer.Option("--recover", help="Save what a cut-off log still holds.")] = False,
+    model: Annotated[
+        Path | None,
+        typer.Option("--model", metavar="IFC", help="For ifc: the file that the plan was made from."),
+    ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option("--start", metavar="DATETIME", help="For ifc, msproject: when the first lift starts, local time."),
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -43,5 +52,14 @@ def export(
     from pipeline.export import export as run
 
     with open_output(as_json=json, quiet=quiet) as output:
-        document = run(source, to=to, lifts=tuple(lift or ()), out=out, recover=recover, progress=output.progress)
+        document = run(
+            source,
+            to=to,
+            lifts=tuple(lift or ()),
+            out=out,
+            recover=recover,
+            model=model,
+            start=start,
+            progress=output.progress,
+        )
     raise typer.Exit(output.result(document, facts))

@@ -58,6 +58,17 @@ def check_output(path: Path, *, inputs: Iterable[Path] = ()) -> Path:
     return path
 
 
+def check_new_folder(path: Path) -> Path:
+    """Return ``path`` if a folder can be made there.
+
+    Raises:
+        FileError: If something is there already, or its folder is missing or cannot be written to.
+    """
+    if path.exists():
+        raise FileError(path, "this exists already, and a folder is not overwritten", hint="choose another -o")
+    return check_output(path)
+
+
 def write_atomically(path: Path, data: bytes | Callable[[BinaryIO], object], *, inputs: Iterable[Path] = ()) -> None:
     """Write a file whole or not at all: a temporary file beside it, synced, then renamed over it.
 

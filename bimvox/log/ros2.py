@@ -1,0 +1,183 @@
+"""A plan as a ROS 2 bag (MCAP storage) by the package ``rosbags``: no ROS installation is needed to write or read it.
+
+============================  ==================================  ===================================================
+topic                         type                                what
+============================  ==================================  ===================================================
+``/robot_description``        ``std_msgs/msg/String``             the crane's URDF
+``/joint_states``             ``sensor_msgs/msg/JointState``      ``slewing`` rad, ``trolley`` m, ``hoist`` m of rope
+``/joint_trajectory``         ``trajectory_msgs/msg/JointTra...`` one a lift, when it starts: the same, as a whole
+``/lift/path``                ``nav_msgs/msg/Path``               one a lift: the load's corner in the frame ``site``
+``/tf``                       ``tf2_msgs/msg/TFMessage``          crane and load in the frame ``site``
+============================  ==================================  ===================================================
+
+Needs ``pip install 'bimvox[ros2]'``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.urdf import JOINTS, urdf
+from bimvox.errors import InputError
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.recorder import tracks_of
+from bimvox.log.track import LoadTrack
+
+_BAG_VERSION = 9
+
+
+def write_ros2_bag(log: PlanLog, folder: Path) -> int:
+    """Write a plan as a ROS 2 bag and return the number of messages.
+
+    Args:
+        log: The plan.
+        folder: Where to; must not exist.
+
+    Raises:
+        InputError: The package is not installed.
+    """
+    try:
+        from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError as error:
+        raise InputError(
+            "ROS 2 bags need the package rosbags, which is not installed", hint="pip install 'bimvox[ros2]'"
+        ) from error
+    store = get_typestore(Stores.ROS2_JAZZY)
+    writer = Writer(folder, version=_BAG_VERSION, storage_plugin=StoragePlugin.MCAP)
+    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)  # chunks of the MCAP file, readers know it
+    with writer:
+        bag = _Bag(writer, store)
+        _write(bag, log)
+    return bag.messages
+
+
+class _Bag:
+    """Serialises messages by their plain values, and writes them in the order of their times."""
+
+    def __init__(self, writer: Any, store: Any) -> None:
+        self._writer, self._store = writer, store
+        self._connections: dict[str, Any] = {}
+        self.messages = 0
+
+    def make(self, kind: str, **fields: Any) -> Any:
+        return self._store.types[kind](**fields)
+
+    def header(self, time_ns: int, frame: str) -> Any:
+        stamp = self.time(time_ns, "builtin_interfaces/msg/Time")
+        return self.make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+
+    def time(self, time_ns: int, kind: str) -> Any:
+        seconds, rest = divmod(int(time_ns), 1_000_000_000)
+        return self.make(kind, sec=seconds, nanosec=rest)
+
+    def vector(self, xyz: Any) -> Any:
+        x, y, z = (float(value) for value in xyz)
+        return self.make("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
+
+    def quaternion(self, xyzw: Any) -> Any:
+        x, y, z, w = (float(value) for value in xyzw)
+        return self.make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
+
+    def transform(self, time_ns: int, parent: str, child: str, xyz: Any, xyzw: Any) -> Any:
+        moved = self.make("geometry_msgs/msg/Transform", translation=self.vector(xyz), rotation=self.quaternion(xyzw))
+        return self.make(
+            "geometry_msgs/msg/TransformStamped",
+            header=self.header(time_ns, parent),
+            child_frame_id=child,
+            transform=moved,
+        )
+
+    def write(self, topic: str, time_ns: int, message: Any) -> None:
+        kind = message.__msgtype__
+        if topic not in self._connections:
+            self._connections[topic] = self._writer.add_connection(topic, kind, typestore=self._store)
+        self._writer.write(self._connections[topic], int(time_ns), self._store.serialize_cdr(message, kind))
+        self.messages += 1
+
+
+def _write(bag: _Bag, log: PlanLog) -> None:
+    site = log.plan.site
+    motions = {motion.order: motion for motion in log.motions}
+    tracks = tracks_of(log)
+    if site.crane is not None:
+        begins = min((track.start_ns for track in tracks), default=0)
+        bag.write("/robot_description", begins, bag.make("std_msgs/msg/String", data=urdf(site.crane)))
+    for track in tracks:
+        bag.write("/lift/path", track.start_ns, _path(bag, track))
+        motion = motions.get(track.lift.order)
+        loads = _loads(bag, track, f"component/{site.components[track.lift.component].id}")
+        if motion is None or site.crane is None:
+            for time_ns, transform in loads.items():
+                bag.write("/tf", time_ns, bag.make("tf2_msgs/msg/TFMessage", transforms=[transform]))
+            continue
+        times, axes = motion.samples()
+        joints = axes * (1.0, 1.0, -1.0) + (0.0, 0.0, site.crane.jib_height_m)
+        bag.write("/joint_trajectory", int(times[0]), _trajectory(bag, times, joints))
+        for time_ns, values in zip(times.tolist(), joints, strict=True):
+            state = bag.make(
+                "sensor_msgs/msg/JointState",
+                header=bag.header(time_ns, ""),
+                name=list(JOINTS),
+                position=values.copy(),
+                velocity=np.zeros(0),
+                effort=np.zeros(0),
+            )
+            bag.write("/joint_states", time_ns, state)
+            chain = _chain(bag, time_ns, site.crane.base_m, site.crane.jib_height_m, values)
+            load = loads.get(time_ns)
+            transforms = chain if load is None else [*chain, load]
+            bag.write("/tf", time_ns, bag.make("tf2_msgs/msg/TFMessage", transforms=transforms))
+
+
+def _path(bag: _Bag, track: LoadTrack) -> Any:
+    poses = []
+    for time_ns, corner in zip(track.time_ns.tolist(), track.corner_m, strict=True):
+        x, y, z = (float(value) for value in corner)
+        pose = bag.make(
+            "geometry_msgs/msg/Pose",
+            position=bag.make("geometry_msgs/msg/Point", x=x, y=y, z=z),
+            orientation=bag.quaternion((0, 0, 0, 1)),
+        )
+        poses.append(bag.make("geometry_msgs/msg/PoseStamped", header=bag.header(time_ns, "site"), pose=pose))
+    return bag.make("nav_msgs/msg/Path", header=bag.header(track.start_ns, "site"), poses=poses)
+
+
+def _loads(bag: _Bag, track: LoadTrack, frame: str) -> dict[int, Any]:
+    return {
+        time_ns: bag.transform(time_ns, "site", frame, corner, tilt)
+        for time_ns, corner, tilt in zip(track.time_ns.tolist(), track.corner_m, track.tilt, strict=True)
+    }
+
+
+def _trajectory(bag: _Bag, times: NDArray[np.int64], joints: NDArray[np.float64]) -> Any:
+    none = np.zeros(0)
+    points = [
+        bag.make(
+            "trajectory_msgs/msg/JointTrajectoryPoint",
+            positions=values.copy(),
+            velocities=none,
+            accelerations=none,
+            effort=none,
+            time_from_start=bag.time(time_ns - int(times[0]), "builtin_interfaces/msg/Duration"),
+        )
+        for time_ns, values in zip(times.tolist(), joints, strict=True)
+    ]
+    header = bag.header(int(times[0]), "")
+    return bag.make("trajectory_msgs/msg/JointTrajectory", header=header, joint_names=list(JOINTS), points=points)
+
+
+def _chain(bag: _Bag, time_ns: int, base_m: Any, top_m: float, joints: NDArray[np.float64]) -> list[Any]:
+    """Return the crane's frames, as in its URDF."""
+    slew, radius, rope = (float(value) for value in joints)
+    none, turn = (0, 0, 0, 1), (0, 0, np.sin(slew / 2), np.cos(slew / 2))
+    return [
+        bag.transform(time_ns, "site", "crane_base", base_m, none),
+        bag.transform(time_ns, "crane_base", "jib", (0, 0, top_m - float(base_m[2])), turn),
+        bag.transform(time_ns, "jib", "trolley", (radius, 0, 0), none),
+        bag.transform(time_ns, "trolley", "hook", (0, 0, -rope), none),
+    ]
