@@ -61,8 +61,10 @@ def drive_path(
     along = along_the_path(crane, clearance, load, head, slew_rad)
     moves = list(along.moves)
     if contact_moves == 0 and moves and moves[-1].is_vertical and moves[-1].difference[2] > 0.0:
-        # The only way to above the place leads through the place: it ends there.
-        moves, tail = moves[:-1], tail[-1:]
+        # The only way to above the place leads up to there in its own column, through the place or from just above it:
+        # instead of all the way up and down again it goes straight to the place.
+        begins = round((moves[-1].start.height_m - load.zero_height_m) / load.voxel_size_m)
+        moves, tail = moves[:-1], _straight(path_vox[-1], begins)
     other = _finished(crane, clearance, load, moves, tail, slew_rad)
     needed_m = min(route.clearance_height_m for route in (over, along) if route is not None)
     return (other if best is None or other.duration_s < best.duration_s else best), needed_m
@@ -92,6 +94,13 @@ def _with_set_down(
         above += 1
     column = np.array([[x, y, k] for k in range(z, above + 1)], np.int32)
     return np.concatenate([path_vox, column[1:]]), column[::-1]
+
+
+def _straight(place_vox: NDArray[np.int32], begins: int) -> NDArray[np.int32]:
+    """Return the unit moves in the column of a place from one height to the place."""
+    x, y, z = (int(n) for n in place_vox)
+    step = 1 if begins <= z else -1
+    return np.array([[x, y, k] for k in range(begins, z + step, step)], np.int32)
 
 
 def drive_free(

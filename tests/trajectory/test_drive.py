@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from bimvox.errors import PlanningError
 from bimvox.grid.occupancy import summed_area_table
+from bimvox.planning.search import shortest_path
 from bimvox.trajectory.drive import drive_free, drive_path
 from bimvox.trajectory.load_frame import axes_of_cells, cells_of_axes
 from bimvox.trajectory.move import Line
@@ -78,6 +79,25 @@ def test_a_part_comes_down_on_its_place_straight_from_above():
         assert len(last) == 3
         assert np.abs(last[:, :2] - room.goal[:2]).max() < 1e-6
         assert timeline.moves[-1].is_vertical
+
+
+def test_a_path_whose_last_way_is_in_the_column_of_its_place_ends_there():
+    """The way up over the place and down again was cut where the way up began, not at the place."""
+    tried = 0
+    for seed in (64, 65, 66, 67):
+        room = crane_room(seed, blocks=8, rope=False)
+        above = room.goal + np.array([0, 0, 1])
+        found = shortest_path(room.clearance, tuple(room.start.tolist()), tuple(above.tolist())).path_vox
+        if found is None:
+            continue
+        tried += 1
+        path = np.concatenate([found, room.goal[None]]).astype(np.int32)
+        timeline, _ = drive_path(room.crane, room.clearance, room.load, path, 0, 0.0)
+        ends = cells_of_axes(room.load, timeline.axes_at(np.array([0.0, timeline.duration_s])))
+        np.testing.assert_allclose(ends, path[[0, -1]], atol=1e-6)
+        dense = timeline.axes_at(np.linspace(0.0, timeline.duration_s, 1500))
+        assert all(load_is_clear(room, at) for at in cells_of_axes(room.load, dense))
+    assert tried
 
 
 def test_it_is_quicker_than_driving_the_stairs():
