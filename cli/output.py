@@ -135,8 +135,9 @@ def rows(
     for column, heading in enumerate(columns):
         numeric = all(isinstance(row[column], int | float) or row[column] is None for row in shown)
         table.add_column(heading, justify="right" if numeric else "left", overflow="fold")
-    for row in shown:
-        table.add_row(*(written(value) for value in row))
+    texts = [_aligned([row[column] for row in shown]) for column in range(len(columns))]
+    for cells in zip(*texts, strict=True):
+        table.add_row(*cells)
     _print_trimmed(console, table)
     if len(values) > len(shown):
         console.print(f"... and {len(values) - len(shown):,} more (--json lists all)", style="dim")
@@ -148,6 +149,19 @@ def _print_trimmed(console: Console, table: Table) -> None:
         console.print(table)
     for line in capture.get().splitlines():
         print(line.rstrip(), file=console.file)
+
+
+def _aligned(values: Sequence[object]) -> list[str]:
+    """Write a column; numbers of which some have decimals all have as many, so that their points stand in line."""
+    texts = [written(value) for value in values]
+    numbers = all(value is None or (isinstance(value, int | float) and not isinstance(value, bool)) for value in values)
+    if not numbers or not any(isinstance(value, float) for value in values) or any("e" in text for text in texts):
+        return texts
+    digits = max(len(text.partition(".")[2]) for text in texts)
+    return [
+        f"{value:,.{digits}f}" if isinstance(value, int | float) else text
+        for value, text in zip(values, texts, strict=True)
+    ]
 
 
 def written(value: object) -> str:

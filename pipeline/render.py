@@ -1,48 +1,59 @@
-"""``bimvox render``: a picture of what a file holds."""
+"""``bimvox render``: a picture, an animation or a page of what a file holds."""
 
 from __future__ import annotations
 
-import difflib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Literal
 
-from bimvox.errors import InputError, SelectionError
+from bimvox.errors import InputError
 from pipeline.artifacts import check_output, default_output, write_atomically
 from pipeline.kinds import Kind, kind_of
 from pipeline.progress import Progress
+from pipeline.render_scene import SceneOptions, is_experiment, moment_of, picture_scene
 
-if TYPE_CHECKING:
-    from bimvox.log.plan_log import PlanLog
-    from bimvox.render.camera import View
-    from bimvox.render.scene import Scene
+PICTURE_PX = (1280, 800)
+FILM_PX = (640, 400)
 
-_PICTURE_CELLS = 6_000_000
-"""Cells of a model that is voxelized for a picture: finer ones would be smaller than a pixel."""
+_FILMS: dict[str, Literal["gif", "webp"]] = {".gif": "gif", ".webp": "webp"}
+_PAGES = frozenset((".html", ".htm"))
+_DRAWN = "bimvox render draws logs, site files, grids, IFC and mesh files, and folders of experiments"
 
 
 def render(
     source: Path,
     out: Path | None = None,
     *,
-    size: tuple[int, int] = (1280, 800),
+    size: tuple[int, int] | None = None,
     lift: str | None = None,
+    time: str | None = None,
     share: float = 0.5,
     azimuth_deg: float | None = None,
     elevation_deg: float | None = None,
+    focus: str | None = None,
+    hide: tuple[str, ...] = (),
+    voxel_size_m: float | None = None,
+    fps: float = 10.0,
+    seconds: float | None = None,
     proven: bool = True,
     progress: Progress,
 ) -> dict[str, Any]:
-    """Draw a picture, or make a page.
+    """Draw a picture, or make an animation or a page.
 
     Args:
-        source: A log, a site file, a grid, an IFC or a mesh.
-        out: The picture, ``.png``, or of a log the page, ``.html``; default: the input's name with ``.png``, in the
-            current folder.
-        size: Width and height in pixels.
-        lift: Show this lift of a log under way: the id, GlobalId or name of its component.
-        share: How much of that lift's carrying time is over, 0..1.
+        source: A log, a site file, a grid, an IFC or a mesh; or the folder of an experiment.
+        out: The picture, ``.png`` (of an experiment also ``.svg``); of a log the animation, ``.gif`` or ``.webp``, or
+            the page, ``.html``. Default: the input's name with ``.png``, in the current folder.
+        size: Width and height in pixels; default 1280x800, of an animation 640x400.
+        lift: Show this lift of a log under way: the id, GlobalId or name of its component. Of an animation: only it.
+        time: Show a log at this time of its clock: ``1:23:45``, seconds, or ``40%`` of the lift, else of the whole.
+        share: Without a time, how much of that lift's carrying time is over, 0..1.
         azimuth_deg: Where the eye stands, counter-clockwise from +x; default: the yard before the building.
         elevation_deg: How high the eye stands.
+        focus: Fill the picture with this part or obstruction.
+        hide: Layers to leave out.
+        voxel_size_m: Edge of a cell of a model that is voxelized for its picture; default as ``bimvox voxelize``.
+        fps: Frames a second of an animation.
+        seconds: Its length; default by the number of lifts.
         proven: Whether the log is proven again for its page; else the page says that it is not.
         progress: Told of the stages.
 
@@ -50,26 +61,64 @@ def render(
         The document of ``bimvox render --json``.
 
     Raises:
-        InputError: If the file cannot be read or drawn, or holds no such lift.
+        InputError: If the file cannot be read or drawn, or holds no such lift or part.
     """
+    if source.is_dir() and is_experiment(source):
+        from pipeline.render_experiment import render_experiment
+
+        return render_experiment(source, out, progress)
+    kind = kind_of(source)
+    target = out or default_output(source, ".png")
+    suffix = target.suffix.lower()
+    if suffix in _PAGES:
+        return _render_page(source, kind, target, proven, progress)
+    if suffix not in _FILMS and suffix != ".png":
+        raise InputError(
+            f"{target}: pictures are written as PNG, animations as GIF or WebP, pages of logs as HTML",
+            hint=f"-o {target.with_suffix('.png')}",
+        )
+    check_output(target, inputs=[source])
+    if kind is not Kind.LOG:
+        for given, what in ((lift, "lift"), (time, "time")):
+            if given is not None:
+                raise InputError(f"{source}: only a log holds lifts", hint=f"leave --{what} out, or name a log")
+        if suffix in _FILMS:
+            raise InputError(f"{source}: only a log is animated", hint="bimvox plan SITE writes a log")
+    options = SceneOptions(
+        lift=lift,
+        time=time,
+        share=share,
+        azimuth_deg=azimuth_deg,
+        elevation_deg=elevation_deg,
+        focus=focus,
+        hide=hide,
+        voxel_size_m=voxel_size_m,
+    )
+    if suffix in _FILMS:
+        from pipeline.render_film import render_film
+
+        return render_film(source, target, _FILMS[suffix], size or FILM_PX, options, fps, seconds, progress)
+    return _render_picture(source, kind, target, size or PICTURE_PX, options, progress)
+
+
+def _render_picture(
+    source: Path, kind: Kind, target: Path, size: tuple[int, int], wanted: SceneOptions, progress: Progress
+) -> dict[str, Any]:
+    from bimvox.render.layers import Layer, layers_named, without
     from bimvox.render.picture import PictureOptions
     from bimvox.render.png import png_of
 
-    kind = kind_of(source)
-    target = out or default_output(source, ".png")
-    if target.suffix.lower() in (".html", ".htm"):
-        return _render_page(source, kind, target, proven, progress)
-    if target.suffix.lower() != ".png":
-        raise InputError(
-            f"{target}: pictures are written as PNG, pages of logs as HTML", hint=f"-o {target.with_suffix('.png')}"
-        )
-    check_output(target, inputs=[source])
-    if lift is not None and kind is not Kind.LOG:
-        raise InputError(f"{source}: only a log holds lifts", hint="leave --lift out, or name a log")
-    PictureOptions(size_px=size)  # a size that cannot be is said before the work
-    scene, view = _scene(source, kind, lift, share, azimuth_deg, elevation_deg, progress)
+    # What cannot be is said before the work.
+    PictureOptions(size_px=size)
+    hidden = layers_named(wanted.hide)
+    if wanted.time is not None:
+        moment_of(wanted.time, 0, 1)
+    if kind in (Kind.OBSTRUCTIONS, Kind.POLICY):
+        raise InputError(f"{source}: a file of the kind {kind.value!r} has no picture", hint=_DRAWN)
+    scene, view = picture_scene(source, kind, wanted, progress)
     progress.stage("draw")
-    picture = png_of(scene, PictureOptions(size_px=size, view=view))
+    options = PictureOptions(size_px=size, view=view, annotated=Layer.WORDS not in hidden)
+    picture = png_of(without(scene, hidden), options)
     progress.stage("write")
     write_atomically(target, picture, inputs=[source])
     progress.finish()
@@ -79,6 +128,8 @@ def render(
         "size": list(size),
         "azimuth_deg": round(view.azimuth_deg, 3),
         "elevation_deg": round(view.elevation_deg, 3),
+        "hidden": sorted(layer.value for layer in hidden),
+        "bytes": len(picture),
         "seconds": progress.seconds,
     }
 
@@ -94,94 +145,3 @@ def _render_page(source: Path, kind: Kind, target: Path, proven: bool, progress:
     write_atomically(target, page, inputs=[source])
     progress.finish()
     return {"out": str(target), "kind": kind.value, "bytes": len(page), "seconds": progress.seconds}
-
-
-def _scene(
-    source: Path,
-    kind: Kind,
-    lift: str | None,
-    share: float,
-    azimuth_deg: float | None,
-    elevation_deg: float | None,
-    progress: Progress,
-) -> tuple[Scene, View]:
-    from bimvox.render.camera import View
-    from bimvox.render.plan_scene import Moment, scene_of_plan
-    from bimvox.render.site_scene import scene_of_site, view_of_site
-
-    if kind is Kind.LOG:
-        from bimvox.log.reader import read_log
-
-        progress.stage("read")
-        log = read_log(source)
-        site = log.plan.site
-        moment = None if lift is None else Moment(_order_of(log, lift), share)
-        scene = scene_of_plan(site, log.all_lifts, log.motions, moment)
-        return scene, view_of_site(site, azimuth_deg, elevation_deg)
-    if kind is Kind.SITE:
-        from pipeline.load_site import load_site
-
-        site = load_site(source, progress).site
-        return scene_of_site(site), view_of_site(site, azimuth_deg, elevation_deg)
-    default = View()
-    view = View(
-        default.azimuth_deg if azimuth_deg is None else azimuth_deg,
-        default.elevation_deg if elevation_deg is None else elevation_deg,
-    )
-    if kind is Kind.GRID:
-        return _grid_scene(source, progress), view
-    if kind in (Kind.IFC, Kind.MESH):
-        return _model_scene(source, progress), view
-    raise InputError(
-        f"{source}: a file of the kind {kind.value!r} has no picture",
-        hint="bimvox render draws logs, site files, grids, IFC and mesh files",
-    )
-
-
-def _grid_scene(source: Path, progress: Progress) -> Scene:
-    from bimvox.grid.storage import read_grid
-    from bimvox.render.grid_scene import scene_of_grid
-
-    progress.stage("read")
-    with source.open("rb") as stream:
-        grid = read_grid(stream, source.name)
-    return scene_of_grid(grid, title=source.name)
-
-
-def _model_scene(source: Path, progress: Progress) -> Scene:
-    from bimvox.bim.read import read_building
-    from bimvox.render.grid_scene import scene_of_grid
-    from bimvox.voxelize.building import voxelize_building
-    from bimvox.voxelize.limits import default_voxel_size_m
-    from pipeline.load_site import say_notes
-
-    progress.stage("read")
-    building = read_building(source, None, progress.report)
-    say_notes(building, progress)
-    if not building.elements:
-        raise SelectionError(f"{source}: nothing in it has a shape to draw")
-    progress.stage("voxelize")
-    size_m = default_voxel_size_m(building.bounds_m, _PICTURE_CELLS)
-    return scene_of_grid(voxelize_building(building, size_m, progress=progress.report), title=source.name)
-
-
-def _order_of(log: PlanLog, name: str) -> int:
-    """Return the order of the lift that has this number, or whose component has this id, GlobalId or name."""
-    components = log.plan.site.components
-    orders = {str(lift.order): lift.order for lift in log.all_lifts}
-    orders |= {components[lift.component].id: lift.order for lift in log.all_lifts}
-    if name in orders:
-        return orders[name]
-    same = [component for component in components if name in (component.global_id, component.name)]
-    found = [component.id for component in same if component.id in orders]
-    if len(found) == 1:
-        return orders[found[0]]
-    if found:
-        raise SelectionError(
-            f"{len(found)} components are called {name!r}", hint=f"name one by its id, for example {found[0]}"
-        )
-    near = difflib.get_close_matches(name, [*orders, *(component.name for component in components)], n=1)
-    raise SelectionError(
-        f"the log holds no lift of {name!r}",
-        hint=f"did you mean {near[0]}?" if near else "bimvox inspect LOG lists its lifts",
-    )

@@ -13,7 +13,7 @@ from bimvox.render.scene import LegendEntry, Scene, Swatch
 
 Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
 
-_LEAST_TEXT_PX = 9
+_LEAST_TEXT_PX = 11
 _FADE = 0.85
 
 
@@ -36,7 +36,10 @@ def annotate(pixels: NDArray[np.uint8], scene: Scene) -> NDArray[np.uint8]:
     margin = _margin(size_px)
     legend_top = size_px[1] - 0.7 * margin - len(_legend_rows(scene.legend, size_px)) * _row_height(size_px)
     if scene.legend:
-        pixels = _faded(pixels, round(legend_top - 0.3 * margin))
+        pixels = _faded(pixels, round(legend_top - 0.3 * margin), size_px[1])
+    if scene.focus_m is not None and (scene.title or scene.caption):
+        # What is around the focus runs under the heading as well.
+        pixels = _faded(pixels, 0, round(0.5 * margin + _heading_height(scene, size_px)))
     image = Image.fromarray(pixels)
     draw = ImageDraw.Draw(image)
     y = 0.8 * margin
@@ -57,11 +60,12 @@ def annotate(pixels: NDArray[np.uint8], scene: Scene) -> NDArray[np.uint8]:
     return np.asarray(image)
 
 
-def _faded(pixels: NDArray[np.uint8], first_row: int) -> NDArray[np.uint8]:
-    """Return the picture with the rows from ``first_row`` on nearly gone: a crane's jib may run through them."""
+def _faded(pixels: NDArray[np.uint8], first_row: int, end_row: int) -> NDArray[np.uint8]:
+    """Return the picture with rows ``first_row`` to ``end_row`` nearly gone: a crane's jib may run through them."""
     faded = pixels.copy()
-    below = pixels[first_row:].astype(np.float32)
-    faded[first_row:] = (below + _FADE * (np.array(PAPER, np.float32) - below) + 0.5).astype(np.uint8)
+    rows = slice(max(0, first_row), max(0, end_row))
+    band = pixels[rows].astype(np.float32)
+    faded[rows] = (band + _FADE * (np.array(PAPER, np.float32) - band) + 0.5).astype(np.uint8)
     return faded
 
 

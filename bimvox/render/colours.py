@@ -26,6 +26,7 @@ FLOOR: Rgb = (234, 234, 230)
 PATH: Rgb = IN_TRANSIT
 START_BOX: Rgb = (214, 120, 0)
 TARGET_BOX: Rgb = (196, 62, 130)
+IN_THE_WAY: Rgb = (196, 36, 24)
 
 PAPER: Rgb = (250, 250, 248)
 """The background: flat, so that a frame of few colours stays one of few colours."""

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.render.colours import CONCRETE, CRANE, CRANE_EDGE, ROPE
+from bimvox.render.layers import Layer
 from bimvox.render.scene import Block, Strokes
 
 Vec = NDArray[np.float64]
@@ -71,10 +72,24 @@ def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = N
     slings = [] if load_m is None else [(hook, point) for point in np.asarray(load_m, np.float64)]
     thick = 0.08 * width
     strokes = (
-        Strokes(np.array(ties), CRANE_EDGE, width_px=0.9, width_m=0.02 * width),
-        Strokes(np.array(mast_lacing + jib_lacing), CRANE, width_px=0.9, width_m=0.6 * thick, edge=CRANE_EDGE),
-        Strokes(np.array(mast_chords + jib_chords + deck + legs), CRANE, width_px=1.5, width_m=thick, edge=CRANE_EDGE),
-        Strokes(np.array(falls + slings), ROPE, width_px=1.1, width_m=0.02 * width),
+        Strokes(np.array(ties), CRANE_EDGE, width_px=0.9, width_m=0.02 * width, layer=Layer.CRANE),
+        Strokes(
+            np.array(mast_lacing + jib_lacing),
+            CRANE,
+            width_px=0.9,
+            width_m=0.6 * thick,
+            edge=CRANE_EDGE,
+            layer=Layer.CRANE,
+        ),
+        Strokes(
+            np.array(mast_chords + jib_chords + deck + legs),
+            CRANE,
+            width_px=1.5,
+            width_m=thick,
+            edge=CRANE_EDGE,
+            layer=Layer.CRANE,
+        ),
+        Strokes(np.array(falls + slings), ROPE, width_px=1.1, width_m=0.02 * width, layer=Layer.CRANE),
     )
     blocks = (
         _block(base + _UP * 0.1 * width, east, north, (2.2 * width, 2.2 * width, 0.2 * width), CONCRETE),

@@ -51,28 +51,32 @@ class PictureOptions:
 
 def camera_of(scene: Scene, options: PictureOptions) -> Camera:
     """Return the camera that shows the whole scene."""
-    low, solids = cropped(scene.solids)
-    points = [scene.points_m]
-    if solids.size:
-        ends = np.stack([low, low + np.array(solids.shape)])
-        corners = np.array([[ends[a, 0], ends[b, 1], ends[c, 2]] for a in (0, 1) for b in (0, 1) for c in (0, 1)])
-        points.append(scene.frame.corner_of(corners))
-    seen = np.concatenate(points)
+    if scene.focus_m is not None:
+        seen = _corners(scene.focus_m)
+    else:
+        low, solids = cropped(scene.solids)
+        ends = scene.frame.corner_of(np.stack([low, low + np.array(solids.shape)]))
+        seen = np.concatenate([scene.points_m, *([_corners(ends)] if solids.size else [])])
     if not len(seen):
         raise InputError("there is nothing to draw", hint="the grid or site holds no filled cell")
     frame = frame_for(scene, options.size_px) if options.annotated else _bare_frame(options.size_px)
     return fitted_camera(options.view, seen, options.size_px, frame)
 
 
-def picture_of(scene: Scene, options: PictureOptions | None = None) -> NDArray[np.uint8]:
+def picture_of(scene: Scene, options: PictureOptions | None = None, camera: Camera | None = None) -> NDArray[np.uint8]:
     """Return the picture of a scene: (height, width, 3) uint8 sRGB. The same scene gives the same pixels.
+
+    Args:
+        scene: What is shown.
+        options: How.
+        camera: One of the options' size and view that stands still, as for an animation; None shows the whole scene.
 
     Raises:
         InputError: If the scene is empty.
     """
     options = options or PictureOptions()
     scene = coarsened(scene)
-    camera = camera_of(scene, options)
+    camera = camera or camera_of(scene, options)
     samples = options.samples
     fine = camera.scaled(samples)
     light = light_for(options.view)
@@ -91,7 +95,25 @@ def picture_of(scene: Scene, options: PictureOptions | None = None) -> NDArray[n
     return annotate(pixels, scene) if options.annotated else pixels
 
 
+def solids_seen(scene: Scene, options: PictureOptions) -> NDArray[np.uint32]:
+    """Return which solid each sample of a picture sees, 0 for none; turned boxes and lines are left out.
+
+    Raises:
+        InputError: If the scene is empty.
+    """
+    scene = coarsened(scene)
+    camera = camera_of(scene, options).scaled(options.samples)
+    return cast(scene.solids, scene.frame, camera, light_for(options.view), options.samples, lines=0.0).solid
+
+
+def _corners(ends: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(8, 3) corners of the box between two corners."""
+    return np.array([[ends[a, 0], ends[b, 1], ends[c, 2]] for a in (0, 1) for b in (0, 1) for c in (0, 1)])
+
+
 def _distance_m(camera: Camera, scene: Scene) -> float:
+    if scene.focus_m is not None:
+        return float((scene.focus_m.mean(axis=0) - camera.eye_m) @ camera.forward)
     middle = scene.frame.corner_of(np.array(scene.solids.shape) / 2.0)
     return float((middle - camera.eye_m) @ camera.forward)
 

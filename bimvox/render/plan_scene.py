@@ -21,8 +21,10 @@ from bimvox.render.colours import (
     UNBUILT,
 )
 from bimvox.render.crane_parts import crane_parts
+from bimvox.render.layers import Layer
 from bimvox.render.scene import LegendEntry, Scene, Strokes, Swatch, polyline
-from bimvox.render.site_scene import boxes_strokes, parked_pose, site_canvas, site_legend
+from bimvox.render.site_scene import boxes_strokes, parked_pose, site_canvas, site_legend, target_cells
+from bimvox.render.solids import Canvas
 from bimvox.render.words import clock, counted, hours
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import Site
@@ -87,25 +89,25 @@ def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotio
     missing = [site.components[lift.component] for lift in lifts if lift.status is Status.INFEASIBLE]
     canvas = site_canvas(site, len(lifts))
     for lift in planned:
-        canvas.paint(_target_cells(site.components[lift.component]), ASSEMBLED)
-    legend = [*site_legend(site), LegendEntry(f"assembled ({len(planned)})", ASSEMBLED)]
+        canvas.paint(target_cells(site.components[lift.component]), ASSEMBLED, layer=Layer.ASSEMBLED)
+    legend = [*site_legend(site), LegendEntry(f"assembled ({len(planned)})", ASSEMBLED, layer=Layer.ASSEMBLED)]
     strokes: list[Strokes] = []
     few = len(drawn) <= FEW
     shown = drawn if few else drawn[-1:]
     starts = [(lift.place.shape, lift.place.cell_vox) for lift in shown if lift.place is not None]
     strokes.append(boxes_strokes(site, starts, START_BOX, width_px=2.0 if len(starts) < 3 else 1.3))
     strokes.append(boxes_strokes(site, [(part.shape, part.target_vox) for part in missing], TARGET_BOX))
-    strokes += [_path_strokes(site, lift, motions.get(lift.order), strong=not few) for lift in shown]
+    strokes += [path_strokes(site, lift, motions.get(lift.order), strong=not few) for lift in shown]
     if starts:
-        legend.append(LegendEntry("start" if few else "start of the last lift", START_BOX, Swatch.BOX))
+        legend.append(LegendEntry("start" if few else "start of the last lift", START_BOX, Swatch.BOX, Layer.BOXES))
     if missing:
-        legend.append(LegendEntry(f"target, not placed ({len(missing)})", TARGET_BOX, Swatch.BOX))
+        legend.append(LegendEntry(f"target, not placed ({len(missing)})", TARGET_BOX, Swatch.BOX, Layer.BOXES))
     if shown:
-        legend.append(LegendEntry("path" if few else "path of the last lift", PATH, Swatch.LINE))
+        legend.append(LegendEntry("path" if few else "path of the last lift", PATH, Swatch.LINE, Layer.PATHS))
     pose = _pose_at_end(motions[drawn[-1].order]) if drawn and drawn[-1].order in motions else None
     crane_time = f", {hours(max(m.end_ns for m in motions.values()))} of crane time" if motions else ""
     caption = f"{len(planned):,} of {counted(len(lifts), 'part')} placed{crane_time}"
-    return _scene(site, canvas.solids, canvas.palette, strokes, legend, title, caption, pose)
+    return _scene(site, canvas, strokes, legend, title, caption, pose)
 
 
 def _under_way(
@@ -127,27 +129,27 @@ def _under_way(
     at, pose = _load_at(site, lift, motion, share)
     canvas = site_canvas(site, len(lifts))
     for other in placed:
-        canvas.paint(_target_cells(site.components[other.component]), ASSEMBLED)
+        canvas.paint(target_cells(site.components[other.component]), ASSEMBLED, layer=Layer.ASSEMBLED)
     for other in stored:
         assert other.place is not None
-        canvas.paint(other.place.shape.cells + np.array(other.place.cell_vox), UNBUILT)
+        canvas.paint(other.place.shape.cells + np.array(other.place.cell_vox), UNBUILT, layer=Layer.UNBUILT)
     state_rgb, state = (ARRIVED, "arrived") if arrived else (IN_TRANSIT, "in transit")
     canvas.paint(component.shape.cells + np.array(at), state_rgb, over=True)
     strokes = [
         boxes_strokes(site, [(lift.place.shape, lift.place.cell_vox)], START_BOX),
         boxes_strokes(site, [(component.shape, component.target_vox)], TARGET_BOX),
-        _path_strokes(site, lift, motion, strong=True),
+        path_strokes(site, lift, motion, strong=True),
     ]
     legend = site_legend(site)
     if stored:
-        legend.append(LegendEntry(f"unbuilt ({len(stored)})", UNBUILT))
+        legend.append(LegendEntry(f"unbuilt ({len(stored)})", UNBUILT, layer=Layer.UNBUILT))
     legend.append(LegendEntry(state, state_rgb))
     if placed:
-        legend.append(LegendEntry(f"assembled ({len(placed)})", ASSEMBLED))
+        legend.append(LegendEntry(f"assembled ({len(placed)})", ASSEMBLED, layer=Layer.ASSEMBLED))
     legend += [
-        LegendEntry("start", START_BOX, Swatch.BOX),
-        LegendEntry("target", TARGET_BOX, Swatch.BOX),
-        LegendEntry("path", PATH, Swatch.LINE),
+        LegendEntry("start", START_BOX, Swatch.BOX, Layer.BOXES),
+        LegendEntry("target", TARGET_BOX, Swatch.BOX, Layer.BOXES),
+        LegendEntry("path", PATH, Swatch.LINE, Layer.PATHS),
     ]
     name = f" {component.name}" if component.name and component.name != component.id else ""
     at_clock = f", at {clock(_time_ns(motion, share))}" if motion else ""
@@ -157,8 +159,8 @@ def _under_way(
     )
     load_m = None
     if pose is not None:
-        load_m = _top_corners_m(site, component, at)
-    return _scene(site, canvas.solids, canvas.palette, strokes, legend, title, caption, pose, load_m)
+        load_m = top_corners_m(site, component, at)
+    return _scene(site, canvas, strokes, legend, title, caption, pose, load_m)
 
 
 def path_m(site: Site, lift: Lift, motion: LiftMotion | None) -> NDArray[np.float64]:
@@ -176,7 +178,8 @@ def path_m(site: Site, lift: Lift, motion: LiftMotion | None) -> NDArray[np.floa
     return way
 
 
-def _path_strokes(site: Site, lift: Lift, motion: LiftMotion | None, *, strong: bool) -> Strokes:
+def path_strokes(site: Site, lift: Lift, motion: LiftMotion | None, *, strong: bool) -> Strokes:
+    """Return the way of a part as a line."""
     return Strokes(
         polyline(path_m(site, lift, motion)),
         PATH,
@@ -184,6 +187,7 @@ def _path_strokes(site: Site, lift: Lift, motion: LiftMotion | None, *, strong: 
         opacity=0.95 if strong else 0.75,
         hidden_opacity=0.55 if strong else 0.35,
         edge=(255, 255, 255) if strong else None,
+        layer=Layer.PATHS,
     )
 
 
@@ -216,8 +220,8 @@ def _pose_at_end(motion: LiftMotion) -> CranePose:
     return CranePose(float(loaded.slew_rad[-1]), float(loaded.radius_m[-1]), float(loaded.height_m[-1]))
 
 
-def _top_corners_m(site: Site, component: Component, at: IntVec) -> NDArray[np.float64]:
-    """Where the slings are fixed: the corners of the load's top."""
+def top_corners_m(site: Site, component: Component, at: IntVec) -> NDArray[np.float64]:
+    """Return where the slings are fixed: the corners of the load's top, (4, 3) metres."""
     x, y, z = component.shape.size_vox
     inset_x, inset_y = min(0.5, 0.1 * x), min(0.5, 0.1 * y)
     corners = [(a, b, z) for a in (inset_x, x - inset_x) for b in (inset_y, y - inset_y)]
@@ -225,15 +229,9 @@ def _top_corners_m(site: Site, component: Component, at: IntVec) -> NDArray[np.f
     return tops
 
 
-def _target_cells(component: Component) -> NDArray[np.int32]:
-    cells: NDArray[np.int32] = component.shape.cells + np.array(component.target_vox, np.int32)
-    return cells
-
-
 def _scene(
     site: Site,
-    solids: NDArray[np.unsignedinteger],
-    palette: NDArray[np.uint8],
+    canvas: Canvas,
     strokes: Sequence[Strokes],
     legend: list[LegendEntry],
     title: str,
@@ -244,12 +242,13 @@ def _scene(
     parts = crane_parts(site.crane, pose or parked_pose(site), load_m) if site.crane else None
     return Scene(
         frame=site.frame,
-        solids=solids,
-        palette=palette,
+        solids=canvas.solids,
+        palette=canvas.palette,
         strokes=(*(parts.strokes if parts else ()), *strokes),
         blocks=parts.blocks if parts else (),
         legend=tuple(legend),
         title=title,
         caption=caption,
         points_m=parts.points_m if parts else np.zeros((0, 3)),
+        layers=canvas.layers,
     )

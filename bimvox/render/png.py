@@ -21,6 +21,20 @@ def png_of(scene: Scene, options: PictureOptions | None = None) -> bytes:
     return png_from_pixels(picture_of(scene, options))
 
 
+def small_png_of(scene: Scene, options: PictureOptions | None = None, *, colours: int = 192) -> bytes:
+    """Return the picture of a scene as a PNG file of few colours, about a third as large; equal scenes, equal bytes.
+
+    Raises:
+        InputError: If the scene is empty.
+    """
+    image = Image.fromarray(picture_of(scene, options))
+    # Without dithering: flat colours stay flat.
+    small = image.quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    buffer = io.BytesIO()
+    small.save(buffer, format="PNG", compress_level=9)
+    return buffer.getvalue()
+
+
 def png_from_pixels(pixels: NDArray[np.uint8]) -> bytes:
     """Return (height, width, 3) uint8 pixels as a PNG file, without time or text in it."""
     buffer = io.BytesIO()

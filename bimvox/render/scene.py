@@ -24,6 +24,7 @@ class Strokes:
         opacity: Of what is seen, 0..1.
         hidden_opacity: Of what lies behind something, drawn dotted; 0 leaves it out.
         edge: Colour of a rim on both sides, or None.
+        layer: What it belongs to, a ``Layer``; empty where it is always drawn.
     """
 
     segments_m: NDArray[np.float64]
@@ -33,6 +34,7 @@ class Strokes:
     opacity: float = 1.0
     hidden_opacity: float = 0.0
     edge: Rgb | None = None
+    layer: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,6 +67,7 @@ class LegendEntry:
     label: str
     rgb: Rgb
     swatch: Swatch = Swatch.FILL
+    layer: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,6 +85,8 @@ class Scene:
         title: Upper left, large.
         caption: Below the title.
         points_m: (M, 3) float64 what must be seen besides the solids.
+        layers: What each solid belongs to, a ``Layer`` or empty, one for every row of the palette; empty for none.
+        focus_m: (2, 3) float64 lower and upper corner of the box that fills the picture; None shows everything.
     """
 
     frame: GridFrame
@@ -93,6 +98,8 @@ class Scene:
     title: str = ""
     caption: str = ""
     points_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
+    layers: tuple[str, ...] = ()
+    focus_m: NDArray[np.float64] | None = None
 
 
 def polyline(points_m: ArrayLike) -> NDArray[np.float64]:

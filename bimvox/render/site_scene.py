@@ -23,6 +23,7 @@ from bimvox.render.colours import (
     YARD,
 )
 from bimvox.render.crane_parts import crane_parts
+from bimvox.render.layers import Layer
 from bimvox.render.scene import LegendEntry, Scene, Strokes, box_edges
 from bimvox.render.solids import Canvas
 from bimvox.render.words import counted
@@ -44,15 +45,15 @@ def scene_of_site(site: Site, *, title: str = "") -> Scene:
     legend = site_legend(site)
     strokes: list[Strokes] = []
     for component in site.components:
-        canvas.paint(component.shape.cells + np.array(component.target_vox), ASSEMBLED)
-    legend.append(LegendEntry(f"as designed ({len(site.components)})", ASSEMBLED))
+        canvas.paint(component.shape.cells + np.array(component.target_vox), ASSEMBLED, layer=Layer.ASSEMBLED)
+    legend.append(LegendEntry(f"as designed ({len(site.components)})", ASSEMBLED, layer=Layer.ASSEMBLED))
     given = [component for component in site.components if component.start_vox is not None]
     for component in given:
         shape, cell = given_place(component)
-        canvas.paint(shape.cells + np.array(cell), UNBUILT)
+        canvas.paint(shape.cells + np.array(cell), UNBUILT, layer=Layer.UNBUILT)
         strokes.append(boxes_strokes(site, [(shape, cell)], START_BOX))
     if given:
-        legend.append(LegendEntry(f"in the yard ({len(given)})", UNBUILT))
+        legend.append(LegendEntry(f"in the yard ({len(given)})", UNBUILT, layer=Layer.UNBUILT))
     parts = crane_parts(site.crane, parked_pose(site)) if site.crane else None
     size_m = site.frame.voxel_size_m
     extent = " x ".join(f"{n * size_m:g}" for n in site.shape)
@@ -67,6 +68,7 @@ def scene_of_site(site: Site, *, title: str = "") -> Scene:
         title=title or site.name,
         caption=f"{counted(len(site.components), 'part')}, {mass_t:,.1f} t; {extent} m in cells of {size_m:g} m",
         points_m=parts.points_m if parts else np.zeros((0, 3)),
+        layers=canvas.layers,
     )
 
 
@@ -74,15 +76,15 @@ def site_canvas(site: Site, more: int) -> Canvas:
     """Return a canvas with everything fixed, and room for ``more`` solids. The crane is drawn, not painted."""
     canvas = Canvas(site.shape, len(_AREAS) + len(site.blockers) + more)
     for label, rgb, _ in _AREAS:
-        canvas.paint_mask(site.labels[:, :, 0] == label, 0, rgb)
+        canvas.paint_mask(site.labels[:, :, 0] == label, 0, rgb, layer=Layer.GROUND)
     # The yard is what `Site.yard` says; labels of the slab need not repeat it.
-    canvas.paint_mask(site.yard & (site.labels[:, :, 0] == Label.GROUND), 0, YARD)
+    canvas.paint_mask(site.yard & (site.labels[:, :, 0] == Label.GROUND), 0, YARD, layer=Layer.GROUND)
     for blocker in site.blockers[1:]:
         above = blocker.cells[blocker.cells[:, 2] > 0]
         if blocker.kind == "structure" or (blocker.kind == "crane" and site.crane is None):
-            canvas.paint(above, STRUCTURE)
+            canvas.paint(above, STRUCTURE, layer=Layer.STRUCTURE)
         elif blocker.kind == "obstruction":
-            canvas.paint(above, OBSTRUCTION, over=True)
+            canvas.paint(above, OBSTRUCTION, over=True, layer=Layer.OBSTRUCTIONS)
     return canvas
 
 
@@ -92,12 +94,12 @@ def site_legend(site: Site) -> list[LegendEntry]:
     there = {label: bool((slab == label).any()) for label, _, _ in _AREAS}
     there[Label.YARD] = bool(site.yard.any())
     there[Label.GROUND] = bool(((slab == Label.GROUND) & ~site.yard).any())
-    legend = [LegendEntry(name, rgb) for label, rgb, name in _AREAS if there[label]]
+    legend = [LegendEntry(name, rgb, layer=Layer.GROUND) for label, rgb, name in _AREAS if there[label]]
     kinds = {blocker.kind for blocker in site.blockers}
     if "structure" in kinds:
-        legend.append(LegendEntry("standing structure", STRUCTURE))
+        legend.append(LegendEntry("standing structure", STRUCTURE, layer=Layer.STRUCTURE))
     if "obstruction" in kinds:
-        legend.append(LegendEntry("obstruction", OBSTRUCTION))
+        legend.append(LegendEntry("obstruction", OBSTRUCTION, layer=Layer.OBSTRUCTIONS))
     return legend
 
 
@@ -112,7 +114,13 @@ def boxes_strokes(
         high = site.frame.corner_of(np.array(cell) + np.array(shape.size_vox))
         edges.append(box_edges(low - grow, high + grow))
     segments = np.concatenate(edges) if edges else np.zeros((0, 2, 3))
-    return Strokes(segments, rgb, width_px=width_px, hidden_opacity=0.5)
+    return Strokes(segments, rgb, width_px=width_px, hidden_opacity=0.5, layer=Layer.BOXES)
+
+
+def target_cells(component: Component) -> NDArray[np.int32]:
+    """Return the (N, 3) cells of a part at its place in the building."""
+    cells: NDArray[np.int32] = component.shape.cells + np.array(component.target_vox, np.int32)
+    return cells
 
 
 def given_place(component: Component) -> tuple[Shape, IntVec]:

@@ -24,28 +24,50 @@ class Canvas:
     def __init__(self, shape: tuple[int, int, int], count: int) -> None:
         self.solids: NDArray[np.unsignedinteger] = np.zeros(shape, index_type(count + 1))
         self._rgb: list[Rgb] = [(0, 0, 0)]
+        self._layers: list[str] = [""]
 
-    def paint(self, cells: NDArray[np.integer], rgb: Rgb, *, over: bool = False) -> None:
+    def paint(self, cells: NDArray[np.integer], rgb: Rgb, *, over: bool = False, layer: str = "") -> int:
         """Paint a solid.
 
         Args:
             cells: (N, 3); those outside the volume are left out.
             rgb: Its colour.
             over: Whether it takes cells that another solid has already.
+            layer: What it belongs to, a ``Layer``; empty where it is always drawn.
+
+        Returns:
+            Its number.
         """
         inside = ((cells >= 0) & (cells < self.solids.shape)).all(axis=1)
         at = tuple(cells[inside].T)
-        number = len(self._rgb)
-        self._rgb.append(rgb)
+        number = self._next(rgb, layer)
         if over:
             self.solids[at] = number
         else:
             self.solids[at] = np.where(self.solids[at] == 0, number, self.solids[at])
+        return number
 
-    def paint_mask(self, mask: NDArray[np.bool_], layer: int, rgb: Rgb) -> None:
-        """Paint the (X, Y) cells of a layer."""
-        self.solids[:, :, layer][mask] = len(self._rgb)
+    def paint_mask(self, mask: NDArray[np.bool_], k: int, rgb: Rgb, *, layer: str = "") -> None:
+        """Paint the (X, Y) cells of a level."""
+        self.solids[:, :, k][mask] = self._next(rgb, layer)
+
+    def copy(self, more: int = 0) -> Canvas:
+        """Return a canvas of its own with the same solids, and room for more where its numbers allow."""
+        other = Canvas.__new__(Canvas)
+        other.solids, other._rgb, other._layers = self.solids.copy(), list(self._rgb), list(self._layers)
+        if len(other._rgb) + more > np.iinfo(other.solids.dtype).max:
+            other.solids = other.solids.astype(np.uint32)
+        return other
+
+    def _next(self, rgb: Rgb, layer: str) -> int:
         self._rgb.append(rgb)
+        self._layers.append(str(layer))
+        return len(self._rgb) - 1
+
+    @property
+    def layers(self) -> tuple[str, ...]:
+        """What each solid belongs to."""
+        return tuple(self._layers)
 
     @property
     def palette(self) -> NDArray[np.uint8]:

@@ -2,6 +2,18 @@
 
 from __future__ import annotations
 
+PHASES = {
+    "approach": "empty hook",
+    "hook_on": "hooking on",
+    "raise": "raising",
+    "hoist": "hoisting",
+    "traverse": "slewing, trolleying",
+    "lower": "lowering",
+    "set": "setting",
+    "release": "releasing",
+}
+"""What a crane does in each phase of a lift."""
+
 
 def counted(count: int, noun: str) -> str:
     """Return a count with its noun: ``1 part``, ``1,200 parts``."""

@@ -9,7 +9,20 @@ import pytest
 
 from cli import main
 
-COMMANDS = ("voxelize", "inspect", "init", "train", "plan", "watch", "export", "verify", "render", "schema", "policy")
+COMMANDS = (
+    "voxelize",
+    "inspect",
+    "init",
+    "train",
+    "plan",
+    "watch",
+    "export",
+    "verify",
+    "render",
+    "report",
+    "schema",
+    "policy",
+)
 HEAVY = ("torch", "stable_baselines3", "trimesh", "numba", "ifcopenshell", "numpy", "scipy", "mcap", "rich")
 
 

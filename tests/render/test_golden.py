@@ -14,12 +14,17 @@ import pytest
 from drawn_plans import motions_by_hand, plan_by_hand
 from PIL import Image
 
+from bimvox.log.recorder import tracks_of
+from bimvox.render.blocked_scene import scene_of_blocked
 from bimvox.render.camera import View
+from bimvox.render.film_scene import Film
 from bimvox.render.picture import PictureOptions, picture_of
 from bimvox.render.plan_scene import Moment, scene_of_plan
 from bimvox.render.png import png_from_pixels
 from bimvox.render.scene import Scene
 from bimvox.render.site_scene import scene_of_site, view_of_site
+
+from ..log.building import tiny_log
 
 GOLDEN = Path(__file__).parent / "golden"
 MEAN_DIFFERENCE = 0.7
@@ -45,7 +50,22 @@ def under_way_with_crane() -> Scene:
     return scene_of_plan(plan.site, plan.lifts, motions_by_hand(plan), Moment(2, 0.45))
 
 
-@pytest.mark.parametrize("make", [site, under_way, finished_with_crane, under_way_with_crane])
+def tipped_up() -> Scene:
+    """From an animation: a column that hangs askew while it is tipped up."""
+    log = tiny_log(crane=True)
+    film = Film(log.plan.site, log.all_lifts, log.motions, tracks_of(log))
+    track = film.tracks[0]
+    turned = np.flatnonzero(np.abs(track.tilt[:, 3]) < 0.98)
+    return film.scene(int(track.time_ns[turned[len(turned) // 2]]))
+
+
+def blocked() -> Scene:
+    plan = plan_by_hand(infeasible=("roof",))
+    scene, _ = scene_of_blocked(plan.site, plan.lifts, plan.lifts[2:])
+    return scene
+
+
+@pytest.mark.parametrize("make", [site, under_way, finished_with_crane, under_way_with_crane, tipped_up, blocked])
 def test_pictures_look_as_they_did(make: Callable[[], Scene]):
     scene = make()
     view = view_of_site(plan_by_hand().site)

@@ -28,6 +28,7 @@ MODULES = (
     "header",
     "pointer",
     "keyboard",
+    "live",
     "main",
 )
 """The modules, each after those that it imports from."""

@@ -61,6 +61,7 @@ def _governing(site: Site, motion: LiftMotion) -> dict[str, Any] | None:
     return {
         "utilisation": float(used[worst]) if np.isfinite(used[worst]) else None,
         "time_s": (motion.start_ns + int(time_ns[worst])) / 1e9,
+        "phase": motion.phase_at(motion.start_ns + int(time_ns[worst])).name.value,
         "radius_m": float(radius_m[worst]),
         "capacity_kg": float(capacity_kg(crane.chart, float(radius_m[worst]))),
         "load_kg": mass_kg,

@@ -17,17 +17,23 @@ from bimvox.render.words import counted, hours
 _LEVEL = 9
 
 
-def page_of(source: PageSource) -> bytes:
+def page_of(source: PageSource, live: str = "") -> bytes:
     """Return the page, UTF-8.
 
     Nothing in it is fetched from anywhere, and its own policy forbids that. All that comes from the model or the log is
     packed as data and is only ever shown as text.
+
+    Args:
+        source: What it shows.
+        live: Name of a script beside the page (see ``live_script``) that says when the page was written again; then it
+            loads itself anew. Empty for a page that asks nobody for anything.
     """
     style, program = text_of("page.css"), script()
     shown = source.revisions[-1]
     title = f"{shown.plan.site.name}: lift plan"
     values = {
-        "POLICY": _policy(style, program),
+        "POLICY": _policy(style, program, live=bool(live)),
+        "LIVE": f'\n<meta name="bimvox-live" content="{escape(live)}" data-version="{shown.sha256}">' if live else "",
         "TITLE": escape(title),
         "SUMMARY": escape(_summary(source)),
         "STYLE": style,
@@ -50,10 +56,21 @@ def pack(source: PageSource) -> str:
     return base64.b64encode(gzip.compress(struct.pack("<I", len(text)) + text + numbers, _LEVEL, mtime=0)).decode()
 
 
-def _policy(style: str, program: str) -> str:
-    """The content security policy: the page's own style and program, and nothing else from anywhere."""
+def live_script(source: PageSource, *, ended: bool = False) -> bytes:
+    """Return the script beside a live page: which log the page shows now, and whether it will change again."""
+    shown = source.revisions[-1]
+    news = json.dumps({"version": shown.sha256, "revision": shown.number, "ended": ended})
+    return f"window.bimvoxLive?.({news});\n".encode()
+
+
+def _policy(style: str, program: str, *, live: bool) -> str:
+    """The content security policy: the page's own style and program, and nothing else from anywhere.
+
+    A live page may also run scripts from where it lies itself.
+    """
+    beside = " 'self'" if live else ""
     return (
-        f"default-src 'none'; style-src '{_hash(style)}'; script-src '{_hash(program)}'; img-src data: blob:; "
+        f"default-src 'none'; style-src '{_hash(style)}'; script-src '{_hash(program)}'{beside}; img-src data: blob:; "
         "base-uri 'none'; form-action 'none'"
     )
 

@@ -7,6 +7,7 @@ import { Header } from "./header.mjs";
 import { watchKeys } from "./keyboard.mjs";
 import { LAYERS, Layers } from "./layers.mjs";
 import { LiftList } from "./list.mjs";
+import { Live } from "./live.mjs";
 import { clamp } from "./maths.mjs";
 import { motionOf } from "./motion.mjs";
 import { Plan } from "./plan.mjs";
@@ -42,8 +43,9 @@ class App {
     this.timeline = new Timeline(this);
     this.layerList = new Layers(this);
     this._listen();
-    this._renderRevision();
+    this.show();
     this.view("iso", true);
+    this.live = new Live(this);
     this.loop();
   }
 
@@ -91,8 +93,8 @@ class App {
     watchKeys(this);
   }
 
-  /** Shows everything of another revision. */
-  _renderRevision() {
+  /** Shows everything of a revision. */
+  show() {
     this.time = clamp(this.time, this.plan.begins, this.plan.ends);
     this.states = this.plan.statesAt(this.time);
     this.lift = this.plan.liftAt(this.time);
@@ -110,9 +112,9 @@ class App {
     if (number < 0 || number >= this.plans.length || number === this.number) return;
     this.number = number;
     this.obstruction = null;
-    this._renderRevision();
+    this.show();
     this.details.open("plan");
-    this._say(`Revision ${this.plan.revision.number}`);
+    this.say(`Revision ${this.plan.revision.number}`);
   }
 
   /** Asks for a frame. */
@@ -142,7 +144,7 @@ class App {
     if (lift !== this.lift) {
       this.lift = lift;
       const words = nowWords(this);
-      if (words) this._say(words.title);
+      if (words) this.say(words.title);
       if (this.chosen === null && !this.obstruction) this.details.renderPart();
     }
     this.list.update();
@@ -164,14 +166,14 @@ class App {
   }
 
   /** Tells screen readers, not faster than they can speak. */
-  _say(text) {
+  say(text) {
     this.saying = text;
     if (this.timer) return;
     byId("live").textContent = text;
     this.saying = null;
     this.timer = setTimeout(() => {
       this.timer = null;
-      if (this.saying) this._say(this.saying);
+      if (this.saying) this.say(this.saying);
     }, SAY_MS);
   }
 

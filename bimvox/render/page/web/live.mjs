@@ -1,0 +1,112 @@
+// A page that is written again while it is open: a small script beside it says when, and the page loads itself anew
+// and goes on where it was. A script is loaded, not a request made, because that works for files opened from disk too.
+import { byId } from "./dom.mjs";
+
+const EVERY_MS = 1000;
+const KEY = "bimvox live page";
+const CAMERA = ["azimuth", "elevation", "target", "distance"];
+
+export class Live {
+  constructor(app) {
+    this.app = app;
+    this.button = byId("follow");
+    const meta = document.querySelector('meta[name="bimvox-live"]');
+    if (!meta) return;
+    this.name = meta.content;
+    this.version = meta.dataset.version;
+    this.on = true;
+    this.state = "waiting";
+    window.bimvoxLive = (news) => this._hear(news);
+    this.button.hidden = false;
+    this.button.addEventListener("click", () => this.toggle());
+    this._restore();
+    this._show();
+    this._look();
+  }
+
+  toggle() {
+    if (this.state === "ended") return;
+    this.on = !this.on;
+    this._show();
+    if (this.on && this.news) this._hear(this.news);
+  }
+
+  _show() {
+    const words = this.state === "ended" ? "not live any more" : !this.on ? "live: paused" : this.state === "lost" ? "live: no news" : "● live";
+    this.button.textContent = words;
+    this.button.disabled = this.state === "ended";
+    this.button.setAttribute("aria-pressed", String(this.on && this.state !== "ended"));
+    this.button.dataset.state = this.state;
+  }
+
+  _look() {
+    if (this.state === "ended") return;
+    const script = document.createElement("script");
+    const next = (state) => {
+      script.remove();
+      if (this.state !== "ended" && state) this.state = state;
+      this._show();
+      setTimeout(() => this._look(), EVERY_MS);
+    };
+    script.addEventListener("load", () => next(null));
+    script.addEventListener("error", () => next("lost"));
+    script.src = `${encodeURIComponent(this.name)}?${Date.now()}`;
+    document.head.append(script);
+  }
+
+  _hear(news) {
+    this.news = news;
+    this.state = news.ended ? "ended" : "heard";
+    if (news.version !== this.version && this.on) {
+      this._save();
+      location.reload();
+    }
+  }
+
+  _save() {
+    const { app } = this;
+    const kept = {
+      newest: app.number === app.plans.length - 1,
+      revision: app.plan.revision.number,
+      time: app.time,
+      playing: app.playing,
+      speed: app.speed,
+      layers: app.layers,
+      chosen: app.chosen === null ? null : app.parts[app.chosen].id,
+      camera: Object.fromEntries(CAMERA.map((name) => [name, app.camera[name]])),
+      version: this.version,
+    };
+    try {
+      sessionStorage.setItem(KEY + location.pathname, JSON.stringify(kept));
+    } catch {
+      // A browser that keeps nothing begins anew.
+    }
+  }
+
+  _restore() {
+    const { app } = this;
+    let kept = null;
+    try {
+      kept = JSON.parse(sessionStorage.getItem(KEY + location.pathname));
+      sessionStorage.removeItem(KEY + location.pathname);
+    } catch {
+      return;
+    }
+    if (!kept) return;
+    const same = app.plans.findIndex((plan) => plan.revision.number === kept.revision);
+    app.number = kept.newest || same < 0 ? app.plans.length - 1 : same;
+    app.time = kept.time;
+    app.speed = kept.speed;
+    app.playing = kept.playing;
+    app.layers = { ...app.layers, ...kept.layers };
+    const chosen = app.parts.findIndex((part) => part.id === kept.chosen);
+    app.chosen = chosen < 0 ? null : chosen;
+    Object.assign(app.camera, kept.camera, { glide: null });
+    app.layerList.update();
+    app.show();
+    if (app.chosen !== null) app.details.open("part");
+    const { revision } = app.plans[app.plans.length - 1];
+    const { changes } = revision;
+    app.say(changes ? `Revision ${revision.number} has come: ${changes.replanned.length} replanned, ${revision.infeasible} infeasible` : `Revision ${revision.number} has come`);
+  }
+}

@@ -1,0 +1,65 @@
+"""A few words of HTML. Every text is escaped; every number stands beside its exact value.
+
+``<data value="...">`` is HTML's own element for a number with its machine-readable value: whoever reads the page with a
+program reads the numbers of the log, not rounded ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+
+def number(value: float | int | None, words: str, key: str = "") -> str:
+    """Return a number as people read it, with its exact value; nothing where there is none.
+
+    Args:
+        value: The value; None writes a dash.
+        words: As people read it.
+        key: What it is, for programs.
+    """
+    if value is None:
+        return '<span class="none">–</span>'
+    marked = f' data-key="{escape(key)}"' if key else ""
+    return f'<data value="{value!r}"{marked}>{escape(words)}</data>'
+
+
+def tag(name: str, inside: str, class_: str = "", **attributes: str) -> str:
+    """Return an element around HTML that is already safe."""
+    if class_:
+        attributes = {"class": class_, **attributes}
+    written = "".join(f' {key.replace("_", "-")}="{escape(value)}"' for key, value in attributes.items())
+    return f"<{name}{written}>{inside}</{name}>"
+
+
+def paragraph(words: str, class_: str = "") -> str:
+    """Return a paragraph of plain text."""
+    return tag("p", escape(words), class_)
+
+
+def terms(pairs: Iterable[tuple[str, str]]) -> str:
+    """Return a list of terms, their values already safe; empty ones are left out."""
+    return tag("dl", "".join(f"<div><dt>{escape(name)}</dt><dd>{value}</dd></div>" for name, value in pairs if value))
+
+
+def table(columns: Sequence[str], rows: Iterable[str], *, class_: str = "", caption: str = "", id_: str = "") -> str:
+    """Return a table; its head is repeated on every printed page.
+
+    Args:
+        columns: Headings, plain text; a line break is allowed.
+        rows: ``<tr>`` elements, already safe.
+        class_: Of the table.
+        caption: For those who do not see the page.
+        id_: Of the table.
+    """
+    head = "".join(f'<th scope="col">{escape(name).replace(chr(10), "<br>")}</th>' for name in columns)
+    words = f'<caption class="unseen">{escape(caption)}</caption>' if caption else ""
+    attributes = {"id": id_} if id_ else {}
+    return tag("table", f"{words}<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody>", class_, **attributes)
+
+
+def row(cells: Iterable[str], class_: str = "", **attributes: str) -> str:
+    """Return a row of cells that are already safe; the first is its heading."""
+    first, *rest = cells
+    inside = f'<th scope="row">{first}</th>' + "".join(f"<td>{cell}</td>" for cell in rest)
+    return tag("tr", inside, class_, **attributes)

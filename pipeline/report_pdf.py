@@ -1,0 +1,111 @@
+"""A page as PDF, printed by a browser that is installed: none is brought along, none is fetched."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from bimvox.errors import BimvoxError, InputError
+
+BROWSERS = (
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+    "chrome",
+    "microsoft-edge",
+    "msedge",
+)
+_MAC = (
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+    "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
+)
+VARIABLE = "BIMVOX_BROWSER"
+_PATIENCE_S = 180
+_DATE = re.compile(rb"/(CreationDate|ModDate) \(D:\d{14}[^)]*\)")
+_NO_DATE = b"19800101000000"
+
+
+def find_browser() -> Path:
+    """Return the browser that ``BIMVOX_BROWSER`` names, else a Chromium, Chrome or Edge that is installed.
+
+    Raises:
+        InputError: If there is none.
+    """
+    named = os.environ.get(VARIABLE)
+    if named:
+        found = shutil.which(named)
+        if found is None:
+            raise InputError(
+                f"{VARIABLE} is {named!r}, which cannot be run", hint="name an installed Chromium or Chrome"
+            )
+        return Path(found)
+    places = [shutil.which(name) for name in BROWSERS]
+    if sys.platform == "darwin":
+        places += [place for place in _MAC if Path(place).is_file()]
+    browser = next((place for place in places if place), None)
+    if browser is None:
+        raise InputError(
+            "a PDF is printed by a Chromium, Chrome or Edge, and none is installed",
+            hint=f"install one, or name it in {VARIABLE}; or write the report as .html and print it from any browser",
+        )
+    return Path(browser)
+
+
+def pdf_of(page: bytes, browser: Path) -> bytes:
+    """Print a self-contained page, without a display, and return the PDF; its dates are fixed, not today's.
+
+    Args:
+        page: HTML, UTF-8.
+        browser: From ``find_browser``.
+
+    Raises:
+        BimvoxError: If the browser fails.
+    """
+    with tempfile.TemporaryDirectory(prefix="bimvox-print-") as name:
+        folder = Path(name)
+        source, printed = folder / "report.html", folder / "report.pdf"
+        source.write_bytes(page)
+        command = [
+            str(browser),
+            "--headless",
+            "--disable-gpu",
+            "--no-first-run",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+            "--no-pdf-header-footer",
+            f"--user-data-dir={folder / 'profile'}",
+            f"--print-to-pdf={printed}",
+            source.as_uri(),
+        ]
+        if hasattr(os, "geteuid") and os.geteuid() == 0:
+            # Chromium refuses its own sandbox to root; the page has no program and may fetch nothing.
+            command.insert(1, "--no-sandbox")
+        try:
+            done = subprocess.run(command, capture_output=True, timeout=_PATIENCE_S, check=False)
+        except subprocess.TimeoutExpired as error:
+            raise BimvoxError(
+                f"{browser} did not print within {_PATIENCE_S} s", hint="write the report as .html and print it"
+            ) from error
+        if not printed.is_file() or not printed.stat().st_size:
+            said = done.stderr.decode(errors="replace").strip().splitlines()
+            last = said[-1] if said else f"exit code {done.returncode}"
+            raise BimvoxError(f"{browser} did not print: {last}", hint="write the report as .html and print it")
+        return _undated(printed.read_bytes())
+
+
+def _undated(pdf: bytes) -> bytes:
+    """Return a PDF whose dates are fixed: as many bytes as before, so that its table of contents stays true."""
+    return _DATE.sub(lambda found: found[0].replace(_digits(found[0]), _NO_DATE), pdf)
+
+
+def _digits(date: bytes) -> bytes:
+    start = date.index(b"D:") + 2
+    return date[start : start + 14]
