@@ -89,7 +89,8 @@ def batched_rate(interface: str, sites: int, threads: int, observation: str = "p
         rate = steps_per_s(lambda n: vector.step(actions[n % 100]), sites)
         vector.close()
         return rate
-    batch = BatchedPrefabSite(PAPER, sites, observation=observation, threads=threads)
+    turns = 2 if interface == "VecEnv copy=False" else 1
+    batch = BatchedPrefabSite(PAPER, sites, observation=observation, threads=threads, turns=turns)
     if name == "VecEnv":
         vec = PrefabVecEnv(batch, copy=copy)
         vec.reset()

@@ -23,17 +23,21 @@ class PrefabVecEnv(VecEnv):
 
     Args:
         batch: The sites.
-        copy: Whether every step hands out observations of its own. Without, two arrays take turns: an observation holds
-            until the step after the next, which is all that stable-baselines3's learners need; they copy into their
-            replay memory.
+        copy: Whether every step hands out observations of its own. Without, it hands out those of the batch, of which
+            two arrays must take turns: an observation holds until the step after the next, which is all that
+            stable-baselines3's learners need; they copy into their replay memory.
+
+    Raises:
+        ValueError: No copies, and a batch whose observations hold for one step only.
     """
 
     def __init__(self, batch: BatchedPrefabSite, *, copy: bool = True) -> None:
+        if not copy and batch.turns < 2:
+            raise ValueError(f"copy: a batch of turns={batch.turns} overwrites what it hands out; make it with turns=2")
         self.batch = batch
         self.render_mode = None
         self._copy = copy
         self._actions: NDArray[np.int64] = np.zeros(batch.sites, np.int64)
-        self._turns = [] if copy else [np.zeros_like(batch.observations) for _ in range(2)]
         super().__init__(batch.sites, batch.observation_space, gymnasium.spaces.Discrete(ACTION_COUNT))
 
     def reset(self) -> NDArray[np.float32]:
@@ -42,9 +46,8 @@ class PrefabVecEnv(VecEnv):
             self.batch.seed(self._seeds[0])
         self._reset_seeds()
         self._reset_options()
-        observations = self._room()
-        np.copyto(observations, self.batch.reset())
-        return observations
+        observations = self.batch.reset()
+        return observations.copy() if self._copy else observations
 
     def step_async(self, actions: NDArray[np.int64]) -> None:
         """Keep the actions for ``step_wait``."""
@@ -52,8 +55,8 @@ class PrefabVecEnv(VecEnv):
 
     def step_wait(self) -> VecEnvStepReturn:
         """Take the step."""
-        observations = self._room()
-        step = self.batch.step(self._actions, copy_to=observations)
+        copied = np.empty_like(self.batch.observations) if self._copy else None
+        step = self.batch.step(self._actions, copy_to=copied)
         ended = step.ended
         infos: list[dict[str, Any]] = [{}] * self.num_envs
         for n in np.flatnonzero(ended):
@@ -63,7 +66,7 @@ class PrefabVecEnv(VecEnv):
                 "is_success": bool(step.terminated[n]),
                 "assembled": int(step.final_states[n, 0]),
             }
-        return observations, step.rewards.copy(), ended, infos
+        return step.observations if copied is None else copied, step.rewards.copy(), ended, infos
 
     def close(self) -> None:
         """End the threads of the batch."""
@@ -88,13 +91,6 @@ class PrefabVecEnv(VecEnv):
     ) -> list[bool]:
         """No site is wrapped."""
         return [False] * len(self._chosen(indices))
-
-    def _room(self) -> NDArray[np.float32]:
-        """Return an array for the next observations."""
-        if self._copy:
-            return np.empty_like(self.batch.observations)
-        self._turns.reverse()
-        return self._turns[0]
 
     def _chosen(self, indices: int | Iterable[int] | None) -> Sequence[int]:
         return list(self._get_indices(indices))

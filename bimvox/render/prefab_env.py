@@ -1,9 +1,7 @@
-"""The construction site as Gymnasium environments with pictures. Importing this module registers them.
+"""The construction site as Gymnasium environments with pictures; ``bimvox.env.gym`` registers them.
 
-``bimvox/PrefabSite-v0`` is the paper's experiment, ``bimvox/PrefabSiteObstructed-v0`` the same with one to three drawn
-obstructions, ``bimvox/PrefabFrame-v0`` four columns and four beams. All take the arguments of
-:class:`bimvox.env.prefab.site_env.PrefabSiteEnv`; ``gymnasium.make_vec`` steps them in one compiled kernel, with the
-arguments of :class:`bimvox.env.prefab.vector_env.PrefabVectorEnv`.
+All take the arguments of :class:`bimvox.env.prefab.site_env.PrefabSiteEnv`; ``gymnasium.make_vec`` steps them in one
+compiled kernel, with the arguments of :class:`bimvox.env.prefab.vector_env.PrefabVectorEnv`.
 """
 
 from __future__ import annotations
@@ -13,10 +11,10 @@ import os
 import sys
 from typing import Any
 
-import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.env.gym import PREFAB_ENV_IDS, register
 from bimvox.env.prefab.ansi import ansi_picture
 from bimvox.env.prefab.picture import SitePicture
 from bimvox.env.prefab.site_env import PrefabSiteEnv
@@ -24,12 +22,7 @@ from bimvox.env.prefab.spec import PrefabSpec
 from bimvox.env.prefab.vector_env import PrefabVectorEnv
 from bimvox.render.prefab_picture import pixels_of_prefab
 
-ENV_IDS: dict[str, str] = {
-    "bimvox/PrefabSite-v0": "paper",
-    "bimvox/PrefabSiteObstructed-v0": "obstructed",
-    "bimvox/PrefabFrame-v0": "frame",
-}
-"""The registered ids, each with the key of its site in ``PRESETS``."""
+__all__ = ["PREFAB_ENV_IDS", "RENDER_SIZE_PX", "DrawnPrefabSiteEnv", "DrawnPrefabVectorEnv", "register"]
 
 RENDER_SIZE_PX = (640, 480)
 
@@ -137,18 +130,3 @@ class _Window:
     def close(self) -> None:
         """Close the window."""
         self._pygame.display.quit()
-
-
-def register() -> None:
-    """Make ``gymnasium.make`` and ``gymnasium.make_vec`` know the ids; done when this module is imported."""
-    for env_id, site in ENV_IDS.items():
-        if env_id not in gymnasium.registry:
-            gymnasium.register(
-                env_id,
-                entry_point="bimvox.render.prefab_env:DrawnPrefabSiteEnv",
-                vector_entry_point="bimvox.render.prefab_env:DrawnPrefabVectorEnv",
-                kwargs={"site": site},
-            )
-
-
-register()

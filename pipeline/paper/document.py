@@ -22,8 +22,9 @@ def document_of(results: ExperimentResults) -> dict[str, Any]:
 
     ``scenarios`` is that of paper mode (of the only mode where there is one); ``modes`` holds both, side by side.
     """
-    modes = {mode: _mode(results, mode) for mode in results.settings["modes"]}
-    first = NAMED_FIRST if NAMED_FIRST in modes else next(iter(modes))
+    names = sorted(results.settings["modes"], key=lambda mode: (mode != NAMED_FIRST, mode))
+    modes = {mode: _mode(results, mode) for mode in names}
+    first = names[0]
     return {
         "scenarios": modes[first]["scenarios"],
         "mode": first,
@@ -122,6 +123,7 @@ def _learning(runs: Sequence[LearningRun]) -> dict[str, Any]:
         "budget": steps.budget,
         "success_rates": [row.success_rate for row in last],
         "greedy_rates": [row.greedy_rate for row in last],
+        "fresh_rates": [run.fresh_rate for run in runs],
         "curve": mean_curve([run.curve for run in runs]),
         "seconds": [run.seconds for run in runs],
         "cpu_seconds": [run.cpu_seconds for run in runs],
@@ -149,12 +151,14 @@ def _beyond(results: ExperimentResults) -> dict[str, Any]:
         "random_targets": {
             "bar_steps": settings["targets_budget"],
             "layouts": settings["targets_layouts"],
+            "fresh_layouts": settings["fresh_layouts"],
             "cleared": _within(named["targets"], settings["targets_budget"]),
             **_learning(named["targets"]),
         },
         "frame": {
             "bar_steps": settings["frame_budget"],
             "layouts": settings["frame_layouts"],
+            "fresh_layouts": settings["fresh_layouts"],
             "cleared": _within(named["frame"], settings["frame_budget"]),
             **_learning(named["frame"]),
         },

@@ -89,7 +89,10 @@ def _beyond(settings: PaperSettings, seed: int) -> list[Job]:
         "greedy_layouts": settings.frame_layouts,
         "budget": settings.frame_budget,
     }
-    return [Job("beyond", "targets", seed, {"config": targets}), Job("beyond", "frame", seed, {"config": frame})]
+    return [
+        Job("beyond", mode, seed, {"config": config, "fresh_layouts": settings.fresh_layouts})
+        for mode, config in (("targets", targets), ("frame", frame))
+    ]
 
 
 def _ablation(settings: PaperSettings, seed: int) -> list[Job]:

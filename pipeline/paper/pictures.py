@@ -74,11 +74,9 @@ def _ablation(document: dict[str, Any]) -> bytes:
         median = cell["steps_to_success"]
         low, high = (cell["budget"] if value is None else value for value in cell["quartiles"])
         value = cell["budget"] if median is None else median
-        group, series = f"{cell['observation']} observation", f"{cell['reward']} reward"
+        group, series = cell["observation"], f"{cell['reward']} reward"
         bars.append(Bar(group, series, value, low, high, censored=median is None))
-    return draw_bars(
-        bars, axis="steps to 100 % (median, quartiles)", title="the paper's learner, one thing changed at a time"
-    )
+    return draw_bars(bars, axis="steps to 100 % (median, quartiles)", title="the paper's learner, by observation")
 
 
 def _policies(runs: Sequence[ScenarioRun]) -> list[Scene]:

@@ -50,6 +50,8 @@ class LearningRun:
         curve: Every test.
         seconds: Wall time, on whatever machine it was.
         cpu_seconds: Processor time.
+        fresh_rate: Share of layouts that no test had used on which it succeeds without random actions; None where that
+            was not asked.
     """
 
     mode: str
@@ -60,6 +62,7 @@ class LearningRun:
     curve: Curve
     seconds: float
     cpu_seconds: float
+    fresh_rate: float | None = None
 
     @property
     def steps_to_success(self) -> int | None:
@@ -218,6 +221,7 @@ def _learning_run(d: dict[str, Any]) -> LearningRun:
         _curve(d["curve"]),
         d["seconds"],
         d["cpu_seconds"],
+        d.get("fresh_rate"),
     )
 
 

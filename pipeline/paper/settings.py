@@ -26,18 +26,20 @@ class PaperSettings:
         targets_layouts: How many layouts that are.
         frame_budget: Steps in which the frame of four columns and four beams is to be built.
         frame_layouts: From how many drawn yards.
+        fresh_layouts: On how many layouts that no test has used the networks of these two are judged in the end.
         frame_changes: What the frame takes instead of ``ours``.
         tabular_budget: Steps of tabular Q-learning in the initialization layer; retraining takes the networks' budget.
     """
 
     seeds: tuple[int, ...]
     modes: Mapping[str, PrefabDqnConfig]
-    ablation_seeds: int = 5
+    ablation_seeds: int = 3
     ablation_budget: int = 40_000
     targets_budget: int = 2_000
     targets_layouts: int = 1_000
     frame_budget: int = 50_000
-    frame_layouts: int = 200
+    frame_layouts: int = 1_000
+    fresh_layouts: int = 1_000
     frame_changes: Mapping[str, Any] | None = None
     tabular_budget: int = 100_000
 
@@ -52,6 +54,7 @@ class PaperSettings:
             "targets_layouts": self.targets_layouts,
             "frame_budget": self.frame_budget,
             "frame_layouts": self.frame_layouts,
+            "fresh_layouts": self.fresh_layouts,
             "frame_changes": dict(self.frame_changes or {}),
             "tabular_budget": self.tabular_budget,
         }
@@ -89,5 +92,6 @@ def quick_settings(seeds: int = 2, modes: tuple[str, ...] = ("paper", "ours")) -
         targets_layouts=20,
         frame_budget=400,
         frame_layouts=4,
+        fresh_layouts=10,
         tabular_budget=2_000,
     )

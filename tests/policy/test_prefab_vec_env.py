@@ -32,7 +32,7 @@ def test_steps_as_stable_baselines_wants_them():
 
 @pytest.mark.parametrize("copy", [True, False])
 def test_the_last_but_one_observation_still_holds(copy):
-    env = PrefabVecEnv(BatchedPrefabSite(PAPER, 3, seed=1), copy=copy)
+    env = PrefabVecEnv(BatchedPrefabSite(PAPER, 3, seed=1, turns=2), copy=copy)
     last = env.reset()
     for _ in range(4):
         kept = last.copy()
@@ -62,8 +62,13 @@ def test_attributes_are_shared_and_methods_refused():
 
 def test_a_learner_takes_it():
     torch.set_num_threads(1)  # more only get in each other's way on layers this small
-    env = VecMonitor(PrefabVecEnv(BatchedPrefabSite(PAPER, 4, observation="paper", seed=0), copy=False))
+    env = VecMonitor(PrefabVecEnv(BatchedPrefabSite(PAPER, 4, observation="paper", seed=0, turns=2), copy=False))
     dqn = DQN("MlpPolicy", env, learning_starts=50, buffer_size=500, seed=0, policy_kwargs={"net_arch": [8]})
     dqn.learn(200)
     assert dqn.num_timesteps >= 200
     assert len(dqn.ep_info_buffer) == 4
+
+
+def test_without_copies_two_arrays_are_needed():
+    with pytest.raises(ValueError, match="make it with turns=2"):
+        PrefabVecEnv(BatchedPrefabSite(PAPER, 2), copy=False)

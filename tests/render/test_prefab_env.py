@@ -9,6 +9,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
+from bimvox.env.gym import PREFAB_ENV_IDS
 from bimvox.env.prefab.component import YardPlace
 from bimvox.env.prefab.layout import PrefabLayout
 from bimvox.env.prefab.observation import OBSERVATIONS
@@ -22,7 +23,7 @@ from bimvox.render.prefab_picture import pixels_of_prefab, scene_of_prefab
 LAYOUT = PrefabLayout((YardPlace(4, 7, "y"),), ((7, 7, 1),), (((12, 2, 1), (13, 5, 3)),))
 
 
-@pytest.mark.parametrize("env_id", sorted(prefab_env.ENV_IDS))
+@pytest.mark.parametrize("env_id", sorted(PREFAB_ENV_IDS))
 @pytest.mark.parametrize("observation", sorted(OBSERVATIONS))
 def test_gymnasium_and_sb3_find_nothing_to_warn_about(env_id, observation, monkeypatch):
     monkeypatch.setattr(prefab_env, "RENDER_SIZE_PX", (64, 48))
@@ -44,13 +45,6 @@ def test_without_arguments_the_papers_site_passes_both_checkers():
         check_env_sb3(env)
 
 
-def test_registering_twice_is_harmless():
-    prefab_env.register()
-    assert set(prefab_env.ENV_IDS) <= set(gymnasium.registry)
-    spec = gymnasium.spec("bimvox/PrefabFrame-v0")
-    assert gymnasium.envs.registration.EnvSpec.from_json(spec.to_json()).kwargs == {"site": "frame"}
-
-
 def test_make_vec_gives_the_batched_sites():
     env = gymnasium.make_vec("bimvox/PrefabFrame-v0", num_envs=3, render_mode="rgb_array", observation="paper")
     assert isinstance(env, PrefabVectorEnv)
@@ -69,7 +63,7 @@ def painted(pixels, rgb):
 
 
 def test_pictures_have_the_papers_colours():
-    env = prefab_env.DrawnPrefabSiteEnv(prefab_env.ENV_IDS["bimvox/PrefabSiteObstructed-v0"], render_mode="rgb_array")
+    env = prefab_env.DrawnPrefabSiteEnv(PREFAB_ENV_IDS["bimvox/PrefabSiteObstructed-v0"], render_mode="rgb_array")
     env.reset(options={"layout": LAYOUT})
     first = env.render()
     assert first.shape == (480, 640, 3)
@@ -87,7 +81,7 @@ def test_pictures_have_the_papers_colours():
 
 
 def test_unbuilt_and_assembled_components_and_air():
-    env = prefab_env.DrawnPrefabSiteEnv(prefab_env.ENV_IDS["bimvox/PrefabFrame-v0"])
+    env = prefab_env.DrawnPrefabSiteEnv(PREFAB_ENV_IDS["bimvox/PrefabFrame-v0"])
     env.reset(seed=0)
     for _ in range(60):  # down the field until the first column stands and the second has moved
         field, (_, x, y, z, *_) = env.distance_field(), env.state

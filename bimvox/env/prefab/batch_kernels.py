@@ -21,9 +21,21 @@ from bimvox.env.starts import random_below
 
 
 class BatchOut(NamedTuple):
-    """Where a step of N sites is written; see ``PrefabStep``. Observations are flat: (N, size)."""
+    """Where a step of N sites is written; see ``PrefabStep``. Observations are flat: (N, size).
+
+    Where several arrays of observations take turns, each shows what was when its turn was last. The paper's map is made
+    up to date by moving the component in transit from where the array shows it, unless it has been redrawn meanwhile.
+
+    Attributes:
+        shown: (N, 7) int64 state that ``observations`` shows.
+        drawing: (N,) int64 number of the drawing that ``observations`` shows.
+        drawings: (N,) int64 how often the map has been drawn anew, on whatever array.
+    """
 
     observations: NDArray[np.float32]
+    shown: NDArray[np.int64]
+    drawing: NDArray[np.int64]
+    drawings: NDArray[np.int64]
     rewards: NDArray[np.float32]
     terminated: NDArray[np.bool_]
     truncated: NDArray[np.bool_]
@@ -78,8 +90,9 @@ def move_rows(
         out.terminated[n] = False
         out.truncated[n] = is_truncated(rules, after)
         out.late[n] = is_late(rules, after)
-        if code == PAPER_MAP and not arrived:
-            move_on_map(rules, before, after, out.observations[n], batch.cells.shape[2])
+        if code == PAPER_MAP and not arrived and out.drawing[n] == out.drawings[n]:
+            move_on_map(rules, state_row(out.shown, n), after, out.observations[n], batch.cells.shape[2])
+            store_row(out.shown, n, after)
 
 
 @kernel
@@ -121,7 +134,8 @@ def settle_rows(
     for n in range(first, last):
         begins = anew
         arrived = out.assembled[n] and not anew
-        if not arrived and not out.truncated[n] and not anew and code == PAPER_MAP:
+        outdated = out.drawing[n] != out.drawings[n]
+        if not arrived and not out.truncated[n] and not anew and code == PAPER_MAP and not outdated:
             continue
         site = Site(
             batch.cells[n], batch.table[n], batch.stored[n], batch.target[n], batch.obstructions[n], batch.field[n]
@@ -145,8 +159,18 @@ def settle_rows(
             elif not draw_layout(rules, drawing, site, generators[n]):
                 failures += 1
             store_row(states, n, stand_up(rules, site))
-        write_observation(code, rules, site, state_row(states, n), out.observations[n])
+        if arrived or begins:
+            out.drawings[n] += 1
+        show(code, rules, site, states, out, n)
     return failures
+
+
+@kernel
+def show(code: int, rules: Rules, site: Site, states: NDArray[np.int64], out: BatchOut, n: int) -> None:
+    """Write the whole observation of one site, and what it shows."""
+    write_observation(code, rules, site, state_row(states, n), out.observations[n])
+    store_row(out.shown, n, state_row(states, n))
+    out.drawing[n] = out.drawings[n]
 
 
 @kernel

@@ -34,6 +34,10 @@ class PrefabDqnConfig:
         gradient_steps: Gradient steps per ``sites`` steps.
         target_update: Gradient steps between two copies to the target network.
         max_gradient_norm: Gradients of one variable are scaled down to this length, as the original did.
+        priority: Exponent of how far a transition's value was off when it was last drawn, in the share with which it is
+            drawn again (prioritized replay, Schaul et al. 2016, without the weights that undo it); 0 draws evenly.
+        symmetry: Whether every remembered transition is turned and mirrored in plan at random before a gradient step
+            (``bimvox.policy.prefab.symmetry``); for the egocentric observation only.
         averaging: Share by which the network that is tested and kept moves towards the one in training per gradient
             step (Polyak averaging); 1 tests and keeps the one in training itself. An average does not go up and down
             from test to test.
@@ -42,8 +46,9 @@ class PrefabDqnConfig:
         exploration_first: Share of random actions at the start.
         exploration_again: And at the start of training a loaded network again.
         exploration_last: And at the end of the exploration phase and after it.
-        exploration_spread: Whether the sites take different shares, evenly from none to twice as much: some find
-            what stops the policy as it is, others see what it would never come across.
+        exploration_spread: Whether half of the sites act by the policy alone and the others share its random actions,
+            up to four times as many each: the first find what stops the policy as it is, the others see what it would
+            never come across.
         exploration_share: Length of that phase as a share of the budget.
         exploration_steps: Its length in steps; None takes ``exploration_share``.
         budget: Steps of the initialization layer.
@@ -79,6 +84,8 @@ class PrefabDqnConfig:
     gradient_steps: int = 1
     target_update: int = 500
     max_gradient_norm: float = 10.0
+    priority: float = 0.0
+    symmetry: bool = False
     averaging: float = 1.0
     bootstrap_at_limit: bool = True
     exploration_first: float = 1.0
@@ -105,6 +112,8 @@ class PrefabDqnConfig:
             raise ValueError(f"observation: {self.observation!r} is unknown; there are {', '.join(OBSERVATIONS)}")
         if self.reward not in PREFAB_REWARDS:
             raise ValueError(f"reward: {self.reward!r} is unknown; there are {', '.join(PREFAB_REWARDS)}")
+        if self.symmetry and self.observation != "egocentric":
+            raise ValueError(f"symmetry: the observation {self.observation!r} has no images; egocentric has")
         for name in (
             "batch_size",
             "sites",
@@ -126,6 +135,8 @@ class PrefabDqnConfig:
             raise ValueError(f"buffer_size: {self.buffer_size} holds not even one step of {self.sites} sites")
         if not 0.0 <= self.discount < 1.0:
             raise ValueError(f"discount: {self.discount} is not in [0, 1)")
+        if self.priority < 0.0:
+            raise ValueError(f"priority: {self.priority} is less than zero")
         if not 0.0 < self.averaging <= 1.0:
             raise ValueError(f"averaging: {self.averaging} is not in (0, 1]")
         if self.retrain_successes > self.retrain_episodes:
@@ -145,11 +156,20 @@ class PrefabDqnConfig:
         return self.learning_rate + min(1.0, steps / max(1, over)) * (self.learning_rate_last - self.learning_rate)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return plain values for JSON; of ``ADDED_LATER`` only those that are not at their default."""
         plain = asdict(self)
         plain["hidden"] = list(self.hidden)
+        for name in ADDED_LATER:
+            if plain[name] == _DEFAULTS[name]:
+                del plain[name]
         return plain
 
+
+ADDED_LATER = ("exploration_spread", "symmetry", "priority")
+"""Choices that earlier versions did not have. At their default they are left out of what is written, so that stored
+networks and finished experiments of those versions still count."""
+
+_DEFAULTS = {field.name: field.default for field in fields(PrefabDqnConfig)}
 
 PAPER_MODE = PrefabDqnConfig()
 """The paper's: its observation, its reward, and the defaults of the original stable-baselines' DQN, one site."""
@@ -180,8 +200,23 @@ OUR_MODE = PrefabDqnConfig(
 """Ours: seen from the component, taught by the exact distance-to-go (of the training site; the policy never sees it),
 many sites side by side."""
 
-FRAME_CHANGES: dict[str, Any] = {"averaging": 0.005, "batch_size": 64, "gradient_steps": 8, "test_every": 1_000}
-"""What the frame of four columns and four beams takes instead of ``OUR_MODE``."""
+FRAME_CHANGES: dict[str, Any] = {
+    "symmetry": True,
+    "priority": 0.6,
+    "exploration_spread": True,
+    "discount": 0.7,
+    "averaging": 0.001,
+    "learning_rate": 5e-4,
+    "learning_rate_last": 2e-5,
+    "learning_rate_steps": 10_000,
+    "batch_size": 64,
+    "gradient_steps": 32,
+    "test_every": 1_000,
+}
+"""What the frame of four columns and four beams takes instead of ``OUR_MODE``. An episode of eight components fails at
+one wrong choice in a hundred, at places that are seldom come to: half of the sites act by the policy alone, so that
+they come there; what the network was wrong about is learned from more often, and as eight images; and what is tested is
+an average at a falling learning rate, which does not go up and down from test to test."""
 
 MODES: dict[str, PrefabDqnConfig] = {"paper": PAPER_MODE, "ours": OUR_MODE}
 
@@ -193,10 +228,10 @@ def prefab_config_from_dict(plain: dict[str, Any]) -> PrefabDqnConfig:
         PolicyError: A key is missing or unknown, or a value is impossible.
     """
     names = {field.name for field in fields(PrefabDqnConfig)}
-    if set(plain) != names:
+    if not names - set(ADDED_LATER) <= set(plain) <= names:
         raise PolicyError(
             "the training configuration has other keys than this version's",
-            differs={"missing": sorted(names - set(plain)), "unknown": sorted(set(plain) - names)},
+            differs={"missing": sorted(names - set(plain) - set(ADDED_LATER)), "unknown": sorted(set(plain) - names)},
         )
     try:
         return PrefabDqnConfig(**{**plain, "hidden": tuple(plain["hidden"])})

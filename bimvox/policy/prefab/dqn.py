@@ -22,6 +22,8 @@ from bimvox.env.actions import ACTION_COUNT
 from bimvox.policy.prefab.config import PrefabDqnConfig
 from bimvox.policy.prefab.gradient import CompiledLearner, Memory, copy_of, move_towards
 from bimvox.policy.prefab.network import PrefabNetwork
+from bimvox.policy.prefab.priorities import Priorities
+from bimvox.policy.prefab.symmetry import IMAGES, symmetry, write_images
 from bimvox.policy.prefab.torch_network import PrefabPolicy, arrays_of
 from bimvox.policy.prefab_vec_env import PrefabVecEnv
 
@@ -89,6 +91,9 @@ class PrefabDqn(DQN):
             longest=config.max_gradient_norm,
         )
         self._average = self._learner.network()
+        self._symmetry = symmetry() if config.symmetry else None
+        self._images = _room_for(config.batch_size, self._learner.live.inputs)
+        self._priorities = Priorities(config.buffer_size, config.priority) if config.priority else None
 
     def _setup_model(self) -> None:
         """Remember the paper's map as bytes, in a quarter of the memory: heights, flags, counts are whole numbers."""
@@ -136,13 +141,22 @@ class PrefabDqn(DQN):
         """Return the present share of random actions, of each site where they differ."""
         if not self.config.exploration_spread or count == 1:
             return self.exploration_rate
-        return self.exploration_rate * np.linspace(0.0, 2.0, count)
+        half = count // 2
+        return self.exploration_rate * np.concatenate([np.zeros(half), np.linspace(0.0, 4.0, count - half)])
 
     def train(self, gradient_steps: int, batch_size: int = 100) -> None:
         """Take gradient steps on the Huber loss of the temporal difference."""
         memory, filled = self._memory()
-        for _ in range(gradient_steps):
-            self._learner.step(memory, self._random.integers(filled, size=batch_size))
+        drawn = self._draw(filled, gradient_steps, batch_size)
+        for step in range(gradient_steps):
+            rows = self._random.integers(filled, size=batch_size) if drawn is None else drawn[step]
+            if self._symmetry is None:
+                self._learner.step(memory, rows)
+            else:
+                write_images(self._symmetry, memory, rows, self._random.integers(IMAGES, size=batch_size), self._images)
+                self._learner.step(self._images, np.arange(batch_size))
+            if self._priorities is not None:
+                self._priorities.put(rows, self._learner.errors)
             self._updates_made += 1
             if self.config.averaging < 1.0:
                 # The first steps count alike, else the average would begin at the untrained weights.
@@ -153,6 +167,15 @@ class PrefabDqn(DQN):
                 self._updates_to_copy = self.config.target_update
                 self._learner.copy_to_target()
         self._n_updates += gradient_steps
+
+    def _draw(self, filled: int, gradient_steps: int, batch_size: int) -> NDArray[np.int64] | None:
+        """Return (steps, B) rows of the memory, by priority; None where they are drawn evenly."""
+        buffer = self.replay_buffer
+        if self._priorities is None or buffer is None:
+            return None
+        last = (buffer.pos - 1) % buffer.buffer_size * buffer.n_envs
+        self._priorities.fill(filled, slice(last, last + buffer.n_envs))
+        return self._priorities.draw(self._random, gradient_steps, batch_size)
 
     def _memory(self) -> tuple[Memory, int]:
         """Return the replay memory as one row a transition, and how many rows are filled."""
@@ -170,3 +193,10 @@ class PrefabDqn(DQN):
             buffer.timeouts.reshape(rows),
         )
         return memory, filled
+
+
+def _room_for(transitions: int, inputs: int) -> Memory:
+    """Return a memory of zeros."""
+    columns = [np.zeros(transitions, np.float32) for _ in range(3)]
+    seen = [np.zeros((transitions, inputs), np.float32) for _ in range(2)]
+    return Memory(seen[0], seen[1], np.zeros(transitions, np.int64), columns[0], columns[1], columns[2])

@@ -123,7 +123,7 @@ def greedy_success(
         spec,
         layouts,
         observation=flat_observation(config.observation),
-        reward=config.reward,
+        reward="paper",  # only whether they succeed counts, and the exact distance takes its time
         exploration=0.0,
         seed=0,
     )

@@ -26,18 +26,22 @@ def some_actions(batch, random, greedy_share):
 
 
 @settings(max_examples=40, deadline=None)
-@given(specs(), st.integers(0, 2**31), TOWARDS)
-def test_batched_agrees_with_the_rules_played_slowly(spec, seed, greedy_share):
-    batch = BatchedPrefabSite(spec, 3, observation="paper", seed=seed, teacher=True)
+@given(specs(), st.integers(0, 2**31), TOWARDS, st.integers(1, 3))
+def test_batched_agrees_with_the_rules_played_slowly(spec, seed, greedy_share, turns):
+    batch = BatchedPrefabSite(spec, 3, observation="paper", seed=seed, teacher=True, turns=turns)
     try:
         batch.reset()
     except PlanningError:
         return  # no room in this yard
     random = np.random.default_rng(seed)
     slow = [ReferenceSite(batch.spec, batch.layout(n)) for n in range(3)]
+    handed_out = []
     for _ in range(45):
         for n, reference in enumerate(slow):
             np.testing.assert_array_equal(batch.observations[n], reference.map())
+        handed_out = [*handed_out, (batch.observations, batch.observations.copy())][-turns:]
+        for array, held in handed_out:
+            np.testing.assert_array_equal(array, held)
         actions = some_actions(batch, random, greedy_share)
         step = batch.step(actions)
         for n, reference in enumerate(slow):

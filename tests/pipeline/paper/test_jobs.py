@@ -21,7 +21,7 @@ def test_ten_seeds_of_everything_by_default():
         "adapt": 60,
         "beyond": 20,
         "baseline": 10,
-        "ablation": 30,
+        "ablation": 18,
         "teacher": 1,
     }
     assert len({job.name for job in jobs}) == len(jobs)

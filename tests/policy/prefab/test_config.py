@@ -5,7 +5,14 @@ from dataclasses import replace
 import pytest
 
 from bimvox.errors import PolicyError
-from bimvox.policy.prefab.config import MODES, OUR_MODE, PAPER_MODE, PrefabDqnConfig, prefab_config_from_dict
+from bimvox.policy.prefab.config import (
+    ADDED_LATER,
+    MODES,
+    OUR_MODE,
+    PAPER_MODE,
+    PrefabDqnConfig,
+    prefab_config_from_dict,
+)
 
 
 def test_paper_mode_is_the_original_stable_baselines():
@@ -83,3 +90,17 @@ def test_other_keys_or_impossible_values_are_refused():
 def test_impossible_choices_are_named(name, value):
     with pytest.raises(ValueError, match=name):
         PrefabDqnConfig(**{name: value})
+
+
+def test_what_was_added_later_is_left_out_at_its_default():
+    plain = OUR_MODE.to_dict()
+    assert not set(ADDED_LATER) & set(plain)
+    assert prefab_config_from_dict(plain) == OUR_MODE
+    changed = replace(OUR_MODE, symmetry=True, priority=0.5)
+    assert changed.to_dict() == {**plain, "symmetry": True, "priority": 0.5}
+    assert prefab_config_from_dict(changed.to_dict()) == changed
+
+
+def test_images_only_of_what_has_them():
+    with pytest.raises(ValueError, match="symmetry: the observation 'paper' has no images"):
+        replace(PAPER_MODE, symmetry=True)

@@ -1,0 +1,45 @@
+"""Which transitions to learn from: those more often whose value was off by more (Schaul et al. 2016)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+LEAST_ERROR = 0.01
+"""Added to every error, so that a transition whose value was right is still drawn at times."""
+
+
+class Priorities:
+    """The shares with which the rows of a memory are drawn.
+
+    Args:
+        rows: Of the memory.
+        exponent: 0 draws evenly, 1 in proportion to the error.
+    """
+
+    def __init__(self, rows: int, exponent: float) -> None:
+        self._exponent = exponent
+        self._shares = np.zeros(rows, np.float64)
+        self._filled = 0
+
+    def fill(self, filled: int, latest: slice) -> None:
+        """Give rows that are new the greatest share there is: nobody knows yet how far off they are.
+
+        Args:
+            filled: How many rows are filled.
+            latest: The rows written last, new or over old ones.
+        """
+        greatest = self._shares[: self._filled].max() if self._filled else 1.0
+        self._shares[self._filled : filled] = greatest
+        self._shares[latest] = greatest
+        self._filled = filled
+
+    def draw(self, random: np.random.Generator, steps: int, count: int) -> NDArray[np.int64]:
+        """Return (steps, count) rows, drawn with replacement."""
+        sums = np.cumsum(self._shares[: self._filled])
+        drawn = np.searchsorted(sums, random.random((steps, count)) * sums[-1], side="right")
+        return np.asarray(np.minimum(drawn, self._filled - 1), np.int64)
+
+    def put(self, rows: NDArray[np.int64], errors: NDArray[np.float32]) -> None:
+        """Note by how much the values of some rows were off."""
+        self._shares[rows] = (errors.astype(np.float64) + LEAST_ERROR) ** self._exponent
