@@ -81,8 +81,8 @@ def mark_borders(
         tolerance: In cells.
         top: (3,) int64, one past the highest cell of the part's range.
     """
-    runs = np.empty((met.shape[0], 2), np.int64)
-    terms = np.empty((3, 3, 5), np.float64)
+    runs = np.empty((6, max(met.shape[0], met.shape[1])), np.int32)
+    terms = np.empty((3, 11), np.float64)
     plane = np.empty(3, np.int64)
     p = np.empty((3, 3), np.float64)
     half_cut = np.empty((8, 3), np.float64)

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
+from bimvox.compiled import kernel, leaf_kernel
 from bimvox.voxelize.bits import WORD, population
-from bimvox.voxelize.lines import planes_of, record_lines
+from bimvox.voxelize.lines import RECTANGLE, SKIPPED, heights_of, planes_of, record_rectangle, record_triangle
 from bimvox.voxelize.samples import SAMPLES
 from bimvox.voxelize.sweep import FEW, count_closing, fill_column, sweep_columns, sweep_lines
 
@@ -37,7 +37,9 @@ def _longer(array: Any, used: int, size: int) -> Any:
 
 
 @kernel
-def _slabs_of(triangles: NDArray[np.float64], rows: int, width: int) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+def _slabs_of(
+    triangles: NDArray[np.float64], kinds: NDArray[np.int8], rows: int, width: int
+) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
     """Return which triangles lie over each slab of ``width`` rows of columns: (slabs + 1,) starts, and the numbers."""
     slabs = (rows + width - 1) // width
     starts = np.zeros(slabs + 2, np.int64)
@@ -47,6 +49,11 @@ def _slabs_of(triangles: NDArray[np.float64], rows: int, width: int) -> tuple[ND
         high = max(triangles[f, 0, 0], triangles[f, 1, 0], triangles[f, 2, 0])
         first = int(np.floor(min(max(low, 0.0), float(rows)))) // width
         last = min(int(np.floor(min(max(high, -1.0), float(rows)))) // width, slabs - 1)
+        p = triangles[f]
+        upright = p[0, 0] == p[1, 0] == p[2, 0] or p[0, 1] == p[1, 1] == p[2, 1]
+        if upright or kinds[f] == SKIPPED:
+            # No line crosses it.
+            last = first - 1
         ranges[f, 0], ranges[f, 1] = first, last
         for slab in range(first, last + 1):
             starts[slab + 2] += 1
@@ -58,6 +65,43 @@ def _slabs_of(triangles: NDArray[np.float64], rows: int, width: int) -> tuple[ND
             faces[starts[slab + 1]] = f
             starts[slab + 1] += 1
     return starts, faces
+
+
+@leaf_kernel
+def _find_changes(
+    triangles: NDArray[np.float64],
+    planes: NDArray[np.float64],
+    kinds: NDArray[np.int8],
+    sources: NDArray[np.int32],
+    slab: int,
+) -> None:
+    """Write, for each row of columns, the first of the rows before it that is crossed in the same way.
+
+    That is so where only rectangles run on that rise neither nor fall along x. Slabs of rows begin anew.
+    """
+    rows = sources.size
+    for i in range(rows):
+        sources[i] = 0
+    for f in range(triangles.shape[0]):
+        p = triangles[f]
+        upright = p[0, 0] == p[1, 0] == p[2, 0] or p[0, 1] == p[1, 1] == p[2, 1]
+        if upright or kinds[f] == SKIPPED:
+            continue
+        x0, x1 = min(p[0, 0], p[1, 0], p[2, 0]), max(p[0, 0], p[1, 0], p[2, 0])
+        first, last = int(np.floor(max(x0, 0.0))), int(np.floor(min(x1, float(rows))))
+        if kinds[f] != RECTANGLE or planes[f, 0] != 0.0:
+            for i in range(first, min(last + 2, rows)):
+                sources[i] = 1
+            continue
+        for i in range(first, min(first + 2, rows)):
+            sources[i] = 1
+        for i in range(max(last, 0), min(last + 2, rows)):
+            sources[i] = 1
+    source = 0
+    for i in range(rows):
+        if sources[i] == 1 or i % slab == 0:
+            source = i
+        sources[i] = source
 
 
 @kernel
@@ -80,6 +124,7 @@ def fill_columns(
     samples: NDArray[np.float64],
     closed: NDArray[np.bool_],
     starts: NDArray[np.int64],
+    sharing: bool,
 ) -> tuple[NDArray[np.uint16], int, int, int]:
     """Find the cells inside, and measure the filled share of every surface cell, column by column.
 
@@ -94,57 +139,65 @@ def fill_columns(
         inverted: (F,) bool, triangles to be read the other way round.
         samples: (2, 16) float64, positions of the lines in the cell's square, x and y.
         closed: (A, B) bool, set False where most lines of the column do not close; such columns stay empty.
-        starts: (A * B + 1,) int64, filled with the first share of each column.
+        starts: (A * B + 1,) int64, filled with the first share of each column, and their number.
+        sharing: Whether columns beside each other that are alike may have their shares in one place.
 
     Returns:
-        The shares of the surface cells, in order, in 2^-14; the number of lines that do not close; the lowest and
-        highest winding seen.
+        The shares of the surface cells, column by column, in 2^-14; the number of lines that do not close; the lowest
+        and highest winding seen.
     """
     rows, width = met.shape[:2]
-    planes = planes_of(triangles)
+    planes, kinds, names = planes_of(triangles, inverted)
     slab = max(1, min(rows, _SLAB // max(width, 1)))
-    slab_starts, slab_faces = _slabs_of(triangles, rows, slab)
+    slab_starts, slab_faces = _slabs_of(triangles, kinds, rows, slab)
+    sources = np.empty(rows, np.int32)
+    _find_changes(triangles, planes, kinds, sources, slab)
     # The records of a column form a list.
     head = np.empty(slab * width, np.int32)
     following = np.empty(1 << 8, np.int32)
     record_face = np.empty(1 << 8, np.int32)
     record_mask = np.empty(1 << 8, np.uint32)
-    line_spans = np.empty((3, SAMPLES), np.int32)
-    row_masks = np.zeros(width, np.uint32)
+    firsts, lasts, bits = np.empty(SAMPLES, np.int32), np.empty(SAMPLES, np.int32), np.empty(SAMPLES, np.int32)
+    across = np.empty(width, np.uint32)
     masks = np.empty(FEW, np.uint32)
     heights = np.empty((FEW, SAMPLES), np.float64)
     spans = np.empty((FEW, 4), np.int64)
+    keys = np.empty((SAMPLES, FEW), np.int64)
+    stored = np.empty(SAMPLES, np.int64)
+    plain = np.zeros((2, width), np.bool_)
     change = np.zeros(top + 2, np.int64)
     touched = np.zeros((top + 2 + WORD - 1) // WORD, np.uint64)
     winding = np.zeros(SAMPLES, np.int32)
-    since = np.zeros(SAMPLES, np.float64)
     shares = np.empty(1 << 8, np.uint16)
     sums = np.zeros(4, np.int64)
     for number in range(slab_starts.size - 2):
         i_low, i_high = number * slab, min(number * slab + slab, rows)
         head[:] = -1
+        plain[:] = False
         records = 0
         for n in range(slab_starts[number], slab_starts[number + 1]):
             f = slab_faces[n]
             x_low = min(triangles[f, 0, 0], triangles[f, 1, 0], triangles[f, 2, 0])
             x_high = max(triangles[f, 0, 0], triangles[f, 1, 0], triangles[f, 2, 0])
-            first_row = max(int(np.floor(max(x_low, 0.0))), i_low)
-            last_row = min(int(np.floor(min(x_high, float(rows)))), i_high - 1)
-            for i in range(first_row, last_row + 1):
-                first, last = record_lines(triangles, f, inverted[f], samples, i, width, line_spans, row_masks)
-                if records + last - first > following.size:
-                    grown = 2 * (records + last - first)
+            row = max(int(np.floor(max(x_low, 0.0))), i_low)
+            stop = min(int(np.floor(min(x_high, float(rows)))), i_high - 1) + 1
+            level = planes[f, 5] == planes[f, 6]
+            while row < stop:
+                if kinds[f] == RECTANGLE:
+                    row, records = record_rectangle(
+                        triangles, f, names[f], level, inverted[f], samples, sources, row, stop, i_low, width, across,
+                        head, following, record_face, record_mask, records,
+                    )  # fmt: skip
+                else:
+                    row, records = record_triangle(
+                        triangles, f, names[f], level, inverted[f], samples, row, stop, i_low, width,
+                        firsts, lasts, bits, head, following, record_face, record_mask, records,
+                    )  # fmt: skip
+                if row < stop:
+                    grown = 2 * (records + width)
                     following = _longer(following, records, grown)
                     record_face = _longer(record_face, records, grown)
                     record_mask = _longer(record_mask, records, grown)
-                for j in range(first, last):
-                    if row_masks[j] != 0:
-                        column = (i - i_low) * width + j
-                        following[records] = head[column]
-                        record_face[records] = f
-                        record_mask[records] = row_masks[j]
-                        head[column] = records
-                        records += 1
         more = _count_met(met, i_low, i_high)
         if sums[0] + more > shares.size:
             shares = _longer(shares, sums[0], 2 * (sums[0] + more))
@@ -152,24 +205,26 @@ def fill_columns(
         column = 0
         while True:
             column = sweep_columns(
-                met, inside, top, planes, samples, i_low, column, columns, head, following, record_face, record_mask,
-                masks, heights, spans, winding, since, change, touched, closed, starts, shares, sums,
+                met, inside, top, planes, samples, sources, i_low, column, columns, head, following, record_face,
+                record_mask, masks, heights, spans, keys, stored, winding, plain, change, touched, closed, starts,
+                shares, sums, sharing,
             )  # fmt: skip
             if column == columns:
                 break
             i, j = i_low + column // width, column % width
+            plain[0, j] = plain[1, j] = False
             count = 0
-            record = head[column]
+            first_record = head[(sources[i] - i_low) * width + j]
+            record = first_record
             while record >= 0:
                 count += 1
                 record = following[record]
             all_masks = np.empty(count, np.uint32)
-            all_planes = np.empty((count, planes.shape[1]), np.float64)
-            record = head[column]
+            all_heights = np.empty((count, SAMPLES), np.float64)
+            record = first_record
             for n in range(count):
                 all_masks[n] = record_mask[record]
-                for m in range(planes.shape[1]):
-                    all_planes[n, m] = planes[record_face[record], m]
+                heights_of(planes[record_face[record]], samples, i, j, top, all_heights[n])
                 record = following[record]
             starts[i * width + j] = sums[0]
             closing, used = count_closing(all_masks, count, winding)
@@ -177,7 +232,8 @@ def fill_columns(
             if 2 * closing < SAMPLES:
                 closed[i, j] = False
             else:
-                sweep_lines(all_masks, all_planes, count, used, samples, i, j, top, sums, change, touched)
+                all_keys = np.empty((SAMPLES, count), np.int64)
+                sweep_lines(all_masks, all_heights, count, used, all_keys, stored, sums, change, touched)
             sums[0] = fill_column(met, inside, i, j, top, change, touched, closing, shares, sums[0])
             column += 1
     starts[rows * width] = sums[0]

@@ -29,7 +29,7 @@ def tolerance_vox(voxel_size_m: float) -> float:
 
 
 @leaf_kernel
-def _rounded(point_m: float, origin_m: float, voxel_size_m: float) -> float:
+def rounded(point_m: float, origin_m: float, voxel_size_m: float) -> float:
     """Return a coordinate in cells, rounded; NaN where it cannot be used."""
     vox = (point_m - origin_m) / voxel_size_m
     return float(np.rint(vox * STEPS_PER_CELL)) / STEPS_PER_CELL if abs(vox) < _LARGEST_VOX else np.nan
@@ -42,11 +42,12 @@ def _all_rounded(
     points = np.empty(points_m.shape, np.float64)
     for n in range(points_m.shape[0]):
         for axis in range(3):
-            points[n, axis] = _rounded(points_m[n, axis], origin_m[axis], voxel_size_m)
+            points[n, axis] = rounded(points_m[n, axis], origin_m[axis], voxel_size_m)
     return points
 
 
-def _require_size(voxel_size_m: float) -> None:
+def require_size(voxel_size_m: float) -> None:
+    """Raise InputError unless the cell size is a positive number."""
     if not (np.isfinite(voxel_size_m) and voxel_size_m > 0.0):
         raise InputError(f"the voxel size must be a positive number of metres, not {voxel_size_m}")
 
@@ -65,12 +66,78 @@ def to_lattice(points_m: ArrayLike, voxel_size_m: float, origin_m: ArrayLike) ->
         InputError: If the cell size is not a positive number, or a coordinate is not finite or more than 2^28 cells
             from the origin.
     """
-    _require_size(voxel_size_m)
+    require_size(voxel_size_m)
     points = np.ascontiguousarray(points_m, np.float64)
-    rounded = _all_rounded(points.reshape(-1, 3), np.array(origin_m, np.float64), float(voxel_size_m))
-    if np.isnan(rounded).any():
+    found = _all_rounded(points.reshape(-1, 3), np.array(origin_m, np.float64), float(voxel_size_m))
+    if np.isnan(found).any():
         raise _refuse(voxel_size_m)
-    return rounded.reshape(points.shape)
+    return found.reshape(points.shape)
+
+
+@kernel
+def lattice_bounds_of(
+    vertices_m: NDArray[np.float64],
+    faces: NDArray[np.int32],
+    vertex_starts: NDArray[np.int64],
+    face_starts: NDArray[np.int64],
+    voxel_size_m: float,
+    origin_m: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the (P, 2, 3) boxes around the triangles of several meshes; NaN for those that cannot be used.
+
+    Vertices and faces of a mesh follow each other; see ``batch.Meshes``.
+    """
+    bounds = np.empty((face_starts.size - 1, 2, 3), np.float64)
+    for mesh in range(bounds.shape[0]):
+        points = _all_rounded(vertices_m[vertex_starts[mesh] : vertex_starts[mesh + 1]], origin_m, voxel_size_m)
+        bounds[mesh, 0] = np.inf
+        bounds[mesh, 1] = -np.inf
+        usable = face_starts[mesh] < face_starts[mesh + 1]
+        for f in range(face_starts[mesh], face_starts[mesh + 1]):
+            for corner in range(3):
+                vertex = faces[f, corner]
+                for axis in range(3):
+                    at = points[vertex, axis]
+                    bounds[mesh, 0, axis] = min(bounds[mesh, 0, axis], at)
+                    bounds[mesh, 1, axis] = max(bounds[mesh, 1, axis], at)
+                    usable = usable and at == at
+        if not usable:
+            bounds[mesh] = np.nan
+    return bounds
+
+
+@kernel
+def part_triangles(
+    vertices_m: NDArray[np.float64],
+    faces: NDArray[np.int32],
+    voxel_size_m: float,
+    origin_m: NDArray[np.float64],
+    low: NDArray[np.int64],
+) -> NDArray[np.float64]:
+    """Return triangles in lattice coordinates, (F, 3, 3), relative to the cell ``low``."""
+    points = _all_rounded(vertices_m, origin_m, voxel_size_m)
+    for n in range(points.shape[0]):
+        for axis in range(3):
+            points[n, axis] -= low[axis]
+    triangles = np.empty((faces.shape[0], 3, 3), np.float64)
+    for f in range(faces.shape[0]):
+        for corner in range(3):
+            vertex = faces[f, corner]
+            for axis in range(3):
+                triangles[f, corner, axis] = points[vertex, axis]
+    return triangles
+
+
+@kernel
+def cell_of_middle(
+    bounds: NDArray[np.float64], low: NDArray[np.int64], high: NDArray[np.int64]
+) -> tuple[int, int, int]:
+    """Return the cell in the middle of a (2, 3) box, relative to the cell ``low``, and below ``high``."""
+    cell = np.empty(3, np.int64)
+    for axis in range(3):
+        middle = int(np.floor((bounds[0, axis] + bounds[1, axis]) / 2.0)) - low[axis]
+        cell[axis] = min(max(middle, 0), high[axis] - low[axis] - 1)
+    return cell[0], cell[1], cell[2]
 
 
 @kernel
@@ -106,7 +173,7 @@ def lattice_triangles(
     """
     if len(faces) == 0:
         raise InputError("a mesh without triangles cannot be voxelized")
-    _require_size(voxel_size_m)
+    require_size(voxel_size_m)
     triangles, bounds = _triangles(
         np.ascontiguousarray(vertices_m, np.float64),
         np.ascontiguousarray(faces, np.int32),

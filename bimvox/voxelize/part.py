@@ -12,10 +12,10 @@ from bimvox.errors import InputError
 from bimvox.grid.limits import CELL_LIMIT
 from bimvox.voxelize.bits import set_run
 from bimvox.voxelize.columns import HEIGHT_LIMIT
-from bimvox.voxelize.lattice import cell_range, lattice_triangles, tolerance_vox
+from bimvox.voxelize.lattice import cell_of_middle, cell_range, lattice_triangles, tolerance_vox
 from bimvox.voxelize.limits import require_fit
 from bimvox.voxelize.run_boxes import boxes_of_runs
-from bimvox.voxelize.runs import dense_cells, dense_fractions, runs_of
+from bimvox.voxelize.runs import dense_cells, dense_fractions, filled_of, runs_of
 from bimvox.voxelize.solid import SolidFill, fill_solid
 from bimvox.voxelize.sweep import FULL
 
@@ -27,7 +27,8 @@ class PartVoxels:
     Attributes:
         low: (3,) int64 lattice cell of the lowest corner of its box.
         shape: (A, B, C) cells of its box.
-        columns: (A * B + 1,) int32, first run of each column of the box.
+        columns: (A * B, 2) int32, first run of each column of the box, and one past its last. Columns side by side that
+            are alike have the same runs.
         runs: (R, 3) int32 ``first stop share``: cells first <= k < stop of the column; the place in ``shares`` of the
             first of them, or -1 for cells inside the solid, which are full.
         shares: (S,) uint16, share of the cell that the solid fills, in 2^-14. Measured on 16 lines a cell, exact along
@@ -123,7 +124,7 @@ def voxelize_mesh(
     solid = fill_solid((a, b, c), triangles, tolerance_vox(voxel_size_m), part_high - low)
     if _marks_nothing(solid) and (low == part_low).all() and (high == part_high).all():
         # Smaller than the tolerance, across a corner or an edge of cells: the cell of its middle.
-        i, j, k = np.clip(np.floor(bounds.mean(axis=0)).astype(np.int64) - low, 0, high - low - 1)
+        i, j, k = cell_of_middle(bounds, low, high)
         set_run(solid.border, i, j, k, k)
     columns, runs, shares, count = runs_of(
         solid.met,
@@ -137,8 +138,8 @@ def voxelize_mesh(
     )
     volume = solid.volume
     if volume is None:
-        sizes = runs[:, 1] - runs[:, 0]
-        volume = float(sizes[runs[:, 2] < 0].sum(dtype=np.int64)) + float(shares.sum(dtype=np.int64)) / FULL
+        full, filled = filled_of(columns, runs, shares)
+        volume = full + filled / FULL
     a, b, c = (int(n) for n in kept_high - kept_low)
     return PartVoxels(kept_low, (a, b, c), columns, runs, shares, count, solid.fill.value, volume * voxel_size_m**3)
 

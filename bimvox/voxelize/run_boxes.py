@@ -57,6 +57,15 @@ def _find(starts: NDArray[np.int32], spans: NDArray[np.int32], column: int, firs
 
 
 @kernel
+def _count_runs(columns: NDArray[np.int32]) -> int:
+    """Return the number of runs of all columns, those that they share counted for each."""
+    count = 0
+    for column in range(columns.shape[0]):
+        count += columns[column, 1] - columns[column, 0]
+    return count
+
+
+@kernel
 def whole_run_boxes(columns: NDArray[np.int32], runs: NDArray[np.int32], rows: int, width: int) -> NDArray[np.int32]:
     """Cut a part into disjoint boxes of whole runs: equal runs side by side, first along y, then along x.
 
@@ -64,11 +73,11 @@ def whole_run_boxes(columns: NDArray[np.int32], runs: NDArray[np.int32], rows: i
     """
     starts = np.zeros(rows * width + 1, np.int32)
     # First, stop, whether it is used.
-    spans = np.zeros((runs.shape[0], 3), np.int32)
+    spans = np.zeros((_count_runs(columns), 3), np.int32)
     count = 0
     for column in range(rows * width):
-        for n in range(columns[column], columns[column + 1]):
-            if n > columns[column] and spans[count - 1, 1] == runs[n, 0]:
+        for n in range(columns[column, 0], columns[column, 1]):
+            if n > columns[column, 0] and spans[count - 1, 1] == runs[n, 0]:
                 spans[count - 1, 1] = runs[n, 1]
             else:
                 spans[count, 0], spans[count, 1] = runs[n, 0], runs[n, 1]
@@ -106,22 +115,6 @@ def whole_run_boxes(columns: NDArray[np.int32], runs: NDArray[np.int32], rows: i
     return boxes[:found].copy()
 
 
-def boxes_of_runs(columns: NDArray[np.int32], runs: NDArray[np.int32], rows: int, width: int) -> NDArray[np.int32]:
-    """Cut a part into disjoint boxes whose union is the part.
-
-    Args:
-        columns: (rows * width + 1,) int32 first run of each column.
-        runs: (R, 3) int32 runs, ascending in each column; those that touch are taken together.
-        rows: Columns along x.
-        width: Columns along y.
-
-    Returns:
-        (B, 6) int32 half-open boxes ``x0 y0 z0 x1 y1 z1``, in the part's own cells.
-    """
-    cut = greedy_boxes if len(runs) <= MANY_RUNS else whole_run_boxes
-    return cut(columns, runs, rows, width)
-
-
 @kernel
 def greedy_boxes(columns: NDArray[np.int32], runs: NDArray[np.int32], rows: int, width: int) -> NDArray[np.int32]:
     """Cut a part into disjoint boxes, greedily: grow along z, then x, then y from the first cell not yet covered.
@@ -130,17 +123,17 @@ def greedy_boxes(columns: NDArray[np.int32], runs: NDArray[np.int32], rows: int,
     """
     heads = np.full(rows * width, -1, np.int32)
     # Spans of a column form a list: first, stop, next. Columns that follow along x lie side by side, as they are asked.
-    spans = np.empty((runs.shape[0] + 64, 3), np.int32)
+    spans = np.empty((_count_runs(columns) + 64, 3), np.int32)
     count = 0
     for j in range(width):
         for i in range(rows):
             column = i * width + j
-            for n in range(columns[column], columns[column + 1]):
-                if n > columns[column] and spans[count - 1, 1] == runs[n, 0]:
+            for n in range(columns[column, 0], columns[column, 1]):
+                if n > columns[column, 0] and spans[count - 1, 1] == runs[n, 0]:
                     spans[count - 1, 1] = runs[n, 1]
                     continue
                 spans[count, 0], spans[count, 1], spans[count, 2] = runs[n, 0], runs[n, 1], -1
-                if n == columns[column]:
+                if n == columns[column, 0]:
                     heads[j * rows + i] = count
                 else:
                     spans[count - 1, 2] = count
@@ -180,3 +173,21 @@ def greedy_boxes(columns: NDArray[np.int32], runs: NDArray[np.int32], rows: int,
                 boxes[found, 3], boxes[found, 4], boxes[found, 5] = i1, j1, k1
                 found += 1
     return boxes[:found].copy()
+
+
+@kernel
+def boxes_of_runs(columns: NDArray[np.int32], runs: NDArray[np.int32], rows: int, width: int) -> NDArray[np.int32]:
+    """Cut a part into disjoint boxes whose union is the part.
+
+    Args:
+        columns: (rows * width, 2) int32 first run of each column, and one past its last.
+        runs: (R, 3) int32 runs, ascending in each column; those that touch are taken together.
+        rows: Columns along x.
+        width: Columns along y.
+
+    Returns:
+        (B, 6) int32 half-open boxes ``x0 y0 z0 x1 y1 z1``, in the part's own cells.
+    """
+    if _count_runs(columns) <= MANY_RUNS:
+        return greedy_boxes(columns, runs, rows, width)
+    return whole_run_boxes(columns, runs, rows, width)

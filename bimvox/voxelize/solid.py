@@ -52,7 +52,7 @@ class SolidFill:
         met: (A, B, W), cells that the surface meets.
         inside: (A, B, W), cells inside the solid.
         border: (A, B, W), cells in the part by the half-open rule only.
-        starts: (A * B + 1,) int64, first share of each column.
+        starts: (A * B + 1,) int64, first share of each column; columns that are alike may share theirs.
         shares: (S,) uint16, in 2^-14: how much of each cell that the surface meets is filled, in order.
         border_share: The same for the cells of ``border``.
     """
@@ -176,14 +176,14 @@ def _fill_along(
     corners = np.ascontiguousarray(triangles[:, :, order])
     starts = np.empty(closed.size + 1, np.int64)
     shares, leaks, _, _ = fill_columns(
-        surface, inside, turned.shape[2], corners, inverted, sample_lines(), closed, starts
+        surface, inside, turned.shape[2], corners, inverted, sample_lines(), closed, starts, False
     )
     dense = dense_shares(surface, inside, turned.shape[2], shares)
     return dense.transpose(np.argsort(order)), closed, leaks
 
 
 @kernel
-def _wind(
+def wind(
     met: NDArray[np.uint64],
     inside: NDArray[np.uint64],
     border: NDArray[np.uint64],
@@ -200,7 +200,7 @@ def _wind(
         return False, starts, np.empty(0, np.uint16), 0, 0, 0.0
     inverted = np.zeros(triangles.shape[0], np.bool_)
     closed = np.ones(met.shape[:2], np.bool_)
-    shares, leaks, least, most = fill_columns(met, inside, height, triangles, inverted, samples, closed, starts)
+    shares, leaks, least, most = fill_columns(met, inside, height, triangles, inverted, samples, closed, starts, True)
     if leaks > 0 or least < 0 < most:
         return False, starts, shares, least, most, 0.0
     mark_borders(met, inside, border, height, triangles, tolerance, top)
@@ -223,11 +223,11 @@ def fill_solid(
         empty.
     """
     met, inside, border = empty_plane(*shape), empty_plane(*shape), empty_plane(*shape)
-    done, starts, shares, least, most, volume = _wind(
+    done, starts, shares, least, most, volume = wind(
         met, inside, border, shape[2], triangles, sample_lines(), tolerance, top
     )
     if done:
-        exact = volume if _covers_once(least, most) else None
+        exact = volume if covers_once(least, most) else None
         return SolidFill(Fill.WINDING, exact, met, inside, border, starts, shares, 0)
     keys = corner_keys(triangles)
     matched = bool(edges_match(keys))
@@ -244,7 +244,7 @@ def fill_solid(
         inside[:] = 0
         closed[:] = True
         shares, leaks, least, most = fill_columns(
-            met, inside, shape[2], triangles, inverted, sample_lines(), closed, starts
+            met, inside, shape[2], triangles, inverted, sample_lines(), closed, starts, False
         )
         if not least < 0 < most:
             break
@@ -252,12 +252,14 @@ def fill_solid(
         fill, inside = _fill_by_vote(met, inside, shape[2], shares, triangles, inverted, closed, leaks, tolerance, top)
     mark_borders(met, inside, border, shape[2], triangles, tolerance, top)
     exact = None
-    if matched and fill is Fill.WINDING and _covers_once(least, most):
+    if matched and fill is Fill.WINDING and covers_once(least, most):
         exact = abs(_signed_volume(triangles, inverted))
     return SolidFill(fill, exact, met, inside, border, starts, shares, 0)
 
 
-def _covers_once(least: int, most: int) -> bool:
+@kernel
+def covers_once(least: int, most: int) -> bool:
+    """Say whether windings from ``least`` to ``most`` are those of a mesh that nowhere covers itself."""
     return least == 0 <= most <= 1 or least == -1 <= most == 0
 
 

@@ -24,14 +24,15 @@ _FAR = 1.0e9
 _FLAT = 1.0e-12
 
 
-@leaf_kernel
+@inline_kernel
 def _edge_terms(p: NDArray[np.float64], across: int, along: int, half: float, terms: NDArray[np.float64]) -> None:
-    """Write, per edge, the bounds that its axis sets to cells along ``along``, linear in the place across.
+    """Write the bounds that the edges' axes set to cells along ``along``, linear in the place across.
 
-    The axis is the edge turned by a quarter in the plane of the two coordinates, so it separates the 2-D projections:
-    cells k with ``terms[0] + terms[2] * at < k + 0.5 < terms[1] + terms[2] * at``. Where the edge runs along
-    ``along`` the axis only bounds the place across: ``terms[3] < at < terms[4]``.
+    An axis is the edge turned by a quarter in the plane of the two coordinates, so it separates the 2-D projections:
+    cells k with ``terms[edge] + terms[edge + 6] * at < k + 0.5 < terms[edge + 3] + terms[edge + 6] * at``. Where the
+    edge runs along ``along`` the axis only bounds the place across: ``terms[9] < at < terms[10]``.
     """
+    terms[9], terms[10] = -_FAR, _FAR
     for edge in range(3):
         second, third = (edge + 1) % 3, (edge + 2) % 3
         e_along = p[second, along] - p[edge, along]
@@ -40,39 +41,57 @@ def _edge_terms(p: NDArray[np.float64], across: int, along: int, half: float, te
         tip = e_along * (p[third, across] - p[edge, across]) - e_across * (p[third, along] - p[edge, along])
         radius = half * (abs(e_along) + abs(e_across))
         low, high = min(tip, 0.0) - radius, max(tip, 0.0) + radius
-        terms[edge, 0], terms[edge, 1], terms[edge, 2] = -_FAR, _FAR, 0.0
-        terms[edge, 3], terms[edge, 4] = -_FAR, _FAR
+        terms[edge], terms[edge + 3], terms[edge + 6] = -_FAR, _FAR, 0.0
         if e_across != 0.0:
             slope = e_along / e_across
             first, last = -high / e_across, -low / e_across
             shift = p[edge, along] - slope * p[edge, across]
-            terms[edge, 0] = min(first, last) + shift
-            terms[edge, 1] = max(first, last) + shift
-            terms[edge, 2] = slope
+            terms[edge] = min(first, last) + shift
+            terms[edge + 3] = max(first, last) + shift
+            terms[edge + 6] = slope
         elif e_along != 0.0:
             first, last = low / e_along, high / e_along
-            terms[edge, 3] = min(first, last) + p[edge, across]
-            terms[edge, 4] = max(first, last) + p[edge, across]
+            terms[9] = max(terms[9], min(first, last) + p[edge, across])
+            terms[10] = min(terms[10], max(first, last) + p[edge, across])
 
 
 @inline_kernel
-def _run_across(terms: NDArray[np.float64], at: float, first: int, last: int) -> tuple[int, int]:
-    """Return the run of cells within first..last that no edge's axis separates, at ``at`` across."""
-    low, high = first + 0.5, last + 0.5
-    low_open = high_open = 0.0
-    for edge in range(3):
-        if not terms[edge, 3] < at < terms[edge, 4]:
-            return 1, 0
-        turned = terms[edge, 2] * at
-        low_open = terms[edge, 0] + turned
-        high_open = terms[edge, 1] + turned
-        if low <= low_open:
-            low = np.floor(low_open - 0.5) + 1.5
-        if high >= high_open:
-            high = np.ceil(high_open - 0.5) - 0.5
-    if low > high:
-        return 1, 0
-    return int(low), int(high)
+def _runs_across(
+    terms: NDArray[np.float64],
+    place: int,
+    stop: int,
+    first: int,
+    last: int,
+    lows: NDArray[np.int32],
+    highs: NDArray[np.int32],
+) -> None:
+    """Write the run of cells within first..last that no edge's axis separates, for each of the places place..stop.
+
+    No branches: compilers turn this into vector instructions.
+    """
+    low_a, low_b, low_c = terms[0], terms[1], terms[2]
+    high_a, high_b, high_c = terms[3], terms[4], terms[5]
+    slope_a, slope_b, slope_c = terms[6], terms[7], terms[8]
+    after, before = terms[9], terms[10]
+    least, most = float(first), float(last)
+    for n in range(place, stop):
+        at = n + 0.5
+        a, b, c = slope_a * at, slope_b * at, slope_c * at
+        low, low_2, low_3 = low_a + a, low_b + b, low_c + c
+        low = low if low > low_2 else low_2
+        low = low if low > low_3 else low_3
+        high, high_2, high_3 = high_a + a, high_b + b, high_c + c
+        high = high if high < high_2 else high_2
+        high = high if high < high_3 else high_3
+        low, high = np.floor(low - 0.5) + 1.0, np.ceil(high - 0.5) - 1.0
+        low = low if low > least else least
+        high = high if high < most else most
+        # Nothing: one past the last cell, or one before the first.
+        low = low if low <= most else most + 1.0
+        high = high if high >= least else least - 1.0
+        high = high if (after < at) & (at < before) else least - 1.0
+        lows[n] = np.int32(low)
+        highs[n] = np.int32(high)
 
 
 @inline_kernel
@@ -124,11 +143,14 @@ def mark_triangle(
     p: NDArray[np.float64],
     tolerance: float,
     plane: NDArray[np.int64],
-    runs: NDArray[np.int64],
+    runs: NDArray[np.int32],
     terms: NDArray[np.float64],
     on_border: bool,
 ) -> None:
-    """Mark the cells that one triangle meets; see ``mark_surface`` and ``borders.mark_borders``."""
+    """Mark the cells that one triangle meets; see ``mark_surface`` and ``borders.mark_borders``.
+
+    ``runs`` (6, max(A, B)) and ``terms`` (3, 11) are scratch.
+    """
     i0 = max(int(np.floor(min(p[0, 0], p[1, 0], p[2, 0]) + tolerance)), 0)
     i1 = min(int(np.ceil(max(p[0, 0], p[1, 0], p[2, 0]) - tolerance)) - 1, met.shape[0] - 1)
     j0 = max(int(np.floor(min(p[0, 1], p[1, 1], p[2, 1]) + tolerance)), 0)
@@ -138,6 +160,57 @@ def mark_triangle(
     if i0 > i1 or j0 > j1 or k0 > k1:
         return
     half = 0.5 - tolerance
+    # Most triangles of a building lie across an axis: all but one of the tests are those of the bounds.
+    if p[0, 2] == p[1, 2] and p[0, 2] == p[2, 2]:
+        _edge_terms(p, 1, 0, half, terms[1])
+        _runs_across(terms[1], j0, j1 + 1, i0, i1, runs[2], runs[3])
+        alone = on_border and plane[0] < 0 and plane[1] < 0
+        for k in range(k0, k1 + 1):
+            bit = ONE << np.uint64(k & 63)
+            if alone:
+                # As _mark_beside does it, for the border below or above only.
+                first, stop = _side(k, plane[2], height)
+                for j in range(j0, j1 + 1):
+                    for i in range(runs[2, j], runs[3, j] + 1):
+                        taken = NONE
+                        for n in range(first, stop):
+                            taken |= (met[i, j, n >> 6] | inside[i, j, n >> 6]) >> np.uint64(n & 63)
+                        if taken & ONE == NONE:
+                            border[i, j, k >> 6] |= bit
+                continue
+            for j in range(j0, j1 + 1):
+                for i in range(runs[2, j], runs[3, j] + 1):
+                    if on_border:
+                        _mark_beside(met, inside, border, i, j, k, k, height, plane)
+                    else:
+                        met[i, j, k >> 6] |= bit
+        return
+    if p[0, 0] == p[1, 0] and p[0, 0] == p[2, 0]:
+        _edge_terms(p, 1, 2, half, terms[2])
+        _runs_across(terms[2], j0, j1 + 1, k0, k1, runs[4], runs[5])
+        for i in range(i0, i1 + 1):
+            for j in range(j0, j1 + 1):
+                if runs[4, j] <= runs[5, j]:
+                    if on_border:
+                        _mark_beside(met, inside, border, i, j, runs[4, j], runs[5, j], height, plane)
+                    else:
+                        set_run(met, i, j, runs[4, j], runs[5, j])
+        return
+    _edge_terms(p, 0, 2, half, terms[0])
+    _runs_across(terms[0], i0, i1 + 1, k0, k1, runs[0], runs[1])
+    if p[0, 1] == p[1, 1] and p[0, 1] == p[2, 1]:
+        for i in range(i0, i1 + 1):
+            for j in range(j0, j1 + 1):
+                if runs[0, i] <= runs[1, i]:
+                    if on_border:
+                        _mark_beside(met, inside, border, i, j, runs[0, i], runs[1, i], height, plane)
+                    else:
+                        set_run(met, i, j, runs[0, i], runs[1, i])
+        return
+    _edge_terms(p, 1, 0, half, terms[1])
+    _edge_terms(p, 1, 2, half, terms[2])
+    _runs_across(terms[1], j0, j1 + 1, i0, i1, runs[2], runs[3])
+    _runs_across(terms[2], j0, j1 + 1, k0, k1, runs[4], runs[5])
     ux, uy, uz = p[1, 0] - p[0, 0], p[1, 1] - p[0, 1], p[1, 2] - p[0, 2]
     vx, vy, vz = p[2, 0] - p[0, 0], p[2, 1] - p[0, 1], p[2, 2] - p[0, 2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -147,26 +220,19 @@ def mark_triangle(
     slanted = has_plane and nz != 0.0
     over = 1.0 / nz if slanted else 0.0
     reach = abs(radius * over)
-    _edge_terms(p, 0, 2, half, terms[0])
-    _edge_terms(p, 1, 0, half, terms[1])
-    _edge_terms(p, 1, 2, half, terms[2])
-    for i in range(i0, i1 + 1):
-        runs[i, 0], runs[i, 1] = _run_across(terms[0], i + 0.5, k0, k1)
+    px, py, pz = p[0, 0], p[0, 1], p[0, 2]
     for j in range(j0, j1 + 1):
-        low_x, high_x = _run_across(terms[1], j + 0.5, i0, i1)
-        if low_x > high_x:
-            continue
-        low_z, high_z = _run_across(terms[2], j + 0.5, k0, k1)
+        low_z, high_z = int(runs[4, j]), int(runs[5, j])
         if low_z > high_z:
             continue
-        for i in range(low_x, high_x + 1):
-            low, high = max(low_z, runs[i, 0]), min(high_z, runs[i, 1])
+        for i in range(runs[2, j], runs[3, j] + 1):
+            low, high = max(low_z, int(runs[0, i])), min(high_z, int(runs[1, i]))
             if low > high:
                 continue
             if has_plane:
-                base = nx * (i + 0.5 - p[0, 0]) + ny * (j + 0.5 - p[0, 1])
+                base = nx * (i + 0.5 - px) + ny * (j + 0.5 - py)
                 if slanted:
-                    middle = p[0, 2] - base * over - 0.5
+                    middle = pz - base * over - 0.5
                     low = max(low, int(np.floor(min(max(middle - reach, -1.0), _FAR))) + 1)
                     high = min(high, int(np.ceil(min(max(middle + reach, -1.0), _FAR))) - 1)
                 elif not -radius < base < radius:
@@ -179,6 +245,21 @@ def mark_triangle(
                 set_run(met, i, j, low, high)
 
 
+@leaf_kernel
+def mark_triangles(
+    met: NDArray[np.uint64],
+    height: int,
+    triangles: NDArray[np.float64],
+    tolerance: float,
+    plane: NDArray[np.int64],
+    runs: NDArray[np.int32],
+    terms: NDArray[np.float64],
+) -> None:
+    """As ``mark_surface``, with ``plane`` and the scratch arrays of ``mark_triangle``."""
+    for f in range(triangles.shape[0]):
+        mark_triangle(met, met, met, height, triangles[f], tolerance, plane, runs, terms, False)
+
+
 @kernel
 def mark_surface(met: NDArray[np.uint64], height: int, triangles: NDArray[np.float64], tolerance: float) -> None:
     """Set the bit of every cell whose open box, shrunk by ``tolerance``, meets a triangle.
@@ -189,8 +270,7 @@ def mark_surface(met: NDArray[np.uint64], height: int, triangles: NDArray[np.flo
         triangles: (F, 3, 3) float64, in cells, relative to the lowest corner of the plane.
         tolerance: In cells.
     """
-    runs = np.empty((met.shape[0], 2), np.int64)
-    terms = np.empty((3, 3, 5), np.float64)
+    runs = np.empty((6, max(met.shape[0], met.shape[1])), np.int32)
+    terms = np.empty((3, 11), np.float64)
     plane = np.full(3, -1, np.int64)
-    for f in range(triangles.shape[0]):
-        mark_triangle(met, met, met, height, triangles[f], tolerance, plane, runs, terms, False)
+    mark_triangles(met, height, triangles, tolerance, plane, runs, terms)

@@ -1,8 +1,10 @@
 """One column's crossings, put in order and turned into what each of its cells is filled.
 
 Where the crossings are in order as they are and the lines are inside at most one shell at a time, which is nearly
-always, the lines of a record are dealt with together. Else each line keeps its winding (``_cross_record``); where no
-order is right for every line, each line sorts its crossings (``sweep_lines``).
+always, the lines of a record are dealt with together. Else each line sorts its crossings (``sweep_lines``).
+
+A column whose crossings and surface cells are those of a column beside it, none of them higher or lower there, takes
+over what was found there: along floors, walls, beams and pipes nothing is computed twice.
 """
 
 from __future__ import annotations
@@ -10,15 +12,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import inline_kernel, kernel, leaf_kernel
-from bimvox.voxelize.bits import NONE, ONE, WORD, lowest, stretch
+from bimvox.compiled import inline_kernel, leaf_kernel
+from bimvox.voxelize.bits import NONE, ONE, WORD, lowest, population, stretch
 from bimvox.voxelize.lines import ALL, HEIGHT_BITS, LEAVES, UNIT, heights_of
 from bimvox.voxelize.samples import SAMPLES
 
 FULL = 1 << 14
 """The share of a cell that is filled throughout; shares are counted in 2^-14 of a cell."""
-FEW = 24
-"""Up to so many records of a column are put in order as they are; more are swept line by line."""
+FEW = 48
+"""Room for records of a column; columns of more get room of their own."""
+# Up to so many are put in order as they are.
+_ORDERED = 8
 
 # Faces that touch may be crossed in the wrong order by rounding: a winding that lasts no longer than this is not seen.
 _NOISE = 4
@@ -120,32 +124,6 @@ def _orientation(masks: NDArray[np.uint32], spans: NDArray[np.int64], count: int
     return 1 if outward else -1
 
 
-@leaf_kernel
-def _cross_record(
-    enters: int,
-    leaves: int,
-    heights: NDArray[np.float64],
-    winding: NDArray[np.int32],
-    since: NDArray[np.float64],
-    sums: NDArray[np.int64],
-    change: NDArray[np.int64],
-    touched: NDArray[np.uint64],
-) -> None:
-    """Cross one triangle on every line of its record: keep the windings, and enter where lines get in or out."""
-    for s in range(SAMPLES):
-        if (enters | leaves) >> s & 1 == 0:
-            continue
-        before = int(winding[s])
-        after = before + (enters >> s & 1) - (leaves >> s & 1)
-        winding[s] = after
-        if heights[s] - since[s] > _NOISE:
-            sums[2], sums[3] = min(sums[2], before), max(sums[3], before)
-        since[s] = heights[s]
-        lines = int(after != 0) - int(before != 0)
-        if lines != 0:
-            _enter_change(int(heights[s]), lines, change, touched)
-
-
 @inline_kernel
 def _put_in_order(
     masks: NDArray[np.uint32], heights: NDArray[np.float64], spans: NDArray[np.int64], count: int
@@ -181,36 +159,38 @@ def _put_in_order(
     return True
 
 
-@kernel
+@leaf_kernel
 def sweep_lines(
     masks: NDArray[np.uint32],
-    planes: NDArray[np.float64],
+    heights: NDArray[np.float64],
     count: int,
     used: int,
-    samples: NDArray[np.float64],
-    i: int,
-    j: int,
-    top: int,
+    keys: NDArray[np.int64],
+    stored: NDArray[np.int64],
     sums: NDArray[np.int64],
     change: NDArray[np.int64],
     touched: NDArray[np.uint64],
 ) -> None:
-    """Sweep a column line by line, the crossings of each sorted by height, entering before leaving."""
-    keys = np.empty((SAMPLES, count), np.int64)
-    stored = np.zeros(SAMPLES, np.int64)
-    heights = np.empty(SAMPLES, np.float64)
+    """Sweep a column line by line, the crossings of each sorted by height, entering before leaving.
+
+    ``keys`` (16, count) and ``stored`` (16,) are scratch.
+    """
+    for s in range(SAMPLES):
+        stored[s] = 0
     for n in range(count):
-        heights_of(planes[n], samples, i, j, top, heights)
-        for s in range(SAMPLES):
-            leaves = _mask(masks, n) >> (s + LEAVES) & 1
-            if (_mask(masks, n) >> s & 1 | leaves) and used >> s & 1:
-                key = int(heights[s]) << 1 | leaves
-                at = stored[s]
-                while at > 0 and keys[s, at - 1] > key:
-                    keys[s, at] = keys[s, at - 1]
-                    at -= 1
-                keys[s, at] = key
-                stored[s] += 1
+        leaving = _mask(masks, n) >> LEAVES
+        lines = np.uint64((_mask(masks, n) | leaving) & used)
+        while lines != NONE:
+            s = lowest(lines)
+            lines &= lines - ONE
+            key = int(heights[n, s]) << 1 | (leaving >> s & 1)
+            at = stored[s]
+            while at > 0 and keys[s, at - 1] > key:
+                keys[s, at] = keys[s, at - 1]
+                at -= 1
+            keys[s, at] = key
+            stored[s] += 1
+    least, most = sums[2], sums[3]
     for s in range(SAMPLES):
         winding = since = 0
         for n in range(stored[s]):
@@ -218,11 +198,12 @@ def sweep_lines(
             before = winding
             winding += 1 - 2 * (keys[s, n] & 1)
             if z - since > _NOISE:
-                sums[2], sums[3] = min(sums[2], before), max(sums[3], before)
+                least, most = min(least, before), max(most, before)
             since = z
-            lines = int(winding != 0) - int(before != 0)
-            if lines != 0:
-                _enter_change(z, lines, change, touched)
+            lines_in = int(winding != 0) - int(before != 0)
+            if lines_in != 0:
+                _enter_change(z, lines_in, change, touched)
+    sums[2], sums[3] = least, most
 
 
 @inline_kernel
@@ -273,6 +254,33 @@ def fill_column(
     return at
 
 
+@inline_kernel
+def _repeats(
+    column: int,
+    other: int,
+    head: NDArray[np.int32],
+    following: NDArray[np.int32],
+    record_face: NDArray[np.int32],
+    record_mask: NDArray[np.uint32],
+) -> bool:
+    """Say whether two columns have the same records."""
+    n, m = head[column], head[other]
+    while n >= 0 and m >= 0:
+        if record_face[n] != record_face[m] or record_mask[n] != record_mask[m]:
+            return False
+        n, m = following[n], following[m]
+    return bool(n == m)
+
+
+@inline_kernel
+def _meets_the_same(met: NDArray[np.uint64], i: int, j: int, x: int, y: int) -> bool:
+    """Say whether the surface meets the same cells of two columns."""
+    same = True
+    for w in range(met.shape[2]):
+        same = same and met[i, j, w] == met[x, y, w]
+    return bool(same)
+
+
 @leaf_kernel
 def sweep_columns(
     met: NDArray[np.uint64],
@@ -280,6 +288,7 @@ def sweep_columns(
     top: int,
     planes: NDArray[np.float64],
     samples: NDArray[np.float64],
+    sources: NDArray[np.int32],
     i_low: int,
     column: int,
     columns: int,
@@ -290,39 +299,87 @@ def sweep_columns(
     masks: NDArray[np.uint32],
     heights: NDArray[np.float64],
     spans: NDArray[np.int64],
+    keys: NDArray[np.int64],
+    stored: NDArray[np.int64],
     winding: NDArray[np.int32],
-    since: NDArray[np.float64],
+    plain: NDArray[np.bool_],
     change: NDArray[np.int64],
     touched: NDArray[np.uint64],
     closed: NDArray[np.bool_],
     starts: NDArray[np.int64],
     shares: NDArray[np.uint16],
     sums: NDArray[np.int64],
+    sharing: bool,
 ) -> int:
     """Sweep the columns from ``column`` to ``columns``, counted from row ``i_low``.
 
-    ``sums`` holds the number of shares so far, the lines that do not close, and the lowest and highest winding seen.
+    ``sources`` holds the row that has the records of each row (``columns.py``); ``sums`` the number of shares so far,
+    the lines that do not close, and the lowest and highest winding seen. ``plain`` (2, width) says of which columns of
+    the row before (of this row, up to ``column``) the next one along x, or along y, may take over what was found. Such
+    columns have their shares in one place, if ``sharing``.
 
     Returns:
-        The first column that has to be swept line by line, or ``columns``.
+        The first column that there is no room for in the scratch arrays, or ``columns``.
     """
     width = met.shape[1]
+    if column >= columns:
+        return columns
+    i, j = i_low + column // width, column % width - 1
     while column < columns:
-        i, j = i_low + column // width, column % width
+        j += 1
+        if j == width:
+            i, j = i + 1, 0
+        at = (sources[i] - i_low) * width + j
+        before = (sources[max(i - 1, 0)] - i_low) * width
+        plain_x = plain_y = True
+        x = y = -1
+        if (
+            plain[0, j]
+            and (sources[i] != i or _repeats(at, before + j, head, following, record_face, record_mask))
+            and _meets_the_same(met, i, j, i - 1, j)
+        ):
+            x, y = i - 1, j
+            plain_y = plain[1, j]
+        elif (
+            j > 0
+            and plain[1, j - 1]
+            and _meets_the_same(met, i, j, i, j - 1)
+            and _repeats(at, at - 1, head, following, record_face, record_mask)
+        ):
+            x, y = i, j - 1
+            plain_x = plain[0, j - 1]
+        if x >= 0:
+            first = starts[x * width + y]
+            starts[i * width + j] = first if sharing else sums[0]
+            for w in range(met.shape[2]):
+                inside[i, j, w] = inside[x, y, w]
+                if not sharing:
+                    more = population(met[i, j, w])
+                    for n in range(more):
+                        shares[sums[0] + n] = shares[first + n]
+                    first += more
+                    sums[0] += more
+            plain[0, j], plain[1, j] = plain_x, plain_y
+            column += 1
+            continue
         count = 0
-        record = head[column]
+        record = head[at]
         while record >= 0 and count < FEW:
             face = record_face[record]
             masks[count] = record_mask[record]
             low, high, total = heights_of(planes[face], samples, i, j, top, heights[count])
+            # Of level faces both are 0.
+            plain_x, plain_y = plain_x and planes[face, 0] == 0.0, plain_y and planes[face, 1] == 0.0
             spans[count, 0], spans[count, 1], spans[count, 2], spans[count, 3] = int(low), int(high), count, int(total)
             count += 1
             record = following[record]
-        if record >= 0 or not _put_in_order(masks, heights, spans, count):
+        if record >= 0:
             return column
         starts[i * width + j] = sums[0]
         closing = SAMPLES
-        turn = _orientation(masks, spans, count)
+        turn = 0
+        if count <= _ORDERED and _put_in_order(masks, heights, spans, count):
+            turn = _orientation(masks, spans, count)
         if turn != 0:
             sums[2], sums[3] = min(sums[2], turn), max(sums[3], turn)
             for n in range(count):
@@ -338,12 +395,8 @@ def sweep_columns(
             if 2 * closing < SAMPLES:
                 closed[i, j] = False
             else:
-                for s in range(SAMPLES):
-                    since[s] = 0.0
-                for n in range(count):
-                    m = spans[n, 2]
-                    enters, leaves = _mask(masks, m) & used, _mask(masks, m) >> LEAVES & used
-                    _cross_record(enters, leaves, heights[m], winding, since, sums, change, touched)
+                sweep_lines(masks, heights, count, used, keys, stored, sums, change, touched)
+        plain[0, j], plain[1, j] = plain_x and closing == SAMPLES, plain_y and closing == SAMPLES
         sums[0] = fill_column(met, inside, i, j, top, change, touched, closing, shares, sums[0])
         column += 1
     return columns

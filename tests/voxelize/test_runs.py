@@ -43,8 +43,8 @@ def test_runs_are_the_cells_of_a_box_with_their_shares(seed: int, height: int, d
     dense = np.where(kinds == BORDER, 0, full)
     np.testing.assert_array_equal(dense_shares(met, inside, height, shares), dense)
     # Maximal: two runs that touch are of different kinds.
-    for column in range(len(columns) - 1):
-        rows = runs[columns[column] : columns[column + 1]]
+    for first, stop in columns:
+        rows = runs[first:stop]
         touching = rows[1:, 0] == rows[:-1, 1]
         assert np.all((rows[1:, 2] < 0)[touching] != (rows[:-1, 2] < 0)[touching])
 
