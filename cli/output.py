@@ -152,16 +152,13 @@ def _print_trimmed(console: Console, table: Table) -> None:
 
 
 def _aligned(values: Sequence[object]) -> list[str]:
-    """Write a column; numbers of which some have decimals all have as many, so that their points stand in line."""
+    """Write a column; numbers are filled up with blanks so that their points stand in line, never with zeros."""
     texts = [written(value) for value in values]
     numbers = all(value is None or (isinstance(value, int | float) and not isinstance(value, bool)) for value in values)
-    if not numbers or not any(isinstance(value, float) for value in values) or any("e" in text for text in texts):
+    if not numbers or any("e" in text for text in texts):
         return texts
-    digits = max(len(text.partition(".")[2]) for text in texts)
-    return [
-        f"{value:,.{digits}f}" if isinstance(value, int | float) else text
-        for value, text in zip(values, texts, strict=True)
-    ]
+    after = [len(text) - text.index(".") if "." in text else 0 for text in texts]
+    return [text + " " * (max(after) - count) for text, count in zip(texts, after, strict=True)]
 
 
 def written(value: object) -> str:

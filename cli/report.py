@@ -48,7 +48,7 @@ def report(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write the lift plan record of a log, as a page that prints or as PDF."""
+    """Write the lift plan record of a log, as a page or PDF."""
     from pipeline.report import report as run
 
     with open_output(as_json=json, quiet=quiet) as output:
