@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from cli import failure
 from cli.options import Json, PolicyId, Quiet, Seed, Steps
-from cli.output import open_output
+from cli.output import Output, console_on, open_output
+
+if TYPE_CHECKING:
+    from cli.watch_table import WatchTable
 
 
 def watch(
@@ -22,6 +27,15 @@ def watch(
         Path | None, typer.Option("--output", "-o", metavar="LOG.mcap", help="Log; SITE.mcap here if not given.")
     ] = None,
     once: Annotated[bool, typer.Option("--once", help="Look once, re-plan if needed, and leave.")] = False,
+    poll: Annotated[
+        float | None,
+        typer.Option(
+            "--poll",
+            metavar="SECONDS",
+            min=0.01,
+            help="Look at the file this often instead of waiting for events: for network shares.",
+        ),
+    ] = None,
     policy: PolicyId = None,
     seed: Seed = None,
     steps: Steps = None,
@@ -30,11 +44,13 @@ def watch(
 ) -> None:
     """Keep a plan true to an obstruction file.
 
-    A change of the file re-plans the lifts that it affects, and only those.
+    A change of the file re-plans the lifts that it affects, and only those. Each change writes LOG.rNNNN.mcap with the
+    lifts that are new; LOG.mcap is the whole plan, written again when nothing is going on and at the end. Ctrl-C ends.
     """
     from pipeline.watch import watch as run
 
     code = failure.DONE
+    shown = _Shown(obstructions.name, table=not (once or json or quiet))
     with open_output(as_json=json, quiet=quiet) as output:
         changes = run(
             obstructions,
@@ -44,13 +60,42 @@ def watch(
             seed=seed,
             policy=policy,
             steps=steps,
+            poll_s=poll,
             progress=output.progress,
         )
-        for change in changes:
-            code = failure.exit_code_of(change)
-            output.line(change, _line(change))
+        try:
+            for change in changes:
+                code = failure.exit_code_of(change)
+                if not shown.show(change, output):
+                    output.line(change, _line(change))
+        finally:
+            shown.close()
     # A watch that was left to run ends well with Ctrl-C, whatever its last change was.
     raise typer.Exit(code if once else failure.DONE)
+
+
+class _Shown:
+    """The live table, where stdout is a terminal."""
+
+    def __init__(self, name: str, *, table: bool) -> None:
+        self._name, self._wanted = name, table and sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
+        self._table: WatchTable | None = None
+
+    def show(self, change: Mapping[str, Any], output: Output) -> bool:
+        """Show a change in the table; say whether there is one."""
+        if not self._wanted:
+            return False
+        if self._table is None:
+            from cli.watch_table import WatchTable
+
+            output.progress.finish()
+            self._table = WatchTable(console_on(sys.stdout), self._name)
+        self._table.show(change, _line(change))
+        return True
+
+    def close(self) -> None:
+        if self._table is not None:
+            self._table.close()
 
 
 def _line(change: Mapping[str, Any]) -> str:
@@ -59,6 +104,7 @@ def _line(change: Mapping[str, Any]) -> str:
     if change.get("changed_cells") is not None:
         parts.append(f"{change['changed_cells']:,} cells changed")
     parts.extend(f"{len(change[key]):,} {key}" for key in ("kept", "replanned", "infeasible") if key in change)
+    parts.extend(f"{len(change[key]):,} {key}" for key in ("retimed", "pending") if change.get(key))
     if change.get("latency_ms") is not None:
         parts.append(f"{change['latency_ms']:.0f} ms")
     line = ", ".join(parts)

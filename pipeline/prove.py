@@ -12,7 +12,6 @@ from pipeline.progress import Progress
 if TYPE_CHECKING:
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.lift import LiftPlan
-    from bimvox.planning.proof import Verification
     from bimvox.site.site import Site
     from bimvox.trajectory.motion import LiftMotion
 
@@ -39,6 +38,7 @@ def plan_and_prove(
     *,
     previous: LiftPlan | None = None,
     progress: Progress,
+    search_only: bool = False,
 ) -> Planned:
     """Plan all lifts, time them, and prove both.
 
@@ -53,7 +53,7 @@ def plan_and_prove(
     from bimvox.planning.rollout import proposer
 
     refused: dict[str, str] = {}
-    propose = proposer(policy.network)
+    propose = None if search_only else proposer(policy.network)
     for _ in range(_ROUNDS):
         progress.stage("plan", len(site.components))
         made = plan_lifts(
@@ -80,13 +80,14 @@ def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Plan
     from bimvox.errors import MotionError
     from bimvox.planning.assembly import replay
     from bimvox.planning.verify import verify_plan
+    from bimvox.trajectory.revise import refusals
     from bimvox.trajectory.time_plan import time_plan
     from bimvox.trajectory.verify import verify_motions
 
     progress.stage("prove")
     proof = verify_plan(made)
     if not proof.verified:
-        return _refused(proof)
+        return refusals(proof)
     if made.site.crane is None:
         return Planned(made, ())
     progress.stage("time", len(made.lifts))
@@ -96,23 +97,7 @@ def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Plan
         return {error.component: f"the crane cannot drive its path: {error.message}"}
     progress.stage("prove")
     proof = verify_motions(made, motions)
-    return Planned(made, motions) if proof.verified else _refused(proof)
-
-
-def _refused(proof: Verification) -> dict[str, str]:
-    """The lifts that a proof failed about, with what failed; an error where it is about none of them."""
-    reasons: dict[str, str] = {}
-    for check in proof.checks:
-        for component in sorted(check.culprits):
-            said = next((f for f in check.failures if component in f), check.failures[0])
-            reasons.setdefault(component, f"its lift could not be proven ({check.name}: {said})")
-    if not reasons:
-        raise VerificationError(
-            f"the plan was not proven, so it was not written: {proof.failures[0]}",
-            failures=proof.failures,
-            hint="this is a fault of bimvox; please report it with the site file",
-        )
-    return reasons
+    return Planned(made, motions) if proof.verified else refusals(proof)
 
 
 def insist_on_one_lift(made: LiftPlan) -> None:

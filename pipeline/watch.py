@@ -1,44 +1,47 @@
 """``bimvox watch``: a plan kept true to an obstruction file.
 
-Every accepted content of the file makes a revision: a whole log of its own, ``LOG.rNNNN.mcap``, and ``LOG.mcap`` is
-replaced by the newest. Lifts whose path still holds are kept as they are. Content that cannot be used changes nothing:
-the last good plan stands and the next good content is taken.
+Every accepted content of the file makes a revision: a segment of the log, ``LOG.rNNNN.mcap``, with the lifts that are
+new in it; ``LOG.mcap`` is the whole newest plan, written again when nothing is going on and at the end. Lifts that the
+change does not meet are kept as they are. Content that cannot be used changes nothing: the last good plan stands and
+the next good content is taken.
 """
 
 from __future__ import annotations
 
-import re
 import threading
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from bimvox.errors import BimvoxError, LogFileError
+from bimvox.errors import BimvoxError, FileError
 from bimvox.site.obstructions import EMPTY, ObstructionSet
-from pipeline.artifacts import check_output, default_output
+from pipeline.artifacts import check_output, default_output, write_atomically
 from pipeline.file_watch import FileState, changes, state_of
 from pipeline.load_site import LoadedSite, load_obstructions, load_site
-from pipeline.plan import (
-    document_of,
-    log_of,
-    obstructed,
-    policy_of,
-    prepared,
-    seed_of,
-    write_log_file,
-)
+from pipeline.plan import document_of, log_of, obstructed, policy_of, prepared, seed_of, write_log_file
 from pipeline.policy_choice import PolicyInUse
 from pipeline.progress import Progress, SilentProgress
 from pipeline.prove import Planned, plan_and_prove
+from pipeline.watch_documents import blocked, event_fields, outcome
+from pipeline.watch_log import WholeLog, read_newest, segment_file, segments_on_disk
 
 if TYPE_CHECKING:
+    from bimvox.log.plan_log import PlanLog
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.lift import LiftPlan
     from bimvox.site.site import Site
+    from bimvox.trajectory.revise import Part, Standing
+
+_STAGES = ("read", "plan", "prove", "write")
+_FIRST = 20
+"""Lifts made anew that are written first."""
+_MOST_BYTES = 512 << 20
+"""A larger obstruction file is refused: reading it would take all memory."""
+_SETTLE_S = 0.05
+"""A file that cannot be used may be half written: it is looked at again after this time before it is refused."""
+_RETRY_S = (1.0, 30.0)
+"""Shortest and longest wait before what could not be read or written is tried again."""
 
 
 def watch(
@@ -50,6 +53,7 @@ def watch(
     seed: int | None = None,
     policy: str | None = None,
     steps: int | None = None,
+    poll_s: float | None = None,
     progress: Progress,
     stop: threading.Event | None = None,
 ) -> Iterator[dict[str, Any]]:
@@ -59,11 +63,12 @@ def watch(
         obstructions: The file; where it does not exist, nothing is in the way.
         site: The site file.
         out: The log; default: the site's name with ``.mcap``, in the current folder. Where it exists and belongs to
-            this site, its plan is taken up.
+            this site, its plan is taken up, with the segments after it.
         once: Look once and leave.
         seed: Seed of the training; default: the site file's.
         policy: Id of a policy of the store.
         steps: Training budget in environment steps.
+        poll_s: Look at the file this often instead of waiting for events: for network shares.
         progress: Told of the stages of the first plan.
         stop: Ends the watch.
 
@@ -76,30 +81,51 @@ def watch(
     check_output(target, inputs=[site, obstructions, loaded.config.model.path])
     preparation = prepared(loaded.site, progress)
     chosen = policy_of(loaded, loaded.site, preparation, policy=policy, seed=seed, steps=steps, progress=progress)
-    watcher = _Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress)
-    start = state_of(obstructions)
-    yield from watcher.take_up(start)
-    if once:
-        return
-    quiet = SilentProgress()
-    watcher.progress = quiet
-    start = state_of(obstructions, watcher.files) if watcher.files else start
+    watcher = Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress)
+    yield from follow(watcher, once=once, poll_s=poll_s, stop=stop or threading.Event())
+
+
+def follow(watcher: Watcher, *, once: bool, poll_s: float | None, stop: threading.Event) -> Iterator[dict[str, Any]]:
+    """Take up or make the first plan, then revise it at every change of the file; see ``watch``."""
+    file = watcher.file
+    start = state_of(file)
     try:
-        for state in changes(obstructions, lambda: watcher.files, stop or threading.Event(), start):
-            yield watcher.change(state)
-    except KeyboardInterrupt:  # how a watch is meant to end: every revision is whole on disk already
-        progress.note("stopped; the last revision stands")
+        yield from watcher.take_up(start)
+        if once:
+            return
+        watcher.warm()
+        watcher.progress.note(f"watching {file}")
+        watcher.progress = SilentProgress()
+        start = state_of(file, watcher.files) if watcher.files else start
+        for state in changes(file, lambda: watcher.files, stop, start, poll_s=poll_s, again=watcher.wants_another_look):
+            yield from watcher.change(state)
+    except KeyboardInterrupt:
+        watcher.told.note("stopped; the last revision stands")
+    finally:
+        watcher.close()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Current:
-    """The plan that stands."""
+class Watcher:
+    """Keeps the plan that stands, and revises it.
 
-    site: Site
-    planned: Planned
+    Args:
+        loaded: The site as loaded.
+        preparation: What was prepared for it.
+        policy: What proposes paths.
+        file: The obstruction file.
+        target: The log.
+        seed: Seed of the training, for the log.
+        progress: Told of the stages.
+        search_only: Plan by search alone.
 
+    Attributes:
+        file: The obstruction file.
+        told: Told of what a user should know.
+        progress: Told of the stages of a change.
+        files: What the obstruction file refers to.
+        is_cold: Whether the first change would be slower than the others.
+    """
 
-class _Watcher:
     def __init__(
         self,
         loaded: LoadedSite,
@@ -109,153 +135,287 @@ class _Watcher:
         target: Path,
         seed: int,
         progress: Progress,
+        *,
+        search_only: bool = False,
     ) -> None:
         self._loaded, self._preparation, self._policy = loaded, preparation, policy
-        self._file, self._target, self._seed = file, target, seed
-        self.progress = progress
+        self.file, self._target, self._seed = file, target, seed
+        self.progress, self.told = progress, progress
+        self._search_only = search_only
+        self.is_cold = True
         self.files: tuple[Path, ...] = ()
-        self._revision = _last_revision(target)
-        self._current: _Current | None = None
+        self._revision = max(segments_on_disk(target), default=-1)
+        self._standing: Standing | None = None
+        self._content: dict[str, bytes] = {}
+        self._whole = WholeLog(target, progress)
+        self._known_shapes: set[int] = set()
+        self._propose: Any = None
+        self._last_refusal: str | None = None
+        self._retry_at_s: float | None = None
+
+    @property
+    def standing(self) -> Standing | None:
+        """The plan that stands."""
+        return self._standing
+
+    @property
+    def revision(self) -> int:
+        """Number of the last revision."""
+        return self._revision
 
     def take_up(self, state: FileState) -> Iterator[dict[str, Any]]:
-        """The first plan: the one in the log where it is of this site and of these obstructions, else a new one."""
-        started_s = time.monotonic()
-        before = self._plan_in_log()
+        """The first plan: the one on disk where it is of this site and of these obstructions, else a new one."""
+        from bimvox.planning.rollout import proposer
+        from bimvox.trajectory.revise import standing_of
+
+        self._propose = None if self._search_only else proposer(self._policy.network)
+        before = read_newest(self._target, self._loaded.site.fixed_digest, self.progress)
+        if before is not None:
+            log = before.log
+            self._revision = max(self._revision, log.revision)
+            self._standing = standing_of(log.plan, log.motions)
+            self._content = {name: log.attachments[name] for name in log.attachments if name not in self._loaded.files}
         try:
-            wanted = self._read(state)
+            wanted, content = self._read(state)
+            site = obstructed(self._loaded.site, wanted, self.progress)
         except BimvoxError as error:
-            if before is None:
+            if self._standing is None:
                 raise
-            self._current = _Current(before.plan.site, before)
-            yield self._event("rejected", started_s, message=str(error))
+            yield self._refused("rejected", state.seen_s, error)
             return
-        site = obstructed(self._loaded.site, wanted, self.progress)
-        if before is not None and before.plan.site.digest == site.digest:
-            self._current = _Current(site, before)
-            yield self._event("unchanged", started_s)
+        if self._standing is None:
+            yield self._first_plan(site, content, state.seen_s)
+        elif self._standing.plan.site.digest == site.digest and not self._standing.pending:
+            yield self._unchanged("unchanged", state.seen_s)
+            if before is not None and before.behind:
+                self._whole.offer(self._record(self._standing))
+        else:
+            yield from self._revise(site, content, state.seen_s)
+
+    def change(self, state: FileState) -> Iterator[dict[str, Any]]:
+        """What the file holds now, planned; or why the last good plan stands."""
+        self._whole.hold()
+        try:
+            yield from self._change(state)
+        finally:
+            self._whole.resume()
+
+    def wants_another_look(self) -> bool:
+        """Whether the last content could not be taken for a reason that may pass without a change of the file."""
+        left_over = self._standing is not None and bool(self._standing.pending)
+        return left_over or (self._retry_at_s is not None and time.monotonic() >= self._retry_at_s)
+
+    def warm(self) -> None:
+        """Revise once in vain: compiled code is loaded and whatever is built once is there before the first change."""
+        from pipeline.watch_warm import revise_in_vain
+
+        if self._standing is not None:
+            revise_in_vain(self._standing, self._preparation, self._propose, self._known_shapes, self._segment)
+        self.is_cold = False
+
+    def close(self) -> None:
+        """Write the whole log if it is behind."""
+        self._whole.close()
+
+    def _change(self, state: FileState) -> Iterator[dict[str, Any]]:
+        if state.digest is None:
+            self._retry_at_s = None
+            if self._last_refusal != "missing":
+                self._last_refusal = "missing"
+                yield self._unchanged("missing", state.seen_s, "the file is gone; the last good plan stands")
             return
-        yield self._revise(
-            site, before.plan if before else None, started_s, "planned" if before is None else "replanned"
+        try:
+            wanted, content = self._read(state)
+            site = obstructed(self._loaded.site, wanted, self.progress)
+        except BimvoxError as error:
+            time.sleep(_SETTLE_S)
+            if state_of(self.file).digest != state.digest and not self.files:
+                return  # it was being written: what it holds now is looked at next
+            if self._last_refusal != str(error):
+                yield self._refused("rejected", state.seen_s, error)
+            self._try_again(state.seen_s)
+            return
+        standing = self._standing
+        if standing is not None and standing.plan.site.digest == site.digest and not standing.pending:
+            self._accepted()
+            yield self._unchanged("unchanged", state.seen_s)
+            return
+        yield from self._revise(site, content, state.seen_s)
+
+    def _read(self, state: FileState) -> tuple[ObstructionSet, dict[str, bytes]]:
+        """Read the obstructions, and the file's bytes for the log."""
+        if state.digest is None:
+            self.progress.note(f"{self.file} does not exist yet: nothing is in the way")
+            return EMPTY, {}
+        try:
+            size = self.file.stat().st_size
+            if size > _MOST_BYTES:
+                raise FileError(
+                    self.file,
+                    f"is too large ({size >> 20} MiB, at most {_MOST_BYTES >> 20})",
+                    hint="give cells or boxes",
+                )
+            content = self.file.read_bytes()
+            found = load_obstructions(self.file, self._loaded.site)
+        except OSError as error:
+            raise FileError(self.file, f"cannot be read: {error.strerror or error}") from error
+        self.files = found.files
+        return found, {f"obstructions{self.file.suffix.lower()}": content}
+
+    def _first_plan(self, site: Site, content: dict[str, bytes], started_s: float) -> dict[str, Any]:
+        from bimvox.trajectory.revise import standing_of
+
+        planned = plan_and_prove(
+            site, self._preparation, self._policy, progress=self.progress, search_only=self._search_only
+        )
+        self._known_shapes = set(range(len(site.components)))
+        revision = self._revision + 1
+        files = self._loaded.files | content
+        record = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=revision)
+        segment = segment_file(self._target, revision)
+        write_log_file(segment, record, inputs=[])
+        write_atomically(self._target, segment.read_bytes())
+        self._revision, self._content = revision, content
+        self._standing = standing_of(planned.plan, planned.motions)
+        document = self._document("planned", planned.plan, None, started_s)
+        return document | {"segment": str(segment), "blocked": document_of(planned, self._policy)["infeasible"]}
+
+    def _revise(self, site: Site, content: dict[str, bytes], started_s: float) -> Iterator[dict[str, Any]]:
+        """Revise the plan part by part; a part is on disk before it is told of."""
+        from bimvox.trajectory.revise import revise
+
+        assert self._standing is not None
+        before = self._standing.plan
+        marks = [started_s, time.monotonic()]  # noticed, read
+        verdict_s: list[float] = []
+        parts = revise(
+            self._standing,
+            site,
+            self._preparation,
+            propose=self._propose,
+            first=_FIRST,
+            known_shapes=self._known_shapes,
+            on_verdict=lambda: verdict_s.append(time.monotonic()),
+        )
+        event = "replanned"
+        made: set[int] = set()
+        changed_cells, obstructions = 0, frozenset[str]()
+        while True:
+            try:
+                part = next(parts, None)
+                if part is None:
+                    return
+                marks += [verdict_s[-1], time.monotonic()]
+                made |= set(part.retimed)
+                changed_cells += part.change.cells
+                obstructions |= part.change.ids
+                document = self._document(event, part.standing.plan, before, started_s, made)
+                document |= {
+                    "revision": self._revision + 1,
+                    "changed_cells": changed_cells,
+                    "obstructions": sorted(obstructions),
+                    "pending": [_name(part.standing.plan, order) for order in sorted(part.standing.pending)],
+                    "blocked": blocked(part.standing.plan),
+                    "verdict_ms": _ms_since(started_s, verdict_s[-1] if event == "replanned" else verdict_s[0]),
+                }
+                segment = self._write(part, content, event_fields(document))
+            except BimvoxError as error:
+                if self._last_refusal != str(error):
+                    yield self._refused("failed", started_s, error)
+                if isinstance(error, FileError):
+                    self._try_again(started_s)
+                return
+            self._accepted()
+            marks.append(time.monotonic())
+            document |= {"segment": str(segment), "latency_ms": _ms_since(started_s, marks[-1])}
+            document["stages_ms"] = {
+                stage: round(1000.0 * (after - at), 1)
+                for stage, at, after in zip(_STAGES, marks[:-1], marks[1:], strict=True)
+            }
+            marks = [marks[-1], marks[-1]]
+            if not part.standing.pending:
+                document["all_ms"] = document["latency_ms"]
+                self._whole.offer(self._record(part.standing))
+            yield document
+            event = "continued"
+            if part.standing.pending and self._is_behind():
+                return  # what is pending goes with the next change
+
+    def _write(self, part: Part, content: dict[str, bytes], fields: dict[str, str]) -> Path:
+        """Write a part's segment; only then does it stand."""
+        revision = self._revision + 1
+        target = segment_file(self._target, revision)
+        record = self._segment(part, revision, content, fields)
+        write_log_file(target, record, inputs=[])
+        self._revision, self._standing, self._content = revision, part.standing, content
+        return target
+
+    def _segment(self, part: Part, revision: int, content: dict[str, bytes], fields: dict[str, str]) -> PlanLog:
+        from bimvox.log.segments import segment_of
+
+        files = self._loaded.files | content
+        planned = Planned(part.standing.plan, ())
+        bare = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=revision)
+        return segment_of(
+            part.standing.plan,
+            part.standing.motions,
+            part.made,
+            part.standing.pending,
+            revision=revision,
+            event=fields,
+            attachments=bare.attachments,
+            metadata=bare.metadata,
         )
 
-    def change(self, state: FileState) -> dict[str, Any]:
-        """What the file holds now, planned; or why the last good plan stands."""
-        if state.digest is None:
-            return self._event("missing", state.seen_s, message="the file is gone; the last good plan stands")
+    def _record(self, standing: Standing) -> PlanLog:
+        """The whole log of what stands."""
+        planned = Planned(standing.plan, standing.chain)
+        files = self._loaded.files | self._content
+        return log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=self._revision)
+
+    def _is_behind(self) -> bool:
+        """Whether the file holds something else than what is being planned."""
         try:
-            site = obstructed(self._loaded.site, self._read(state), self.progress)
-        except BimvoxError as error:
-            return self._event("rejected", state.seen_s, message=str(error))
-        if self._current is not None and self._current.site.digest == site.digest:
-            return self._event("unchanged", state.seen_s)
-        previous = self._current.planned.plan if self._current else None
-        try:
-            return self._revise(site, previous, state.seen_s, "replanned")
-        except BimvoxError as error:
-            return self._event("failed", state.seen_s, message=str(error))
+            content = self.file.read_bytes()
+        except OSError:
+            return False
+        return content not in self._content.values()
 
-    def _read(self, state: FileState) -> ObstructionSet:
-        if state.digest is None:
-            self.progress.note(f"{self._file} does not exist yet: nothing is in the way")
-            return EMPTY
-        found = load_obstructions(self._file, self._loaded.site)
-        self.files = found.files
-        return found
+    def _accepted(self) -> None:
+        self._last_refusal, self._retry_at_s = None, None
 
-    def _revise(self, site: Site, previous: LiftPlan | None, started_s: float, event: str) -> dict[str, Any]:
-        planned = plan_and_prove(site, self._preparation, self._policy, previous=previous, progress=self.progress)
-        files = dict(self._loaded.files)
-        if self._file.exists():
-            files[f"obstructions{self._file.suffix.lower()}"] = self._file.read_bytes()
-        self._revision += 1
-        record = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=self._revision)
-        history = revision_file(self._target, self._revision)
-        write_log_file(history, record, inputs=[])
-        write_log_file(self._target, record, inputs=[])
-        changed = _changed_cells(self._current.site if self._current else self._loaded.site, site)
-        self._current = _Current(site, planned)
-        return self._event(event, started_s, previous=previous, changed_cells=changed)
+    def _try_again(self, started_s: float) -> None:
+        """A disk may have room again, a file that is referred to may come: look again, more seldom if that is dear."""
+        now_s = time.monotonic()
+        self._retry_at_s = now_s + min(max(_RETRY_S[0], 10.0 * (now_s - started_s)), _RETRY_S[1])
 
-    def _event(
+    def _refused(self, event: str, started_s: float, error: BimvoxError) -> dict[str, Any]:
+        self._last_refusal = str(error)
+        return self._unchanged(event, started_s, str(error))
+
+    def _unchanged(self, event: str, started_s: float, message: str | None = None) -> dict[str, Any]:
+        plan = self._standing.plan if self._standing is not None else None
+        return self._document(event, plan, plan, started_s) | ({"message": message} if message else {})
+
+    def _document(
         self,
         event: str,
+        plan: LiftPlan | None,
+        before: LiftPlan | None,
         started_s: float,
-        *,
-        previous: LiftPlan | None = None,
-        changed_cells: int = 0,
-        message: str | None = None,
+        retimed: set[int] | None = None,
     ) -> dict[str, Any]:
-        document: dict[str, Any] = {
-            "event": event,
-            "revision": self._revision,
-            "changed_cells": changed_cells,
-            "kept": [],
-            "replanned": [],
-            "infeasible": [],
-            "log": str(self._target),
-        }
-        if self._current is not None:
-            document |= _outcome(self._current.planned, previous, unchanged=event not in ("planned", "replanned"))
-        document["latency_ms"] = round((time.monotonic() - started_s) * 1000.0, 1)
-        if message:
-            document["message"] = message
-        if self._current is not None and event in ("planned", "replanned"):
-            document["blocked"] = document_of(self._current.planned, self._policy)["infeasible"]
-        return document
-
-    def _plan_in_log(self) -> Planned | None:
-        """The plan of an earlier run, if the log is there and its site is this one, obstructions aside."""
-        from bimvox.log.reader import read_log
-
-        if not self._target.exists():
-            return None
-        try:
-            record = read_log(self._target)
-        except LogFileError as error:
-            self.progress.note(f"{self._target} is not taken up: {error.message}")
-            return None
-        if record.plan.site.fixed_digest != self._loaded.site.fixed_digest:
-            self.progress.note(f"{self._target} is of another site; it will be replaced")
-            return None
-        self._revision = max(self._revision, record.revision)
-        return Planned(record.plan, record.motions)
-
-
-def revision_file(log: Path, revision: int) -> Path:
-    """Return where a revision of a log is kept."""
-    return log.with_name(f"{log.stem}.r{revision:04d}{log.suffix}")
-
-
-def _last_revision(log: Path) -> int:
-    """The highest revision on disk, so that a restarted watch never writes over history; -1 where there is none."""
-    pattern = re.compile(re.escape(log.stem) + r"\.r(\d{4,})" + re.escape(log.suffix))
-    found = [int(m.group(1)) for p in log.resolve().parent.iterdir() if (m := pattern.fullmatch(p.name))]
-    return max(found, default=-1)
-
-
-def _changed_cells(before: Site, after: Site) -> int:
-    from bimvox.grid.labels import Label
-
-    return int(np.count_nonzero((before.labels == Label.OBSTRUCTION) != (after.labels == Label.OBSTRUCTION)))
-
-
-def _outcome(planned: Planned, previous: LiftPlan | None, *, unchanged: bool) -> dict[str, Any]:
-    """Which lifts were kept as they were, planned anew, or are infeasible."""
-    from bimvox.planning.lift import Status
-
-    names = planned.plan.site.components
-    before = {lift.component: lift for lift in previous.lifts} if previous else {}
-    kept, replanned, infeasible = [], [], []
-    for lift in planned.plan.lifts:
-        name = names[lift.component].id
-        if lift.status is Status.INFEASIBLE:
-            infeasible.append(name)
-        elif unchanged or _same_path(before.get(lift.component), lift):
-            kept.append(name)
+        document: dict[str, Any] = {"event": event, "revision": self._revision, "changed_cells": 0}
+        if plan is None:
+            document |= {"kept": [], "replanned": [], "infeasible": [], "retimed": []}
         else:
-            replanned.append(name)
-    return {"kept": kept, "replanned": replanned, "infeasible": infeasible}
+            document |= outcome(plan, before, retimed or ())
+        return document | {"log": str(self._target), "latency_ms": _ms_since(started_s)}
 
 
-def _same_path(before: Any, now: Any) -> bool:
-    return before is not None and before.path_vox is not None and np.array_equal(before.path_vox, now.path_vox)
+def _name(plan: LiftPlan, order: int) -> str:
+    return next(plan.site.components[lift.component].id for lift in plan.lifts if lift.order == order)
+
+
+def _ms_since(started_s: float, until_s: float | None = None) -> float:
+    return round(((time.monotonic() if until_s is None else until_s) - started_s) * 1000.0, 1)

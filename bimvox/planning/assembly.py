@@ -117,11 +117,19 @@ class Assembly:
     def begin(self, index: int) -> Stage | Obstacle:
         """Take component ``index`` out of the yard and say what its lift looks like."""
         component, place = self._site.components[index], self._preparation.places[index]
-        if place is None:
-            size = "x".join(f"{n * self._site.frame.voxel_size_m:g}" for n in component.shape.size_vox)
-            return Obstacle(f"the yard has no place for it ({size} m) within the crane's reach and capacity")
-        self._receive(place.delivery)
-        self._take_from_yard(index)
+        self.skip(index)
+        obstacle = self.unsupported(index)
+        if obstacle is not None or place is None:
+            return obstacle or self._no_place(component)
+        return self._stage(component, place)
+
+    def unsupported(self, index: int) -> Obstacle | None:
+        """Say why component ``index`` cannot be lifted now whatever its way is: no place, or nothing to carry it.
+
+        Takes no look at any cell; None where its way decides.
+        """
+        if self._preparation.places[index] is None:
+            return self._no_place(self._site.components[index])
         relations = self._preparation.relations
         missing = [j for j in relations.supports[index] if j not in self._standing]
         if missing:
@@ -131,7 +139,7 @@ class Assembly:
         if held_by and self._standing.isdisjoint(held_by):
             names = tuple(self._site.components[j].id for j in held_by)
             return Obstacle("nothing carries it from below, and nothing that it touches is in place", names)
-        return self._stage(component, place)
+        return None
 
     def skip(self, index: int) -> None:
         """Take component ``index`` out of the yard without asking what its lift looks like."""
@@ -154,6 +162,14 @@ class Assembly:
             self._stored[index] = cells
         self._occupancy.add(cells)
         self._present[component.id] = cells
+
+    def _no_place(self, component: Component) -> Obstacle:
+        size = "x".join(f"{n * self._site.frame.voxel_size_m:g}" for n in component.shape.size_vox)
+        return Obstacle(f"the yard has no place for it ({size} m) within the crane's reach and capacity")
+
+    def clearance(self, index: int) -> Clearance:
+        """Return the collision rule for component ``index`` now, nothing cleared."""
+        return self._occupancy.clearance(self._site.components[index])
 
     def who_is_at(self, cells: NDArray[np.int32]) -> tuple[str, ...]:
         """Return the ids of everything that occupies one of the cells now."""

@@ -23,7 +23,8 @@ from bimvox.site.clearance import HOOK_FORBIDDEN, Clearance, boxes_are_free, hoo
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import Site
 
-_SIDEWAYS_VOX = 6
+SIDEWAYS_VOX = 6
+"""How far around its place the last moves of a part are looked for."""
 _PLACEMENTS = 600
 
 
@@ -103,8 +104,8 @@ class _Inserter:
         self.target = np.array(component.target_vox)
         self.near = tuple(n for n in contacts.neighbours[component.index] if n in present)
         size = np.array(component.shape.size_vox)
-        self.low = np.array([*np.maximum(self.target[:2] - _SIDEWAYS_VOX, 0), 0])
-        high = np.array([*np.minimum((self.target + size)[:2] + _SIDEWAYS_VOX, site.shape[:2]), site.shape[2]])
+        self.low = np.array([*np.maximum(self.target[:2] - SIDEWAYS_VOX, 0), 0])
+        high = np.array([*np.minimum((self.target + size)[:2] + SIDEWAYS_VOX, site.shape[:2]), site.shape[2]])
         foreign = counts[self.low[0] : high[0], self.low[1] : high[1]].astype(np.int32)
         for number in self.near:
             cells = contacts.solids[number].cells
@@ -160,7 +161,7 @@ class _Inserter:
                 return self._insertion(path)
             for action, move in enumerate(MOVES.tolist()):
                 there = (here[0] + move[0], here[1] + move[1], here[2] + move[2])
-                if there in came_from or np.abs(np.array(there) - self.target)[:2].max() > _SIDEWAYS_VOX:
+                if there in came_from or np.abs(np.array(there) - self.target)[:2].max() > SIDEWAYS_VOX:
                     continue
                 if there[2] > self.highest or there[2] < 1 or self._met_on(here, action):
                     continue

@@ -57,7 +57,7 @@ def plan_lifts(
         reason = (refused or {}).get(site.components[index].id)
         if reason is not None:
             stage = Obstacle(reason)
-        lift = _plan_lift(assembly, stage, order, index, preparation, before.get(index), propose)
+        lift = plan_lift(assembly, stage, order, index, preparation, before.get(index), propose)
         assembly.finish(index, placed=lift.status is Status.PLANNED)
         lifts.append(lift)
         if progress is not None:
@@ -65,7 +65,7 @@ def plan_lifts(
     return LiftPlan(site, tuple(lifts), preparation.contacts.clashes, preparation.sequence.notes)
 
 
-def _plan_lift(
+def plan_lift(
     assembly: Assembly,
     stage: Stage | Obstacle,
     order: int,
@@ -74,6 +74,17 @@ def _plan_lift(
     before: Lift | None,
     propose: Propose | None,
 ) -> Lift:
+    """Plan one lift.
+
+    Args:
+        assembly: What stands where now; ``begin`` was called for this lift.
+        stage: What it said.
+        order: Position in the assembly order.
+        index: The component.
+        preparation: What was prepared for the site.
+        before: An earlier lift of the component, kept as it is where its path still holds.
+        propose: The policy; None for search alone.
+    """
     place = preparation.places[index]
     if isinstance(stage, Obstacle):
         return Lift(index, order, place, Status.INFEASIBLE, reason=stage.reason, blocked_by=stage.blocked_by)

@@ -25,25 +25,30 @@ from bimvox.site.site import Site
 _CHUNK = 2_000_000
 
 
-def verify_plan(plan: LiftPlan, context: Collection[Lift] = ()) -> Verification:
+def verify_plan(
+    plan: LiftPlan, context: Collection[Lift] = (), *, known_shapes: set[int] | None = None
+) -> Verification:
     """Check every planned lift of a plan.
 
     Args:
         plan: The plan.
         context: Lifts of the same plan that it does not carry (it is an extract of a log): they stand where the plan
             puts them and wait where it says, but are not proven.
+        known_shapes: Indices of components of the same site whose cells were checked to cover their triangles; they are
+            not checked again, and those that pass now are added.
 
     Returns:
         Every check, with what failed and where.
     """
-    return _Verifier(plan, context).run()
+    return _Verifier(plan, context, set() if known_shapes is None else known_shapes).run()
 
 
 class _Verifier:
-    def __init__(self, plan: LiftPlan, context: Collection[Lift]) -> None:
+    def __init__(self, plan: LiftPlan, context: Collection[Lift], known_shapes: set[int]) -> None:
         self.plan, self.context, self.site = plan, context, plan.site
         self.lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
         self.triangles = TriangleCheck(plan)
+        self.known_shapes = known_shapes
         names = "complete", "shapes", "unit_moves", "boundary", "cells", "triangles", "rope", "reach", "support", "yard"
         self.checks = {name: Check(name) for name in names}
         self.checks["triangles"].unit = "m"
@@ -88,7 +93,7 @@ class _Verifier:
         if path is None or place is None:
             self.checks["complete"].look(False, f"{component.id}: planned, but without a path or a place in the yard")
             return
-        check_shape(self.checks["shapes"], component, self.site.frame)
+        self._check_shape(component)
         self._check_moves(lift, component, path)
         inside = self._check_boundary(component, path)
         if not inside:
@@ -97,6 +102,15 @@ class _Verifier:
         self._check_cells(component, path, present)
         self._check_hook(component, path, present)
         self._check_support(component, placed)
+
+    def _check_shape(self, component: Component) -> None:
+        check = self.checks["shapes"]
+        if component.index in self.known_shapes:
+            return
+        failed = check.failed
+        check_shape(check, component, self.site.frame)
+        if check.failed == failed:
+            self.known_shapes.add(component.index)
 
     def _check_moves(self, lift: Lift, component: Component, path: NDArray[np.int32]) -> None:
         check, place = self.checks["unit_moves"], lift.place

@@ -61,12 +61,39 @@ def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) -> t
             continue
         clock_ns = motions[-1].end_ns if motions else 0
         slew_rad = float(motions[-1].loaded.slew_rad[-1]) if motions else 0.0
-        try:
-            motions.append(_motion(site, site.crane, lift, lift.place, clearance, before, clock_ns, slew_rad))
-        except PlanningError as error:
-            raise MotionError(site.components[lift.component].id, error.message, hint=error.hint) from error
+        motions.append(time_lift(site, site.crane, lift, clearance, before, clock_ns, slew_rad))
         before = lift
     return tuple(motions)
+
+
+def time_lift(
+    site: Site,
+    crane: TowerCrane,
+    lift: Lift,
+    clearance: Clearance,
+    before: Lift | None,
+    clock_ns: int,
+    slew_rad: float,
+) -> LiftMotion:
+    """Return the motion of one planned lift.
+
+    Args:
+        site: The site.
+        crane: Its crane.
+        lift: The lift; it must have a path and a place in the yard.
+        clearance: The collision rule of its stage.
+        before: The planned lift before it; None for the first.
+        clock_ns: When it starts on the site's clock.
+        slew_rad: Slewing angle at which the lift before ended, with the turns that it has.
+
+    Raises:
+        MotionError: If its path is not free or cannot be driven, or the empty hook has no way to it.
+    """
+    assert lift.place is not None
+    try:
+        return _motion(site, crane, lift, lift.place, clearance, before, clock_ns, slew_rad)
+    except PlanningError as error:
+        raise MotionError(site.components[lift.component].id, error.message, hint=error.hint) from error
 
 
 def _motion(

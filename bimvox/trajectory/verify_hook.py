@@ -92,20 +92,34 @@ class HookProof:
         if highest >= self.site.shape[2]:
             return
         for thing in present:
-            tall = thing.cells[thing.cells[:, 2] >= highest] if thing.name != CRANE_ID else thing.cells[:0]
-            if not len(tall):
-                continue
-            from_axis_m = frame.centre_of(tall)[:, :2] - np.array(crane.base_m[:2])
-            radius_m = np.hypot(*from_axis_m.T)
-            reached = radius_m <= crane.jib_length_m
-            half_m = crane.mast_size_m / 2.0 + frame.voxel_size_m * np.sqrt(0.5)
-            half_rad = np.arcsin(np.minimum(1.0, half_m / np.maximum(radius_m, 1e-9)))
-            at_rad = np.arctan2(from_axis_m[:, 1], from_axis_m[:, 0])
-            low, high = float(axes[:, 0].min()), float(axes[:, 0].max())
-            # The first turn of each angle, less its half width, that is not before the slewing range.
-            turned = low + np.remainder(at_rad + half_rad - low, 2.0 * np.pi)
-            met = reached & (turned - 2.0 * half_rad <= high)
+            met = thing.name != CRANE_ID and tallest_met(self.site, crane, thing.cells, axes[:, 0])
             check.look(
-                not met.any(),
-                f"{name}: the jib at {crane.jib_height_m:g} m turns into {thing.name}, which is as high",
+                not met, f"{name}: the jib at {crane.jib_height_m:g} m turns into {thing.name}, which is as high"
             )
+
+
+def tallest_met(site: Site, crane: TowerCrane, cells: NDArray[np.int32], slew_rad: NDArray[np.float64]) -> bool:
+    """Return whether the jib, as wide as the mast, turns into any of the cells that are as high as it is.
+
+    Args:
+        site: The site.
+        crane: Its crane.
+        cells: (N, 3) int32.
+        slew_rad: (M,) every slewing angle that the jib takes, unwrapped.
+    """
+    frame = site.frame
+    highest = int(np.floor((crane.jib_height_m - frame.origin_m[2]) / frame.voxel_size_m + 1e-6))
+    tall = cells[cells[:, 2] >= highest]
+    if not len(tall):
+        return False
+    from_axis_m = frame.centre_of(tall)[:, :2] - np.array(crane.base_m[:2])
+    radius_m = np.hypot(*from_axis_m.T)
+    reached = radius_m <= crane.jib_length_m
+    half_m = crane.mast_size_m / 2.0 + frame.voxel_size_m * np.sqrt(0.5)
+    half_rad = np.arcsin(np.minimum(1.0, half_m / np.maximum(radius_m, 1e-9)))
+    at_rad = np.arctan2(from_axis_m[:, 1], from_axis_m[:, 0])
+    low, high = float(slew_rad.min()), float(slew_rad.max())
+    # The first turn of each angle, less its half width, that is not before the slewing range.
+    turned = low + np.remainder(at_rad + half_rad - low, 2.0 * np.pi)
+    met: NDArray[np.bool_] = reached & (turned - 2.0 * half_rad <= high)
+    return bool(met.any())

@@ -10,7 +10,8 @@ from bimvox.log.reader import read_log
 from bimvox.planning.verify import verify_plan
 from pipeline.file_watch import changes, state_of
 from pipeline.progress import SilentProgress
-from pipeline.watch import revision_file, watch
+from pipeline.watch import watch
+from pipeline.watch_log import segment_file
 
 STEPS = 2_000
 
@@ -55,7 +56,7 @@ def test_a_change_keeps_what_is_not_affected_and_replans_the_rest(site_folder):
     for old, new in zip(before.lifts, after.lifts, strict=True):
         if before.site.components[old.component].id in event["kept"]:
             assert (old.path_vox == new.path_vox).all()
-    assert read_log(revision_file(site_folder / "frame.mcap", event["revision"])).revision == event["revision"]
+    assert read_log(segment_file(site_folder / "frame.mcap", event["revision"])).revision == event["revision"]
 
 
 def test_the_same_content_changes_nothing(site_folder):
@@ -82,11 +83,11 @@ def test_revisions_are_never_written_over(site_folder):
     file = site_folder / "obstructions.json"
     write(file, box_on_path(site_folder, 5))
     first = once(site_folder, file)[0]
-    kept = revision_file(site_folder / "frame.mcap", first["revision"]).read_bytes()
+    kept = segment_file(site_folder / "frame.mcap", first["revision"]).read_bytes()
     write(file)
     second = once(site_folder, file)[0]
     assert second["revision"] == first["revision"] + 1
-    assert revision_file(site_folder / "frame.mcap", first["revision"]).read_bytes() == kept
+    assert segment_file(site_folder / "frame.mcap", first["revision"]).read_bytes() == kept
 
 
 def collect(file: Path, stop: threading.Event, seen: list) -> threading.Thread:

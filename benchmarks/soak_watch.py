@@ -1,0 +1,345 @@
+"""A soak of ``bimvox watch``: many random changes, and everything that may go wrong with them.
+
+``make soak-watch``: the command runs as a process of its own on the sample frame while this one changes its file.
+Beside good changes, written in place, by renaming, or after a deletion, it meets broken and half-written content,
+time stamps hours off, a disk without room (the process may write no byte more, by ``RLIMIT_FSIZE``), and ``kill -9``
+at any moment with a restart. Checked:
+
+- every good content ends in a revision, and no revision that was told of is lost;
+- revisions on disk follow each other without a gap;
+- the newest plan on disk, put together from the whole log and the segments after it, is for the obstructions that were
+  told last, and the whole proof accepts it;
+- memory stays flat.
+
+The exit code is 1 if anything of that fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import queue
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter, deque
+from pathlib import Path
+from typing import Any
+
+from benchmarks.watch_changes import RandomObstructions
+
+SAMPLE = Path(__file__).parents[1] / "sample_models" / "frame.ifc"
+_WAIT_S = 180.0
+_CHECK_EVERY = 50
+_BROKEN = (b"", b"{", b'{"version": 1}', b"\xff\xfe\x00", b'{"version": 1, "unit": "m", "obstructions": [{"id": 1}]}')
+_KINDS = {
+    "write": 50,
+    "rename": 20,
+    "recreate": 6,
+    "broken": 10,
+    "halves": 6,
+    "stamps": 3,
+    "full": 3,
+    "kill": 5,
+    "idle": 1,
+}
+_TOLD = ("planned", "replanned", "continued", "unchanged")
+
+
+class Watch:
+    """The command, run as a process.
+
+    Args:
+        folder: Holds the site, the log and the obstruction file.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self.said: queue.Queue[dict[str, Any]] = queue.Queue()
+        command = [
+            "watch",
+            "obstructions.json",
+            "--site",
+            "frame.site.toml",
+            "-o",
+            "frame.mcap",
+            "--steps",
+            "2000",
+            "--json",
+        ]
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", "from cli.main import run; run()", *command],
+            cwd=folder,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=os.environ
+            | {"BIMVOX_POLICIES": str(folder / "policies"), "PYTHONPATH": str(Path(__file__).parents[1])},
+        )
+        self.notes: deque[bytes] = deque(maxlen=50)
+        threading.Thread(target=self._listen, daemon=True).start()
+        threading.Thread(target=self._take_notes, daemon=True).start()
+
+    def _listen(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self.said.put(json.loads(line))
+
+    def _take_notes(self) -> None:
+        assert self.process.stderr is not None
+        self.notes.extend(self.process.stderr)
+
+    def hear(self, *events: str, limit_s: float = _WAIT_S) -> dict[str, Any]:
+        """Return the next document of one of these events, with nothing pending; others are passed over."""
+        until_s = time.monotonic() + limit_s
+        while True:
+            document = self.said.get(timeout=max(0.01, until_s - time.monotonic()))
+            if document["event"] in events and not document.get("pending"):
+                return document
+
+    def memory_mb(self) -> float:
+        """Return the resident memory."""
+        for line in Path(f"/proc/{self.process.pid}/status").read_text().splitlines():
+            if line.startswith("VmRSS:"):
+                return int(line.split()[1]) / 1024.0
+        return 0.0
+
+    def limit_files(self, size: int) -> None:
+        """Let the process write no file longer than that; -1 for no limit."""
+        resource.prlimit(self.process.pid, resource.RLIMIT_FSIZE, (size, resource.RLIM_INFINITY))
+
+    def kill(self) -> None:
+        """Change the file and kill the process at any moment after that."""
+        """End it as nothing can be prevented."""
+        self.process.send_signal(signal.SIGKILL)
+        self.process.wait()
+
+    def interrupt(self) -> int:
+        """End it as a user does, and return its exit code."""
+        self.process.send_signal(signal.SIGINT)
+        return self.process.wait(timeout=_WAIT_S)
+
+
+class Soak:
+    """The soak; collects what went wrong.
+
+    Args:
+        folder: An empty folder.
+        seed: Chooses the changes.
+    """
+
+    def __init__(self, folder: Path, seed: int) -> None:
+        from pipeline.progress import SilentProgress
+        from pipeline.site import init
+
+        self.folder, self.file = folder, folder / "obstructions.json"
+        shutil.copy(SAMPLE, folder / "frame.ifc")
+        init(folder / "frame.ifc", folder / "frame.site.toml", voxel_size_m=0.5, progress=SilentProgress())
+        self.random = random.Random(seed)
+        self.wrong: list[str] = []
+        self.did: Counter[str] = Counter()
+        self.latencies_ms: list[float] = []
+        self.memory_mb: list[float] = []
+        self.told = -1
+        self.content = b'{"version": 1, "unit": "m", "obstructions": []}'
+        self.file.write_bytes(self.content)
+        self.watch = Watch(folder)
+        self._note(self.watch.hear(*_TOLD, limit_s=1800.0))
+        self._wait_until_ready()
+        self.changes = RandomObstructions(self._newest().plan, seed)
+        self.proofs = 0
+
+    def run(self, count: int) -> None:
+        """Make so many changes."""
+        kinds, weights = list(_KINDS), list(_KINDS.values())
+        for number in range(count):
+            kind = self.random.choices(kinds, weights)[0]
+            self.did[kind] += 1
+            try:
+                getattr(self, kind)()
+            except queue.Empty:
+                self._expect(False, f"change {number} ({kind}): no answer; {list(self.watch.notes)[-3:]}")
+                self._restart()
+            self.memory_mb.append(self.watch.memory_mb())
+            if number % _CHECK_EVERY == _CHECK_EVERY - 1 or number == count - 1:
+                self.check(f"change {number}")
+                print(
+                    f"{number + 1} of {count}: {dict(self.did)}, wrong {len(self.wrong)}", file=sys.stderr, flush=True
+                )
+
+    def write(self) -> None:
+        """Write in place."""
+        self.content = self.changes.change()
+        self.file.write_bytes(self.content)
+        self._answer()
+
+    def rename(self) -> None:
+        """Replace by renaming, as editors do."""
+        self.content = self.changes.change()
+        new = self.folder / "new.json"
+        new.write_bytes(self.content)
+        new.replace(self.file)
+        self._answer()
+
+    def recreate(self) -> None:
+        """Delete, and make again."""
+        self.file.unlink()
+        self.watch.hear("missing")
+        self.write()
+
+    def broken(self) -> None:
+        """Write what cannot be used, then what can."""
+        self.file.write_bytes(self.random.choice(_BROKEN))
+        self.watch.hear("rejected")
+        if self.random.random() < 0.5:
+            self.file.write_bytes(self.content)
+            self._answer()
+        else:
+            self.write()
+
+    def halves(self) -> None:
+        """Write in two halves."""
+        self.content = self.changes.change()
+        half = len(self.content) // 2
+        with self.file.open("wb", buffering=0) as stream:
+            stream.write(self.content[:half])
+            time.sleep(self.random.uniform(0.0, 0.1))
+            stream.write(self.content[half:])
+        self._answer()
+
+    def stamps(self) -> None:
+        """Set the time stamp hours off."""
+        self.content = self.changes.change()
+        self.file.write_bytes(self.content)
+        hours = self.random.uniform(-48.0, 48.0)
+        os.utime(self.file, (time.time() + 3600.0 * hours,) * 2)
+        self._answer()
+
+    def full(self) -> None:
+        """Let there be no room for the segment, then some again."""
+        self.watch.limit_files(1000)
+        self.content = self.changes.change()
+        self.file.write_bytes(self.content)
+        answer = self.watch.hear("failed", *_TOLD)
+        self.watch.limit_files(-1)
+        if answer["event"] == "failed":
+            self._answer()
+        else:
+            self._note(answer)
+
+    def kill(self) -> None:
+        """Change the file and kill the process at any moment after that."""
+        self.content = self.changes.change()
+        self.file.write_bytes(self.content)
+        time.sleep(self.random.uniform(0.0, 0.4))
+        self._restart()
+
+    def idle(self) -> None:
+        """Wait until the whole log is written."""
+        time.sleep(3.0)  # the whole log is written
+
+    def check(self, when: str) -> None:
+        """Prove the newest plan on disk, compare it with what was told, and remove segments that are not needed."""
+        from bimvox.log.reader import read_log
+        from bimvox.planning.verify import verify_plan
+        from bimvox.site.build import with_obstructions
+        from bimvox.trajectory.verify import verify_motions
+        from pipeline.load_site import load_obstructions, rasterise
+        from pipeline.watch_log import segments_on_disk
+
+        log = self._newest()
+        self.proofs += 1
+        for proof in (verify_plan(log.plan), verify_motions(log.plan, log.motions)):
+            self._expect(proof.verified, f"{when}: not proven: {proof.failures[:2]}")
+        wanted = with_obstructions(log.plan.site, load_obstructions(self.file, log.plan.site), rasterise)
+        self._expect(wanted.digest == log.plan.site.digest, f"{when}: the plan on disk is of other obstructions")
+        self._expect(log.revision >= self.told, f"{when}: revision {self.told} was told of, {log.revision} is on disk")
+        segments = segments_on_disk(self.folder / "frame.mcap")
+        on_disk = list(segments)
+        if on_disk:
+            follow = on_disk == list(range(on_disk[0], on_disk[-1] + 1))
+            self._expect(follow, f"{when}: a revision is missing: {on_disk}")
+        whole = read_log(self.folder / "frame.mcap").revision
+        for revision, path in segments.items():
+            if revision < whole:
+                path.unlink()
+
+    def end(self) -> None:
+        """End as a user does: exit code 0, and the whole log is the newest plan."""
+        from bimvox.log.reader import read_log
+
+        code = self.watch.interrupt()
+        self._expect(code == 0, f"Ctrl-C: exit code {code}")
+        log = read_log(self.folder / "frame.mcap")
+        self._expect(
+            log.revision == self.told, f"after Ctrl-C the whole log is of revision {log.revision}, not {self.told}"
+        )
+        left = [path.name for path in self.folder.glob(".bimvox-*.part")]
+        self._expect(len(left) <= self.did["kill"], f"temporary files left: {left}")
+
+    def _answer(self) -> None:
+        self._note(self.watch.hear(*_TOLD))
+
+    def _note(self, document: dict[str, Any]) -> None:
+        if document["event"] == "replanned":
+            self.latencies_ms.append(document["latency_ms"])
+        self._expect(document["revision"] >= self.told, f"revision {document['revision']} after {self.told}")
+        self.told = document["revision"]
+
+    def _restart(self) -> None:
+        self.watch.kill()
+        self.watch = Watch(self.folder)
+        self._note(self.watch.hear(*_TOLD, limit_s=600.0))
+        self._wait_until_ready()
+
+    def _wait_until_ready(self) -> None:
+        """The first change after the start is noticed whenever it comes; memory is compared from here on."""
+        time.sleep(0.2)
+
+    def _newest(self) -> Any:
+        from bimvox.log.reader import read_log
+        from pipeline.progress import SilentProgress
+        from pipeline.watch_log import read_newest
+
+        fixed = read_log(self.folder / "frame.mcap").plan.site.fixed_digest
+        found = read_newest(self.folder / "frame.mcap", fixed, SilentProgress())
+        assert found is not None
+        return found.log
+
+    def _expect(self, good: bool, message: str) -> None:
+        if not good:
+            self.wrong.append(message)
+            print(f"WRONG: {message}", file=sys.stderr, flush=True)
+
+
+def main() -> int:
+    """Run the soak and print what came out."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--changes", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="bimvox-soak-watch-") as folder:
+        soak = Soak(Path(folder), options.seed)
+        soak.run(options.changes)
+        soak.end()
+        memory = soak.memory_mb
+        tenth = max(1, len(memory) // 10)
+        ordered = sorted(soak.latencies_ms)
+        print(f"changes: {sum(soak.did.values())} ({', '.join(f'{n} {kind}' for kind, n in soak.did.items())})")
+        print(f"revisions: {soak.told + 1}; whole proofs of the newest plan: {soak.proofs}; wrong: {len(soak.wrong)}")
+        high = ordered[int(0.95 * len(ordered))]
+        print(f"latency: median {ordered[len(ordered) // 2]:.0f} ms, 95 % below {high:.0f} ms")
+        print(f"memory: {max(memory[:tenth]):.0f} MB in the first tenth, {max(memory[-tenth:]):.0f} MB in the last")
+        for message in soak.wrong:
+            print(f"- {message}")
+    return int(bool(soak.wrong))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,180 @@
+"""How long ``bimvox watch`` takes from the end of a change of the file to the new plan on disk.
+
+``make bench-watch``: the table of docs/watching.md. Random changes on two sites:
+
+- ``paper``: the paper's site, one lift on 15 x 15 x 6 cells. The clock runs from the file's close to the synced
+  segment.
+- ``frame500``: 500 lifts on 200 x 200 x 60 cells, by search alone. The clock runs to the verdict for all lifts and the
+  first 20 new lifts, proven, timed and on disk; and, apart, to the last one.
+
+Wall-clock times: let nothing else run. A histogram for each site goes to the output folder.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import queue
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.watch_changes import RandomObstructions
+from benchmarks.watch_site import write_site
+
+PAPER = Path(__file__).parents[1] / "sample_models" / "paper.site.toml"
+STEPS = 2_000
+_LIMIT_S = 600.0
+_BOUND_MS = {"paper": 100.0, "frame500": 1000.0}
+
+
+def main() -> int:
+    """Run both sites and print the table."""
+    options = _options()
+    options.output.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for name in options.sites.split(","):
+        with tempfile.TemporaryDirectory(prefix="bimvox-watch-") as scratch:
+            rows.append(_measured(name, Path(scratch), options))
+    print(table(rows))
+    return 0
+
+
+def _measured(name: str, scratch: Path, options: argparse.Namespace) -> dict[str, Any]:
+    site = PAPER if name == "paper" else write_site(scratch)
+    kept = options.output / f"{name}.mcap"  # planning 500 lifts takes minutes: a later run takes the plan up
+    watcher, file = watcher_for(site, scratch, kept if name != "paper" else scratch / f"{name}.mcap", name != "paper")
+    said: queue.Queue[dict[str, Any]] = queue.Queue()
+    stop = threading.Event()
+    thread = threading.Thread(target=_follow, args=(watcher, stop, said), daemon=True)
+    file.write_bytes(b'{"version": 1, "unit": "m", "obstructions": []}')
+    thread.start()
+    _print(said.get(timeout=3600))
+    while watcher.is_cold:
+        time.sleep(0.1)
+    time.sleep(2.0)
+    random = RandomObstructions(watcher.standing.plan, options.seed)
+    found = []
+    for number in range(options.changes):
+        file.write_bytes(random.change())
+        closed_s = time.monotonic()
+        documents = [said.get(timeout=_LIMIT_S)]
+        while documents[-1].get("pending"):
+            documents.append(said.get(timeout=_LIMIT_S))
+        found.append(_row(documents, closed_s))
+        if number % 20 == 19:
+            print(f"{name}: {number + 1} of {options.changes}", file=sys.stderr, flush=True)
+    stop.set()
+    thread.join()
+    (options.output / f"{name}.json").write_text("\n".join(json.dumps(row) for row in found))
+    _draw(name, found, options.output)
+    return {"name": name, "found": found}
+
+
+def watcher_for(site: Path, scratch: Path, log: Path, search_only: bool) -> tuple[Any, Path]:
+    """Return a watcher of a file in the scratch folder."""
+    from pipeline.load_site import load_site
+    from pipeline.plan import policy_of, prepared
+    from pipeline.policy_choice import PolicyInUse
+    from pipeline.progress import SilentProgress
+    from pipeline.watch import Watcher
+
+    quiet = SilentProgress()
+    loaded = load_site(site, quiet)
+    preparation = prepared(loaded.site, quiet)
+    policy: Any = PolicyInUse("none", False, 0, 0.0, (), None)  # type: ignore[arg-type]
+    if not search_only:
+        policy = policy_of(loaded, loaded.site, preparation, policy=None, seed=None, steps=STEPS, progress=quiet)
+    file = scratch / "obstructions.json"
+    return Watcher(loaded, preparation, policy, file, log, 0, quiet, search_only=search_only), file
+
+
+def _follow(watcher: Any, stop: threading.Event, said: queue.Queue[dict[str, Any]]) -> None:
+    from pipeline.watch import follow
+
+    for document in follow(watcher, once=False, poll_s=None, stop=stop):
+        said.put(document | {"heard_s": time.monotonic()})
+
+
+def _row(documents: list[dict[str, Any]], closed_s: float) -> dict[str, Any]:
+    """What a change took, and what it did; times in ms from the file's close."""
+    first, last = documents[0], documents[-1]
+    first_ms, all_ms = ((d["heard_s"] - closed_s) * 1000.0 for d in (first, last))
+    noticed_ms = first_ms - first["latency_ms"]
+    return {
+        "event": first["event"],
+        "first_ms": first_ms,
+        "all_ms": all_ms,
+        "verdict_ms": noticed_ms + first.get("verdict_ms", first["latency_ms"]),
+        "stages_ms": {"notice": noticed_ms} | first.get("stages_ms", {}),
+        "new": len(last["replanned"]) + len(last["retimed"]),
+        "replanned": len(last["replanned"]),
+        "kept": len(last["kept"]),
+        "infeasible": len(last["infeasible"]),
+    }
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """Return the measurements as a Markdown table, and where the time goes."""
+    lines = [
+        "| site | changes | lifts made anew (median, most) | verdict p50 / p95 / max "
+        "| first lifts on disk p50 / p95 / max | all on disk p50 / p95 / max |",
+        "|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        found = row["found"]
+        new = [r["new"] for r in found]
+        lines.append(
+            f"| {row['name']} | {len(found)} | {np.median(new):.0f}, {max(new)} | {_quantiles(found, 'verdict_ms')} "
+            f"| {_quantiles(found, 'first_ms')} | {_quantiles(found, 'all_ms')} |"
+        )
+    lines.append("")
+    for row in rows:
+        stages: Counter[str] = Counter()
+        for r in row["found"]:
+            stages.update(r["stages_ms"])
+        total = sum(stages.values()) or 1.0
+        shares = ", ".join(f"{stage} {value / total:.0%}" for stage, value in stages.items())
+        events = Counter(r["event"] for r in row["found"])
+        lines.append(f"{row['name']}: {shares}; events {dict(events)}")
+    return "\n".join(lines)
+
+
+def _quantiles(found: list[dict[str, Any]], key: str) -> str:
+    values = [row[key] for row in found]
+    return " / ".join(f"{value:.0f}" for value in (*np.quantile(values, [0.5, 0.95]), max(values))) + " ms"
+
+
+def _draw(name: str, found: list[dict[str, Any]], folder: Path) -> None:
+    try:
+        from bimvox.render.plots.plan_figures import draw_latencies
+    except ImportError as error:
+        print(f"no histogram: {error}", file=sys.stderr)
+        return
+    picture = draw_latencies([row["first_ms"] for row in found], bound_ms=_BOUND_MS[name])
+    (folder / f"watch-{name}.png").write_bytes(picture)
+
+
+def _print(document: dict[str, Any]) -> None:
+    print({k: len(v) if isinstance(v, list) else v for k, v in document.items()}, file=sys.stderr, flush=True)
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--changes", type=int, default=200, help="changes a site")
+    parser.add_argument("--sites", default="paper,frame500", help="which sites, with commas")
+    parser.add_argument("--seed", type=int, default=0, help="of the changes")
+    parser.add_argument(
+        "--output", type=Path, default=Path("demo-output/watch"), help="folder for figures and histograms"
+    )
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

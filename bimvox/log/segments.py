@@ -1,0 +1,111 @@
+"""Revisions of a watched plan as segments, and the newest plan from a whole log and the segments after it.
+
+A segment is a log of its own: it carries the lifts that are new in its revision, with their motions; all other lifts
+are its context, as in an extract. So every tool that reads a log reads a segment. A whole log and the segments with
+higher revisions give the newest plan: a lift is taken from the last of them that carries it, and the motions are put on
+one clock in order.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Collection, Mapping, Sequence
+
+from bimvox.log.plan_log import LogEvent, PlanLog
+from bimvox.planning.lift import Lift, LiftPlan, Status
+from bimvox.trajectory.motion import LiftMotion
+from bimvox.trajectory.shift import chained
+
+REPLAN_EVENT = "replan"
+"""Kind of the event that says what a revision changed."""
+
+PENDING = "pending_lifts"
+"""Metadata key: orders of planned lifts that are proven only in a later segment, as a JSON list."""
+
+
+def segment_of(
+    plan: LiftPlan,
+    motions: Mapping[int, LiftMotion],
+    made: Collection[int],
+    pending: Collection[int],
+    *,
+    revision: int,
+    event: Mapping[str, str],
+    attachments: Mapping[str, bytes],
+    metadata: Mapping[str, str],
+) -> PlanLog:
+    """Return the segment of a revision.
+
+    Args:
+        plan: The whole plan.
+        motions: Its motions by order; at least those of the lifts that are new.
+        made: Orders of the lifts that are new in this revision.
+        pending: Orders of planned lifts that are not proven yet; they are not among ``made``.
+        revision: Its number.
+        event: What changed, and why.
+        attachments: Files that the plan was made from.
+        metadata: Plain values about the plan.
+    """
+    carried = tuple(lift for lift in plan.lifts if lift.order in made)
+    own = tuple(motions[lift.order] for lift in carried if lift.order in motions)
+    start_ns = min((motion.start_ns for motion in own), default=0)
+    end_ns = max((motion.end_ns for motion in own), default=start_ns)
+    return PlanLog(
+        plan=dataclasses.replace(plan, lifts=carried),
+        motions=own,
+        attachments=attachments,
+        metadata={**metadata, PENDING: json.dumps(sorted(pending))},
+        revision=revision,
+        events=(LogEvent(REPLAN_EVENT, start_ns, end_ns, event),),
+        context=tuple(dataclasses.replace(lift, path_vox=None) for lift in plan.lifts if lift.order not in made),
+    )
+
+
+def newest(base: PlanLog, segments: Sequence[PlanLog]) -> PlanLog:
+    """Return the newest plan.
+
+    Args:
+        base: A whole log.
+        segments: Segments of the same site's plan with higher revisions, ascending.
+
+    Returns:
+        The plan after the last segment; lifts that are pending there are planned without a path, and have no motion.
+    """
+    lifts: dict[int, Lift] = {lift.order: lift for lift in base.plan.lifts}
+    motions = {motion.order: motion for motion in base.motions}
+    last = base
+    for segment in segments:
+        for lift in segment.plan.lifts:
+            lifts[lift.order] = lift
+            motions.pop(lift.order, None)
+        motions |= {motion.order: motion for motion in segment.motions}
+        pending = pending_of(segment)
+        for lift in segment.context:
+            known = lifts.get(lift.order)
+            if lift.status is not Status.PLANNED or known is None or lift.order in pending:
+                lifts[lift.order] = lift
+                motions.pop(lift.order, None)
+        last = segment
+    ordered = tuple(lifts[order] for order in sorted(lifts))
+    return dataclasses.replace(
+        base,
+        plan=dataclasses.replace(last.plan, lifts=ordered),
+        motions=_on_one_clock(motions, pending_of(last)),
+        attachments=last.attachments,
+        metadata=last.metadata,
+        revision=last.revision,
+        events=last.events,
+    )
+
+
+def pending_of(log: PlanLog) -> frozenset[int]:
+    """Return the orders of the planned lifts that a segment leaves to a later one."""
+    return frozenset(int(order) for order in json.loads(log.metadata.get(PENDING, "[]")))
+
+
+def _on_one_clock(motions: Mapping[int, LiftMotion], pending: Collection[int]) -> tuple[LiftMotion, ...]:
+    """Behind a pending lift the clock is not known: motions stay as they are."""
+    first = min(pending, default=None)
+    known = [motions[order] for order in sorted(motions) if first is None or order < first]
+    return (*chained(known), *(motions[order] for order in sorted(motions) if first is not None and order > first))

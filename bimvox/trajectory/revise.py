@@ -1,0 +1,440 @@
+"""A plan revised after a change of the obstructions: only the lifts that the change meets are made and proven again.
+
+A lift whose footprint (``bimvox.trajectory.footprint``) no added cell is in keeps path, motion and proof. All others
+are examined in order, each at its own stage:
+
+- a planned lift that is met gets a new path, or a new motion where only that is met;
+- an infeasible lift is tried again where the change touches what made it infeasible;
+- a lift whose state changes from planned to infeasible or back changes what later lifts find: it stands at its place or
+  lies in the yard. Those cells count as added and removed for the lifts after it, its neighbours are examined in any
+  case (they may have leaned on it), and the next lift's empty hook starts elsewhere.
+
+The first lifts come first: after so many lifts made anew the rest is planned only (that is the verdict), and is timed
+and proven in the parts that follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from bimvox.errors import MotionError, VerificationError
+from bimvox.planning.assembly import Assembly, Obstacle, Preparation
+from bimvox.planning.insertion import SIDEWAYS_VOX
+from bimvox.planning.lift import Lift, LiftPlan, Status
+from bimvox.planning.obstruction_change import ObstructionChange, change_between
+from bimvox.planning.occupancy import stored_cells, target_cells
+from bimvox.planning.planner import Propose, plan_lift
+from bimvox.planning.proof import Verification
+from bimvox.planning.verify import verify_plan
+from bimvox.site.clearance import Clearance
+from bimvox.site.site import Site
+from bimvox.trajectory.footprint import (
+    CellMask,
+    Footprint,
+    examined_by,
+    jib_meets,
+    motion_footprint,
+    path_footprint,
+)
+from bimvox.trajectory.motion import LiftMotion
+from bimvox.trajectory.shift import joined_on
+from bimvox.trajectory.time_plan import time_lift
+from bimvox.trajectory.verify import verify_motions
+
+_ROUNDS = 12  # of making and proving again without the lifts that failed their proof
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Standing:
+    """The plan that stands: every lift in it is proven, but for those that are pending.
+
+    Attributes:
+        plan: Site and lifts, ascending order; a pending lift has its path already.
+        motions: By order; none on a site without a crane.
+        paths: Footprints of the planned lifts' paths, by order.
+        ways: Footprints of their motions, by order.
+        examined: Of infeasible lifts, by order: the cells that decided; a lift that is missing is tried again whenever
+            anything changes.
+        pending: Orders of the planned lifts that are not timed and proven yet.
+    """
+
+    plan: LiftPlan
+    motions: Mapping[int, LiftMotion]
+    paths: Mapping[int, Footprint]
+    ways: Mapping[int, Footprint]
+    examined: Mapping[int, Footprint] = field(default_factory=dict)
+    pending: frozenset[int] = frozenset()
+
+    @property
+    def chain(self) -> tuple[LiftMotion, ...]:
+        """All motions, in order."""
+        return tuple(self.motions[order] for order in sorted(self.motions))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """A plan revised as far as it is proven.
+
+    Attributes:
+        standing: What stands now.
+        made: Orders of the lifts whose path, motion or verdict is new in this part, ascending.
+        replanned: Of these, those with a new path.
+        retimed: Of these, those that keep their path and have a new motion.
+        change: What changed; nothing in later parts.
+    """
+
+    standing: Standing
+    made: tuple[int, ...]
+    replanned: tuple[int, ...]
+    retimed: tuple[int, ...]
+    change: ObstructionChange
+
+
+def standing_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> Standing:
+    """Return a proven plan with its footprints; infeasible lifts will be tried again at the next change.
+
+    A planned lift without a path, or without a motion where there is a crane, is pending.
+    """
+    by_order = {motion.order: motion for motion in motions}
+    paths, ways, pending = {}, {}, set()
+    for lift in plan.lifts:
+        if lift.status is not Status.PLANNED:
+            continue
+        timed = lift.order in by_order
+        if lift.path_vox is None or (plan.site.crane is not None and not timed):
+            pending.add(lift.order)
+            continue
+        paths[lift.order] = path_footprint(plan.site, lift)
+        if timed:
+            ways[lift.order] = motion_footprint(plan.site, lift, by_order[lift.order])
+    return Standing(plan, by_order, paths, ways, pending=frozenset(pending))
+
+
+def revise(
+    standing: Standing,
+    site: Site,
+    preparation: Preparation,
+    *,
+    propose: Propose | None = None,
+    first: int = 20,
+    known_shapes: set[int] | None = None,
+    on_verdict: Callable[[], None] | None = None,
+) -> Iterator[Part]:
+    """Revise a plan for a site with other obstructions.
+
+    Args:
+        standing: The plan that stands.
+        site: The same site, obstructions aside.
+        preparation: What was prepared for it.
+        propose: The policy; None for search alone.
+        first: How many lifts made anew a part holds; the rest follows in parts as large.
+        known_shapes: See ``verify_plan``.
+        on_verdict: Called whenever it is known which lifts can be planned.
+
+    Yields:
+        The plan in parts, the first lifts first; the last part has nothing pending.
+
+    Raises:
+        VerificationError: If a proof fails of which no lift is at fault.
+    """
+    change = change_between(standing.plan.site, site)
+    shapes = set() if known_shapes is None else known_shapes
+    while True:
+        part = _proven_part(standing, site, preparation, propose, first, change, shapes, on_verdict)
+        yield part
+        standing, change = part.standing, change_between(site, site)
+        if not standing.pending:
+            return
+
+
+def _proven_part(
+    standing: Standing,
+    site: Site,
+    preparation: Preparation,
+    propose: Propose | None,
+    first: int,
+    change: ObstructionChange,
+    known_shapes: set[int],
+    on_verdict: Callable[[], None] | None,
+) -> Part:
+    refused: dict[str, str] = {}
+    for _ in range(_ROUNDS):
+        walk = _Walk(standing, site, preparation, propose, first, change, refused)
+        walk.run()
+        if on_verdict is not None:
+            on_verdict()
+        found = walk.prove(known_shapes)
+        if not found:
+            return walk.part()
+        refused |= found
+    raise VerificationError(
+        f"after {_ROUNDS} rounds lifts still fail their proof, so nothing was changed",
+        failures=[f"{component}: {reason}" for component, reason in refused.items()],
+        hint="a finer [model] voxel_size_m, or other areas, may help",
+    )
+
+
+class _Walk:
+    """One walk through the lifts in order; keeps what it makes."""
+
+    def __init__(
+        self,
+        standing: Standing,
+        site: Site,
+        preparation: Preparation,
+        propose: Propose | None,
+        first: int,
+        change: ObstructionChange,
+        refused: Mapping[str, str],
+    ) -> None:
+        self.was, self.site, self.preparation, self.propose = standing, site, preparation, propose
+        self.first, self.change, self.refused = first, change, refused
+        self.added, self.changed = CellMask(site.shape), CellMask(site.shape)
+        self.added.add(change.added)
+        self.changed.add(change.added)
+        self.changed.add(change.removed)
+        self.in_yard, self.delivery = CellMask(site.shape), -1
+        self.lean_on: set[int] = set()
+        self.lifts: list[Lift] = []
+        self.motions: dict[int, LiftMotion] = {}
+        self.examined: dict[int, Footprint] = {}
+        self.new_paths: set[int] = set()
+        self.new_motions: set[int] = set()
+        self.new_verdicts: set[int] = set()
+        self.pending: set[int] = set()
+
+    def run(self) -> None:
+        """Keep or make every lift."""
+        assembly = Assembly(self.site, self.preparation)
+        before: Lift | None = None
+        was_before: int | None = None
+        for was in self.was.plan.lifts:
+            if was.place is not None and was.place.delivery != self.delivery:
+                self.in_yard, self.delivery = CellMask(self.site.shape), was.place.delivery
+            assembly.skip(was.component)
+            lift, clearance = self._lift(assembly, was)
+            same_start = (before.component if before else None) == was_before
+            if lift.status is Status.PLANNED:
+                lift = self._timed(assembly, lift, was, before, clearance, same_start=same_start)
+            if lift.status is Status.PLANNED:
+                before = lift
+            if was.status is Status.PLANNED:
+                was_before = was.component
+            assembly.finish(lift.component, placed=lift.status is Status.PLANNED)
+            self._follow_up(was, lift)
+            self.lifts.append(lift)
+
+    def _lift(self, assembly: Assembly, was: Lift) -> tuple[Lift, Clearance | None]:
+        """Return the lift, the earlier object itself where its path is kept; and its collision rule where known."""
+        component = self.site.components[was.component]
+        reason = self.refused.get(component.id)
+        obstacle = Obstacle(reason) if reason is not None else assembly.unsupported(was.component)
+        if obstacle is not None:
+            if was.status is Status.INFEASIBLE and (was.reason, was.blocked_by) == (
+                obstacle.reason,
+                obstacle.blocked_by,
+            ):
+                return was, None
+            return self._planned(assembly, obstacle, was), None
+        if not self._must_be_examined(was):
+            return was, None
+        stage = assembly.begin(was.component)
+        lift = self._planned(assembly, stage, was)
+        if lift.status is Status.INFEASIBLE:
+            if isinstance(stage, Obstacle) and was.place is not None:
+                self.examined[was.order] = examined_by(self.site, component, was.place, SIDEWAYS_VOX)
+            return lift, None
+        assert not isinstance(stage, Obstacle)
+        return lift, stage.clearance
+
+    def _planned(self, assembly: Assembly, stage: object, was: Lift) -> Lift:
+        before = was if was.status is Status.PLANNED else None
+        lift = plan_lift(
+            assembly,
+            stage,  # type: ignore[arg-type]
+            was.order,
+            was.component,
+            self.preparation,
+            before,
+            self.propose,
+        )
+        if lift.status is Status.PLANNED:
+            self.new_paths.add(was.order)  # proven again in any case, also where it could be kept
+        else:
+            self.new_verdicts.add(was.order)
+        return lift
+
+    def _must_be_examined(self, was: Lift) -> bool:
+        """Whether the change, or what became of an earlier lift, may touch this one's path or its infeasibility."""
+        if was.component in self.lean_on:
+            return True
+        if self.pending and was.order in self.was.pending and was.path_vox is not None and not self.change.ids:
+            return False  # its verdict is known, and its turn has not come yet
+        if was.status is Status.INFEASIBLE:
+            seen = self.was.examined.get(was.order)
+            if seen is None:
+                return bool(self.change.ids) or not self.changed.empty or not self.in_yard.empty
+            touched = self.changed.meets(seen) or self.in_yard.meets(seen)
+            if not touched:
+                self.examined[was.order] = seen
+            return touched or not self.change.ids.isdisjoint(was.blocked_by)
+        path = self.was.paths.get(was.order)
+        return path is None or self.added.meets(path) or self.in_yard.meets(path)
+
+    def _timed(
+        self,
+        assembly: Assembly,
+        lift: Lift,
+        was: Lift,
+        before: Lift | None,
+        clearance: Clearance | None,
+        *,
+        same_start: bool,
+    ) -> Lift:
+        """Keep the lift's motion where that is proven still, else make a new one; infeasible where there is none."""
+        crane, order = self.site.crane, lift.order
+        made = len(self.new_paths - self.pending | self.new_motions)
+        if self._keeps_motion(lift, was, same_start=same_start):
+            if crane is not None:
+                last = self.motions[before.order] if before is not None and before.order in self.motions else None
+                kept = self.was.motions[order]
+                # Behind a pending lift the clock is not known yet; the part after that sets it.
+                self.motions[order] = kept if self.pending else joined_on(kept, last)
+            return lift
+        if self.pending or made > self.first - (order not in self.new_paths):
+            self.pending.add(order)
+            return lift
+        if crane is None:
+            return lift
+        rule = _with_last_moves(clearance or assembly.clearance(lift.component), lift)
+        last = self.motions[before.order] if before is not None else None
+        try:
+            self.motions[order] = time_lift(
+                self.site,
+                crane,
+                lift,
+                rule,
+                before,
+                last.end_ns if last else 0,
+                float(last.loaded.slew_rad[-1]) if last else 0.0,
+            )
+        except MotionError as error:
+            self.new_paths.discard(order)
+            obstacle = Obstacle(f"the crane cannot drive its path: {error.message}")
+            return self._planned(assembly, obstacle, was)
+        self.new_motions.add(order)
+        return lift
+
+    def _keeps_motion(self, lift: Lift, was: Lift, *, same_start: bool) -> bool:
+        if lift is not was or lift.order in self.new_paths or lift.order in self.was.pending:
+            return False
+        if self.site.crane is None:
+            return True
+        motion, way = self.was.motions.get(lift.order), self.was.ways.get(lift.order)
+        if motion is None or way is None or not same_start:
+            return False
+        met = self.added.meets(way) or self.in_yard.meets(way)
+        return not met and not jib_meets(self.site, motion, self.change.added)
+
+    def _follow_up(self, was: Lift, lift: Lift) -> None:
+        """Note what a lift that became infeasible, or possible again, changes for those after it."""
+        if was.status is lift.status:
+            return
+        component = self.site.components[lift.component]
+        target = target_cells(component)
+        if lift.status is Status.PLANNED:
+            self.added.add(target)
+        elif lift.place is not None:
+            self.in_yard.add(stored_cells(lift.place))
+        self.changed.add(target)
+        if lift.place is not None:
+            self.changed.add(stored_cells(lift.place))
+        neighbours = self.preparation.contacts.neighbours
+        self.lean_on |= {n for n in range(len(self.site.components)) if component.index in neighbours[n]}
+
+    def prove(self, known_shapes: set[int]) -> dict[str, str]:
+        """Prove what was made; return which lifts to refuse, and why."""
+        plan = LiftPlan(self.site, tuple(self.lifts), self.was.plan.clashes, self.was.plan.notes)
+        reasons: dict[str, str] = {}
+        for orders, timed in ((self.new_paths - self.pending, False), (self.new_motions, True)):
+            if orders:
+                part, context = _split(plan, orders)
+                if timed:
+                    proof = verify_motions(part, [self.motions[order] for order in sorted(orders)], context)
+                else:
+                    proof = verify_plan(part, context, known_shapes=known_shapes)
+                for component, reason in refusals(proof).items():
+                    reasons.setdefault(component, reason)
+        return reasons
+
+    def part(self) -> Part:
+        """What stands after this walk, all of it proven."""
+        made_paths = self.new_paths - self.pending
+        planned = {lift.order: lift for lift in self.lifts if lift.status is Status.PLANNED}
+        paths = {order: self.was.paths[order] for order in planned if order in self.was.paths}
+        ways = {order: self.was.ways[order] for order in planned if order in self.was.ways}
+        for order in made_paths:
+            paths[order] = path_footprint(self.site, planned[order])
+        for order in self.new_motions:
+            ways[order] = motion_footprint(self.site, planned[order], self.motions[order])
+        for order in self.pending:
+            ways.pop(order, None)
+            if order in self.new_paths or order in self.was.pending - self.was.paths.keys():
+                paths.pop(order, None)
+        plan = LiftPlan(self.site, tuple(self.lifts), self.was.plan.clashes, self.was.plan.notes)
+        before = {lift.order: lift for lift in self.was.plan.lifts}
+        replanned = {order for order in made_paths if not _same_path(before[order], planned[order])}
+        return Part(
+            Standing(plan, self.motions, paths, ways, self.examined, frozenset(self.pending)),
+            made=tuple(sorted(made_paths | self.new_motions | self.new_verdicts)),
+            replanned=tuple(sorted(replanned)),
+            retimed=tuple(sorted(self.new_motions - replanned)),
+            change=self.change,
+        )
+
+
+def refusals(proof: Verification) -> dict[str, str]:
+    """Return the lifts that a proof failed about, with what failed.
+
+    Raises:
+        VerificationError: If it failed about none of them.
+    """
+    reasons: dict[str, str] = {}
+    for check in proof.checks:
+        for component in sorted(check.culprits):
+            said = next((f for f in check.failures if component in f), check.failures[0])
+            reasons.setdefault(component, f"its lift could not be proven ({check.name}: {said})")
+    if not proof.verified and not reasons:
+        raise VerificationError(
+            f"the plan was not proven, so it was not written: {proof.failures[0]}",
+            failures=proof.failures,
+            hint="this is a fault of bimvox; please report it with the site file",
+        )
+    return reasons
+
+
+def _same_path(before: Lift, now: Lift) -> bool:
+    if before.path_vox is None or now.path_vox is None:
+        return False
+    return np.array_equal(before.path_vox, now.path_vox)
+
+
+def _split(plan: LiftPlan, orders: Collection[int]) -> tuple[LiftPlan, tuple[Lift, ...]]:
+    """Return a plan of those lifts alone, and all others."""
+    return (
+        replace(plan, lifts=tuple(lift for lift in plan.lifts if lift.order in orders)),
+        tuple(lift for lift in plan.lifts if lift.order not in orders),
+    )
+
+
+def _with_last_moves(clearance: Clearance, lift: Lift) -> Clearance:
+    """Return the collision rule with a lift's own last moves cleared."""
+    assert lift.path_vox is not None
+    tail = lift.path_vox[len(lift.path_vox) - 1 - lift.contact_moves :]
+    low = tail.min(axis=0)
+    cleared = np.zeros(tail.max(axis=0) - low + 1, np.bool_)
+    cleared[tuple((tail - low).T)] = True
+    return clearance._replace(cleared_low=low.astype(np.int32), cleared=cleared)

@@ -1,0 +1,90 @@
+"""The table of a watch on a terminal: every lift and its state, what changed last, how long it took."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+_STATES = {
+    "infeasible": ("infeasible", "red"),
+    "pending": ("being planned", "yellow"),
+    "replanned": ("new path", "green"),
+    "retimed": ("new motion", "cyan"),
+    "kept": ("as before", "dim"),
+}
+_ROWS_LEFT_FREE = 7
+_LATENCIES_KEPT = 200
+
+
+class WatchTable:
+    """Shows the documents of a watch as a table that changes in place.
+
+    Args:
+        console: The terminal.
+        name: The watched file.
+    """
+
+    def __init__(self, console: Console, name: str) -> None:
+        self._console, self._name = console, name
+        self._latencies_ms: list[float] = []
+        self._reasons: dict[str, str] = {}
+        self._live = Live(console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False)
+        self._live.start()
+
+    def show(self, document: Mapping[str, Any], line: str) -> None:
+        """Show what a change did.
+
+        Args:
+            document: The change.
+            line: It in one line.
+        """
+        if document["event"] in ("replanned", "continued"):
+            self._latencies_ms = [*self._latencies_ms, float(document["latency_ms"])][-_LATENCIES_KEPT:]
+        if "blocked" in document:
+            self._reasons = {
+                entry["component"]: ", ".join([entry["reason"], *entry["blocked_by"]]) for entry in document["blocked"]
+            }
+        self._live.update(Group(self._table(document), Text(self._footer(line))), refresh=True)
+
+    def close(self) -> None:
+        """Leave the last table on the terminal."""
+        self._live.stop()
+
+    def _table(self, document: Mapping[str, Any]) -> Table:
+        states = states_of(document)
+        room = max(3, self._console.height - _ROWS_LEFT_FREE)
+        table = Table(title=f"{self._name}, revision {document['revision']}", title_justify="left", expand=True)
+        table.add_column("lift", no_wrap=True)
+        table.add_column("state", no_wrap=True)
+        table.add_column("why", overflow="ellipsis", no_wrap=True, ratio=1)
+        order = list(_STATES)
+        shown = sorted(states, key=lambda name: order.index(states[name]))
+        for name in shown[:room]:
+            text, style = _STATES[states[name]]
+            table.add_row(name, Text(text, style=style), self._reasons.get(name, ""))
+        if len(shown) > room:
+            table.add_row(f"and {len(shown) - room:,} more", "", "")
+        return table
+
+    def _footer(self, line: str) -> str:
+        if not self._latencies_ms:
+            return line
+        ordered = sorted(self._latencies_ms)
+        middle, high = ordered[len(ordered) // 2], ordered[int(0.95 * (len(ordered) - 1))]
+        return (
+            f"{line}\nlatency: median {middle:.0f} ms, 95 % below {high:.0f} ms ({len(ordered)} changes); Ctrl-C ends"
+        )
+
+
+def states_of(document: Mapping[str, Any]) -> dict[str, str]:
+    """Return the state of every lift by id; of several lists that it is in, the most telling one counts."""
+    states: dict[str, str] = {}
+    for state in reversed(_STATES):
+        for name in document.get(state, ()):
+            states[name] = state
+    return states

@@ -1,0 +1,332 @@
+"""What a watch writes and takes up again: segments, the whole log, disks without room, files of every kind."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import pipeline.watch
+from bimvox.errors import FileError
+from bimvox.log.reader import read_log
+from pipeline.file_watch import changes, state_of
+from pipeline.load_site import load_site
+from pipeline.plan import policy_of, prepared
+from pipeline.progress import SilentProgress
+from pipeline.verify import verify
+from pipeline.watch import Watcher, follow
+from pipeline.watch_log import WholeLog, read_newest, segment_file, segments_on_disk
+
+STEPS = 2_000
+EMPTY = {"version": 1, "unit": "m", "obstructions": []}
+
+
+@pytest.fixture(scope="module")
+def parts(planned) -> tuple[Any, Any, Any]:
+    """The sample frame's site, what was prepared for it, and its policy."""
+    quiet = SilentProgress()
+    loaded = load_site(planned[0] / "frame.site.toml", quiet)
+    preparation = prepared(loaded.site, quiet)
+    policy = policy_of(loaded, loaded.site, preparation, policy=None, seed=None, steps=STEPS, progress=quiet)
+    return loaded, preparation, policy
+
+
+@pytest.fixture
+def watcher(parts, site_folder) -> Watcher:
+    return watcher_in(site_folder, parts)
+
+
+def watcher_in(folder: Path, parts: tuple[Any, Any, Any]) -> Watcher:
+    loaded, preparation, policy = parts
+    file = folder / "obstructions.json"
+    return Watcher(loaded, preparation, policy, file, folder / "frame.mcap", 0, SilentProgress())
+
+
+def box_on(watcher: Watcher, number: int, name: str = "box") -> dict[str, Any]:
+    """An obstruction of less than a cell in the middle of a lift's path."""
+    assert watcher.standing is not None
+    plan = watcher.standing.plan
+    path = plan.lifts[number].path_vox
+    low = plan.site.frame.corner_of(path[len(path) // 2]) + 0.1
+    return {"id": name, "box": {"min": low.tolist(), "max": (low + 0.2).tolist()}}
+
+
+def put(watcher: Watcher, *entries: dict[str, Any]) -> None:
+    watcher.file.write_text(json.dumps(EMPTY | {"obstructions": list(entries)}))
+
+
+def taken_up(watcher: Watcher) -> list[dict[str, Any]]:
+    put(watcher)
+    return list(watcher.take_up(state_of(watcher.file)))
+
+
+def change(watcher: Watcher) -> list[dict[str, Any]]:
+    return list(watcher.change(state_of(watcher.file)))
+
+
+def test_a_segment_carries_what_is_new_and_is_proven_like_any_log(watcher):
+    assert taken_up(watcher)[0]["event"] == "unchanged"
+    put(watcher, box_on(watcher, 5))
+    (document,) = change(watcher)
+    segment = Path(document["segment"])
+    log = read_log(segment)
+    new = {log.plan.site.components[lift.component].id for lift in log.plan.lifts}
+    assert new == {*document["replanned"], *document["retimed"]}
+    assert len(log.plan.lifts) + len(log.context) == len(watcher.standing.plan.lifts)
+    assert log.events[0].kind == "replan"
+    assert log.events[0].fields["obstructions"] == "box"
+    assert verify(segment, progress=SilentProgress())["verified"]
+    assert set(document["stages_ms"]) == {"read", "plan", "prove", "write"}
+    assert document["verdict_ms"] <= document["latency_ms"] == document["all_ms"]
+    watcher.close()
+
+
+def test_a_change_that_meets_nothing_is_a_revision_of_its_own(watcher):
+    taken_up(watcher)
+    put(watcher, {"id": "far", "voxels": [[0, 0, 1]]})
+    (document,) = change(watcher)
+    assert document["event"] == "replanned"
+    assert document["replanned"] == document["infeasible"] == document["retimed"] == []
+    segment = read_log(Path(document["segment"]))
+    assert segment.plan.lifts == ()
+    assert verify(Path(document["segment"]), progress=SilentProgress())["verified"]
+    watcher.close()
+
+
+def test_after_a_kill_the_newest_plan_comes_from_the_segments(watcher, parts):
+    taken_up(watcher)
+    for number in (5, 2):
+        put(watcher, box_on(watcher, number))
+        change(watcher)
+    watcher._whole.hold()  # killed before the whole log was written
+    assert read_log(watcher._target).revision == 0
+    again = watcher_in(watcher.file.parent, parts)
+    (document,) = again.take_up(state_of(again.file))
+    assert document["event"] == "unchanged"
+    assert document["revision"] == watcher.revision
+    assert again.standing.plan.site.digest == watcher.standing.plan.site.digest
+    for one, other in zip(again.standing.plan.lifts, watcher.standing.plan.lifts, strict=True):
+        assert (one.path_vox == other.path_vox).all()
+    again.close()
+    whole = read_log(again._target)
+    assert whole.revision == watcher.revision
+    assert verify(again._target, progress=SilentProgress())["verified"]
+    assert [m.end_ns for m in whole.motions] == [m.end_ns for m in watcher.standing.chain]
+
+
+def test_without_the_whole_log_or_with_a_damaged_segment_what_is_sound_is_taken_up(watcher):
+    taken_up(watcher)
+    for number in (5, 2):
+        put(watcher, box_on(watcher, number))
+        change(watcher)
+    digest, target = watcher.standing.plan.site.fixed_digest, watcher._target
+    segments = segments_on_disk(target)
+    newest = read_newest(target, digest, SilentProgress())
+    assert newest.behind
+    assert newest.log.revision == max(segments)
+    last = segments[max(segments)]
+    last.write_bytes(last.read_bytes()[:500])
+    assert read_newest(target, digest, SilentProgress()).log.revision == max(segments) - 1
+    assert read_newest(target, "another site", SilentProgress()) is None
+
+
+def test_a_disk_without_room_loses_nothing(watcher, monkeypatch):
+    taken_up(watcher)
+    before = watcher.standing
+    put(watcher, box_on(watcher, 5))
+    write = pipeline.watch.write_log_file
+
+    def full(path, record, *, inputs):
+        raise FileError(path, "cannot be written: no space left on device; nothing was changed")
+
+    monkeypatch.setattr(pipeline.watch, "write_log_file", full)
+    (document,) = change(watcher)
+    assert document["event"] == "failed"
+    assert "no space" in document["message"]
+    assert watcher.standing is before
+    assert change(watcher) == []  # the same again is not told again
+    monkeypatch.setattr(pipeline.watch, "write_log_file", write)
+    until = time.monotonic() + 60.0
+    while not watcher.wants_another_look() and time.monotonic() < until:
+        time.sleep(0.05)
+    (document,) = change(watcher)
+    assert document["event"] == "replanned"
+    assert document["revision"] == watcher.revision == 1
+    assert not watcher.wants_another_look()
+    watcher.close()
+
+
+def test_many_lifts_come_in_parts_the_first_ones_first(watcher, monkeypatch):
+    taken_up(watcher)
+    monkeypatch.setattr(pipeline.watch, "_FIRST", 1)
+    put(watcher, box_on(watcher, 2, "a"), box_on(watcher, 5, "b"))
+    documents = change(watcher)
+    assert [d["event"] for d in documents] == ["replanned", *["continued"] * (len(documents) - 1)]
+    assert len(documents) > 1
+    assert documents[0]["pending"]
+    assert not documents[-1]["pending"]
+    assert documents[-1]["all_ms"] >= documents[0]["latency_ms"]
+    for document in documents:
+        assert verify(Path(document["segment"]), progress=SilentProgress())["verified"]
+    watcher.close()
+    assert verify(watcher._target, progress=SilentProgress())["verified"]
+
+
+def test_a_newer_change_goes_first_and_nothing_is_forgotten(watcher, monkeypatch):
+    taken_up(watcher)
+    monkeypatch.setattr(pipeline.watch, "_FIRST", 1)
+    entries = [box_on(watcher, 2, "a"), box_on(watcher, 5, "b")]
+    put(watcher, *entries)
+    parts = watcher.change(state_of(watcher.file))
+    first = next(parts)
+    assert first["pending"]
+    put(watcher, entries[0])
+    assert list(parts) == []
+    assert watcher.wants_another_look()
+    monkeypatch.undo()
+    documents = change(watcher)
+    assert not documents[-1]["pending"]
+    watcher.close()
+    assert verify(watcher._target, progress=SilentProgress())["verified"]
+
+
+def test_warming_up_changes_nothing(watcher):
+    taken_up(watcher)
+    before, on_disk = watcher.standing, sorted(watcher.file.parent.iterdir())
+    watcher.warm()
+    assert watcher.standing is before
+    assert not watcher.is_cold
+    assert sorted(watcher.file.parent.iterdir()) == on_disk
+
+
+def test_a_file_that_is_too_large_is_refused(watcher, monkeypatch):
+    taken_up(watcher)
+    monkeypatch.setattr(pipeline.watch, "_MOST_BYTES", 100)
+    watcher.file.write_text(" " * 200 + json.dumps(EMPTY))
+    (document,) = change(watcher)
+    assert document["event"] == "rejected"
+    assert "too large" in document["message"]
+
+
+def test_a_mesh_and_a_scan_that_come_later_are_taken(watcher):
+    taken_up(watcher)
+    watcher.file.write_text(json.dumps(EMPTY | {"obstructions": [{"id": "scan", "points": "scan.ply"}]}))
+    (document,) = change(watcher)
+    assert document["event"] == "rejected"
+    assert "scan.ply" in document["message"]
+    low = box_on(watcher, 5)["box"]["min"]
+    head = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+    (watcher.file.parent / "scan.ply").write_text(head + " ".join(map(str, low)) + "\n")
+    (document,) = change(watcher)
+    assert document["event"] == "replanned"
+    assert document["obstructions"] == ["scan"]
+    assert [path.name for path in watcher.files] == ["scan.ply"]
+    watcher.close()
+
+
+def test_obstructions_everywhere_make_every_lift_infeasible_and_none_afterwards(watcher):
+    taken_up(watcher)
+    frame, shape = watcher.standing.plan.site.frame, watcher.standing.plan.site.shape
+    low, high = frame.corner_of([0, 0, 1]), frame.corner_of(list(shape))
+    put(watcher, {"id": "flood", "box": {"min": low.tolist(), "max": high.tolist()}})
+    (document,) = change(watcher)
+    assert len(document["infeasible"]) == len(watcher.standing.plan.lifts)
+    assert all("flood" in entry["blocked_by"] or entry["reason"] for entry in document["blocked"])
+    put(watcher)
+    (document,) = change(watcher)
+    assert document["infeasible"] == []
+    assert len(document["replanned"]) == len(watcher.standing.plan.lifts)
+    watcher.close()
+    assert verify(watcher._target, progress=SilentProgress())["verified"]
+
+
+def test_a_whole_watch_ends_well_and_leaves_the_newest_log(watcher):
+    put(watcher)
+    stop, heard = threading.Event(), []
+
+    def run() -> None:
+        heard.extend(follow(watcher, once=False, poll_s=0.05, stop=stop))
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    until = time.monotonic() + 120.0
+    while watcher.is_cold and time.monotonic() < until:
+        time.sleep(0.05)
+    watcher.file.write_text("{")
+    put(watcher, box_on(watcher, 5))
+    while watcher.revision < 1 and time.monotonic() < until:
+        time.sleep(0.05)
+    stop.set()
+    thread.join(timeout=60.0)
+    assert not thread.is_alive()
+    assert read_log(watcher._target).revision == watcher.revision == 1
+
+
+def test_polling_sees_every_content(tmp_path):
+    file = tmp_path / "o.json"
+    file.write_text("one")
+    stop = threading.Event()
+    found: Iterator[Any] = changes(file, tuple, stop, state_of(file), poll_s=0.02)
+    threading.Timer(0.2, file.write_text, ["two"]).start()
+    assert next(found).digest == state_of(file).digest
+    stop.set()
+    assert list(found) == []
+
+
+def test_a_link_that_is_led_elsewhere_is_followed(tmp_path):
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "o.json").write_text(name)
+    link = tmp_path / "o.json"
+    link.symlink_to(tmp_path / "one" / "o.json")
+    stop = threading.Event()
+    found = changes(link, tuple, stop, state_of(link))
+
+    def lead_elsewhere() -> None:
+        new = tmp_path / "new"
+        new.symlink_to(tmp_path / "two" / "o.json")
+        new.replace(link)
+
+    threading.Timer(0.3, lead_elsewhere).start()
+    first = next(found)
+    threading.Timer(0.3, (tmp_path / "two" / "o.json").write_text, ["three"]).start()
+    assert next(found).digest != first.digest
+    stop.set()
+
+
+def test_the_whole_log_is_stopped_by_a_change_and_written_at_the_end(watcher, monkeypatch):
+    taken_up(watcher)
+    written: list[int] = []
+
+    def slow(stream, record) -> None:
+        for _ in range(200):
+            stream.write(b"x" * 10)
+            time.sleep(0.01)
+        written.append(record)
+
+    monkeypatch.setattr("bimvox.log.recorder.write_log", slow)
+    whole = WholeLog(watcher.file.parent / "whole.mcap", SilentProgress())
+    whole.offer(1)
+    time.sleep(1.0)
+    whole.hold()
+    time.sleep(0.3)
+    assert not written
+    assert not (watcher.file.parent / "whole.mcap").exists()
+    whole.offer(2)
+    whole.close()
+    assert written == [2]
+    assert (watcher.file.parent / "whole.mcap").stat().st_size == 2000
+    assert not list(watcher.file.parent.glob(".bimvox-*"))
+
+
+def test_segment_names_sort_and_are_found(tmp_path):
+    log = tmp_path / "a.site.mcap"
+    for revision in (2, 10_000, 0):
+        segment_file(log, revision).write_bytes(b"")
+    (tmp_path / "a.site.rx.mcap").write_bytes(b"")
+    assert list(segments_on_disk(log)) == [0, 2, 10_000]
