@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import struct
 import zipfile
+import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from typing import BinaryIO
 
@@ -20,6 +21,19 @@ _END_64 = struct.Struct("<4sQ2H2L4Q")
 _HINT = "the file is truncated or not a bimvox grid; make it again with: bimvox voxelize MODEL"
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _RLE_BLOCK = 1
+
+BROKEN_ZIP = (
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+    EOFError,
+    NotImplementedError,
+    OSError,
+    RuntimeError,
+    ValueError,
+    MemoryError,
+)
+"""What the zip reader raises on bytes that are no zip, or no longer one."""
 
 
 def write_archive(stream: BinaryIO, members: Iterable[tuple[str, bytes]]) -> None:
@@ -49,7 +63,7 @@ class Archive(Mapping[str, bytes]):
             size = stream.seek(0, os.SEEK_END)
             _check_directory_size(stream, size, name)
             self._zip = zipfile.ZipFile(stream)
-        except (zipfile.BadZipFile, EOFError, OSError, ValueError, NotImplementedError, struct.error) as error:
+        except BROKEN_ZIP as error:
             raise GridFileError(name, f"not a readable ZIP file ({error})", hint=_HINT) from error
         entries = [info for info in self._zip.infolist() if not info.is_dir()]
         for info in entries:
@@ -76,7 +90,7 @@ class Archive(Mapping[str, bytes]):
         info = self._entries[key]
         try:
             return self._zip.read(info)
-        except (zipfile.BadZipFile, EOFError, OSError, ValueError, NotImplementedError, struct.error) as error:
+        except BROKEN_ZIP as error:
             raise GridFileError(self._name, f"{key}: cannot be read from the ZIP ({error})", hint=_HINT) from error
 
     def size_of(self, key: str) -> int:

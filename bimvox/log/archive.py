@@ -3,29 +3,16 @@
 from __future__ import annotations
 
 import io
-import struct
 import zipfile
-import zlib
 from collections.abc import Mapping
+
+from bimvox.grid.archive import BROKEN_ZIP
 
 _TIMESTAMP = (1980, 1, 1, 0, 0, 0)  # the earliest that zip knows: no wall clock in the bytes
 _UNIX = 3
 _LEVEL = 6
 _MAX_RATIO = 1_040  # deflate cannot do better than 1032 : 1, so a larger claim is a lie
 _MAX_BYTES = 4 << 30
-
-BROKEN_ZIP = (
-    zipfile.BadZipFile,
-    zlib.error,
-    struct.error,
-    EOFError,
-    NotImplementedError,
-    OSError,
-    RuntimeError,
-    ValueError,
-    MemoryError,
-)
-"""What the zip reader raises on bytes that are no zip, or no longer one."""
 
 
 class ArchiveError(ValueError):

@@ -9,18 +9,13 @@ import io
 import zipfile
 
 from bimvox.errors import PolicyError
-
-_EPOCH = (1980, 1, 1, 0, 0, 0)
+from bimvox.grid.archive import BROKEN_ZIP, write_archive
 
 
 def pack(files: dict[str, bytes]) -> bytes:
     """Return files as the bytes of a zip; the same files give the same bytes."""
     buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
-        for name in sorted(files):
-            info = zipfile.ZipInfo(name, _EPOCH)
-            info.external_attr = 0o644 << 16
-            archive.writestr(info, files[name])
+    write_archive(buffer, sorted(files.items()))
     return buffer.getvalue()
 
 
@@ -49,5 +44,5 @@ def unpack(content: bytes, names: tuple[str, ...], largest_bytes: int) -> dict[s
                 if info.file_size > largest_bytes:
                     raise PolicyError(f"{info.filename}: {info.file_size:,} bytes, more than a policy can have")
             return {name: archive.read(name) for name in names}
-    except (zipfile.BadZipFile, EOFError, OSError, NotImplementedError, RuntimeError) as error:
+    except BROKEN_ZIP as error:
         raise PolicyError(f"not a whole zip file: {error}", hint="copy or export it again") from error

@@ -21,6 +21,7 @@ from stable_baselines3.common.logger import Logger
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.errors import PolicyError
+from bimvox.grid.archive import BROKEN_ZIP
 from bimvox.policy.dqn import load_network
 from bimvox.policy.network import QNetwork, network_from_arrays
 
@@ -68,7 +69,7 @@ def read_sb3_zip(content: bytes) -> QNetwork:
                 raise PolicyError(f"{_WEIGHTS}: more than a policy can have")
             weights = archive.read(_WEIGHTS)
         named = torch.load(io.BytesIO(weights), map_location="cpu", weights_only=True)
-    except (zipfile.BadZipFile, KeyError, EOFError, OSError, RuntimeError, ValueError) as error:
+    except (*BROKEN_ZIP, KeyError) as error:
         raise PolicyError(f"no zip file of stable-baselines3: {error}") from error
     except UnpicklingError as error:
         raise PolicyError(

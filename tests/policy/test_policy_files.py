@@ -151,6 +151,21 @@ def test_damaged_files_are_refused_and_nothing_is_stored(stored: str, tmp_path: 
     assert not (tmp_path / "evil").exists()
 
 
+def test_spoilt_deflated_members_are_refused(stored: str, tmp_path: Path) -> None:
+    files = store.files_of(stored)
+    for make, reader in ((files, {}), ({"policy.pth": b"x" * 5000, "data": b"{}"}, {"trust": True})):
+        held = io.BytesIO()
+        with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, content in make.items():
+                archive.writestr(name, content)
+            at = min(info.header_offset + 30 + len(info.filename) for info in archive.infolist())
+        content = held.getvalue()
+        bad = tmp_path / "bad.zip"
+        bad.write_bytes(content[:at] + b"\xff" * 8 + content[at + 8 :])
+        with pytest.raises(PolicyError, match="bad"):
+            import_policy(bad, **reader)
+
+
 @pytest.mark.parametrize("content", [b"", b"PK", b"no zip at all"])
 def test_other_files_are_no_stable_baselines3_files(content: bytes) -> None:
     with pytest.raises(PolicyError, match="no zip file of stable-baselines3"):
