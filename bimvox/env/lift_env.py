@@ -1,4 +1,4 @@
-"""One lift as a Gymnasium environment, ``bimvox/Lift-v0``. Importing this module registers it."""
+"""One lift as a Gymnasium environment, ``bimvox/Lift-v0``; ``bimvox.env.gym`` registers it."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from bimvox.env.actions import ACTION_COUNT, Action
 from bimvox.env.default_problem import default_problem
 from bimvox.env.dynamics import has_arrived, transition
+from bimvox.env.gym import LIFT_ENV_ID as ENV_ID
+from bimvox.env.gym import register
 from bimvox.env.limits import StepLimit, steps_allowed
 from bimvox.env.observation import OBSERVATION_SIZE, observe
 from bimvox.env.pool import pool_of
@@ -21,7 +23,7 @@ from bimvox.env.starts import YARD_ONLY, StartMix, draw_start
 from bimvox.env.state import NO_ACTION, LiftState, initial_state
 from bimvox.site.clearance import placement_is_free
 
-ENV_ID = "bimvox/Lift-v0"
+__all__ = ["ENV_ID", "LiftEnv", "register"]
 
 
 class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
@@ -150,12 +152,3 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
             "cell_vox": cell,
             "distance": self.problem.distance_from(cell),
         }
-
-
-def register() -> None:
-    """Make ``gymnasium.make("bimvox/Lift-v0")`` work; done when this module is imported."""
-    if ENV_ID not in gymnasium.registry:
-        gymnasium.register(ENV_ID, entry_point="bimvox.env.lift_env:LiftEnv")
-
-
-register()
