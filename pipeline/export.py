@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -59,11 +60,8 @@ def export(
     Returns:
         The document of ``bimvox export --json``.
     """
-    from bimvox.bim.ifc_schedule import with_schedule
-    from bimvox.bim.ms_project import to_ms_project
-    from bimvox.log.animation import to_animated_glb
-    from bimvox.log.export import lifts_csv, resolve_lifts, select_lifts, to_csv, to_json
-    from pipeline.export_schedule import model_bytes, parsed_begin, schedule_of
+    from bimvox.log.export import lifts_csv, resolve_lifts
+    from pipeline.export_schedule import parsed_begin
 
     require_input(source)
     kind = kind_of(source)
@@ -95,15 +93,7 @@ def export(
         messages = _write_bag(log.extract(chosen), target)
         progress.finish()
         return {"out": str(target), "lifts": len(chosen), "messages": messages, "seconds": progress.seconds}
-    make: dict[str, Callable[[], bytes]] = {
-        "mcap": lambda: select_lifts(log, lifts),
-        "csv": lambda: to_csv(log, lifts).encode(),
-        "json": lambda: (json.dumps(to_json(log, lifts), ensure_ascii=False, indent=1) + "\n").encode(),
-        "glb": lambda: to_animated_glb(log.extract(chosen)),
-        "ifc": lambda: with_schedule(*model_bytes(log, model or source), schedule_of(log, begins, chosen)),
-        "msproject": lambda: to_ms_project(schedule_of(log, begins, chosen)),
-    }
-    data = make[to]()
+    data = _written(log, to, lifts, begins, model)
     if to == "csv":
         write_atomically(table, lifts_csv(log, lifts).encode(), inputs=inputs)
     write_atomically(target, data, inputs=inputs)
@@ -114,6 +104,32 @@ def export(
     if recover:
         document["lost"] = list(lost)
     return {**document, "seconds": progress.seconds}
+
+
+def _written(log: PlanLog, to: str, lifts: Sequence[str], begins: datetime, model: Path | None) -> bytes:
+    """Return chosen lifts in a form of one file; only what that form needs is imported."""
+    from bimvox.log.export import resolve_lifts, select_lifts, to_csv, to_json
+    from pipeline.export_schedule import model_bytes, schedule_of
+
+    if to == "csv":
+        return to_csv(log, lifts).encode()
+    if to == "json":
+        return (json.dumps(to_json(log, lifts), ensure_ascii=False, indent=1) + "\n").encode()
+    chosen = resolve_lifts(log, lifts)
+    if to == "glb":
+        from bimvox.log.animation import to_animated_glb
+
+        return to_animated_glb(log.extract(chosen))
+    if to == "msproject":
+        from bimvox.bim.ms_project import to_ms_project
+
+        return to_ms_project(schedule_of(log, begins, chosen))
+    if to == "ifc":
+        from bimvox.bim.ifc_schedule import with_schedule
+
+        assert model is not None  # refused before anything was read
+        return with_schedule(*model_bytes(log, model), schedule_of(log, begins, chosen))
+    return select_lifts(log, lifts)
 
 
 def _format(source: Path, kind: Kind, to: str | None, out: Path | None) -> str:
