@@ -30,6 +30,7 @@ from safetensors.numpy import save as bytes_from_arrays
 
 from bimvox.env.observation import OBSERVATION_NAME, OBSERVATION_SIZE
 from bimvox.errors import PolicyError
+from bimvox.policy.limited import read_limited
 from bimvox.policy.manifest import (
     FORMAT_VERSION,
     PolicyManifest,
@@ -112,7 +113,7 @@ def files_of(policy_id: str, *, folder: Path | None = None) -> dict[str, bytes]:
     """
     store = folder or store_folder()
     identity = load(policy_id, folder=store).manifest.id
-    return {name: _read(store / identity / name) for name in (MANIFEST_FILE, WEIGHTS_FILE)}
+    return {name: read_limited(store / identity / name, LARGEST_FILE_BYTES) for name in (MANIFEST_FILE, WEIGHTS_FILE)}
 
 
 def add(files: Mapping[str, bytes], *, folder: Path | None = None) -> str:
@@ -177,7 +178,7 @@ def load(policy_id: str, *, folder: Path | None = None) -> StoredPolicy:
     store = folder or store_folder()
     place = _place_of(policy_id, store)
     manifest = _read_manifest(place)
-    weights = _read(place / WEIGHTS_FILE)
+    weights = read_limited(place / WEIGHTS_FILE, LARGEST_FILE_BYTES)
     if hashlib.sha256(weights).hexdigest() != manifest.weights_sha256:
         raise PolicyError(
             f"{place / WEIGHTS_FILE}: the weights are not those that the manifest names",
@@ -323,7 +324,7 @@ def _read_manifest(place: Path) -> PolicyManifest:
     """Read a manifest and check it against its id and its folder's name."""
     file = place / MANIFEST_FILE
     try:
-        plain = json.loads(_read(file).decode())
+        plain = json.loads(read_limited(file, LARGEST_FILE_BYTES).decode())
     except (ValueError, RecursionError) as error:
         raise PolicyError(f"{file}: not JSON: {error}") from error
     try:
@@ -340,15 +341,6 @@ def _read_manifest(place: Path) -> PolicyManifest:
             hint="remove the policy and train again",
         )
     return manifest
-
-
-def _read(file: Path) -> bytes:
-    try:
-        if file.stat().st_size > LARGEST_FILE_BYTES:
-            raise PolicyError(f"{file}: {file.stat().st_size:,} bytes, more than a policy can have")
-        return file.read_bytes()
-    except OSError as error:
-        raise PolicyError(f"{file}: it cannot be read: {error.strerror}") from error
 
 
 def _write(file: Path, content: bytes) -> None:

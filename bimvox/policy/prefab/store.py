@@ -18,6 +18,7 @@ from safetensors.numpy import load as arrays_from_bytes
 from safetensors.numpy import save as bytes_from_arrays
 
 from bimvox.errors import PolicyError
+from bimvox.policy.limited import read_limited
 from bimvox.policy.prefab.config import prefab_config_from_dict
 from bimvox.policy.prefab.initialization import BasicPolicy
 from bimvox.policy.prefab.learning import CurvePoint
@@ -104,7 +105,9 @@ def load_basic_policy(path: Path) -> BasicPolicy:
     Raises:
         PolicyError: A file is missing, too large, damaged or of another version.
     """
-    weights, description = (_read(path.with_suffix(suffix)) for suffix in (".safetensors", ".json"))
+    weights, description = (
+        read_limited(path.with_suffix(suffix), LARGEST_FILE_BYTES) for suffix in (".safetensors", ".json")
+    )
     try:
         plain = json.loads(description.decode())
     except (ValueError, RecursionError) as error:
@@ -112,12 +115,3 @@ def load_basic_policy(path: Path) -> BasicPolicy:
     if not isinstance(plain, dict):
         raise PolicyError(f"{path.with_suffix('.json')}: not a JSON object")
     return basic_policy_from_dict(plain, weights)
-
-
-def _read(file: Path) -> bytes:
-    try:
-        if file.stat().st_size > LARGEST_FILE_BYTES:
-            raise PolicyError(f"{file}: {file.stat().st_size:,} bytes, more than a policy can have")
-        return file.read_bytes()
-    except OSError as error:
-        raise PolicyError(f"{file}: it cannot be read: {error.strerror}") from error
