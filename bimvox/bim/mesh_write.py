@@ -42,7 +42,7 @@ def to_glb(bodies: Sequence[ColouredBody], properties: Mapping[str, Any]) -> byt
     materials = {
         rgb: PBRMaterial(
             name="{:02x}{:02x}{:02x}".format(*rgb),
-            baseColorFactor=_linear(rgb),
+            baseColorFactor=linear_rgba(rgb),
             metallicFactor=0.0,
             roughnessFactor=0.9,
         )
@@ -91,7 +91,7 @@ def to_ply(bodies: Sequence[ColouredBody], comments: Sequence[str] = ()) -> byte
     return b"\n".join([*head, *(b"comment " + _one_line(line) for line in lines), rest])
 
 
-def _linear(rgb: tuple[int, int, int]) -> NDArray[np.float64]:
+def linear_rgba(rgb: tuple[int, int, int]) -> NDArray[np.float64]:
     """Return a colour of sRGB as glTF wants it: linear, 0..1, opaque (IEC 61966-2-1)."""
     share = np.array(rgb) / 255.0
     linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)

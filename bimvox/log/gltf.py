@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.bim.mesh_write import linear_rgba
+
 _FLOAT, _UINT32 = 5126, 5125
 _ARRAY, _ELEMENTS = 34962, 34963
 _KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
@@ -148,17 +150,12 @@ class GltfWriter:
 
 
 def _material(red: int, green: int, blue: int, opacity: float) -> dict[str, Any]:
-    linear = [_linear(value / 255.0) for value in (red, green, blue)]
+    linear = linear_rgba((red, green, blue)).tolist()[:3]
     material: dict[str, Any] = {
         "pbrMetallicRoughness": {"baseColorFactor": [*linear, opacity], "metallicFactor": 0.0, "roughnessFactor": 0.9},
         "doubleSided": True,
     }
     return material if opacity == 1.0 else {**material, "alphaMode": "BLEND"}
-
-
-def _linear(share: float) -> float:
-    """Return a channel of sRGB as glTF wants it: linear (IEC 61966-2-1)."""
-    return share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4
 
 
 def _uint(value: int) -> bytes:
