@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from bimvox.planning.lift import Lift, LiftPlan
+    from bimvox.planning.lift import LiftPlan
 
 
 def outcome(plan: LiftPlan, before: LiftPlan | None, retimed: Collection[int] = ()) -> dict[str, Any]:
@@ -20,22 +18,17 @@ def outcome(plan: LiftPlan, before: LiftPlan | None, retimed: Collection[int] = 
         before: The plan before the change; None where there was none, so that all lifts are new.
         retimed: Orders of the lifts with a new motion.
     """
-    from bimvox.planning.lift import Status
+    from bimvox.planning.lift import by_change
 
+    kept, replanned, infeasible = by_change(before.lifts if before else (), plan.lifts)
+    lists = {
+        "kept": kept,
+        "replanned": replanned,
+        "infeasible": infeasible,
+        "retimed": [lift for lift in kept if lift.order in retimed],
+    }
     names = plan.site.components
-    earlier = {lift.component: lift for lift in before.lifts} if before else {}
-    lists: dict[str, list[str]] = {"kept": [], "replanned": [], "infeasible": [], "retimed": []}
-    for lift in plan.lifts:
-        name = names[lift.component].id
-        if lift.status is Status.INFEASIBLE:
-            lists["infeasible"].append(name)
-        elif _same_path(earlier.get(lift.component), lift):
-            lists["kept"].append(name)
-            if lift.order in retimed:
-                lists["retimed"].append(name)
-        else:
-            lists["replanned"].append(name)
-    return lists
+    return {key: [names[lift.component].id for lift in lifts] for key, lifts in lists.items()}
 
 
 def blocked(plan: LiftPlan) -> list[dict[str, Any]]:
@@ -70,9 +63,3 @@ def event_fields(document: dict[str, Any]) -> dict[str, str]:
         by = f" ({', '.join(entry['blocked_by'])})" if entry["blocked_by"] else ""
         fields[f"why {entry['component']}"] = f"{entry['reason']}{by}"
     return fields
-
-
-def _same_path(before: Lift | None, now: Lift) -> bool:
-    if before is None or before.path_vox is None or now.path_vox is None:
-        return False
-    return np.array_equal(before.path_vox, now.path_vox)

@@ -79,11 +79,15 @@ class Stage:
     @property
     def clearance_with_insertion(self) -> Clearance:
         """The collision rule with the placements of the last moves cleared: what the crane's motion is checked by."""
-        path = self.insertion.path_vox
-        low = path.min(axis=0)
-        cleared = np.zeros(path.max(axis=0) - low + 1, np.bool_)
-        cleared[tuple((path - low).T)] = True
-        return self.clearance._replace(cleared_low=low.astype(np.int32), cleared=cleared)
+        return with_cleared(self.clearance, self.insertion.path_vox)
+
+
+def with_cleared(clearance: Clearance, path_vox: NDArray[np.int32]) -> Clearance:
+    """Return a collision rule with the (N, 3) placements of a lift's last moves cleared, and no others."""
+    low = path_vox.min(axis=0)
+    cleared = np.zeros(path_vox.max(axis=0) - low + 1, np.bool_)
+    cleared[tuple((path_vox - low).T)] = True
+    return clearance._replace(cleared_low=low.astype(np.int32), cleared=cleared)
 
 
 def prepare(site: Site, progress: Progress | None = None) -> Preparation:

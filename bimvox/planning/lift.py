@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -84,6 +85,30 @@ class Lift:
     def moves(self) -> int | None:
         """Number of unit moves, or None where infeasible."""
         return None if self.path_vox is None else len(self.path_vox) - 1
+
+
+def same_path(before: Lift | None, now: Lift) -> bool:
+    """Say whether a lift is as it was before.
+
+    Of a lift that an extract does not carry only the status is known: without paths, equal states are the same.
+    """
+    if before is None or before.path_vox is None or now.path_vox is None:
+        return before is not None and before.status is now.status and before.path_vox is now.path_vox
+    return np.array_equal(before.path_vox, now.path_vox)
+
+
+def by_change(before: Iterable[Lift], now: Iterable[Lift]) -> tuple[list[Lift], list[Lift], list[Lift]]:
+    """Return the lifts of a plan that an earlier one had alike, those planned anew, and those that are infeasible."""
+    earlier = {lift.component: lift for lift in before}
+    kept: list[Lift] = []
+    replanned: list[Lift] = []
+    infeasible: list[Lift] = []
+    for lift in now:
+        if lift.status is Status.INFEASIBLE:
+            infeasible.append(lift)
+        else:
+            (kept if same_path(earlier.get(lift.component), lift) else replanned).append(lift)
+    return kept, replanned, infeasible
 
 
 @dataclass(frozen=True, slots=True)

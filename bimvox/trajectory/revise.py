@@ -18,12 +18,10 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from bimvox.errors import MotionError, VerificationError
-from bimvox.planning.assembly import Assembly, Obstacle, Preparation
+from bimvox.planning.assembly import Assembly, Obstacle, Preparation, with_cleared
 from bimvox.planning.insertion import SIDEWAYS_VOX
-from bimvox.planning.lift import Lift, LiftPlan, Status
+from bimvox.planning.lift import Lift, LiftPlan, Status, same_path
 from bimvox.planning.obstruction_change import ObstructionChange, change_between
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.planner import Propose, plan_lift
@@ -386,7 +384,7 @@ class _Walk:
                 paths.pop(order, None)
         plan = LiftPlan(self.site, tuple(self.lifts), self.was.plan.clashes, self.was.plan.notes)
         before = {lift.order: lift for lift in self.was.plan.lifts}
-        replanned = {order for order in made_paths if not _same_path(before[order], planned[order])}
+        replanned = {order for order in made_paths if not same_path(before[order], planned[order])}
         return Part(
             Standing(plan, self.motions, paths, ways, self.examined, frozenset(self.pending)),
             made=tuple(sorted(made_paths | self.new_motions | self.new_verdicts)),
@@ -416,12 +414,6 @@ def refusals(proof: Verification) -> dict[str, str]:
     return reasons
 
 
-def _same_path(before: Lift, now: Lift) -> bool:
-    if before.path_vox is None or now.path_vox is None:
-        return False
-    return np.array_equal(before.path_vox, now.path_vox)
-
-
 def _split(plan: LiftPlan, orders: Collection[int]) -> tuple[LiftPlan, tuple[Lift, ...]]:
     """Return a plan of those lifts alone, and all others."""
     return (
@@ -433,8 +425,4 @@ def _split(plan: LiftPlan, orders: Collection[int]) -> tuple[LiftPlan, tuple[Lif
 def _with_last_moves(clearance: Clearance, lift: Lift) -> Clearance:
     """Return the collision rule with a lift's own last moves cleared."""
     assert lift.path_vox is not None
-    tail = lift.path_vox[len(lift.path_vox) - 1 - lift.contact_moves :]
-    low = tail.min(axis=0)
-    cleared = np.zeros(tail.max(axis=0) - low + 1, np.bool_)
-    cleared[tuple((tail - low).T)] = True
-    return clearance._replace(cleared_low=low.astype(np.int32), cleared=cleared)
+    return with_cleared(clearance, lift.path_vox[len(lift.path_vox) - 1 - lift.contact_moves :])
