@@ -47,7 +47,6 @@ def plan(
 def _show(console: Console, document: Mapping[str, Any]) -> None:
     lifts = document["lifts"]
     planned = [lift for lift in lifts if lift["status"] == "planned"]
-    policy = document["policy"]
     rows(
         console,
         ("order", "part", "component", "found by", "moves", "shortest", "crane s", "bound s"),
@@ -81,10 +80,17 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
             ("lifts", f"{len(planned):,} of {len(lifts):,} planned{_methods(planned)}"),
             ("proof", "every planned lift is verified" if document["verified"] else "FAILED"),
             ("crane time", _crane_time(planned)),
-            ("policy", f"{policy['id']} ({'loaded' if policy['loaded'] else 'trained'}, {policy['steps']:,} steps)"),
+            ("policy", _policy(document["policy"])),
             ("took", spent(document["seconds"])),
         ],
     )
+
+
+def _policy(policy: Mapping[str, Any]) -> str:
+    """Say which policy proposed the paths."""
+    if policy["id"] == "none":
+        return "none: by search alone"
+    return f"{policy['id']} ({'loaded' if policy['loaded'] else 'trained'}, {policy['steps']:,} steps)"
 
 
 def _methods(planned: list[Mapping[str, Any]]) -> str:
