@@ -100,12 +100,13 @@ def report(
 
 
 def _revision(log: Path, proven: bool, progress: Progress) -> Revision:
-    from pipeline.render_page import read_revision, revision_of
+    from pipeline.page_revisions import read_whole_plan, revisions_of
 
-    read = read_revision(log, progress)
+    read = read_whole_plan(log, progress)
     if not read.record.all_lifts:
         raise InputError(f"{log}: it holds no lifts", hint="bimvox plan SITE writes a log with lifts")
-    return revision_of(read, proven, progress)
+    (revision,) = revisions_of([read], proven, progress)
+    return revision
 
 
 def _page(revision: Revision, record: dict[str, Any], pictures: int, progress: Progress) -> bytes:
