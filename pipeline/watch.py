@@ -172,6 +172,8 @@ class Watcher:
             self._revision = max(self._revision, log.revision)
             self._standing = standing_of(log.plan, log.motions)
             self._content = {name: log.attachments[name] for name in log.attachments if name not in self._loaded.files}
+            if not before.behind:
+                self._keep(log.revision)
         try:
             wanted, content = self._read(state)
             site = obstructed(self._loaded.site, wanted, self.progress)
@@ -213,6 +215,12 @@ class Watcher:
     def close(self) -> None:
         """Write the whole log if it is behind."""
         self._whole.close()
+
+    def _keep(self, revision: int) -> None:
+        """Keep the plan that was taken up: the segments to come rest on it, and the whole log will be newer."""
+        kept = segment_file(self._target, revision)
+        if not kept.exists():
+            write_atomically(kept, self._target.read_bytes())
 
     def _change(self, state: FileState) -> Iterator[dict[str, Any]]:
         if state.digest is None:

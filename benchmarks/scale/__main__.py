@@ -46,7 +46,8 @@ def main() -> int:
             folder.mkdir(parents=True, exist_ok=True)
         (docs / "data" / "scale.json").write_text(as_json(found), encoding="utf-8")
         (docs / "images" / "scale.png").write_bytes(drawing(found))
-        put_into(docs / "scale.md", "bench-scale", as_markdown(found))
+        drawn = "![Processor time against components](images/scale.png)\n"
+        put_into(docs / "scale.md", "bench-scale", f"{as_markdown(found)}\n{drawn}")
     return 0 if all(bar.passed for bar in bars(found)) else 1
 
 
