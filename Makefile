@@ -12,7 +12,7 @@ TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-page check lint types contracts samples bench bench-voxelize bench-environment bench-render \
-	bench-watch soak-watch soak-files picture docs constraints clean
+	bench-watch bench-scale soak-watch soak-files picture docs constraints clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
@@ -74,6 +74,9 @@ bench-voxelize: $(PEERS)/ready ## the voxelizer against its peers: docs/voxelizi
 
 bench-watch: setup ## from a changed obstruction file to the new plan on disk: docs/watching.md
 	$(BIN)/python -m benchmarks.watch $(ARGS)
+
+bench-scale: setup ## 50 to 1,000 components planned and proven: docs/scale.md
+	$(BIN)/python -m benchmarks.scale $(ARGS)
 
 soak-watch: setup ## many random changes of a watched file, with all that may go wrong (ARGS="--changes 100" for a try)
 	$(BIN)/python -m benchmarks.soak_watch $(ARGS)

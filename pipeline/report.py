@@ -52,7 +52,8 @@ def report(
         InputError: If it is not a log, or carries no lifts, or no browser is there for a PDF.
         LogFileError: If it is damaged.
     """
-    from bimvox.render.report.record import CRITICAL_SHARE, record_of
+    from bimvox.render.report.record import record_of
+    from bimvox.trajectory.figures import CRITICAL_SHARE
 
     target = out or default_output(log, ".report.html")
     suffix = target.suffix.lower()
