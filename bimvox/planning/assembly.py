@@ -18,8 +18,9 @@ from bimvox.planning.contact import Contacts
 from bimvox.planning.insertion import Insertion, NoInsertion, find_insertion
 from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
-from bimvox.planning.sequence import Precedence, Sequence, assembly_order, precedence
-from bimvox.planning.yard import allocate_yard
+from bimvox.planning.relations import Precedence, precedence
+from bimvox.planning.sequence import Sequence, Sequencer
+from bimvox.planning.shorten import order_and_yard
 from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.shape import erection_size_vox
@@ -91,13 +92,17 @@ def with_cleared(clearance: Clearance, path_vox: NDArray[np.int32]) -> Clearance
 
 
 def prepare(site: Site, progress: Progress | None = None) -> Preparation:
-    """Find contacts, order and yard places of a site."""
+    """Find contacts, order and yard places of a site.
+
+    Raises:
+        SequenceError: If the site file's wishes leave no order.
+    """
     report = progress or (lambda stage, done, total: None)
     report("contacts", 0, len(site.components))
     contacts = Contacts(site)
     relations = precedence(site, contacts, lambda done, total: report("order", done, total))
-    sequence = assembly_order(site, relations)
-    return Preparation(contacts, relations, sequence, allocate_yard(site, sequence.order))
+    sequence, places = order_and_yard(site, Sequencer(site, relations, contacts))
+    return Preparation(contacts, relations, sequence, places)
 
 
 class Assembly:
@@ -183,7 +188,7 @@ class Assembly:
         return tuple(name for name, own in self._present.items() if mask[tuple(own.T)].any())
 
     def _touched_before(self, index: int) -> tuple[int, ...]:
-        """What a hung part could hold on to: the parts that it touches and that come before it in the order.
+        """What a hung part could hold on to: of those it touches or is connected to, the ones before it in the order.
 
         Empty for parts that stand on something, and for the first of a group that hangs together on nothing.
         """
@@ -191,7 +196,7 @@ class Assembly:
         holds_on_structure = any(n >= len(self._site.components) for n in contacts.neighbours[index])
         if relations.supports[index] or relations.grounded[index] or holds_on_structure:
             return ()
-        return tuple(j for j in relations.touching[index] if self._position[j] < self._position[index])
+        return tuple(j for j in relations.holds[index] if self._position[j] < self._position[index])
 
     def _stage(self, component: Component, place: YardPlace) -> Stage | Obstacle:
         clearance = self._occupancy.clearance(component)
