@@ -23,7 +23,7 @@ from bimvox.grid.occupancy import summed_area_table
 from bimvox.planning.contact import Contacts
 from bimvox.planning.search import room_around
 from bimvox.planning.sweep import rope_meets
-from bimvox.site.clearance import HOOK_FORBIDDEN, Clearance, boxes_are_free, hook_is_free
+from bimvox.site.clearance import HOOK_FORBIDDEN, Clearance, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import Site
 
@@ -84,6 +84,7 @@ def find_insertion(
     component: Component,
     clearance: Clearance,
     present: Collection[int],
+    transit: Clearance | None = None,
 ) -> Insertion | NoInsertion:
     """Find the last moves of a component.
 
@@ -94,11 +95,12 @@ def find_insertion(
         component: The part.
         clearance: The collision rule for it now, nothing cleared.
         present: Numbers of the solids that stand now.
+        transit: The rule that holds up to the gate, where it is another one (see ``bimvox.site.margin``).
 
     Returns:
         The moves, or why there are none.
     """
-    return _Inserter(site, contacts, counts, component, clearance, present).find()
+    return _Inserter(site, contacts, counts, component, clearance, present, transit or clearance).find()
 
 
 class _Inserter:
@@ -110,8 +112,9 @@ class _Inserter:
         component: Component,
         clearance: Clearance,
         present: Collection[int],
+        transit: Clearance,
     ) -> None:
-        self.contacts, self.component, self.clearance = contacts, component, clearance
+        self.contacts, self.component, self.clearance, self.transit = contacts, component, clearance, transit
         self.step_m = site.frame.voxel_size_m
         self.target = np.array(component.target_vox)
         self.near = tuple(n for n in contacts.neighbours[component.index] if n in present)
@@ -127,7 +130,7 @@ class _Inserter:
         self.rule = clearance._replace(table=summed_area_table(self.foreign))
         hook = self.target + np.array(component.hook_offset_vox)
         self.hook_m = site.frame.centre_of(hook)
-        self.highest = site.shape[2] - int(size[2])
+        self.highest = site.shape[2] - int(transit.boxes[:, 5].max())
         origin = site.frame.origin_m
         self.hook_column = tuple(int(n) for n in (hook - self.low)[:2])
         self.hook_m[2] = origin[2] + self.step_m * hook[2]
@@ -216,8 +219,8 @@ class _Inserter:
 
     def _is_gate(self, place: IntVec) -> bool:
         """Whether a placement is free by cells and the load can be raised from it to the top, perhaps roundabout."""
-        if self.rooms[place] == _UNKNOWN and self._is_free(place):
-            room, is_open = room_around(self.clearance, place, self.highest, _OPEN)
+        if self.rooms[place] == _UNKNOWN and placement_is_free(self.transit, *place):
+            room, is_open = room_around(self.transit, place, self.highest, _OPEN)
             self.rooms[tuple(room.T)] = _TO_THE_SKY if is_open else _ENCLOSED
         return bool(self.rooms[place] == _TO_THE_SKY)
 

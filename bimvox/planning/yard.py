@@ -20,6 +20,7 @@ from bimvox.planning.occupancy import lowest_hook
 from bimvox.planning.travel import Travel
 from bimvox.site.clearance import HOOK_FORBIDDEN
 from bimvox.site.component import Component, IntVec, Shape, StoredPose
+from bimvox.site.margin import margin_vox
 from bimvox.site.shape import erection_size_vox, stored_shape
 from bimvox.site.site import Site
 
@@ -120,6 +121,7 @@ class _Ways:
 def _find(
     site: Site, component: Component, free: NDArray[np.bool_], ways: _Ways | None, before: Component | None
 ) -> tuple[StoredPose, Shape, IntVec] | None:
+    margin = margin_vox(site)
     hook = lowest_hook(site, np.zeros(site.shape[:2], np.int32), component.mass_kg) < HOOK_FORBIDDEN
     for pose in storage_poses(component):
         size_x, size_y, size_z = erection_size_vox(component.shape, pose)
@@ -127,6 +129,9 @@ def _find(
             continue
         offset = np.array(component.hook_offset_vox[:2])
         cells = np.argwhere(_fits(free, hook, size_x, size_y, int(offset[0]), int(offset[1])).T)[:, ::-1]
+        # In transit its clearance has to lie inside the site's boundary.
+        room = np.array(site.shape[:2]) - margin - np.array(component.shape.size_vox[:2])
+        cells = cells[((cells >= margin) & (cells <= room)).all(axis=1)]
         if not len(cells):
             continue
         best = 0

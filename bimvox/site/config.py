@@ -197,6 +197,9 @@ class RulesConfig(BaseModel):
 
     clearance_m: NotNegative = _RULES.clearance_m
     """Distance kept from obstructions and the crane's mast, up to whole cells."""
+    transit_clearance_m: NotNegative = _RULES.transit_clearance_m
+    """Distance that a part in transit keeps from everything, the site's boundary included, up to whole cells: from
+    where it has risen that far above the yard, to where its last moves begin."""
     contact_tolerance_m: NotNegative = _RULES.contact_tolerance_m
     """How deep the real triangles of neighbours may touch on the last moves."""
     support_gap_m: NotNegative = _RULES.support_gap_m

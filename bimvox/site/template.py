@@ -159,6 +159,7 @@ def _rules(config: SiteConfig) -> str:
     return _lines(
         "[rules]",
         _maybe("clearance_m", rules.clearance_m, "kept from obstructions and the mast, up to whole cells"),
+        _maybe("transit_clearance_m", rules.transit_clearance_m, "kept from everything by a part in transit"),
         _maybe("contact_tolerance_m", rules.contact_tolerance_m, "how deep neighbours may touch when a part is set"),
         _maybe("support_gap_m", rules.support_gap_m, "how far below a part its support may be"),
         f"rope = {_flag(rules.rope)}  # keep the hoist rope above the load free",
