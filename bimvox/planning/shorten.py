@@ -2,14 +2,16 @@
 
 The order says where a part may wait, and where parts wait says which order is quick. So both are made in turn: an order
 from the places before (greedy, looking one lift ahead), then places from that order. The quickest of the few rounds is
-kept, judged by the point-to-point bound of all ways in plan, empty and loaded.
+kept, judged by the point-to-point bound of all ways, empty and loaded.
 """
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
+import numpy as np
+
+from bimvox.crane.kinematics import Axes
 from bimvox.planning.lift import YardPlace
 from bimvox.planning.sequence import Sequence, Sequencer
 from bimvox.planning.travel import Travel
@@ -17,7 +19,6 @@ from bimvox.planning.yard import allocate_yard
 from bimvox.site.site import Site
 
 _ROUNDS = 3
-Axes = tuple[NDArray[np.float64], NDArray[np.float64]]
 Places = tuple[YardPlace | None, ...]
 
 
@@ -33,7 +34,7 @@ def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[Sequence, Places]:
         return sequence, allocate_yard(site, sequence.order)
     base_m, size_m = np.array(site.crane.base_m[:2]), site.frame.voxel_size_m
     corners_m = np.array(site.frame.origin_m[:2]) + np.array([[0, 0], site.shape[:2]]) * size_m
-    travel = Travel(site.crane, float(np.abs(corners_m - base_m).max() * 2.0))
+    travel = Travel(site.crane, float(np.abs(corners_m - base_m).max() * 2.0) + site.crane.jib_height_m)
     rounds = [(sequence, allocate_yard(site, sequence.order)), (sequence, allocate_yard(site, sequence.order, travel))]
     for _ in range(_ROUNDS):
         sequence = sequencer.order(_Quickest(site, travel, rounds[-1][1]))
@@ -46,7 +47,7 @@ def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[Sequence, Places]:
 
 
 def travel_s(site: Site, travel: Travel, order: tuple[int, ...], places: Places) -> float:
-    """Return the seconds that the hook is on its way in plan, empty and loaded, parts without a place left out."""
+    """Return the seconds that the hook is on its way, empty and loaded, parts without a place left out."""
     targets, picks = _target_axes(site, travel), _pick_axes(site, travel, places)
     kept = np.array([i for i in order if places[i] is not None], np.int64)
     if not len(kept):
@@ -61,7 +62,7 @@ class _Quickest:
 
     def __init__(self, site: Site, travel: Travel, places: Places) -> None:
         targets, picks = _target_axes(site, travel), _pick_axes(site, travel, places)
-        self._empty_s = travel.between_s((targets[0][:, None], targets[1][:, None]), (picks[0][None], picks[1][None]))
+        self._empty_s = travel.between_s(_at(targets, _COLUMN), _at(picks, _ROW))
         # Whole seconds: rounding noise decides nothing.
         self._empty_s = np.round(self._empty_s)
         self._delivery = [-1 if place is None else place.delivery for place in places]
@@ -85,22 +86,29 @@ def _with_place(places: Places) -> int:
     return sum(place is not None for place in places)
 
 
-def _at(axes: Axes, numbers: NDArray[np.int64]) -> Axes:
-    return axes[0][numbers], axes[1][numbers]
+_COLUMN, _ROW = (slice(None), None), (None, slice(None))
+
+
+def _at(axes: Axes, numbers: Any) -> Axes:
+    return axes[0][numbers], axes[1][numbers], axes[2][numbers]
 
 
 def _target_axes(site: Site, travel: Travel) -> Axes:
-    return _axes(site, travel, [(*np.add(c.target_vox, c.hook_offset_vox)[:2],) for c in site.components])
+    return _axes(site, travel, [tuple(np.add(c.target_vox, c.hook_offset_vox)) for c in site.components])
 
 
 def _pick_axes(site: Site, travel: Travel, places: Places) -> Axes:
+    """Where the hook takes the parts; of one without a place, its target."""
     cells = []
     for component, place in zip(site.components, places, strict=True):
-        cell = component.target_vox if place is None else place.cell_vox
-        cells.append((*np.add(cell, component.hook_offset_vox)[:2],))
+        cell = np.add(component.target_vox, component.hook_offset_vox)
+        if place is not None:
+            cell = np.add(place.transit_start_vox, component.hook_offset_vox)
+            cell[2] = place.cell_vox[2] + place.shape.size_vox[2]
+        cells.append(tuple(cell))
     return _axes(site, travel, cells)
 
 
 def _axes(site: Site, travel: Travel, cells: list[tuple[int, ...]]) -> Axes:
-    at_m = np.array(site.frame.origin_m[:2]) + site.frame.voxel_size_m * (np.array(cells, np.float64) + 0.5)
+    at_m = np.array(site.frame.origin_m) + site.frame.voxel_size_m * (np.array(cells) + np.array([0.5, 0.5, 0.0]))
     return travel.axes_of(at_m)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
+from bimvox.crane.kinematics import Axes
 from bimvox.planning.lift import YardPlace
 from bimvox.planning.occupancy import lowest_hook
 from bimvox.planning.travel import Travel
@@ -102,20 +103,25 @@ class _Ways:
 
     def __init__(self, site: Site, travel: Travel) -> None:
         self._travel = travel
-        self._origin_m = np.array(site.frame.origin_m[:2])
+        self._origin_m = np.array(site.frame.origin_m)
         self._size_m = site.frame.voxel_size_m
 
-    def seconds(self, component: Component, before: Component | None, cells: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(N,) seconds in plan from the part before to a hook over (N, 2) columns, and on to the component's place."""
-        hook = self._axes(cells)
+    def seconds(
+        self, component: Component, before: Component | None, cells: NDArray[np.int64], top_vox: int
+    ) -> NDArray[np.float64]:
+        """(N,) seconds from the part before to a hook over (N, 2) columns, and on to the component's place.
+
+        ``top_vox`` is the height at which the hook takes the part.
+        """
+        hook = self._axes(np.concatenate([cells, np.full((len(cells), 1), top_vox)], axis=1))
         seconds = self._travel.between_s(hook, self._over(component))
         return seconds if before is None else seconds + self._travel.between_s(self._over(before), hook)
 
-    def _over(self, component: Component) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return self._axes(np.add(component.target_vox, component.hook_offset_vox)[None, :2])
+    def _over(self, component: Component) -> Axes:
+        return self._axes(np.add(component.target_vox, component.hook_offset_vox)[None])
 
-    def _axes(self, cells: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return self._travel.axes_of(self._origin_m + self._size_m * (cells + 0.5))
+    def _axes(self, cells: NDArray[np.int64]) -> Axes:
+        return self._travel.axes_of(self._origin_m + self._size_m * (cells + np.array([0.5, 0.5, 0.0])))
 
 
 def _find(
@@ -137,7 +143,7 @@ def _find(
         best = 0
         if ways is not None:
             # Steps of a few seconds, first come first of each: parts lie close together, and the yard stays whole.
-            best = int(np.argmin(np.floor(ways.seconds(component, before, cells + offset) / _SAME_S)))
+            best = int(np.argmin(np.floor(ways.seconds(component, before, cells + offset, size_z + 1) / _SAME_S)))
         x, y = (int(n) for n in cells[best])
         return pose, stored_shape(component.shape, pose), (x, y, 1)
     return None
