@@ -85,6 +85,7 @@ def load_site(path: Path, progress: Progress) -> LoadedSite:
         rasterise=rasterise,
         site_to_ifc=site_to_ifc,
         source=grid.source,
+        connections=placed.connections,
     )
     for note in site.notes:
         progress.note(note)

@@ -11,6 +11,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.planning.lift import Lift, LiftPlan, Status
@@ -49,8 +50,21 @@ class _Verifier:
         self.lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
         self.triangles = TriangleCheck(plan)
         self.known_shapes = known_shapes
-        names = "complete", "shapes", "unit_moves", "boundary", "cells", "triangles", "rope", "reach", "support", "yard"
+        names = (
+            "complete",
+            "shapes",
+            "unit_moves",
+            "boundary",
+            "cells",
+            "triangles",
+            "rope",
+            "reach",
+            "support",
+            "yard",
+        )
         self.checks = {name: Check(name) for name in names}
+        if self.site.rules.transit_clearance_m > 0.0:
+            self.checks["margin"] = Check("margin")
         self.checks["triangles"].unit = "m"
         self.checks["reach"].unit = "share of capacity"
 
@@ -100,6 +114,7 @@ class _Verifier:
             return
         self._check_yard(lift, component, present)
         self._check_cells(component, path, present)
+        self._check_margin(lift, component, path, present)
         self._check_hook(component, path, present)
         self._check_support(component, placed)
 
@@ -174,6 +189,26 @@ class _Verifier:
         first = max(0, int(np.flatnonzero(hits_near)[0]) - 1)
         for thing in near:
             self.triangles.check_moves(self.checks["triangles"], component, path[first:], thing.solid)
+
+    def _check_margin(
+        self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]
+    ) -> None:
+        """Between its departure, straight up, and its last moves a part keeps the clearance in transit."""
+        size_m, margin_m = self.site.frame.voxel_size_m, self.site.rules.transit_clearance_m
+        if margin_m <= 0.0:
+            return
+        reach = 2 * int(np.ceil(margin_m / size_m - 1e-9)) + 1
+        wide = maximum_filter(_marked(self.site, present), size=reach, mode="constant", cval=False)
+        near = self._hits(component.shape.cells, path, wide)
+        gate = max(0, len(path) - 1 - lift.contact_moves)
+        rising = (path[:, :2] == path[0, :2]).all(axis=1) & (np.diff(path[:, 2], prepend=path[0, 2] - 1) == 1)
+        departure = int(np.argmin(rising & near)) if not (rising & near).all() else len(path)
+        bad = np.flatnonzero(near[departure : gate + 1]) + departure
+        self.checks["margin"].look(
+            not len(bad),
+            f"{component.id}: at placement {bad[:1]} it comes nearer than {margin_m:g} m to something",
+            samples=max(0, gate + 1 - departure),
+        )
 
     def _hits(self, own: NDArray[np.int32], path: NDArray[np.int32], marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
         hits = np.zeros(len(path), np.bool_)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import Element, Role, TriangleMesh
 from bimvox.grid.frame import GridFrame
-from bimvox.site.component import Component, IntVec, StoredPose
+from bimvox.site.component import NO_HINTS, Component, IntVec, OrderHints, StoredPose
 from bimvox.site.config import ComponentConfig, SiteConfig
 from bimvox.site.shape import shape_of
 from bimvox.site.validation import nearest
@@ -52,8 +52,25 @@ def entries_by_id(config: SiteConfig, elements: Iterable[Element]) -> dict[str, 
     return entries
 
 
+def first_ids(config: SiteConfig, elements: Iterable[Element]) -> frozenset[str]:
+    """Return the element ids of the components that the site file wants first.
+
+    Raises:
+        ConfigError: If an id names no component, or more than one.
+    """
+    components = [element for element in elements if element.role is Role.COMPONENT]
+    return frozenset(
+        _find(config, f"sequence.first[{n}]", name, components) for n, name in enumerate(config.sequence.first)
+    )
+
+
 def component_of(
-    index: int, element: Element, cells: NDArray[np.int32], entry: ComponentConfig | None, frame: GridFrame
+    index: int,
+    element: Element,
+    cells: NDArray[np.int32],
+    entry: ComponentConfig | None,
+    frame: GridFrame,
+    hints: OrderHints = NO_HINTS,
 ) -> Component:
     """Return the component of an element.
 
@@ -63,6 +80,7 @@ def component_of(
         cells: (N, 3) int32 cells of the site's grid that it meets, N >= 1.
         entry: What the site file says of it.
         frame: The site's.
+        hints: What is wished about its order.
     """
     shape, target_vox = shape_of(cells)
     pose = entry.pose if entry else None
@@ -90,6 +108,7 @@ def component_of(
         storey=element.storey,
         material=element.material,
         mass_source=element.mass_source,
+        hints=hints,
     )
 
 

@@ -30,6 +30,7 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = ()) -> str:
         _crane(config.crane),
         _components(config.component, example_ids),
         _zones(config.zone, config.areas.yard),
+        _sequence(config, example_ids),
         _rules(config),
         _policy(config),
     ]
@@ -131,7 +132,9 @@ def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) 
 
 
 def _zones(zones: Sequence[ZoneConfig], yards: Sequence[Polygon] | None) -> str:
-    lines: list[object] = ["# Where the hook may not be (EN 17076): streets, neighbours, a school."]
+    lines: list[object] = [
+        '# Where the hook may not be (EN 17076): streets, neighbours, a school. Or kind "assembly": set zone by zone.'
+    ]
     if not zones:
         x, y = yards[0][0] if yards else (0.0, 0.0)
         example = ((x - 10, y - 10), (x - 5, y - 10), (x - 5, y - 5))
@@ -156,10 +159,27 @@ def _rules(config: SiteConfig) -> str:
     return _lines(
         "[rules]",
         _maybe("clearance_m", rules.clearance_m, "kept from obstructions and the mast, up to whole cells"),
+        _maybe("transit_clearance_m", rules.transit_clearance_m, "kept from everything by a part in transit"),
         _maybe("contact_tolerance_m", rules.contact_tolerance_m, "how deep neighbours may touch when a part is set"),
         _maybe("support_gap_m", rules.support_gap_m, "how far below a part its support may be"),
         f"rope = {_flag(rules.rope)}  # keep the hoist rope above the load free",
         _maybe("sample_period_s", rules.sample_period_s, "spacing of the motion in the log"),
+        _maybe("bracing_s", rules.bracing_s, "to align, fix and brace a part on the hook"),
+        _maybe("release_s", rules.release_s, "to take the slings off"),
+    )
+
+
+def _sequence(config: SiteConfig, example_ids: Sequence[str]) -> str:
+    sequence = config.sequence
+    example = _text((*example_ids, "1a2B3c4D5e6F7g8H9i0JkL")[0])
+    return _lines(
+        '# Wishes about the order, which geometry goes before. Zones of kind "assembly" are worked on one by one.',
+        "[sequence]",
+        f"first = [{', '.join(map(_text, sequence.first))}]"
+        if sequence.first
+        else f"# first = [{example}]  # these before all others, with what they need",
+        f"storeys = {_flag(sequence.storeys)}  # finish a storey before the next, where geometry allows",
+        f"schedule = {_flag(sequence.schedule)}  # keep the order of tasks in the model's file, where it holds any",
     )
 
 

@@ -23,6 +23,7 @@ from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift, YardPlace
 from bimvox.site.component import Component, IntVec, StoredPose
+from bimvox.site.margin import grown_cells, margin_vox
 from bimvox.site.shape import erection_size_vox
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
@@ -110,7 +111,7 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     mask = CellMask(site.shape)
     mask.add_box(np.array(place.cell_vox), np.array(erection_size_vox(component.shape, place.pose)))
     path = lift.path_vox.astype(np.int64)
-    mask.add_placements(path, component.shape.cells)
+    mask.add_placements(path, grown_cells(component.shape.cells, margin_vox(site)))
     if site.crane is not None and site.rules.rope:
         mask.add_columns_above(path + np.array(component.hook_offset_vox))
     return mask.footprint()
@@ -143,9 +144,10 @@ def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox
     low, size = np.array(place.cell_vox), np.array(component.shape.size_vox)
     mask.add_box(low, np.array(erection_size_vox(component.shape, place.pose)))
     start = np.array(place.transit_start_vox, np.int64)[None]
-    mask.add_placements(start, component.shape.cells)
+    margin = margin_vox(site)
+    mask.add_placements(start, grown_cells(component.shape.cells, margin))
     mask.add_columns_above(start + np.array(component.hook_offset_vox))
-    around = np.array([sideways_vox, sideways_vox, 0])
+    around = np.array([sideways_vox + margin, sideways_vox + margin, 0])
     bottom = np.array(component.target_vox) * [1, 1, 0] - around
     mask.add_box(bottom, np.array([size[0], size[1], site.shape[2]]) + 2 * around)
     return mask.footprint()
@@ -160,7 +162,7 @@ def _add_motion(
     for trajectory, with_load in ((motion.raising, upright), (motion.loaded, True)):
         placements = _placements(site, crane, trajectory, component.hook_offset_vox)
         if with_load:
-            mask.add_placements(placements, component.shape.cells)
+            mask.add_placements(placements, grown_cells(component.shape.cells, margin_vox(site)))
         if site.rules.rope:
             mask.add_columns_above(placements + hook)
     if motion.approach is not None and site.rules.rope:

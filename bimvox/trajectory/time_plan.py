@@ -25,13 +25,9 @@ from bimvox.trajectory.timing import NS_PER_S, sampled
 from bimvox.trajectory.trajectory import Trajectory
 
 HOOK_ON_S = 60.0
-"""Attaching the slings. This and the three below are nominal values for a practised crew, not measured ones."""
+"""Attaching the slings. This and the one below are nominal values for a practised crew, not measured ones."""
 TRIAL_LIFT_S = 10.0
 """Holding the raised part to see that it hangs well."""
-SET_S = 120.0
-"""Aligning and fixing the part."""
-RELEASE_S = 30.0
-"""Taking the slings off."""
 
 
 def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) -> tuple[LiftMotion, ...]:
@@ -130,7 +126,8 @@ def _motion(
     )
     loaded = _later(sampled(timeline, needed_m, period_s, size_m), _total(spans))
     spans += _carrying(timeline, _length_ns(loaded))
-    spans += [(PhaseName.SET, round(SET_S * NS_PER_S)), (PhaseName.RELEASE, round(RELEASE_S * NS_PER_S))]
+    spans.append((PhaseName.SET, round(site.rules.bracing_s * NS_PER_S)))
+    spans.append((PhaseName.RELEASE, round(site.rules.release_s * NS_PER_S)))
     phases = []
     at_ns = clock_ns
     for name, length_ns in spans:

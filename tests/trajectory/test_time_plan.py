@@ -12,9 +12,10 @@ from bimvox.planning.lift import Status
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.planner import plan_lifts
 from bimvox.site.component import StoredPose
+from bimvox.site.site import Rules
 from bimvox.trajectory.commands import commands
 from bimvox.trajectory.motion import PhaseName
-from bimvox.trajectory.time_plan import HOOK_ON_S, RELEASE_S, SET_S, time_plan
+from bimvox.trajectory.time_plan import HOOK_ON_S, time_plan
 
 PORTAL = [
     ("slab", (1.0, 1.0, 3.5), (5.0, 2.0, 4.0)),
@@ -63,8 +64,8 @@ def test_every_lift_has_its_phases_in_order_on_one_clock(planned, motions):
             assert one.end_ns == other.start_ns
         lengths = {phase.name: (phase.end_ns - phase.start_ns) / 1e9 for phase in motion.phases}
         assert lengths[PhaseName.HOOK_ON] == HOOK_ON_S
-        assert lengths[PhaseName.SET] == SET_S
-        assert lengths[PhaseName.RELEASE] == RELEASE_S
+        assert lengths[PhaseName.SET] == Rules().bracing_s
+        assert lengths[PhaseName.RELEASE] == Rules().release_s
         carried = sum(lengths.get(name, 0.0) for name in (PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER))
         assert carried == pytest.approx(motion.loaded.duration_s, abs=1e-8)
     for one, other in pairwise(motions):
