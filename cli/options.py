@@ -44,7 +44,12 @@ Steps = Annotated[
 ]
 PolicyId = Annotated[
     str | None,
-    typer.Option("--policy", envvar="BIMVOX_POLICY", metavar="ID", help="Use this policy; see `bimvox policy list`."),
+    typer.Option(
+        "--policy",
+        envvar="BIMVOX_POLICY",
+        metavar="ID",
+        help="Use this policy (see `bimvox policy list`); none: search alone.",
+    ),
 ]
 VoxelSize = Annotated[
     float | None,

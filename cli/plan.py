@@ -47,7 +47,6 @@ def plan(
 def _show(console: Console, document: Mapping[str, Any]) -> None:
     lifts = document["lifts"]
     planned = [lift for lift in lifts if lift["status"] == "planned"]
-    policy = document["policy"]
     rows(
         console,
         ("order", "part", "component", "found by", "moves", "shortest", "crane s", "bound s"),
@@ -78,27 +77,34 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
         console,
         [
             ("log", document["log"]),
-            ("lifts", f"{len(planned):,} of {len(lifts):,} planned{_methods(planned)}"),
+            ("lifts", f"{len(planned):,} of {len(lifts):,} planned"),
             ("proof", "every planned lift is verified" if document["verified"] else "FAILED"),
-            ("crane time", _crane_time(planned)),
-            ("policy", f"{policy['id']} ({'loaded' if policy['loaded'] else 'trained'}, {policy['steps']:,} steps)"),
+            *figure_fields(document["figures"]),
+            ("policy", _policy(document["policy"])),
             ("took", spent(document["seconds"])),
         ],
     )
 
 
-def _methods(planned: list[Mapping[str, Any]]) -> str:
-    """Say how many paths were found by which method."""
-    numbers: dict[str, int] = {}
-    for lift in planned:
-        numbers[lift["method"]] = numbers.get(lift["method"], 0) + 1
-    return f": {', '.join(f'{count:,} by {method}' for method, count in numbers.items())}" if numbers else ""
+def _policy(policy: Mapping[str, Any]) -> str:
+    """Say which policy proposed the paths."""
+    if policy["id"] == "none":
+        return "none: by search alone"
+    return f"{policy['id']} ({'loaded' if policy['loaded'] else 'trained'}, {policy['steps']:,} steps)"
 
 
-def _crane_time(planned: list[Mapping[str, Any]]) -> str | None:
-    """Say how long the crane works, and how long of it a load hangs on the hook; None without a crane."""
-    timed = [lift for lift in planned if lift["duration_s"] is not None]
-    if not timed:
-        return None
-    whole_s = max(lift["end_s"] for lift in timed) - min(lift["start_s"] for lift in timed)
-    return f"{whole_s / 60:.1f} min, of it {sum(lift['duration_s'] for lift in timed) / 60:.1f} min with a load moving"
+def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
+    """Return the figures of a plan as names and values; what does not apply is None."""
+    found = ", ".join(f"{share:.1%} by {method}" for method, share in figures["shares"].items())
+    ratio, hours, travel = figures["moves_over_shortest"], figures["crane_hours"], figures["hook_travel_m"]
+    critical = figures["critical_lifts"]
+    return [
+        ("paths found", found if figures["planned"] else None),
+        ("moves", None if ratio is None else f"{figures['moves']:,}, {ratio:.3f} times the fewest possible"),
+        ("crane time", None if hours is None else f"{hours:.2f} h, of it {figures['loaded_hours']:.2f} h loaded"),
+        ("hook travel", None if travel is None else f"{travel / 1000:,.2f} km"),
+        (
+            "critical lifts",
+            None if critical is None else f"{critical:,} at {figures['critical_share']:.0%} of the capacity or more",
+        ),
+    ]

@@ -37,7 +37,7 @@ class PolicyInUse:
         steps: Environment steps of its training.
         success_rate: In its last test.
         curve: Its tests.
-        network: Its weights.
+        network: Its weights; None where search alone plans.
     """
 
     id: str
@@ -45,11 +45,15 @@ class PolicyInUse:
     steps: int
     success_rate: float
     curve: tuple[CurvePoint, ...]
-    network: QNetwork
+    network: QNetwork | None
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the JSON documents say of it."""
         return {"id": self.id, "loaded": self.loaded, "steps": self.steps, "success_rate": self.success_rate}
+
+
+NO_POLICY = PolicyInUse("none", False, 0, 0.0, (), None)
+"""Stands for planning by search alone: nothing is trained, loaded or asked."""
 
 
 def choose_policy(
@@ -71,7 +75,7 @@ def choose_policy(
     Args:
         site: The site.
         preparation: What was prepared for it.
-        policy_id: A policy of the store; named, it is taken as it is.
+        policy_id: A policy of the store; named, it is taken as it is. ``none``: search alone.
         seed: Seed of the training.
         steps: Budget in environment steps; None for the default.
         required_success: Success rate at which training stops.
@@ -85,6 +89,8 @@ def choose_policy(
     from bimvox.policy import store
     from bimvox.policy.config import DqnConfig
 
+    if policy_id == NO_POLICY.id:
+        return NO_POLICY
     if policy_id is not None:
         return _stored(policy_id)
     budget = DEFAULT_STEPS if steps is None else steps

@@ -38,7 +38,6 @@ def plan_and_prove(
     *,
     previous: LiftPlan | None = None,
     progress: Progress,
-    search_only: bool = False,
 ) -> Planned:
     """Plan all lifts, time them, and prove both.
 
@@ -53,7 +52,7 @@ def plan_and_prove(
     from bimvox.planning.rollout import proposer
 
     refused: dict[str, str] = {}
-    propose = None if search_only else proposer(policy.network)
+    propose = None if policy.network is None else proposer(policy.network)
     for _ in range(_ROUNDS):
         progress.stage("plan", len(site.components))
         made = plan_lifts(

@@ -49,7 +49,10 @@ def _grid_json_schema() -> dict[str, Any]:
     from bimvox.grid.voxel_grid import Part
 
     part = TypeAdapter(Part).json_schema()
-    part["properties"]["label"] = {"enum": [label.value for label in Label], "description": "label of its cells"}
+    part["properties"]["label"] = {"enum": [label.value for label in Label]}
+    part["description"], meanings = _attributes_of(Part)
+    for key, value in part["properties"].items():
+        value["description"] = meanings[key]
     part.pop("$defs", None)
     part["additionalProperties"] = False
     metres = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
@@ -79,3 +82,14 @@ def _grid_json_schema() -> dict[str, Any]:
             for key, rule in ARRAYS.items()
         },
     }
+
+
+def _attributes_of(kind: type) -> tuple[str, dict[str, str]]:
+    """Return what the docstring of a class says of it, and of each of its attributes."""
+    import inspect
+    import re
+
+    summary, _, attributes = inspect.getdoc(kind).partition("\n\nAttributes:\n")  # type: ignore[union-attr]
+    entries = re.split(r"^    (?=\w+: )", attributes, flags=re.M)[1:]
+    found = (re.sub(r"\s+", " ", entry).strip().partition(": ") for entry in entries)
+    return summary, {name: meaning for name, _, meaning in found}
