@@ -56,7 +56,7 @@ export function loadAt(motion, baseM, stored, at) {
   if (motion.kind === "carried") return { corner: values, tilt: [0, 0, 0, 1] };
   const hook = hookOf(baseM, values);
   const angle = yawOf(motion, at);
-  const below = turned(motion.below_m, angle);
+  const below = yawed(motion.below_m, angle);
   return { corner: hook.map((value, n) => value + below[n]), tilt: yawTilt(angle) };
 }
 
@@ -69,7 +69,7 @@ function yawOf(motion, at) {
 
 const yawTilt = (angle) => [0, 0, Math.sin(angle / 2), Math.cos(angle / 2)];
 
-function turned([x, y, z], angle) {
+function yawed([x, y, z], angle) {
   const cosine = Math.cos(angle);
   const sine = Math.sin(angle);
   return [cosine * x - sine * y, sine * x + cosine * y, z];
