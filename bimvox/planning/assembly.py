@@ -24,7 +24,6 @@ from bimvox.planning.shorten import order_and_yard
 from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.margin import grown_cells, in_transit, margin_vox
-from bimvox.site.shape import erection_size_vox
 from bimvox.site.site import GROUND_ID, Site
 
 Progress = Callable[[str, int, int], None]
@@ -214,11 +213,16 @@ class Assembly:
 
     def _stage(self, component: Component, place: YardPlace) -> Stage | Obstacle:
         clearance = self._occupancy.clearance(component)
-        swept = erection_size_vox(component.shape, place.pose)
+        swept = place.raising_size_vox(component)
         box = np.argwhere(np.ones(swept, np.bool_)) + np.array(place.cell_vox)
         in_the_way = self.who_is_at(box.astype(np.int32)) if swept[2] else ()
         if in_the_way:
             return Obstacle("it cannot be raised from its place in the yard", in_the_way)
+        turning = place.turning_cells(component)
+        if len(turning) and ((turning < 0) | (turning >= self._site.shape)).any():
+            return Obstacle("it cannot be turned above its place in the yard: the site ends there")
+        if in_the_way := self.who_is_at(turning):
+            return Obstacle("it cannot be turned above its place in the yard", in_the_way)
         start = place.transit_start_vox
         if not placement_is_free(clearance, *start):
             return self._blocked_start(component, clearance, start)

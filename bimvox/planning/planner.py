@@ -62,7 +62,9 @@ def plan_lifts(
         lifts.append(lift)
         if progress is not None:
             progress("lifts", order + 1, len(preparation.sequence.order))
-    return LiftPlan(site, tuple(lifts), preparation.contacts.clashes, preparation.sequence.notes)
+    sequence = preparation.sequence
+    unheld = tuple(site.components[i].id for i in sequence.unheld)
+    return LiftPlan(site, tuple(lifts), preparation.contacts.clashes, sequence.notes, unheld)
 
 
 def plan_lift(

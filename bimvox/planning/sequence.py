@@ -30,10 +30,12 @@ class Sequence:
     Attributes:
         order: Component indices, first lift first.
         notes: Where the order could not keep every relation or wish, or a part stands on nothing, one sentence each.
+        unheld: Components that had to come before anything that they could hold on to.
     """
 
     order: tuple[int, ...]
     notes: tuple[str, ...] = ()
+    unheld: tuple[int, ...] = ()
 
 
 class Sequencer:
@@ -71,12 +73,14 @@ class Sequencer:
         placed: set[int] = set()
         open_parts = {i for i, n in enumerate(missing) if n == 0}
         order: list[int] = []
+        unheld: list[int] = []
         notes = [*self._floating_notes(), *graph.notes, *self._wish_notes]
         while open_parts:
             ready = [i for i in open_parts if self._is_held(i, placed)]
             if not ready:
                 ready = list(open_parts)
                 waiting = min(ready, key=self._rank.__getitem__)
+                unheld.append(waiting)
                 notes.append(f"{components[waiting].id}: set before anything that it could hold on to")
                 ready = [waiting]
             stage = min(self._stages[i] for i in ready)
@@ -90,7 +94,7 @@ class Sequencer:
                 missing[later] -= 1
                 if missing[later] == 0:
                     open_parts.add(later)
-        return Sequence(tuple(order), tuple(notes))
+        return Sequence(tuple(order), tuple(notes), tuple(unheld))
 
     def _is_held(self, i: int, placed: set[int]) -> bool:
         relations = self._relations

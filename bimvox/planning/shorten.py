@@ -19,6 +19,8 @@ from bimvox.planning.yard import allocate_yard
 from bimvox.site.site import Site
 
 _ROUNDS = 3
+_WORTH = 1.02
+"""How much longer than the shortest the plain order's ways may be for it to be kept: the bound knows no obstacles."""
 Places = tuple[YardPlace | None, ...]
 
 
@@ -40,10 +42,11 @@ def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[Sequence, Places]:
         sequence = sequencer.order(_Quickest(site, travel, rounds[-1][1]))
         rounds.append((sequence, allocate_yard(site, sequence.order, travel)))
     most = max(_with_place(places) for _, places in rounds)
-    return min(
-        (r for r in rounds if _with_place(r[1]) == most),
-        key=lambda r: round(travel_s(site, travel, r[0].order, r[1]), 3),
-    )
+    judged = [travel_s(site, travel, made.order, places) for made, places in rounds]
+    kept = [n for n, (_, places) in enumerate(rounds) if _with_place(places) == most]
+    best = min(kept, key=lambda n: round(judged[n], 3))
+    plain_is_good = kept[0] == 0 and judged[0] <= _WORTH * judged[best]
+    return rounds[0 if plain_is_good else best]
 
 
 def travel_s(site: Site, travel: Travel, order: tuple[int, ...], places: Places) -> float:

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from bimvox.crane.load_chart import capacity_kg
-from bimvox.planning.lift import Lift, LiftPlan, Status
+from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.planning.moment import Thing, cells_in_common, moments, near_and_far
 from bimvox.planning.proof import Check, Verification, turn_to
 from bimvox.planning.shape_check import check_shape
+from bimvox.planning.stands_check import check_stands
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component, StoredPose
-from bimvox.site.shape import erection_size_vox, stored_shape
+from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape
 from bimvox.site.site import Site
 
 _CHUNK = 2_000_000
@@ -61,6 +62,7 @@ class _Verifier:
             "reach",
             "support",
             "yard",
+            "stands",
         )
         self.checks = {name: Check(name) for name in names}
         if self.site.rules.transit_clearance_m > 0.0:
@@ -71,6 +73,8 @@ class _Verifier:
     def run(self) -> Verification:
         self._check_complete()
         self._check_deliveries()
+        proven = {lift.order for lift in self.context}
+        check_stands(self.checks["stands"], self.site, self.lifts, unheld=self.plan.unheld, proven=proven)
         for moment in moments(self.plan, self.context):
             self._check_lift(moment.lift, moment.present, moment.placed)
         return Verification(tuple(self.checks.values()))
@@ -131,7 +135,7 @@ class _Verifier:
         check, place = self.checks["unit_moves"], lift.place
         if place is None:
             return
-        start = (place.cell_vox[0], place.cell_vox[1], place.cell_vox[2] + 1)
+        start = place.transit_start_vox
         check.look(tuple(path[0]) == start, f"{component.id}: its path starts at {tuple(path[0])}, not above its place")
         check.look(
             tuple(path[-1]) == component.target_vox,
@@ -154,7 +158,7 @@ class _Verifier:
         if place is None:
             return
         cells = place.shape.cells + np.array(place.cell_vox)
-        turned = stored_shape(component.shape, place.pose)
+        turned = stored_shape(component.shape, place.pose, place.turn)
         check.look(
             np.array_equal(turned.cells, place.shape.cells), f"{component.id}: stored in another shape than its own"
         )
@@ -165,12 +169,39 @@ class _Verifier:
         check.look(place.cell_vox[2] == 1, f"{component.id}: is not stored on the ground")
         if component.start_vox is None:
             check.look(bool(self.site.yard[tuple(cells[:, :2].T)].all()), f"{component.id}: stored outside the yard")
-        size = np.array(erection_size_vox(component.shape, place.pose))
+        size = np.array(erection_size_vox(turned_shape(component.shape, place.turn), place.pose))
+        size[2] += place.rise_vox - 1
         low = np.array(place.cell_vox)
         for thing in present:
             hit = ((thing.cells >= low) & (thing.cells < low + size)).all(axis=1)
             raised = "erected" if place.pose is not StoredPose.AS_BUILT else "raised"
             check.look(not hit.any(), f"{component.id}: meets {thing.name} while it is {raised}")
+        self._check_turning(check, component, place, present)
+
+    def _check_turning(self, check: Check, component: Component, place: YardPlace, present: Sequence[Thing]) -> None:
+        """Raised, it is turned about its hook in the way of nothing: within its corners' circle, at its height."""
+        check.look(
+            place.rise_vox == 1 or place.turn != 0,
+            f"{component.id}: is raised by {place.rise_vox} cells, yet not turned",
+        )
+        if place.turn == 0:
+            return
+        check.look(place.pose is StoredPose.AS_BUILT, f"{component.id}: is erected and turned at once")
+        shape, hook = component.shape, component.hook_offset_vox
+        lies = np.array(place.cell_vox[:2]) + turned_hook(shape, hook, place.turn)[:2]
+        axis = np.array(place.transit_start_vox[:2]) + hook[:2]
+        check.look(bool((lies == axis).all()), f"{component.id}: does not turn about its hook")
+        far = np.abs(shape.cells[:, :2] - np.array(hook[:2])) + 0.5
+        radius = float(np.hypot(*far.T).max())
+        low = place.cell_vox[2] + place.rise_vox
+        high = low + int(shape.cells[:, 2].max()) + 1
+        centre = axis + 0.5
+        inside = (centre - radius >= -1e-9).all() and (centre + radius <= np.array(self.site.shape[:2]) + 1e-9).all()
+        check.look(bool(inside) and high <= self.site.shape[2], f"{component.id}: turns beyond the site's boundary")
+        for thing in present:
+            cells = thing.cells[(thing.cells[:, 2] >= low) & (thing.cells[:, 2] < high)]
+            away = np.hypot(*np.maximum(np.abs(cells[:, :2] - axis) - 0.5, 0.0).T)
+            check.look(bool((away >= radius - 1e-9).all()), f"{component.id}: meets {thing.name} while it is turned")
 
     def _check_cells(self, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
         """Raw cells, placement by placement; where only neighbours are hit, on the last moves, the triangles decide."""

@@ -166,14 +166,17 @@ def _with_fixed_digests(site: Site) -> Site:
         [(c.shape.cells, c.target_vox, c.hook_offset_vox, c.erected, c.mass_kg) for c in site.components],
         replace(site.crane, name="") if site.crane else None,
         # How densely a log is sampled, and how long a crew takes, is nothing to a policy.
-        replace(site.rules, sample_period_s=0.0, bracing_s=0.0, release_s=0.0),
+        replace(site.rules, sample_period_s=0.0, bracing_s=0.0, release_s=0.0, turn_s=0.0),
     )
     fixed = digest_of(
         "fixed 1",
         geometry,
         site.crane,
         site.rules,
-        [(c.id, c.mesh, c.start_vox, c.stored_pose, c.before, c.after, c.hints) for c in site.components],
+        [
+            (c.id, c.mesh, c.start_vox, c.stored_pose, c.stored_turn, c.before, c.after, c.hints)
+            for c in site.components
+        ],
         [(blocker.id, blocker.kind, blocker.mesh) for blocker in blockers],
         site.site_to_ifc,
         site.source.get("sha256"),  # its name and the rest do not change a plan

@@ -89,6 +89,8 @@ class Component:
         erected: Whether it is stored lying down and erected before transit (columns).
         start_vox: Reference cell in the yard as given by the site file, or None where the yard is to be packed.
         stored_pose: Pose in the yard for an explicit ``start_vox``.
+        stored_turn: Quarter turns, counter-clockwise, by which it lies turned in the yard against how it is built in;
+            None where the packer may choose.
         before: Ids of components that must come later than this one (the planner's own constraint).
         after: Ids of components that must come earlier than this one.
         type_name: Name of its IFC type, if any.
@@ -118,3 +120,4 @@ class Component:
     material: str | None = None
     mass_source: str = ""
     hints: OrderHints = NO_HINTS
+    stored_turn: int | None = None

@@ -162,6 +162,9 @@ class ComponentConfig(BaseModel):
     """Lowest corner [x, y] or [x, y, z] of the part as it lies in the yard, site metres. Default: packed."""
     pose: StoredPose | None = None
     """How it is stored: as it is built in, or lying along x or y with its foot at the lowest end, to be erected."""
+    turn: Annotated[Whole, Field(ge=0, le=3)] | None = None
+    """Quarter turns, counter-clockwise, by which it lies turned in the yard; it is turned back while it hangs above its
+    place there. Default: 0, or 1 where it fits the yard only so."""
     before: tuple[Text, ...] = ()
     """Ids of components that must be set later than this one."""
     after: tuple[Text, ...] = ()
@@ -171,8 +174,10 @@ class ComponentConfig(BaseModel):
 
     @model_validator(mode="after")
     def _liftable(self) -> Self:
-        if self.pinned and (self.start or self.pose or self.before or self.after):
-            raise ValueError("a pinned part is not lifted: it takes no start, pose, before or after")
+        if self.pinned and (self.start or self.pose or self.turn or self.before or self.after):
+            raise ValueError("a pinned part is not lifted: it takes no start, pose, turn, before or after")
+        if self.turn and self.pose not in (None, StoredPose.AS_BUILT):
+            raise ValueError('a part that is erected is not turned as well: turn takes pose = "as_built"')
         return self
 
 
@@ -212,6 +217,8 @@ class RulesConfig(BaseModel):
     """Time to align, fix and brace a part while it hangs on the hook."""
     release_s: NotNegative = _RULES.release_s
     """Time to take the slings off."""
+    turn_s: NotNegative = _RULES.turn_s
+    """Time to turn a hanging part by a quarter (tag lines, or a rotator)."""
 
     def rules(self) -> Rules:
         """Return them as the planner takes them."""

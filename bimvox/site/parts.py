@@ -84,6 +84,7 @@ def component_of(
     """
     shape, target_vox = shape_of(cells)
     pose = entry.pose if entry else None
+    turn = entry.turn if entry else None
     start_vox: IntVec | None = None
     if entry is not None and entry.start is not None:
         x, y, z = (int(n) for n in frame.cell_of((*entry.start, 0.0)[:3]))
@@ -99,7 +100,7 @@ def component_of(
         mesh=element.mesh,
         mass_kg=element.mass_kg,
         hook_offset_vox=_hook_offset(element.mesh, target_vox, shape.size_vox, frame, shape.cells),
-        erected=is_erected(element) if pose is None else pose is not StoredPose.AS_BUILT,
+        erected=is_erected(element) and not turn if pose is None else pose is not StoredPose.AS_BUILT,
         start_vox=start_vox,
         stored_pose=pose,
         before=entry.before if entry else (),
@@ -109,6 +110,7 @@ def component_of(
         material=element.material,
         mass_source=element.mass_source,
         hints=hints,
+        stored_turn=turn,
     )
 
 

@@ -30,6 +30,7 @@ class Rules:
         bracing_s: Time to align, fix and brace a part while it hangs on the hook. This and the next are nominal values
             for a practised crew, not measured ones.
         release_s: Time to take the slings off.
+        turn_s: Time to turn a hanging part by a quarter.
         transit_clearance_m: Distance kept from everything between departure and gate, up to whole cells.
     """
 
@@ -40,6 +41,7 @@ class Rules:
     sample_period_s: float = 0.5
     bracing_s: float = 120.0
     release_s: float = 30.0
+    turn_s: float = 30.0
     transit_clearance_m: float = 0.0
 
 

@@ -116,6 +116,7 @@ def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) 
             "# start = [12.0, -8.0]   # lowest corner of the part as it lies in the yard; without it, packed",
             '# pose = "as_built"      # or "lying_x", "lying_y": stored lying and erected before the lift',
             f"# after = [{_text(second)}]  # set later than these; `before`: set earlier",
+            "# turn = 1               # lies turned by a quarter, counter-clockwise; turned back while it hangs",
             "# pinned = true          # it stands already (alone, without the keys above)",
         ]
     for entry in entries:
@@ -124,6 +125,7 @@ def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) 
             f"global_id = {_text(entry.global_id)}",
             entry.start and f"start = {_numbers(entry.start)}",
             entry.pose and f"pose = {_text(entry.pose.value)}",
+            entry.turn is not None and f"turn = {entry.turn}",
             entry.before and f"before = [{', '.join(map(_text, entry.before))}]",
             entry.after and f"after = [{', '.join(map(_text, entry.after))}]",
             entry.pinned and "pinned = true  # it stands already: cast in place, or built before",
@@ -166,6 +168,7 @@ def _rules(config: SiteConfig) -> str:
         _maybe("sample_period_s", rules.sample_period_s, "spacing of the motion in the log"),
         _maybe("bracing_s", rules.bracing_s, "to align, fix and brace a part on the hook"),
         _maybe("release_s", rules.release_s, "to take the slings off"),
+        _maybe("turn_s", rules.turn_s, "to turn a hanging part by a quarter"),
     )
 
 

@@ -24,7 +24,6 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift, YardPlace
 from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.margin import grown_cells, margin_vox
-from bimvox.site.shape import erection_size_vox
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
@@ -109,7 +108,8 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     assert lift.path_vox is not None
     assert place is not None
     mask = CellMask(site.shape)
-    mask.add_box(np.array(place.cell_vox), np.array(erection_size_vox(component.shape, place.pose)))
+    mask.add_box(np.array(place.cell_vox), np.array(place.raising_size_vox(component)))
+    mask.add(place.turning_cells(component))
     path = lift.path_vox.astype(np.int64)
     mask.add_placements(path, grown_cells(component.shape.cells, margin_vox(site)))
     if site.crane is not None and site.rules.rope:
@@ -142,7 +142,8 @@ def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox
     """
     mask = CellMask(site.shape)
     low, size = np.array(place.cell_vox), np.array(component.shape.size_vox)
-    mask.add_box(low, np.array(erection_size_vox(component.shape, place.pose)))
+    mask.add_box(low, np.array(place.raising_size_vox(component)))
+    mask.add(place.turning_cells(component))
     start = np.array(place.transit_start_vox, np.int64)[None]
     margin = margin_vox(site)
     mask.add_placements(start, grown_cells(component.shape.cells, margin))
@@ -158,7 +159,7 @@ def _add_motion(
 ) -> None:
     """What the load, its hook line and the empty hook's line sweep, by the definitions of the verifier."""
     hook = np.array(component.hook_offset_vox)
-    upright = place.pose is StoredPose.AS_BUILT
+    upright = place.pose is StoredPose.AS_BUILT and not place.turn
     for trajectory, with_load in ((motion.raising, upright), (motion.loaded, True)):
         placements = _placements(site, crane, trajectory, component.hook_offset_vox)
         if with_load:

@@ -18,7 +18,7 @@ from bimvox.site.site import Site
 from bimvox.trajectory.drive import drive_free, drive_path
 from bimvox.trajectory.empty_hook import HOOK_OFFSET, empty_hook_clearance
 from bimvox.trajectory.load_frame import LoadFrame, axes_of_cells, load_frame
-from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName
+from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName, quarters_of
 from bimvox.trajectory.move import Line, Move
 from bimvox.trajectory.timeline import Timeline, in_sequence
 from bimvox.trajectory.timing import NS_PER_S, sampled
@@ -121,6 +121,7 @@ def _motion(
     raise_timeline = _raising(crane, component, place, hook, load, hook_on_vox, slew_rad)
     raising = _later(sampled(raise_timeline, 0.0, period_s, size_m), _total(spans))
     spans.append((PhaseName.RAISE, _length_ns(raising) + round(TRIAL_LIFT_S * NS_PER_S)))
+    spans.append((PhaseName.TURN, round(quarters_of(place.turn) * site.rules.turn_s * NS_PER_S)))
     timeline, needed_m = drive_path(
         crane, clearance, load, lift.path_vox, lift.contact_moves, float(raising.slew_rad[-1])
     )
@@ -161,9 +162,9 @@ def _hook_on_cell(component: Component, place: YardPlace, clearance: Clearance) 
     the head, or anywhere on its way from there to over the foot (reach, rope, zones), over its foot.
     """
     x, y, z = place.cell_vox
-    offset_x, offset_y, _ = component.hook_offset_vox
     size_x, size_y, size_z = place.shape.size_vox
-    foot = np.array([x + offset_x, y + offset_y, z + size_z], np.int32)
+    foot = np.add(place.transit_start_vox, component.hook_offset_vox).astype(np.int32)
+    foot[2] = z + size_z
     head = foot.copy()
     if place.pose is StoredPose.LYING_X:
         head[0] = x + size_x - 1
@@ -200,7 +201,7 @@ def _raising(
     foot = np.array(place.transit_start_vox) + np.array(component.hook_offset_vox)
     if (hook_on_vox[:2] == foot[:2]).all():
         return in_sequence(crane, [Move(start, replace(start, height_m=end.height_m))])
-    upright = replace(end, height_m=end.height_m - hook.voxel_size_m)
+    upright = replace(end, height_m=end.height_m - place.rise_vox * hook.voxel_size_m)
     return in_sequence(crane, [Move(start, upright, Line.ARC), Move(upright, end)])
 
 
