@@ -7,7 +7,7 @@ from box_sites import box_site, test_crane
 from bimvox.crane.kinematics import hook_of
 from bimvox.errors import InputError
 from bimvox.grid.occupancy import summed_area_table
-from bimvox.planning.assembly import Assembly, Stage, prepare
+from bimvox.planning.assembly import Assembly, Stage, prepare, replay
 from bimvox.planning.lift import Status
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.planner import plan_lifts
@@ -16,6 +16,7 @@ from bimvox.site.site import Rules
 from bimvox.trajectory.commands import commands
 from bimvox.trajectory.motion import PhaseName
 from bimvox.trajectory.time_plan import HOOK_ON_S, time_plan
+from bimvox.trajectory.verify import verify_motions
 
 PORTAL = [
     ("slab", (1.0, 1.0, 3.5), (5.0, 2.0, 4.0)),
@@ -166,3 +167,18 @@ def test_commands_lead_along_the_motion(planned, motions):
         assert any(command.loaded for command in own)
     with pytest.raises(InputError, match="period"):
         commands(motions, 0.0)
+
+
+def test_last_moves_from_the_side_are_driven_as_planned():
+    """Under an overhang that shares its cells: what the last moves clear is no short cut to where they begin."""
+    roof = ("roof", (4.6, 3.0, 0.92), (6.0, 6.0, 1.3))
+    site = box_site(
+        [("insert", (2.5, 4.0, 0.0), (5.0, 5.0, 0.9))], structure=[roof], crane=test_crane(base=(13.0, 13.0, 0.0))
+    )
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    lift = plan.lifts[0]
+    last = lift.path_vox[-1 - lift.contact_moves :]
+    assert (last[:, :2] != last[0, :2]).any()
+    motions = time_plan(plan, replay(site, preparation, plan))
+    assert verify_motions(plan, motions).verified
