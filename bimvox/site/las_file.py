@@ -71,7 +71,8 @@ def read_las(path: Path) -> NDArray[np.float64]:
         raise FileError(path, f"truncated: {there:,} of {header.count:,} points")
     record = np.dtype({"names": ["xyz"], "formats": ["(3,)<i4"], "offsets": [0], "itemsize": header.length})
     stored = np.frombuffer(data, record, header.count, header.start)["xyz"]
-    return stored * np.array(header.scale) + np.array(header.offset)
+    points: NDArray[np.float64] = stored * np.array(header.scale) + np.array(header.offset)
+    return points
 
 
 def _header(path: Path, data: bytes) -> _Header:
