@@ -134,7 +134,13 @@ class _Chain:
         if self._newest is None:
             return None
         self._newest = newest(self._newest, [record])
-        return Read(read.file, read.sha256, None, self._newest)
+        return Read(read.file, read.sha256, None, _without_pending(self._newest))
+
+
+def _without_pending(record: PlanLog) -> PlanLog:
+    """Return a plan with those lifts as context that only a later segment proves: they have no path yet."""
+    orders = {lift.order for lift in record.planned if lift.path_vox is None}
+    return record.extract({lift.order for lift in record.plan.lifts} - orders) if orders else record
 
 
 def revisions_of(

@@ -40,7 +40,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "report": ("bimvox report frame.mcap -o frame.report.html --json",),
     "schema": ("bimvox schema site", "bimvox schema log --json"),
     "policy": ("bimvox policy list --json",),
-    "experiment": ("bimvox experiment paper -o results --seeds 2 --mode ours --quick",),
+    "experiment": ("bimvox experiment paper -o results --seeds 1 --mode ours --quick",),
 }
 """Commands of the examples by the name of their page; run in this order from the folder that has ``sample_models``."""
 
