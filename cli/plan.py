@@ -8,17 +8,28 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cli.options import Json, PolicyId, Quiet, Seed, SiteFile, Steps
+from cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
+from cli.options import Json, PolicyId, Quiet, Seed, Steps
 from cli.output import fields, open_output, rows, spent
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+_FOLDER = "plans"
+
 
 def plan(
-    site: SiteFile,
+    sites: Annotated[
+        list[Path], typer.Argument(metavar="SITE...", help="Site files (TOML), as `bimvox init` writes them.")
+    ],
     out: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="LOG.mcap", help="Log; SITE.mcap here if not given.")
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="LOG.mcap",
+            help="Log; SITE.mcap here if not given. Of several sites: a folder, plans if not given.",
+        ),
     ] = None,
     obstructions: Annotated[
         Path | None,
@@ -29,12 +40,37 @@ def plan(
     policy: PolicyId = None,
     seed: Seed = None,
     steps: Steps = None,
+    backend: BackendName = "loky",
+    jobs: Jobs = None,
+    cluster: Cluster = None,
+    fresh: Fresh = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Plan every lift, prove the plan, time it, and write the log."""
+    """Plan every lift, prove the plan, time it, and write the log.
+
+    Several sites are planned side by side, a log each, with one table of all; --backend, --jobs, --cluster and --fresh
+    are for them, as in `bimvox sweep`.
+    """
+    if len(sites) > 1:
+        from pipeline.fleet.command import fleet
+        from pipeline.fleet.runs import Wish
+
+        wishes = [Wish(site, obstructions, seed, policy, steps) for site in sites]
+        with open_output(as_json=json, quiet=quiet) as output:
+            planned = fleet(
+                wishes,
+                out or Path(_FOLDER),
+                backend=backend,
+                jobs=jobs,
+                cluster=cluster,
+                fresh=fresh,
+                progress=output.progress,
+            )
+        raise typer.Exit(output.result(planned, show_fleet))
     from pipeline.plan import plan as run
 
+    site = sites[0]
     with open_output(as_json=json, quiet=quiet) as output:
         document = run(
             site, out, obstructions=obstructions, policy=policy, seed=seed, steps=steps, progress=output.progress

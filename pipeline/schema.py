@@ -13,7 +13,7 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
     """Return the schema of a format.
 
     Args:
-        name: ``site``, ``obstructions``, ``grid`` or ``log``.
+        name: ``site``, ``obstructions``, ``sweep``, ``grid`` or ``log``.
         plain_values: Return the log's schema as a document too, not as the text of a ``.proto`` file.
 
     Returns:
@@ -30,13 +30,17 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
         from bimvox.site.obstruction_file import obstructions_json_schema
 
         return obstructions_json_schema()
+    if name == "sweep":
+        from pipeline.fleet.sweep_file import sweep_json_schema
+
+        return sweep_json_schema()
     if name == "grid":
         return _grid_json_schema()
     if name == "log":
         from bimvox.log.schema import log_schema, log_schema_json
 
         return log_schema_json() if plain_values else log_schema()
-    raise InputError(f"there is no format {name!r}", hint="known formats: site, obstructions, grid, log")
+    raise InputError(f"there is no format {name!r}", hint="known formats: site, obstructions, sweep, grid, log")
 
 
 def _grid_json_schema() -> dict[str, Any]:

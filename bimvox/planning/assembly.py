@@ -131,6 +131,11 @@ class Assembly:
         self._position = {index: n for n, index in enumerate(preparation.sequence.order)}
         self._stored: dict[int, NDArray[np.int32]] = {}
 
+    @property
+    def voxel_size_m(self) -> float:
+        """Edge of a cell."""
+        return self._site.frame.voxel_size_m
+
     def begin(self, index: int) -> Stage | Obstacle:
         """Take component ``index`` out of the yard and say what its lift looks like."""
         component, place = self._site.components[index], self._preparation.places[index]

@@ -21,6 +21,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "bimvox plan frame.site.toml -o frame.mcap",
         "bimvox plan frame.site.toml --obstructions obstructions.json -o blocked.mcap --json",
     ),
+    "sweep": ("bimvox sweep sweep.toml -o frames --jobs 1 --json",),
     "watch": (
         "bimvox watch obstructions.json --site frame.site.toml -o frame.mcap --once",
         "bimvox watch obstructions.json --site frame.site.toml -o frame.mcap --once --json",
@@ -39,7 +40,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "report": ("bimvox report frame.mcap -o frame.report.html --json",),
     "schema": ("bimvox schema site", "bimvox schema log --json"),
     "policy": ("bimvox policy list --json",),
-    "experiment": ("bimvox experiment paper -o results --seeds 2 --mode ours --quick",),
+    "experiment": ("bimvox experiment paper -o results --seeds 1 --mode ours --quick",),
 }
 """Commands of the examples by the name of their page; run in this order from the folder that has ``sample_models``."""
 
@@ -53,6 +54,7 @@ READ_ON: dict[str, tuple[tuple[str, str], ...]] = {
     "init": (("the site file", "formats/site.md"), ("tutorial", "tutorial.md")),
     "train": (("policies", "formats.md"),),
     "plan": (("tutorial", "tutorial.md"), ("the site file", "formats/site.md"), ("the log", "formats/log.md")),
+    "sweep": (("many sites", "fleets.md"), ("the sweep file", "formats/sweep.md")),
     "watch": (
         ("replanning when something changes", "watching.md"),
         ("the obstruction file", "formats/obstructions.md"),

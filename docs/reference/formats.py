@@ -16,7 +16,12 @@ _Rows = list[tuple[str, ...]]
 def format_pages() -> dict[str, str]:
     """Return the pages of all formats by path in ``docs``."""
     pages = {}
-    for name, title in (("site", "Site file"), ("obstructions", "Obstruction file"), ("grid", "Grid file")):
+    for name, title in (
+        ("site", "Site file"),
+        ("obstructions", "Obstruction file"),
+        ("sweep", "Sweep file"),
+        ("grid", "Grid file"),
+    ):
         pages[f"formats/{name}.md"] = _text(_schema_page(name, title))
     pages["formats/log.md"] = _text(_log_page())
     return pages

@@ -42,6 +42,7 @@ def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     obstruction = json.loads(AN_OBSTRUCTION.group(1))
     obstruction["obstructions"][0]["box"] = {"min": [-3.0, -3.0, 0.0], "max": [-2.0, -2.0, 1.0]}
     (folder / "obstructions.json").write_text(json.dumps(obstruction))
+    (folder / "sweep.toml").write_text('sites = ["frame.site.toml"]\npolicy = "none"\n')
     return folder
 
 

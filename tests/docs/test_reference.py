@@ -36,7 +36,7 @@ def test_a_page_names_every_option_of_its_command():
     assert "-h, --help" in page
 
 
-@pytest.mark.parametrize("name", ["site", "obstructions", "grid"])
+@pytest.mark.parametrize("name", ["site", "obstructions", "sweep", "grid"])
 def test_a_format_has_every_key_of_its_schema(name: str):
     document = schema(name)
     assert isinstance(document, dict)
