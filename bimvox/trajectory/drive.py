@@ -52,16 +52,19 @@ def drive_path(
     """
     check_path(crane, clearance, load, path_vox)
     head, tail = _with_set_down(crane, clearance, load, path_vox, contact_moves)
-    if contact_moves > 0 and (tail[:, :2] != tail[0, :2]).any():
-        # Last moves from the side: what they clear is for them alone, not for a shorter way to their start.
-        clearance = _without_cleared(clearance, tail[1:])
-    over = over_the_top(crane, clearance, load, head[0], head[-1], slew_rad)
+    way = clearance
+    if contact_moves > 0:
+        # What the last moves clear is for them alone: no shorter way leads through it to where they begin.
+        way = _without_cleared(clearance, tail[1:])
+        if (tail[:, :2] != tail[0, :2]).any():
+            clearance = way
+    over = over_the_top(crane, way, load, head[0], head[-1], slew_rad)
     best = None
     if over is not None:
         best = _finished(crane, clearance, load, over.moves, tail, slew_rad)
         if best.duration_s <= _GOOD_ENOUGH * _slowest_axis_s(best):
             return best, over.clearance_height_m
-    along = along_the_path(crane, clearance, load, head, slew_rad)
+    along = along_the_path(crane, way, load, head, slew_rad)
     moves = list(along.moves)
     if contact_moves == 0 and moves and moves[-1].is_vertical and moves[-1].difference[2] > 0.0:
         # The only way to above the place leads up to there in its own column, through the place or from just above it:
