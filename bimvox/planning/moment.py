@@ -94,7 +94,8 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
             yield Moment(lift, before, (*fixed, *standing, *stored), frozenset(placed))
         component = site.components[lift.component]
         placed.add(component.index)
-        standing.append(finished(component))
+        whole = finished(component)
+        standing.append(Thing(whole.name, _inside(whole.cells, site), whole.solid))
         before = lift
 
 
@@ -146,9 +147,14 @@ def _stored(
             continue
         if number not in made:
             cells = place.shape.cells + np.array(place.cell_vox, np.int32)
-            made[number] = Thing(site.components[other.component].id, cells, NO_SOLID)
+            made[number] = Thing(site.components[other.component].id, _inside(cells, site), NO_SOLID)
         things.append(made[number])
     return things
+
+
+def _inside(cells: NDArray[np.int32], site: Site) -> NDArray[np.int32]:
+    """Leave out what a spoiled plan puts outside the site: its own lift is to blame, not the one that looks round."""
+    return cells[((cells >= 0) & (cells < np.array(site.shape))).all(axis=1)]
 
 
 def _touches(cells: NDArray[np.int32], others: NDArray[np.int32]) -> bool:

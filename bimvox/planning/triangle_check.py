@@ -124,7 +124,7 @@ class TriangleCheck:
         tolerance_m = min(rules.contact_tolerance_m, 0.2 * float((high - low)[:2].min()))
         centre = (low + high) / 2
         scale = np.ones(3)
-        scale[:2] = 1.0 - 2.0 * tolerance_m / (high - low)[:2]
+        scale[:2] = 1.0 - 2.0 * tolerance_m / np.maximum((high - low)[:2], 1e-9)  # a sheet has no thickness
         sunk = collision_object((component.mesh.triangles_m - centre) * scale + centre)
         found = []
         lows, highs = self._bounds[: len(self._site.components), 0], self._bounds[: len(self._site.components), 1]
