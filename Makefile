@@ -5,14 +5,15 @@ BIN    := $(VENV)/bin
 UV     := $(VENV)/uv-bootstrap/bin/uv
 OUT    ?= demo-output
 PEERS  := .venv-peers
+PLANNERS := .venv-planners
 # Where pip is configured with a local folder of wheels, uv (which ignores pip's configuration) is told of it;
 # elsewhere uv picks the CPU or GPU build of torch that suits the machine.
 FIND_LINKS = $(shell $(PYTHON) -m pip config get global.find-links 2>/dev/null)
 TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-page check lint types contracts samples bench bench-voxelize bench-environment soak-files \
-	picture constraints clean
+.PHONY: help setup demo test test-page check lint types contracts samples bench bench-voxelize bench-environment bench-render \
+	bench-many-lifts bench-watch soak-watch soak-files picture constraints clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
@@ -59,6 +60,9 @@ bench: setup ## plan and prove every sample model: the table of docs/measured.md
 bench-environment: setup ## steps a second of the paper's environment, through each interface
 	$(BIN)/python benchmarks/environment.py
 
+bench-render: setup ## seconds a picture and a frame of a 500-part plan
+	$(BIN)/python benchmarks/render.py
+
 $(PEERS)/ready: benchmarks/peers.txt pyproject.toml constraints.txt | $(UV)
 	test -x $(PEERS)/bin/python || $(PYTHON) -m venv --without-pip $(PEERS)
 	$(UV) pip install --quiet --python $(PEERS)/bin/python $(TORCH_FROM) -c constraints.txt -e .
@@ -69,6 +73,22 @@ $(PEERS)/ready: benchmarks/peers.txt pyproject.toml constraints.txt | $(UV)
 bench-voxelize: $(PEERS)/ready ## the voxelizer against its peers: docs/voxelizing.md (ARGS=--quick for a try)
 	$(PEERS)/bin/python -m benchmarks.voxelize $(ARGS)
 
+bench-watch: setup ## from a changed obstruction file to the new plan on disk: docs/watching.md
+	$(BIN)/python -m benchmarks.watch $(ARGS)
+
+soak-watch: setup ## many random changes of a watched file, with all that may go wrong (ARGS="--changes 100" for a try)
+	$(BIN)/python -m benchmarks.soak_watch $(ARGS)
+
+$(PLANNERS)/ready: benchmarks/many_lifts/peers.txt pyproject.toml constraints.txt | $(UV)
+	test -x $(PLANNERS)/bin/python || $(PYTHON) -m venv --without-pip $(PLANNERS)
+	$(UV) pip install --quiet --python $(PLANNERS)/bin/python $(TORCH_FROM) -c constraints.txt -e .
+	grep -v '^#' benchmarks/many_lifts/peers.txt | while read -r peer; do \
+	  $(UV) pip install --quiet --python $(PLANNERS)/bin/python -c constraints.txt "$$peer" || echo "not installed: $$peer"; done
+	@touch $@
+
+bench-many-lifts: $(PLANNERS)/ready ## the ways of 500 lifts: policy, search, and other planners
+	$(PLANNERS)/bin/python -m benchmarks.many_lifts $(ARGS)
+
 soak-files: setup ## every IFC file under DIR ends in a grid or a clear error: make soak-files DIR=folder
 	$(BIN)/python -m benchmarks.many_files $(DIR) $(ARGS)
 
@@ -77,6 +97,7 @@ picture: setup ## draw the README's picture again
 	$(BIN)/bimvox init sample_models/prefab.ifc -o $(OUT)/prefab.site.toml --force
 	$(BIN)/bimvox plan $(OUT)/prefab.site.toml -o $(OUT)/prefab.mcap
 	$(BIN)/bimvox render $(OUT)/prefab.mcap --lift 70 -o docs/images/prefab.png
+	$(BIN)/bimvox render $(OUT)/prefab.mcap --size 480x300 --fps 8 --seconds 12 -o docs/images/assembly.gif
 
 constraints: $(UV) ## resolve the pinned versions again
 	echo 'torch==2.13.0' > $(VENV)/pins.txt
@@ -86,4 +107,4 @@ constraints: $(UV) ## resolve the pinned versions again
 	mv $(VENV)/constraints.txt constraints.txt
 
 clean: ## remove the virtual environment and what the demo wrote
-	rm -rf $(VENV) $(PEERS) $(OUT) build *.egg-info
+	rm -rf $(VENV) $(PEERS) $(PLANNERS) $(OUT) build *.egg-info
