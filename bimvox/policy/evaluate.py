@@ -35,11 +35,33 @@ class Evaluation:
         return float(self.arrived.mean())
 
     @property
+    def at_least(self) -> float:
+        """What the success rate is at least, with 95 % confidence; see :func:`success_at_least`."""
+        return success_at_least(int(self.arrived.sum()), self.arrived.size)
+
+    @property
     def length_ratio(self) -> float:
         """Mean of path / shortest path over those that did; 0 where there is none."""
         if not self.arrived.any():
             return 0.0
         return float((self.moves[self.arrived] / self.shortest[self.arrived]).mean())
+
+
+def success_at_least(successes: int, tests: int, confidence: float = 0.95) -> float:
+    """Return the lower bound of a success rate after so many tests (Clopper and Pearson 1934, one-sided).
+
+    Without a failure it is (1 - confidence) to the power 1 / tests: 256 tests give 98.8 %.
+
+    Args:
+        successes: Of the tests.
+        tests: How many.
+        confidence: That the true rate is not below.
+    """
+    from scipy.special import betaincinv
+
+    if successes == 0:
+        return 0.0
+    return float(betaincinv(successes, tests - successes + 1, 1.0 - confidence))
 
 
 def evaluate(

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.env.observation import OBSERVATION_SIZE
+from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
+from bimvox.env.view import INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import PolicyError
 
 
@@ -35,12 +36,19 @@ class QNetwork:
         return (self.weights[0].shape[0], *(w.shape[1] for w in self.weights))
 
     def __call__(self, observations: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return (N, 6) float32 action values of (N, OBSERVATION_SIZE) float32 observations."""
-        values = np.ascontiguousarray(observations, np.float32)
+        """Return (N, 6) float32 action values of (N, VIEW_SIZE) float32 observations.
+
+        Raises:
+            ValueError: They have another shape.
+        """
+        views = np.ascontiguousarray(observations, np.float32)
+        if views.ndim != 2 or views.shape[1] != VIEW_SIZE:
+            raise ValueError(f"observations of shape {views.shape}, not (N, {VIEW_SIZE})")
+        values = views
         last = len(self.weights) - 1
         for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
             values = _layer(values, weight, bias, layer != last)
-        return values
+        return _on_site(values, views, FRAME_ACTIONS)
 
     def arrays(self) -> dict[str, NDArray[np.float32]]:
         """Return the arrays by name, as they are stored."""
@@ -65,7 +73,7 @@ def network_from_arrays(arrays: Mapping[str, NDArray[np.generic]]) -> QNetwork:
             differs={"arrays": sorted(arrays)},
         )
     weights, biases = [], []
-    width = OBSERVATION_SIZE
+    width = INPUT_SIZE
     for n in range(layers):
         weight, bias = arrays[f"layer{n}.weight"], arrays[f"layer{n}.bias"]
         if weight.dtype != np.float32 or bias.dtype != np.float32:
@@ -95,7 +103,7 @@ def _layer(
     for n in range(inputs.shape[0]):
         row = outputs[n]
         row[:] = bias
-        for i in range(inputs.shape[1]):
+        for i in range(weight.shape[0]):  # the view's last entry, the frame, is no input
             value = inputs[n, i]
             if value != 0.0:
                 for o in range(weight.shape[1]):
@@ -104,3 +112,16 @@ def _layer(
             for o in range(weight.shape[1]):
                 row[o] = max(row[o], np.float32(0.0))
     return outputs
+
+
+@kernel
+def _on_site(
+    values: NDArray[np.float32], views: NDArray[np.float32], frame_actions: NDArray[np.int64]
+) -> NDArray[np.float32]:
+    """Return the values of the site's actions from those of the actions in each view's frame."""
+    out = np.empty_like(values)
+    for n in range(values.shape[0]):
+        frame = min(max(int(np.rint(views[n, VIEW_SIZE - 1] * (FRAME_COUNT - 1))), 0), FRAME_COUNT - 1)
+        for action in range(values.shape[1]):
+            out[n, action] = values[n, frame_actions[frame, action]]
+    return out

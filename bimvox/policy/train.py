@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -30,6 +31,8 @@ def train(
     steps: int,
     initial: QNetwork | None = None,
     parent: str | None = None,
+    resumed: TrainedPolicy | None = None,
+    seconds: float | None = None,
     progress: Callable[[CurvePoint], None] | None = None,
     checkpoint: Callable[[TrainedPolicy], None] | None = None,
 ) -> TrainedPolicy:
@@ -45,9 +48,12 @@ def train(
         steps: Budget in environment steps, summed over the lifts that run side by side.
         initial: Network to begin from.
         parent: Its id, for the record.
+        resumed: A checkpoint of a training with the same problems, config, seed and parent that was cut off: its steps
+            count as used, its curve is continued.
+        seconds: End at the first test after that; the result depends on the machine then. None: the budget alone.
         progress: Told of every test.
-        checkpoint: Given the best policy so far after every test. Training again from it continues, but is not
-            identical to an unbroken run: the replay memory is not kept.
+        checkpoint: Given the best policy so far after every test, to be handed back as ``resumed``. A resumed run is
+            not identical to an unbroken one: the replay memory is not kept.
 
     Raises:
         PlanningError: None of the problems can be solved.
@@ -60,15 +66,22 @@ def train(
         )
     torch.set_num_threads(1)  # more threads only get in each other's way on layers this small
     record = _Record(learnable, config, seed, parent, progress, checkpoint)
-    if initial is not None and record.test(initial, 0):
+    begin = resumed.network if resumed is not None else initial
+    if resumed is not None:
+        record.resume(resumed)
+    elif initial is not None and record.test(initial, 0):
+        return record.policy
+    done = resumed.steps if resumed is not None else 0
+    if done >= steps:
         return record.policy
     batch = BatchedLiftEnv(
         learnable, config.lifts, reward_name=config.reward, mix=config.mix, limit=config.limit, seed=seed
     )
     dqn = LiftDqn(LiftVecEnv(batch), config, seed)
-    if initial is not None:
-        load_network(dqn, initial)
-    dqn.learn(steps, callback=_Tests(record, batch, steps))
+    if begin is not None:
+        load_network(dqn, begin)
+    dqn.num_timesteps = done
+    dqn.learn(steps - done, callback=_Tests(record, batch, steps, done, seconds), reset_num_timesteps=False)
     return record.policy
 
 
@@ -112,6 +125,12 @@ class _Record:
             self._parent,
         )
 
+    def resume(self, checkpoint: TrainedPolicy) -> None:
+        """Take up the tests and the best policy of a training that was cut off."""
+        self._curve = list(checkpoint.curve)
+        point = CurvePoint(checkpoint.steps, checkpoint.success_rate, checkpoint.length_ratio)
+        self._best = (point, checkpoint.network, checkpoint.tested)
+
     def test(self, network: QNetwork, steps: int) -> bool:
         """Test a network and return whether it is good enough."""
         self.evaluation = evaluate(network, self._problems, starts=self._config.test_starts, limit=self._config.limit)
@@ -134,21 +153,25 @@ def _rank(point: CurvePoint) -> tuple[float, float]:
 class _Tests(BaseCallback):
     """Tests during one call of ``learn``: calling it in slices would restart the exploration schedule."""
 
-    def __init__(self, record: _Record, batch: BatchedLiftEnv, budget: int) -> None:
+    def __init__(self, record: _Record, batch: BatchedLiftEnv, budget: int, done: int, seconds: float | None) -> None:
         super().__init__()
+        self._done = done
+        self._ends = None if seconds is None else time.monotonic() + seconds
         self._record = record
         self._batch = batch
         self._budget = budget
         self._next = 0
 
     def _on_training_start(self) -> None:
-        self._next = self._interval
+        self._next = self._done + self._interval
 
     def _on_step(self) -> bool:
         if self.num_timesteps < min(self._next, self._budget):
             return True
         self._next += self._interval
         if self._record.test(network_of(self.model), self.num_timesteps):  # type: ignore[arg-type]
+            return False
+        if self._ends is not None and time.monotonic() >= self._ends:
             return False
         evaluation = self._record.evaluation
         if evaluation is not None:
