@@ -13,7 +13,7 @@ TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-page check lint types contracts samples bench bench-voxelize bench-environment bench-render \
-	bench-many-lifts bench-watch soak-watch soak-files picture constraints clean
+	bench-many-lifts bench-generalist bench-decision train-generalist bench-watch soak-watch soak-files picture constraints clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
@@ -88,6 +88,15 @@ $(PLANNERS)/ready: benchmarks/many_lifts/peers.txt pyproject.toml constraints.tx
 
 bench-many-lifts: $(PLANNERS)/ready ## the ways of 500 lifts: policy, search, and other planners
 	$(PLANNERS)/bin/python -m benchmarks.many_lifts $(ARGS)
+
+train-generalist: setup ## train the policy that ships with bimvox: docs/generalist.md (OUT=folder, ARGS="--steps 4000" for a try)
+	$(BIN)/python -m pipeline.generalist train --out $(OUT)/generalist $(ARGS)
+
+bench-generalist: setup ## the shipped policy on its held-out suite (ARGS="--share 0.1" for a try)
+	$(BIN)/python -m benchmarks.generalist $(ARGS)
+
+bench-decision: setup ## microseconds of one decision of the shipped policy: docs/generalist.md
+	$(BIN)/python -m benchmarks.decision $(ARGS)
 
 soak-files: setup ## every IFC file under DIR ends in a grid or a clear error: make soak-files DIR=folder
 	$(BIN)/python -m benchmarks.many_files $(DIR) $(ARGS)

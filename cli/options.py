@@ -44,7 +44,12 @@ Steps = Annotated[
 ]
 PolicyId = Annotated[
     str | None,
-    typer.Option("--policy", envvar="BIMVOX_POLICY", metavar="ID", help="Use this policy; see `bimvox policy list`."),
+    typer.Option(
+        "--policy",
+        envvar="BIMVOX_POLICY",
+        metavar="ID",
+        help="Use this policy of `bimvox policy list`; `nearest`: that of the most similar site.",
+    ),
 ]
 VoxelSize = Annotated[
     float | None,

@@ -29,6 +29,15 @@ def plan(
     policy: PolicyId = None,
     seed: Seed = None,
     steps: Steps = None,
+    retrain: Annotated[
+        int,
+        typer.Option(
+            envvar="BIMVOX_RETRAIN",
+            min=0,
+            metavar="STEPS",
+            help="Where the policy fails lifts, train it further on the site as it is, this many steps at most.",
+        ),
+    ] = 0,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -37,7 +46,14 @@ def plan(
 
     with open_output(as_json=json, quiet=quiet) as output:
         document = run(
-            site, out, obstructions=obstructions, policy=policy, seed=seed, steps=steps, progress=output.progress
+            site,
+            out,
+            obstructions=obstructions,
+            policy=policy,
+            seed=seed,
+            steps=steps,
+            retrain=retrain,
+            progress=output.progress,
         )
     code = output.result(document, _show)
     output.next_step(f"next: bimvox render {document['log']}")
@@ -81,10 +97,28 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
             ("lifts", f"{len(planned):,} of {len(lifts):,} planned{_methods(planned)}"),
             ("proof", "every planned lift is verified" if document["verified"] else "FAILED"),
             ("crane time", _crane_time(planned)),
-            ("policy", f"{policy['id']} ({'loaded' if policy['loaded'] else 'trained'}, {policy['steps']:,} steps)"),
+            ("policy", f"{policy['id']} ({_origin(policy)})"),
+            ("retrained", _retrained(document.get("retrained"))),
             ("took", spent(document["seconds"])),
         ],
     )
+
+
+def _origin(policy: Mapping[str, Any]) -> str:
+    """Say where a policy came from, and how good it was in its test."""
+    if policy["loaded"]:
+        origin = f"from the store, {policy['steps']:,} steps"
+    elif policy["steps"]:
+        origin = f"trained now, {policy['steps']:,} steps"
+    else:
+        origin = "as shipped: good enough here without training"
+    if not policy["tested"]:
+        return f"{origin}, not tested"
+    return f"{origin}; {policy['success_rate']:.1%} of {policy['tested']} test lifts"
+
+
+def _retrained(policy: Mapping[str, Any] | None) -> str | None:
+    return None if policy is None else f"{policy['id']}, {policy['steps']:,} steps on the site as it is"
 
 
 def _methods(planned: list[Mapping[str, Any]]) -> str:

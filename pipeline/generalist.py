@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,6 +29,8 @@ def main(arguments: list[str] | None = None) -> int:
     train.add_argument("--device", default="cpu", help="as torch names it; cpu takes the recipe for two cores")
     train.add_argument("--threads", type=int, default=1)
     train.add_argument("--lessons", type=int)
+    train.add_argument("--first-lesson", type=int, default=0, help="number of the first: others than a run before had")
+    train.add_argument("--checks", type=int, help="problems to test on meanwhile")
     train.add_argument("--steps", type=int)
     train.add_argument("--seconds", type=float, help="stop then; the weights depend on the machine's speed then")
     train.add_argument("--seed", type=int, default=0)
@@ -50,11 +51,16 @@ def _train(chosen: argparse.Namespace) -> None:
     from bimvox.policy.generalist.lessons import VALIDATION_DOMAIN, lessons
     from bimvox.policy.generalist.occupancies import FAMILIES
     from bimvox.policy.generalist.stages import building_lifts, load_stages
-    from bimvox.policy.generalist.weights import load_generalist, save_generalist
+    from bimvox.policy.generalist.weights import generalist_record, load_generalist, save_generalist
 
     began = time.monotonic()
     small = chosen.device == "cpu"
     config = recipe.small_recipe() if small else recipe.RECIPE
+    initial, before = None, []
+    if chosen.initial:
+        config = recipe.continuing(config)
+        initial, earlier = load_generalist(chosen.initial), generalist_record(chosen.initial)
+        before = [*earlier.pop("before", []), earlier]
     count = chosen.lessons or (5_000 if small else recipe.LESSON_COUNT)
     steps = chosen.steps or (2_000_000 if small else recipe.STEPS)
     if chosen.stages is not None:
@@ -63,43 +69,54 @@ def _train(chosen: argparse.Namespace) -> None:
         from pipeline.generalist_buildings import LESSONS, stages_of
 
         stages = stages_of(LESSONS)
-    problems = lessons(count, threads=chosen.threads)
+    problems = lessons(count, first=chosen.first_lesson, threads=chosen.threads)
     problems += building_lifts(stages, count=min(recipe.BUILDING_LIFTS, count // 10), domain=1, starts=96)
-    checks = lessons(min(300 if small else recipe.CHECK_COUNT, count), domain=VALIDATION_DOMAIN, threads=chosen.threads)
+    check_count = chosen.checks or min(300 if small else recipe.CHECK_COUNT, count)
+    checks = lessons(check_count, domain=VALIDATION_DOMAIN, threads=chosen.threads)
     _say(f"{len(problems)} lessons, {len(checks)} checks after {time.monotonic() - began:.0f} s")
     chosen.out.mkdir(parents=True, exist_ok=True)
     curve: list[list[float]] = []
 
     def report(check: Check, network: QNetwork) -> None:
         row = [check.steps, check.success_rate, check.length_ratio, *check.by_family]
+        best = max((rank(earlier) for earlier in curve), default=(0.0, 0.0))
         curve.append([round(float(n), 4) for n in row])
         _say(
             f"{check.steps:>11,} steps {time.monotonic() - began:5.0f} s  success {check.success_rate:.3f}  "
             f"length {check.length_ratio:.4f}  " + " ".join(f"{n:.2f}" for n in check.by_family)
         )
-        save(network)
+        write_curve()
+        if rank(curve[-1]) >= best:
+            save(network)
+
+    def rank(row: list[float]) -> tuple[float, float]:
+        return row[1], -row[2]
+
+    def write_curve() -> None:
+        head = ",".join(["steps", "success_rate", "length_ratio", *FAMILIES])
+        rows = [",".join([str(int(row[0])), *(f"{n:.4f}" for n in row[1:])]) for row in curve]
+        (chosen.out / "curve.csv").write_text("\n".join([head, *rows]) + "\n")
 
     def save(network: QNetwork) -> None:
         record = {
             "config": config.to_dict(),
             "seed": chosen.seed,
             "steps": int(curve[-1][0]),
-            "lessons": count,
+            "lessons": [chosen.first_lesson, chosen.first_lesson + count],
+            "minutes": round((time.monotonic() - began) / 60, 1),
+            "checks": check_count,
+            "before": before,
             "budget_steps": steps,
             "device": chosen.device,
             "time_limited": chosen.seconds is not None,
         }
         save_generalist(network, record, chosen.out)
-        head = ",".join(["steps", "success_rate", "length_ratio", *FAMILIES])
-        rows = [",".join([str(int(row[0])), *(f"{n:.4f}" for n in row[1:])]) for row in curve]
-        (chosen.out / "curve.csv").write_text("\n".join([head, *rows]) + "\n")
 
     left = None if chosen.seconds is None else chosen.seconds - (time.monotonic() - began)
-    initial = load_generalist(chosen.initial) if chosen.initial else None
     recipe.train_generalist(
         problems,
         checks,
-        replace(config),
+        config,
         families=len(FAMILIES),
         seed=chosen.seed,
         steps=steps,

@@ -58,8 +58,9 @@ def _summary(manifest: PolicyManifest) -> dict[str, Any]:
     return {
         "id": manifest.id,
         "steps": manifest.steps,
-        "success_rate": manifest.success_rate,
-        "length_ratio": manifest.length_ratio,
+        "success_rate": manifest.success_rate if manifest.tested else None,
+        "length_ratio": manifest.length_ratio if manifest.tested else None,
+        "tested": manifest.tested,
         "seed": manifest.seed,
         "parent": manifest.parent,
         "geometry_key": manifest.geometry_key,

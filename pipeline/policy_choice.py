@@ -5,21 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from bimvox.errors import PolicyError
 from pipeline.progress import Progress
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
+    from collections.abc import Callable, Collection
 
     from bimvox.env.problem import LiftProblem
-    from bimvox.planning.assembly import Preparation, Stage
+    from bimvox.planning.assembly import Preparation
     from bimvox.policy.config import DqnConfig
     from bimvox.policy.network import QNetwork
-    from bimvox.policy.trained import CurvePoint
+    from bimvox.policy.trained import CurvePoint, TrainedPolicy
     from bimvox.site.site import Site
+    from pipeline.train_record import Checkpoint
 
 DEFAULT_STEPS = 40_000
 """Training budget in environment steps, where neither the site file nor the command says."""
@@ -27,11 +25,8 @@ DEFAULT_STEPS = 40_000
 DEFAULT_START = "default"
 """Names the policy that ships with bimvox."""
 
-_PROBLEMS = 20
-_PROBLEM_BYTES = 600_000_000  # tables and distance fields of all training problems together
-_BYTES_A_CELL = 6  # int32 table, int16 distance
-_STARTS = 256
-_MOST_BOXES = 6
+NEAREST = "nearest"
+"""Names the stored policy of the site most like this one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,11 +58,21 @@ class PolicyInUse:
         """What the success rate from any start of the site is at least, with 95 % confidence."""
         from bimvox.policy.evaluate import success_at_least
 
+        if self.tested == 0:
+            return 0.0
         return success_at_least(round(self.success_rate * self.tested), self.tested)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the JSON documents say of it."""
-        return {"id": self.id, "loaded": self.loaded, "steps": self.steps, "success_rate": self.success_rate}
+        return {
+            "id": self.id,
+            "loaded": self.loaded,
+            "from": self.parent,
+            "steps": self.steps,
+            "success_rate": self.success_rate if self.tested else None,
+            "tested": self.tested,
+            "success_at_least": round(self.success_at_least, 4),
+        }
 
 
 def choose_policy(
@@ -94,7 +99,7 @@ def choose_policy(
     Args:
         site: The site.
         preparation: What was prepared for it.
-        policy_id: A policy of the store; named, it is taken as it is.
+        policy_id: A policy of the store; named, it is taken as it is. ``nearest``: that of the most similar site.
         seed: Seed of the training.
         steps: Budget in environment steps; None for the default.
         required_success: Success rate at which training stops.
@@ -110,7 +115,10 @@ def choose_policy(
     """
     from bimvox.policy import store
     from bimvox.policy.config import DqnConfig, adapting
+    from bimvox.policy.site_outline import outline_of
 
+    if policy_id == NEAREST:
+        return _nearest(site, progress)
     if policy_id is not None:
         return _stored(policy_id)
     budget = DEFAULT_STEPS if steps is None else steps
@@ -124,34 +132,64 @@ def choose_policy(
             ended = good or manifest.steps >= budget
             if manifest.seed == seed and manifest.config == config and manifest.parent == parent and ended:
                 return _stored(manifest.id)
+    from pipeline.site_lessons import training_problems
+    from pipeline.train_record import Checkpoint
+
     problems = training_problems(site, preparation, seed, progress)
-    return _trained(site.geometry_digest, problems, config, seed, budget, initial, parent, seconds, progress, tested)
+    checkpoint = Checkpoint(site.geometry_digest, config, seed, parent, budget)
+    policy = _trained(
+        problems,
+        config,
+        seed,
+        budget,
+        initial,
+        parent,
+        progress,
+        seconds=seconds,
+        tested=tested,
+        checkpoint=checkpoint,
+    )
+    policy_id = store.save(policy, site.geometry_digest, site=outline_of(site))
+    checkpoint.remove()
+    return _in_use(policy_id, policy)
 
 
 def retrained(
-    site: Site, preparation: Preparation, policy: PolicyInUse, *, seed: int, steps: int, progress: Progress
+    site: Site,
+    preparation: Preparation,
+    policy: PolicyInUse,
+    *,
+    failed: Collection[int] = (),
+    seed: int,
+    steps: int,
+    progress: Progress,
 ) -> PolicyInUse:
     """Return a site's policy after more training on the site as it is now, obstructions included.
 
     The old policy is tested first, on the same lifts; it is returned as it is where it is good enough, or where no
-    network of this training is better.
+    network of this training is better. A better one is kept in the store, but is never used unasked: it belongs to
+    these obstructions.
 
     Args:
         site: The changed site.
         preparation: What was prepared for it.
         policy: The policy in use.
+        failed: Components whose lifts it failed; they are among the lessons.
         seed: Seed of the training.
         steps: Budget in environment steps: the same budget gives the same result.
         progress: Told of the stages.
     """
+    from bimvox.policy import store
     from bimvox.policy.config import DqnConfig, adapting
+    from bimvox.policy.site_outline import outline_of
+    from pipeline.site_lessons import training_problems
 
     config = adapting(DqnConfig(), policy.network.layer_sizes[1:-1])
-    problems = training_problems(site, preparation, seed, progress, as_it_is=True)
-    found = _trained(
-        site.geometry_digest, problems, config, seed, steps, policy.network, policy.id, None, progress, None
-    )
-    return policy if found.network is policy.network else found
+    problems = training_problems(site, preparation, seed, progress, as_it_is=True, surely=failed)
+    found = _trained(problems, config, seed, steps, policy.network, policy.id, progress)
+    if found.network is policy.network:
+        return policy
+    return _in_use(store.save(found, site.geometry_digest, site=outline_of(site)), found)
 
 
 def _beginning(start_from: str) -> tuple[QNetwork | None, str | None]:
@@ -165,6 +203,26 @@ def _beginning(start_from: str) -> tuple[QNetwork | None, str | None]:
         return load_generalist(), str(generalist_record()["id"])
     found = store.load(start_from)
     return found.network, found.manifest.id
+
+
+def _nearest(site: Site, progress: Progress) -> PolicyInUse:
+    """Return the stored policy of the site most like this one.
+
+    Raises:
+        PolicyError: The store holds no policy of any site.
+    """
+    from bimvox.policy import store
+    from bimvox.policy.site_outline import outline_of
+
+    near = store.nearest(outline_of(site))
+    if not near:
+        raise PolicyError(
+            f"{store.store_folder()}: holds no policy of any site, so none is the nearest",
+            hint="leave --policy out: the policy that ships with bimvox knows sites that it has never seen",
+        )
+    away, manifest = near[0]
+    progress.note(f"policy {manifest.id} is of the nearest site: {away:.2f} away (0: the same, 1: little in common)")
+    return _stored(manifest.id)
 
 
 def _stored(policy_id: str) -> PolicyInUse:
@@ -185,23 +243,21 @@ def _stored(policy_id: str) -> PolicyInUse:
 
 
 def _trained(
-    geometry_key: str,
     problems: list[LiftProblem],
     config: DqnConfig,
     seed: int,
     budget: int,
     initial: QNetwork | None,
     parent: str | None,
-    seconds: float | None,
     progress: Progress,
-    tested: Callable[[CurvePoint], None] | None,
-) -> PolicyInUse:
-    from bimvox.policy import store
+    *,
+    seconds: float | None = None,
+    tested: Callable[[CurvePoint], None] | None = None,
+    checkpoint: Checkpoint | None = None,
+) -> TrainedPolicy:
     from bimvox.policy.train import train
-    from pipeline.train_record import Checkpoint
 
-    checkpoint = Checkpoint(geometry_key, config, seed, parent)
-    resumed = checkpoint.load()
+    resumed = checkpoint.load() if checkpoint is not None else None
     if resumed is not None:
         progress.note(f"resumed a training that was cut off after {resumed.steps:,} steps")
     progress.stage("train", budget)
@@ -221,11 +277,13 @@ def _trained(
         resumed=resumed,
         seconds=seconds,
         progress=test,
-        checkpoint=checkpoint.save,
+        checkpoint=None if checkpoint is None else checkpoint.save,
     )
-    policy_id = store.save(policy, geometry_key)
-    checkpoint.remove()
     progress.finish()
+    return policy
+
+
+def _in_use(policy_id: str, policy: TrainedPolicy) -> PolicyInUse:
     return PolicyInUse(
         policy_id,
         False,
@@ -236,61 +294,3 @@ def _trained(
         policy.tested,
         policy.parent,
     )
-
-
-def training_problems(
-    site: Site, preparation: Preparation, seed: int, progress: Progress, *, as_it_is: bool = False
-) -> list[LiftProblem]:
-    """Return lifts to learn from, spread evenly over the order, each with starts all over the yard.
-
-    The site's own obstructions are left out, because the policy's key is its geometry; half of the lifts have random
-    boxes in their way instead.
-
-    Args:
-        site: The site.
-        preparation: What was prepared for it.
-        seed: Chooses the starts and the boxes.
-        progress: Told of the stage.
-        as_it_is: Learn the site with its own obstructions, and no other.
-    """
-    from dataclasses import replace
-
-    from bimvox.env.problem import is_learnable, training_problem
-    from bimvox.planning.assembly import Assembly, Stage
-    from bimvox.policy.generalist.problems import with_boxes
-
-    clear = site if as_it_is else replace(site, blockers=tuple(b for b in site.blockers if b.kind != "obstruction"))
-    order = preparation.sequence.order
-    most = max(2, _PROBLEM_BYTES // (_BYTES_A_CELL * int(np.prod(site.shape))))
-    chosen = set(np.unique(np.linspace(0, len(order) - 1, min(len(order), most, _PROBLEMS)).round().astype(int)))
-    rng = np.random.default_rng(seed)
-    assembly = Assembly(clear, preparation)
-    problems = []
-    progress.stage("lessons", len(order))
-    for number, index in enumerate(order):
-        if number in chosen:
-            stage = assembly.begin(index)
-            if isinstance(stage, Stage):
-                starts = _starts(clear, stage, rng)
-                gate = stage.insertion.gate_vox
-                lift = training_problem(stage.clearance, stage.start_vox, gate, starts)
-                if len(problems) % 2 and not as_it_is:
-                    boxed = with_boxes(rng, stage.clearance, int(rng.integers(1, _MOST_BOXES + 1)))
-                    other = training_problem(boxed, stage.start_vox, gate, starts)
-                    lift = other if is_learnable(other) else lift
-                problems.append(lift)
-        else:
-            assembly.skip(index)
-        assembly.finish(index, placed=preparation.places[index] is not None)
-        progress.advance()
-    return problems
-
-
-def _starts(site: Site, stage: Stage, rng: np.random.Generator) -> NDArray[np.int32]:
-    """Places over the whole yard, at the height at which transits start."""
-    columns = np.argwhere(site.yard)
-    if len(columns) > _STARTS:
-        columns = columns[np.sort(rng.choice(len(columns), _STARTS, replace=False))]
-    heights = np.full((len(columns), 1), stage.start_vox[2])
-    starts: NDArray[np.int32] = np.concatenate([columns, heights], axis=1).astype(np.int32)
-    return starts

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.load_site import load_site
 from pipeline.plan import prepared, seed_of
-from pipeline.policy_choice import DEFAULT_START, choose_policy
+from pipeline.policy_choice import DEFAULT_START, DEFAULT_STEPS, choose_policy
 from pipeline.progress import Progress
 
 if TYPE_CHECKING:
+    from bimvox.policy.tensorboard import TensorBoard
     from bimvox.policy.trained import CurvePoint
 
 
@@ -41,14 +42,14 @@ def train(
     Returns:
         The document of ``bimvox train --json``.
     """
-    from pipeline.train_record import TensorBoard, write_curve
+    from pipeline.train_record import write_curve
 
-    board = TensorBoard(tensorboard) if tensorboard is not None else None
+    board = _board(tensorboard)
     loaded = load_site(site, progress)
     preparation = prepared(loaded.site, progress)
     wanted = loaded.config.policy
     budget = steps if steps is not None else wanted.steps
-    said = _Said(progress)
+    said = _Said(progress, budget if budget is not None else DEFAULT_STEPS)
 
     def tested(point: CurvePoint) -> None:
         said.test(point)
@@ -85,18 +86,29 @@ def train(
     }
 
 
+def _board(folder: Path | None) -> TensorBoard | None:
+    if folder is None:
+        return None
+    from bimvox.policy.tensorboard import TensorBoard
+
+    return TensorBoard(folder)
+
+
 class _Said:
     """Turns tests into sentences."""
 
-    def __init__(self, progress: Progress) -> None:
+    def __init__(self, progress: Progress, budget: int) -> None:
         self._progress = progress
+        self._budget = budget
         self._last: tuple[int, float] | None = None
 
     def test(self, point: CurvePoint) -> None:
         now = time.monotonic()
         pace = ""
         if self._last is not None and point.steps > self._last[0]:
-            pace = f", {(point.steps - self._last[0]) / max(1e-9, now - self._last[1]):,.0f} steps a second"
+            rate = (point.steps - self._last[0]) / max(1e-9, now - self._last[1])
+            left = (self._budget - point.steps) / rate
+            pace = f", {rate:,.0f} steps a second, {left:,.0f} s left of the budget"
         self._last = (point.steps, now)
         self._progress.note(
             f"after {point.steps:,} steps: {point.success_rate:.1%} of the test lifts arrive, "

@@ -7,7 +7,7 @@ import json
 import shutil
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bimvox.errors import FileError, PolicyError
 
@@ -26,12 +26,13 @@ class Checkpoint:
         config: The choices.
         seed: The seed.
         parent: Id of the policy begun from.
+        budget: Environment steps.
     """
 
-    def __init__(self, geometry_key: str, config: DqnConfig, seed: int, parent: str | None) -> None:
+    def __init__(self, geometry_key: str, config: DqnConfig, seed: int, parent: str | None, budget: int) -> None:
         from bimvox.policy.store import store_folder
 
-        identity = json.dumps([geometry_key, config.to_dict(), seed, parent], sort_keys=True)
+        identity = json.dumps([geometry_key, config.to_dict(), seed, parent, budget], sort_keys=True)
         store = store_folder()
         name = hashlib.sha256(identity.encode()).hexdigest()[:16]
         self._geometry_key = geometry_key
@@ -81,31 +82,3 @@ def write_curve(file: Path, curve: tuple[CurvePoint, ...]) -> None:
 
     rows = [f"{p.steps},{p.success_rate:.6f},{p.length_ratio:.6f}" for p in curve]
     write_atomically(file, ("\n".join(["steps,success_rate,length_ratio", *rows]) + "\n").encode(), inputs=[])
-
-
-class TensorBoard:
-    """Writes a training's tests for TensorBoard.
-
-    Args:
-        folder: Log folder.
-
-    Raises:
-        PolicyError: If TensorBoard is not installed.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        try:
-            from torch.utils.tensorboard import SummaryWriter
-        except ImportError as error:
-            raise PolicyError("TensorBoard is not installed", hint="pip install tensorboard") from error
-        self._writer: Any = SummaryWriter(str(folder))  # type: ignore[no-untyped-call]
-
-    def point(self, point: CurvePoint) -> None:
-        """Write one test."""
-        self._writer.add_scalar("test/success_rate", point.success_rate, point.steps)
-        self._writer.add_scalar("test/length_ratio", point.length_ratio, point.steps)
-        self._writer.flush()
-
-    def close(self) -> None:
-        """End the log."""
-        self._writer.close()

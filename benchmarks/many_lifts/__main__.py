@@ -10,6 +10,7 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 import numpy as np
 
+from benchmarks.doc_section import write_section
 from benchmarks.many_lifts import methods
 from benchmarks.many_lifts.problems import BOXES, SHAPE, Problems, make
 
@@ -28,12 +29,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--lifts", type=int, default=500)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--write", action="store_true", help="write the table into docs/generalist.md")
     options = parser.parse_args()
+    lines: list[str] = []
+
+    def say(line: str) -> None:
+        lines.append(line)
+        print(line, flush=True)
+
     problems = make(options.lifts, options.seed)
     shortest: list[int | None] = []
-    print(f"{options.lifts} lifts on {'x'.join(map(str, SHAPE))}, {BOXES} boxes, seed {options.seed}, one thread\n")
-    print("| method | lifts | found | moves / shortest | all, s | a lift: median, p95, max, ms | |")
-    print("|---|---|---|---|---|---|---|")
+    say(f"{options.lifts} lifts on {'x'.join(map(str, SHAPE))}, {BOXES} boxes, seed {options.seed}, one thread\n")
+    say("| method | lifts | found | moves / shortest | all, s | a lift: median, p95, max, ms | |")
+    say("|---|---|---|---|---|---|---|")
     reference = methods.search(problems, options.lifts)
     shortest = reference.moves
     for method, share in _METHODS:
@@ -41,9 +49,11 @@ def main() -> None:
         try:
             result = reference if method is methods.search else method(problems, count)
         except ImportError as error:
-            print(f"| {method.__name__} | not installed ({error.name}) | | | | | |")
+            say(f"| {method.__name__} | not installed ({error.name}) | | | | | |")
             continue
-        print(_row(result, shortest))
+        say(_row(result, shortest))
+    if options.write:
+        write_section("generalist.md", "bench-many-lifts", "\n".join(lines))
 
 
 def _row(result: methods.Result, shortest: list[int | None]) -> str:

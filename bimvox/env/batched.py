@@ -359,4 +359,4 @@ def _guard_all(
     """Choose the guard's move for every lift of a range."""
     for n in range(first, last):
         clearance = pooled_clearance(pool, batch.problem[n])
-        actions[n] = max(0, guarded_action(clearance, batch.cells[n], batch.steps[n], values[n], False))
+        actions[n] = max(0, guarded_action(clearance, batch.cells[n], batch.steps[n], values[n], 0, 0.0))

@@ -3,11 +3,13 @@
 Of the moves that are free, those to the reference cells visited least often so far come first; among these the
 policy's value decides. So a move is never blocked, a lift never circles, and a policy that would dither at a wall is
 pushed along it. A lift that is lost, because it has made many more moves than the way should take, is pushed away from
-where it has been: each earlier visit within two cells of a move's end counts against it (``CROWD_COST``). It is no
+where it has been: each earlier visit near a move's end counts against it (:class:`Push`). It is no
 search: it looks one move ahead and knows nothing but where the lift has been.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,21 +22,37 @@ from bimvox.site.clearance import Clearance, placement_is_free
 VISIT_COST = 10.0
 """Against a move, per earlier visit of the cell that it leads to; values of actions differ by less than one."""
 
-CROWD_COST = 0.02
-"""Against a move of a lost lift, per earlier visit within ``CROWD_REACH`` of the cell that it leads to."""
 
-CROWD_REACH = 2
+class Push(NamedTuple):
+    """When a lift counts as lost, and how it is pushed away from where it has been.
+
+    Attributes:
+        factor: Lost after ``factor`` times the Manhattan distance of its way ...
+        slack: ... plus ``slack`` moves.
+        reach_vox: Visits up to so many cells away along every axis count.
+        cost: Against a move, per such visit.
+    """
+
+    factor: float
+    slack: int
+    reach_vox: int
+    cost: float
+
+
+CALM = Push(2.0, 40, 2, 0.02)
+RESTLESS = Push(1.0, 10, 6, 0.05)
+"""For another try: it leaves early what the calm one does not get out of, and strays more on the way."""
 
 
 @leaf_kernel
-def is_lost(steps: int, least_moves: int) -> bool:
+def is_lost(push: Push, steps: int, least_moves: int) -> bool:
     """Return whether a lift has made many more moves than the Manhattan distance of its way."""
-    return bool(steps > 2 * least_moves + 40)
+    return bool(steps > push.factor * least_moves + push.slack)
 
 
 @leaf_kernel
 def guarded_action(
-    clearance: Clearance, cells: NDArray[np.int32], steps: int, values: NDArray[np.float32], lost: bool
+    clearance: Clearance, cells: NDArray[np.int32], steps: int, values: NDArray[np.float32], reach_vox: int, cost: float
 ) -> int:
     """Return the move that the guard lets a lift make, ``NO_ACTION`` where none is free.
 
@@ -43,7 +61,8 @@ def guarded_action(
         cells: (M, 3) int32 reference cells visited; step s is in row s % M, so the last M are remembered.
         steps: Moves made so far: the lift is at row ``steps % M``.
         values: (6,) float32 the policy's.
-        lost: Whether it is to be pushed away from where it has been.
+        reach_vox: Visits up to so far from a move's end count against it ...
+        cost: ... each with so much; 0 for a lift that is not lost.
     """
     at = cells[steps % cells.shape[0]]
     best, best_score = NO_ACTION, 0.0
@@ -52,8 +71,8 @@ def guarded_action(
         if not placement_is_free(clearance, x, y, z):
             continue
         score = values[action] - VISIT_COST * visits_of(cells, steps, x, y, z)
-        if lost:
-            score -= CROWD_COST * _visits_near(cells, steps, x, y, z)
+        if cost > 0.0:
+            score -= cost * _visits_near(cells, steps, x, y, z, reach_vox)
         if best == NO_ACTION or score > best_score:
             best, best_score = action, score
     return best
@@ -70,11 +89,11 @@ def visits_of(cells: NDArray[np.int32], steps: int, x: int, y: int, z: int) -> i
 
 
 @leaf_kernel
-def _visits_near(cells: NDArray[np.int32], steps: int, x: int, y: int, z: int) -> int:
-    """Return how often cells within ``CROWD_REACH`` along every axis were visited."""
+def _visits_near(cells: NDArray[np.int32], steps: int, x: int, y: int, z: int, reach: int) -> int:
+    """Return how often cells within reach along every axis were visited."""
     visits = 0
     for n in range(min(steps + 1, cells.shape[0])):
-        near_x, near_y = abs(cells[n, 0] - x) <= CROWD_REACH, abs(cells[n, 1] - y) <= CROWD_REACH
-        if near_x and near_y and abs(cells[n, 2] - z) <= CROWD_REACH:
+        near_x, near_y = abs(cells[n, 0] - x) <= reach, abs(cells[n, 1] - y) <= reach
+        if near_x and near_y and abs(cells[n, 2] - z) <= reach:
             visits += 1
     return visits

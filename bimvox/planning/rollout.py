@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.env.actions import MOVES
-from bimvox.env.guard import guarded_action, is_lost
+from bimvox.env.guard import CALM, RESTLESS, Push, guarded_action, is_lost
 from bimvox.env.limits import StepLimit, steps_allowed
 from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance
 from bimvox.env.problem import LiftProblem, lift_problem
@@ -102,8 +102,19 @@ def roll_out_all(
 
 
 def _roll_out_both_ways(values: Values, problems: Sequence[LiftProblem], limit: StepLimit) -> list[Rollout]:
+    """Roll out from both ends; where neither arrives, once more with the guard that pushes earlier and farther."""
+    best = _from_both_ends(values, problems, limit, CALM)
+    lost = [n for n, rollout in enumerate(best) if rollout.outcome is Outcome.STEP_LIMIT]
+    if lost:
+        for n, again in zip(lost, _from_both_ends(values, [problems[n] for n in lost], limit, RESTLESS), strict=True):
+            path = again.path_vox if again.arrived else best[n].path_vox
+            best[n] = Rollout(path, again.outcome, best[n].steps + again.steps)
+    return best
+
+
+def _from_both_ends(values: Values, problems: Sequence[LiftProblem], limit: StepLimit, push: Push) -> list[Rollout]:
     """Roll out from start to target, and from target to start where that did not give a straight way."""
-    best = list(_forth(values, problems, limit))
+    best = list(_forth(values, problems, limit, push))
     again = [
         n
         for n, (problem, rollout) in enumerate(zip(problems, best, strict=True))
@@ -111,7 +122,7 @@ def _roll_out_both_ways(values: Values, problems: Sequence[LiftProblem], limit: 
         or (rollout.arrived and len(rollout.path_vox) - 1 > _manhattan(problem))
     ]
     turned = [replace(problems[n], start_vox=problems[n].target_vox, target_vox=problems[n].start_vox) for n in again]
-    for n, back in zip(again, _forth(values, turned, limit), strict=True):
+    for n, back in zip(again, _forth(values, turned, limit, push), strict=True):
         there = best[n]
         steps = there.steps + back.steps
         if back.arrived and (not there.arrived or len(back.path_vox) < len(there.path_vox)):
@@ -121,9 +132,9 @@ def _roll_out_both_ways(values: Values, problems: Sequence[LiftProblem], limit: 
     return best
 
 
-def _forth(values: Values, problems: Sequence[LiftProblem], limit: StepLimit) -> list[Rollout]:
+def _forth(values: Values, problems: Sequence[LiftProblem], limit: StepLimit, push: Push) -> list[Rollout]:
     starts = np.array([problem.start_vox for problem in problems], np.int32).reshape(-1, 3)
-    rollouts = roll_out_starts(values, problems, np.arange(len(problems)), starts, limit=limit)
+    rollouts = roll_out_starts(values, problems, np.arange(len(problems)), starts, limit=limit, push=push)
     return [
         Rollout(straightened(problem.clearance, rollout.path_vox), rollout.outcome, rollout.steps)
         for problem, rollout in zip(problems, rollouts, strict=True)
@@ -142,6 +153,7 @@ def roll_out_starts(
     *,
     limit: StepLimit = ROLLOUT_LIMIT,
     least_moves: NDArray[np.int64] | None = None,
+    push: Push = CALM,
 ) -> tuple[Rollout, ...]:
     """Roll a policy out from many starts of a few problems, in lock-step.
 
@@ -152,6 +164,7 @@ def roll_out_starts(
         starts_vox: (L, 3) int32 reference cell each begins at.
         limit: Moves allowed, from ``least_moves``.
         least_moves: (L,) fewest moves of each, where known; the Manhattan distance without.
+        push: What the loop guard does with a lift that is lost.
     """
     lifts = len(problem_index)
     if lifts == 0:
@@ -172,7 +185,7 @@ def roll_out_starts(
     while running.size:
         rows = observations[: running.size]
         _observe_running(pool, index, running, paths, steps, last_action, rows)
-        _move_running(pool, index, running, manhattan, allowed, values(rows), paths, steps, last_action, outcome)
+        _move_running(pool, index, running, manhattan, allowed, push, values(rows), paths, steps, last_action, outcome)
         running = running[outcome[running] == _RUNNING]
     return tuple(
         Rollout(shortest_of_visited(paths[n, : steps[n] + 1]), _OUTCOMES[int(outcome[n])], int(steps[n]))
@@ -395,6 +408,7 @@ def _move_running(
     running: NDArray[np.int64],
     least: NDArray[np.int64],
     allowed: NDArray[np.int64],
+    push: Push,
     values: NDArray[np.float32],
     paths: NDArray[np.int32],
     steps: NDArray[np.int64],
@@ -408,8 +422,8 @@ def _move_running(
         clearance = pooled_clearance(pool, p)
         path = paths[n, : steps[n] + 1]
         at = path[steps[n]]
-        lost = is_lost(steps[n], least[n])
-        best = guarded_action(clearance, path, steps[n], values[row], lost)
+        cost = push.cost if is_lost(push, steps[n], least[n]) else 0.0
+        best = guarded_action(clearance, path, steps[n], values[row], push.reach_vox, cost)
         if best == NO_ACTION:
             outcome[n] = _ENCLOSED
             continue

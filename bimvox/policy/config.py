@@ -47,6 +47,8 @@ class DqnConfig:
         limit: Actions allowed per training episode and per test, from the exact distance.
         test_every: Steps between two tests.
         test_starts: Yard starts per test, evenly spread over the problems and over the starts of each.
+        both_ways: Whether a test does what a plan does, from either end of a way and with detours cut, instead of one
+            roll-out from the start.
         required_success: Success rate at which training stops.
         required_ratio: Mean path / shortest path that must hold too at that moment.
     """
@@ -75,6 +77,7 @@ class DqnConfig:
     limit: StepLimit = StepLimit()  # noqa: RUF009  (immutable)
     test_every: int = 2_000
     test_starts: int = 256
+    both_ways: bool = False
     required_success: float = 1.0
     required_ratio: float = 1.05
 
@@ -97,7 +100,11 @@ class DqnConfig:
 
 
 def adapting(config: DqnConfig, hidden: tuple[int, ...]) -> DqnConfig:
-    """Return the choices for going on from a trained network of these hidden layers: smaller steps, less chance."""
+    """Return the choices for going on from a trained network of these hidden layers.
+
+    Smaller steps, less chance; tests as a plan rolls out, and as many of them as say 99 % at least with 95 %
+    confidence where none fails.
+    """
     return replace(
         config,
         hidden=hidden,
@@ -111,6 +118,8 @@ def adapting(config: DqnConfig, hidden: tuple[int, ...]) -> DqnConfig:
         exploration_spread=3.0,
         averaging=0.99,
         test_every=4_000,
+        test_starts=320,
+        both_ways=True,
     )
 
 

@@ -11,7 +11,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import torch
@@ -22,7 +22,7 @@ from torch.nn import functional
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.policy.config import DqnConfig
-from bimvox.policy.framed_policy import FramedPolicy, blocked_in_frame, frame_actions
+from bimvox.policy.framed_policy import FramedPolicy, FramedQNetwork, blocked_in_frame, frame_actions
 from bimvox.policy.network import QNetwork
 from bimvox.policy.replay import ViewReplay, packed, unpacked
 from bimvox.policy.vec_env import LiftVecEnv
@@ -104,7 +104,7 @@ class LiftDqn(DQN):
 
     def _values(self, views: torch.Tensor) -> torch.Tensor:
         """Return (N, 6) values of the site's actions, hopeless where blocked."""
-        values = self.q_net.in_frame(views).masked_fill(blocked_in_frame(views), _NEVER)  # type: ignore[operator]
+        values = in_frame(self.q_net, views).masked_fill(blocked_in_frame(views), _NEVER)
         return values.gather(1, frame_actions(views))
 
     def _sample_action(
@@ -163,22 +163,22 @@ class LiftDqn(DQN):
                 torch._foreach_lerp_(self._average, [p.detach() for p in self.q_net.parameters()], 1.0 - kept)
 
     def _loss(self, batch_size: int) -> torch.Tensor:
-        batch = self.replay_buffer.sample(batch_size)  # type: ignore[union-attr]
+        batch = cast(ViewReplay, self.replay_buffer).sample(batch_size)
         with torch.no_grad():
             blocked = blocked_in_frame(batch.following)
-            following = self.q_net_target.in_frame(batch.following).masked_fill(blocked, _NEVER)  # type: ignore[operator]
+            following = in_frame(self.q_net_target, batch.following).masked_fill(blocked, _NEVER)
             if self.config.double_q:
-                online = self.q_net.in_frame(batch.following).masked_fill(blocked, _NEVER)  # type: ignore[operator]
+                online = in_frame(self.q_net, batch.following).masked_fill(blocked, _NEVER)
                 best = following.gather(1, online.argmax(dim=1, keepdim=True))
             else:
                 best = following.max(dim=1, keepdim=True).values
             best = best.masked_fill(blocked.all(dim=1, keepdim=True), 0.0)
             wanted = batch.rewards + (1 - batch.ended) * self.gamma * best.float()
-        values = self.q_net(batch.views).float()
+        values: torch.Tensor = self.q_net(batch.views).float()
         loss = functional.smooth_l1_loss(values.gather(1, batch.actions), wanted, beta=0.1)
         if self.config.teacher:
             free = ~blocked_in_frame(batch.views).gather(1, frame_actions(batch.views))
-            told = functional.smooth_l1_loss(values, batch.teacher, beta=0.1, reduction="none")  # type: ignore[attr-defined]
+            told = functional.smooth_l1_loss(values, batch.teacher, beta=0.1, reduction="none")
             loss = loss + self.config.teacher * (told * free).sum() / free.sum()
         return loss
 
@@ -200,6 +200,11 @@ class LiftDqn(DQN):
         if self.config.averaging and self._n_updates:
             return self._average
         return [parameter.detach() for parameter in self.q_net.parameters()]
+
+
+def in_frame(q_net: torch.nn.Module, views: torch.Tensor) -> torch.Tensor:
+    """Return (N, 6) values of the actions in each view's frame."""
+    return cast(FramedQNetwork, q_net).in_frame(views)
 
 
 def network_of(dqn: LiftDqn) -> QNetwork:

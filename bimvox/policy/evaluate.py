@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.env.limits import StepLimit
 from bimvox.env.problem import LiftProblem
-from bimvox.planning.rollout import LIFTS_AT_ONCE, ROLLOUT_LIMIT, Values, roll_out_starts
+from bimvox.planning.rollout import LIFTS_AT_ONCE, ROLLOUT_LIMIT, Values, roll_out_all, roll_out_starts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +65,12 @@ def success_at_least(successes: int, tests: int, confidence: float = 0.95) -> fl
 
 
 def evaluate(
-    values: Values, problems: Sequence[LiftProblem], *, starts: int, limit: StepLimit = ROLLOUT_LIMIT
+    values: Values,
+    problems: Sequence[LiftProblem],
+    *,
+    starts: int,
+    limit: StepLimit = ROLLOUT_LIMIT,
+    both_ways: bool = False,
 ) -> Evaluation:
     """Roll a policy out from yard starts, evenly spread over the problems and over the starts that each has.
 
@@ -73,7 +78,8 @@ def evaluate(
         values: The policy.
         problems: Learnable problems.
         starts: At most so many in all, but at least one of each problem.
-        limit: Moves allowed, from the exact distance.
+        limit: Moves allowed: one way from the exact distance, both ways from the Manhattan distance.
+        both_ways: Whether to do what a plan does: from either end, detours cut.
     """
     problem_of: list[int] = []
     chosen_starts: list[NDArray[np.int32]] = []
@@ -91,10 +97,18 @@ def evaluate(
     for first in range(0, len(problems), LIFTS_AT_ONCE):
         rows = np.flatnonzero((index >= first) & (index < first + LIFTS_AT_ONCE))
         part = problems[first : first + LIFTS_AT_ONCE]
-        rollouts = roll_out_starts(
-            values, part, index[rows] - first, cells[rows], limit=limit, least_moves=shortest[rows]
-        )
+        if both_ways:
+            rollouts = roll_out_all(values, [_from(problems[index[row]], cells[row]) for row in rows], limit=limit)
+        else:
+            rollouts = roll_out_starts(
+                values, part, index[rows] - first, cells[rows], limit=limit, least_moves=shortest[rows]
+            )
         for row, rollout in zip(rows, rollouts, strict=True):
             arrived[row] = rollout.arrived
             moves[row] = len(rollout.path_vox) - 1
     return Evaluation(index, arrived, moves, shortest.astype(np.int64))
+
+
+def _from(problem: LiftProblem, cell: NDArray[np.int32]) -> LiftProblem:
+    x, y, z = (int(n) for n in cell)
+    return replace(problem, start_vox=(x, y, z))

@@ -1,7 +1,4 @@
-"""The Q-network at work: a multilayer perceptron from plain arrays, no torch.
-
-Compiled with a fixed order of summation, so that the values of a lift do not depend on which others are asked with it.
-"""
+"""The Q-network at work, from plain arrays, no torch."""
 
 from __future__ import annotations
 
@@ -16,27 +13,15 @@ from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
 from bimvox.env.view import INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import PolicyError
+from bimvox.policy.perceptron import Perceptron
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class QNetwork:
-    """Values of the six actions for an observation.
-
-    Attributes:
-        weights: Per layer (inputs, outputs) float32, contiguous.
-        biases: Per layer (outputs,) float32. Rectified linear units after every layer but the last.
-    """
-
-    weights: tuple[NDArray[np.float32], ...]
-    biases: tuple[NDArray[np.float32], ...]
-
-    @property
-    def layer_sizes(self) -> tuple[int, ...]:
-        """Width of the input, of every hidden layer, and of the output."""
-        return (self.weights[0].shape[0], *(w.shape[1] for w in self.weights))
+class QNetwork(Perceptron):
+    """Values of the six actions for an observation: a perceptron in the view's frame."""
 
     def __call__(self, observations: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return (N, 6) float32 action values of (N, VIEW_SIZE) float32 observations.
+        """Return (N, 6) float32 values of the site's actions for (N, VIEW_SIZE) float32 observations.
 
         Raises:
             ValueError: They have another shape.
@@ -44,19 +29,7 @@ class QNetwork:
         views = np.ascontiguousarray(observations, np.float32)
         if views.ndim != 2 or views.shape[1] != VIEW_SIZE:
             raise ValueError(f"observations of shape {views.shape}, not (N, {VIEW_SIZE})")
-        values = views
-        last = len(self.weights) - 1
-        for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
-            values = _layer(values, weight, bias, layer != last)
-        return _on_site(values, views, FRAME_ACTIONS)
-
-    def arrays(self) -> dict[str, NDArray[np.float32]]:
-        """Return the arrays by name, as they are stored."""
-        named: dict[str, NDArray[np.float32]] = {}
-        for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
-            named[f"layer{layer}.weight"] = weight
-            named[f"layer{layer}.bias"] = bias
-        return named
+        return _on_site(self.outputs(views), views, FRAME_ACTIONS)
 
 
 def network_from_arrays(arrays: Mapping[str, NDArray[np.generic]]) -> QNetwork:
@@ -92,26 +65,6 @@ def network_from_arrays(arrays: Mapping[str, NDArray[np.generic]]) -> QNetwork:
     if width != ACTION_COUNT:
         raise PolicyError(f"the network gives {width} values, not one for each of {ACTION_COUNT} actions")
     return QNetwork(tuple(weights), tuple(biases))
-
-
-@kernel
-def _layer(
-    inputs: NDArray[np.float32], weight: NDArray[np.float32], bias: NDArray[np.float32], rectify: bool
-) -> NDArray[np.float32]:
-    """Return one layer's output; inputs that are zero (free cells, mostly) cost nothing."""
-    outputs = np.empty((inputs.shape[0], weight.shape[1]), np.float32)
-    for n in range(inputs.shape[0]):
-        row = outputs[n]
-        row[:] = bias
-        for i in range(weight.shape[0]):  # the view's last entry, the frame, is no input
-            value = inputs[n, i]
-            if value != 0.0:
-                for o in range(weight.shape[1]):
-                    row[o] += value * weight[i, o]
-        if rectify:
-            for o in range(weight.shape[1]):
-                row[o] = max(row[o], np.float32(0.0))
-    return outputs
 
 
 @kernel

@@ -81,7 +81,7 @@ class ViewReplay(BaseBuffer):
         self._teacher = torch.zeros((size if teacher else 0, ACTION_COUNT), device=device)
         self._random = torch.Generator(device=device).manual_seed(seed)
 
-    def add(  # type: ignore[override]
+    def add(
         self,
         views: torch.Tensor,
         following: torch.Tensor,
@@ -107,7 +107,7 @@ class ViewReplay(BaseBuffer):
         """Return how many transitions are remembered."""
         return self.buffer_size if self.full else self.pos
 
-    def sample(self, batch_size: int, env: Any = None) -> Transitions:  # type: ignore[override]
+    def sample(self, batch_size: int, env: Any = None) -> Transitions:
         """Draw transitions, each as likely as any other."""
         return self._get_samples(torch.randint(self.size(), (batch_size,), generator=self._random, device=self.device))
 

@@ -1,26 +1,19 @@
-"""Training a site's policy: deep Q-learning until its greedy roll-outs succeed."""
+"""Training a site's policy: deep Q-learning until its greedy roll-outs succeed.
+
+A network to begin with is tested before torch is imported: where it is good enough, nothing needs it.
+"""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
-
-import numpy as np
-import torch
-from stable_baselines3.common.callbacks import BaseCallback
 
 from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.problem import LiftProblem, is_learnable
 from bimvox.errors import PlanningError
 from bimvox.policy.config import DqnConfig
-from bimvox.policy.dqn import LiftDqn, load_network, network_of
 from bimvox.policy.evaluate import Evaluation, evaluate
 from bimvox.policy.network import QNetwork
 from bimvox.policy.trained import CurvePoint, TrainedPolicy
-from bimvox.policy.vec_env import LiftVecEnv
-
-HARD_PROBLEMS_FIRST = 4.0
-"""How much oftener a problem is drawn that failed from every start in the last test than one that succeeded."""
 
 
 def train(
@@ -64,8 +57,7 @@ def train(
             f"none of {len(problems)} lifts has a way from the yard to its place, so there is nothing to learn",
             hint="the search says for each lift what is in its way",
         )
-    torch.set_num_threads(1)  # more threads only get in each other's way on layers this small
-    record = _Record(learnable, config, seed, parent, progress, checkpoint)
+    record = Record(learnable, config, seed, parent, progress, checkpoint)
     begin = resumed.network if resumed is not None else initial
     if resumed is not None:
         record.resume(resumed)
@@ -74,6 +66,13 @@ def train(
     done = resumed.steps if resumed is not None else 0
     if done >= steps:
         return record.policy
+    import torch
+
+    from bimvox.policy.dqn import LiftDqn, load_network
+    from bimvox.policy.train_callback import Tests
+    from bimvox.policy.vec_env import LiftVecEnv
+
+    torch.set_num_threads(1)  # more threads only get in each other's way on layers this small
     batch = BatchedLiftEnv(
         learnable, config.lifts, reward_name=config.reward, mix=config.mix, limit=config.limit, seed=seed
     )
@@ -81,11 +80,11 @@ def train(
     if begin is not None:
         load_network(dqn, begin)
     dqn.num_timesteps = done
-    dqn.learn(steps - done, callback=_Tests(record, batch, steps, done, seconds), reset_num_timesteps=False)
+    dqn.learn(steps - done, callback=Tests(record, batch, steps, done, seconds), reset_num_timesteps=False)
     return record.policy
 
 
-class _Record:
+class Record:
     """The tests so far and the best policy among them."""
 
     def __init__(
@@ -133,7 +132,11 @@ class _Record:
 
     def test(self, network: QNetwork, steps: int) -> bool:
         """Test a network and return whether it is good enough."""
-        self.evaluation = evaluate(network, self._problems, starts=self._config.test_starts, limit=self._config.limit)
+        config = self._config
+        if config.both_ways:
+            self.evaluation = evaluate(network, self._problems, starts=config.test_starts, both_ways=True)
+        else:
+            self.evaluation = evaluate(network, self._problems, starts=config.test_starts, limit=config.limit)
         point = CurvePoint(steps, self.evaluation.success_rate, self.evaluation.length_ratio)
         self._curve.append(point)
         if self._best is None or _rank(point) > _rank(self._best[0]):
@@ -148,38 +151,3 @@ class _Record:
 def _rank(point: CurvePoint) -> tuple[float, float]:
     """Return what makes one tested network better than another: it succeeds oftener, then it goes straighter."""
     return (point.success_rate, -point.length_ratio)
-
-
-class _Tests(BaseCallback):
-    """Tests during one call of ``learn``: calling it in slices would restart the exploration schedule."""
-
-    def __init__(self, record: _Record, batch: BatchedLiftEnv, budget: int, done: int, seconds: float | None) -> None:
-        super().__init__()
-        self._done = done
-        self._ends = None if seconds is None else time.monotonic() + seconds
-        self._record = record
-        self._batch = batch
-        self._budget = budget
-        self._next = 0
-
-    def _on_training_start(self) -> None:
-        self._next = self._done + self._interval
-
-    def _on_step(self) -> bool:
-        if self.num_timesteps < min(self._next, self._budget):
-            return True
-        self._next += self._interval
-        if self._record.test(network_of(self.model), self.num_timesteps):  # type: ignore[arg-type]
-            return False
-        if self._ends is not None and time.monotonic() >= self._ends:
-            return False
-        evaluation = self._record.evaluation
-        if evaluation is not None:
-            tries = np.bincount(evaluation.problem)
-            failed = np.bincount(evaluation.problem, weights=~evaluation.arrived) / tries
-            self._batch.weigh_problems(1.0 + (HARD_PROBLEMS_FIRST - 1.0) * failed)
-        return True
-
-    @property
-    def _interval(self) -> int:
-        return int(self.model.config.test_every)  # type: ignore[attr-defined]

@@ -25,7 +25,7 @@ def lesson(number: int, domain: int = LESSON_DOMAIN) -> LiftProblem:
     return random_problem((domain, number), names[number % len(names)], SMALLEST, largest)
 
 
-def lessons(count: int, *, domain: int = LESSON_DOMAIN, threads: int = 1) -> list[LiftProblem]:
-    """Return the first problems of a domain, families in turn."""
+def lessons(count: int, *, domain: int = LESSON_DOMAIN, first: int = 0, threads: int = 1) -> list[LiftProblem]:
+    """Return so many problems of a domain from a number on, families in turn."""
     with ThreadPoolExecutor(threads) as executor:
-        return list(executor.map(lambda number: lesson(number, domain), range(count)))
+        return list(executor.map(lambda number: lesson(number, domain), range(first, first + count)))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -56,8 +57,6 @@ _REWEIGH_EVERY = 100
 
 def small_recipe() -> DqnConfig:
     """Return the recipe for two cores: the same but for what is done at once."""
-    from dataclasses import replace
-
     return replace(
         RECIPE,
         lifts=256,
@@ -71,6 +70,16 @@ def small_recipe() -> DqnConfig:
         learning_rate=1e-3,
         learning_rate_last=2e-5,
         test_every=100_000,
+    )
+
+
+def continuing(config: DqnConfig) -> DqnConfig:
+    """Return a recipe for going on from trained weights: smaller steps, and no exploring from nothing."""
+    return replace(
+        config,
+        learning_rate=0.4 * config.learning_rate,
+        learning_starts=4 * config.learning_starts,
+        exploration_first=config.exploration_last,
     )
 
 
@@ -145,8 +154,12 @@ def train_generalist(
         if report is not None:
             report(Check(steps_done, found.success_rate, found.length_ratio, by_family), network)
 
-    dqn.learn(steps, callback=_Checks(batch, check, config.test_every, seconds))
-    check(dqn.num_timesteps)
+    if initial is not None:
+        check(0)
+    checks_done = _Checks(batch, check, config.test_every, seconds)
+    dqn.learn(steps, callback=checks_done)
+    if checks_done.last != dqn.num_timesteps:
+        check(dqn.num_timesteps)
     return network_of(dqn)
 
 
@@ -181,10 +194,9 @@ class _Checks(BaseCallback):
         self._tries = np.ones(batch.problems)
         self._failures = np.zeros(batch.problems)
         self._calls = 0
+        self.last = 0
 
     def _on_step(self) -> bool:
-        import time
-
         step = self.training_env.last_step  # type: ignore[attr-defined]
         ended = step.ended
         self._tries += np.bincount(self._batch.ended_problem[ended], minlength=self._tries.size)
@@ -198,4 +210,5 @@ class _Checks(BaseCallback):
         if self.num_timesteps >= self._next:
             self._next += self._every
             self._check(self.num_timesteps)
+            self.last = self.num_timesteps
         return self._seconds is None or time.monotonic() - self.model._began < self._seconds  # type: ignore[attr-defined]
