@@ -13,7 +13,8 @@ TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-page check lint types contracts samples bench bench-voxelize bench-environment bench-render \
-	bench-many-lifts bench-generalist bench-decision train-generalist bench-watch soak-watch soak-files picture constraints clean
+	bench-many-lifts bench-generalist bench-decision train-generalist bench-watch bench-scale soak-watch soak-files picture docs \
+	constraints clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
@@ -76,6 +77,9 @@ bench-voxelize: $(PEERS)/ready ## the voxelizer against its peers: docs/voxelizi
 bench-watch: setup ## from a changed obstruction file to the new plan on disk: docs/watching.md
 	$(BIN)/python -m benchmarks.watch $(ARGS)
 
+bench-scale: setup ## 50 to 1,000 components planned and proven: docs/scale.md
+	$(BIN)/python -m benchmarks.scale $(ARGS)
+
 soak-watch: setup ## many random changes of a watched file, with all that may go wrong (ARGS="--changes 100" for a try)
 	$(BIN)/python -m benchmarks.soak_watch $(ARGS)
 
@@ -107,6 +111,9 @@ picture: setup ## draw the README's picture again
 	$(BIN)/bimvox plan $(OUT)/prefab.site.toml -o $(OUT)/prefab.mcap
 	$(BIN)/bimvox render $(OUT)/prefab.mcap --lift 70 -o docs/images/prefab.png
 	$(BIN)/bimvox render $(OUT)/prefab.mcap --size 480x300 --fps 8 --seconds 12 -o docs/images/assembly.gif
+
+docs: setup ## write the pages of commands and formats again, from help and schemas
+	$(BIN)/python -m docs.reference
 
 constraints: $(UV) ## resolve the pinned versions again
 	echo 'torch==2.13.0' > $(VENV)/pins.txt

@@ -8,13 +8,14 @@ import sys
 import time
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.doc_section import write_section
+from benchmarks.document import put_into
 from bimvox.compiled import kernel
 from bimvox.env.state import LiftState
 from bimvox.env.view import VIEW_SIZE, look
@@ -55,7 +56,7 @@ def main() -> None:
     text = "\n".join(lines)
     sys.stdout.write(text + "\n")
     if chosen.write:
-        write_section("generalist.md", "bench-decision", text)
+        put_into(Path("docs/generalist.md"), "bench-decision", text)
 
 
 @kernel

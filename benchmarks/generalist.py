@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.doc_section import write_section
+from benchmarks.document import put_into
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.planning.rollout import roll_out, roll_out_starts
 from bimvox.planning.search import shortest_path
@@ -80,7 +80,7 @@ def main() -> int:
     policy = generalist_record(chosen.weights)["id"]
     text.say(f"\nPolicy {policy}; share of the suite {chosen.share:g}; {(time.monotonic() - began) / 60:.0f} minutes.")
     if chosen.write:
-        write_section("generalist.md", "bench-generalist", text.whole)
+        put_into(Path("docs/generalist.md"), "bench-generalist", text.whole)
     return 0
 
 

@@ -3,6 +3,9 @@
     python benchmarks/render.py
     python benchmarks/render.py --log LOG.mcap
 
+With ``--log`` also the size of its page, and how long a headless Chromium that renders in software takes from opening
+the file to the first frame (``BIMVOX_BROWSER`` names another browser; ``make test-page`` installs what drives it).
+
 500 parts on 200 x 200 x 60 cells of 0.25 m: columns, beams and slabs of a building, a yard, an obstruction and a crane.
 The first picture is that of a new process: imports, and kernels read from numba's cache (compiled, where it is empty);
 the others are the best of three. CPU time counts all threads; wall time is what one waits on this machine.
@@ -21,6 +24,8 @@ import numpy as np
 
 BOUND_S = 5.0
 """What a picture may take."""
+PAGE_BYTES, FIRST_FRAME_S = 4_000_000, 6.0
+"""What a page of 500 parts may weigh, and take to show something."""
 SHAPE, PARTS, CELL_M = (200, 200, 60), 500, 0.25
 _ROUNDS = 3
 _FRAMES = 20
@@ -115,6 +120,31 @@ def _over(start, target, height):
     return np.array(cells, np.int32)
 
 
+def page_of_log(log: Path) -> tuple[int, float]:
+    """Return the bytes of a log's page and the seconds to its first frame."""
+    import shutil
+    import tempfile
+
+    from playwright.sync_api import sync_playwright
+
+    from pipeline.progress import SilentProgress
+    from pipeline.render import render
+
+    browser = os.environ.get("BIMVOX_BROWSER") or shutil.which("chromium") or shutil.which("google-chrome")
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        page = Path(folder) / "page.html"
+        render(log, page, proven=False, progress=SilentProgress())
+        software = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+        chromium = playwright.chromium.launch(executable_path=browser, args=software)
+        opened = chromium.new_page(viewport={"width": 1280, "height": 800})
+        started = time.perf_counter()
+        opened.goto(page.as_uri())
+        opened.wait_for_function("document.documentElement.dataset.drawn > 0", timeout=120_000)
+        first_s = time.perf_counter() - started
+        chromium.close()
+        return page.stat().st_size, first_s
+
+
 def measured(work: Callable[[], object], rounds: int = _ROUNDS) -> tuple[float, float]:
     """Return wall and CPU seconds of the best round."""
     best = (float("inf"), float("inf"))
@@ -163,6 +193,11 @@ def main() -> None:
     # CPU time is more than an idle machine would take; wall time here may be that of others.
     slow = [name for name, spent in rows.items() if "picture" in name and spent[1] > BOUND_S]
     print(f"\nA picture may take {BOUND_S:g} s: {'too slow: ' + ', '.join(slow) if slow else 'kept'}.")
+    if arguments.log:
+        size, first_s = page_of_log(arguments.log)
+        kept = size <= PAGE_BYTES and first_s <= FIRST_FRAME_S
+        print(f"Its page: {size / 1e6:.2f} MB, first frame after {first_s:.1f} s: {'kept' if kept else 'too much'}.")
+        slow += [] if kept else ["page"]
     raise SystemExit(bool(slow))
 
 

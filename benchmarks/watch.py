@@ -25,11 +25,12 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.scale.building import write_site
 from benchmarks.watch_changes import RandomObstructions
-from benchmarks.watch_site import write_site
 
 PAPER = Path(__file__).parents[1] / "sample_models" / "paper.site.toml"
 STEPS = 2_000
+COMPONENTS = 500
 _LIMIT_S = 600.0
 _BOUND_MS = {"paper": 100.0, "frame500": 1000.0}
 
@@ -47,7 +48,7 @@ def main() -> int:
 
 
 def _measured(name: str, scratch: Path, options: argparse.Namespace) -> dict[str, Any]:
-    site = PAPER if name == "paper" else write_site(scratch)
+    site = PAPER if name == "paper" else write_site(scratch, COMPONENTS)
     kept = options.output / f"{name}.mcap"  # planning 500 lifts takes minutes: a later run takes the plan up
     watcher, file = watcher_for(site, scratch, kept if name != "paper" else scratch / f"{name}.mcap", name != "paper")
     said: queue.Queue[dict[str, Any]] = queue.Queue()
@@ -81,18 +82,18 @@ def watcher_for(site: Path, scratch: Path, log: Path, search_only: bool) -> tupl
     """Return a watcher of a file in the scratch folder."""
     from pipeline.load_site import load_site
     from pipeline.plan import policy_of, prepared
-    from pipeline.policy_choice import PolicyInUse
+    from pipeline.policy_choice import NO_POLICY
     from pipeline.progress import SilentProgress
     from pipeline.watch import Watcher
 
     quiet = SilentProgress()
     loaded = load_site(site, quiet)
     preparation = prepared(loaded.site, quiet)
-    policy: Any = PolicyInUse("none", False, 0, 0.0, (), None)  # type: ignore[arg-type]
+    policy = NO_POLICY
     if not search_only:
         policy = policy_of(loaded, loaded.site, preparation, policy=None, seed=None, steps=STEPS, progress=quiet)
     file = scratch / "obstructions.json"
-    return Watcher(loaded, preparation, policy, file, log, 0, quiet, search_only=search_only), file
+    return Watcher(loaded, preparation, policy, file, log, 0, quiet), file
 
 
 def _follow(watcher: Any, stop: threading.Event, said: queue.Queue[dict[str, Any]]) -> None:

@@ -16,6 +16,7 @@
     │   └── PolicyError          a policy that is missing, damaged or does not fit
     └── PlanningError            no valid plan, or a check failed: exit code 1
         ├── NoPlanError          no lift at all could be planned
+        ├── SequenceError        the site file's wishes leave no assembly order
         ├── MotionError          a proven path that the crane cannot drive; names the lift
         └── VerificationError    a proof failed; nothing was written
 
@@ -163,6 +164,16 @@ class NoPlanError(PlanningError):
     def __init__(self, message: str, *, reasons: Mapping[str, str] | None = None, hint: str | None = None) -> None:
         super().__init__(message, hint=hint)
         self.reasons = dict(reasons or {})
+
+
+class SequenceError(PlanningError):
+    """The site file's wishes leave no assembly order; ``cycle`` holds the ids that wait for each other, in order."""
+
+    code = "no-order"
+
+    def __init__(self, message: str, *, cycle: Sequence[str], hint: str | None = None) -> None:
+        super().__init__(message, hint=hint)
+        self.cycle = tuple(cycle)
 
 
 class MotionError(PlanningError):

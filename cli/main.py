@@ -22,6 +22,7 @@ from cli.policy import policy
 from cli.render import render
 from cli.report import report
 from cli.schema import schema
+from cli.sweep import sweep
 from cli.train import train
 from cli.verify import verify
 from cli.voxelize import voxelize
@@ -60,7 +61,7 @@ def main(
         raise typer.Exit(failure.BAD_INPUT)
 
 
-for _command in (voxelize, inspect, init, train, plan, watch, export, verify, render, report, schema):
+for _command in (voxelize, inspect, init, train, plan, sweep, watch, export, verify, render, report, schema):
     app.command(context_settings=HELP_NAMES)(_command)
 app.add_typer(policy, name="policy", context_settings=HELP_NAMES)
 app.add_typer(experiment, name="experiment", context_settings=HELP_NAMES)

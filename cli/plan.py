@@ -8,17 +8,29 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cli.options import Json, PolicyId, Quiet, Seed, SiteFile, Steps
+from bimvox.errors import InputError
+from cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
+from cli.options import Json, PolicyId, Quiet, Seed, Steps
 from cli.output import fields, open_output, rows, spent
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+_FOLDER = "plans"
+
 
 def plan(
-    site: SiteFile,
+    sites: Annotated[
+        list[Path], typer.Argument(metavar="SITE...", help="Site files (TOML), as `bimvox init` writes them.")
+    ],
     out: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="LOG.mcap", help="Log; SITE.mcap here if not given.")
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="LOG.mcap",
+            help="Log; SITE.mcap here if not given. Of several sites: a folder, plans if not given.",
+        ),
     ] = None,
     obstructions: Annotated[
         Path | None,
@@ -38,12 +50,39 @@ def plan(
             help="Where the policy fails lifts, train it further on the site as it is, this many steps at most.",
         ),
     ] = 0,
+    backend: BackendName = "loky",
+    jobs: Jobs = None,
+    cluster: Cluster = None,
+    fresh: Fresh = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Plan every lift, prove the plan, time it, and write the log."""
+    """Plan every lift, prove the plan, time it, and write the log.
+
+    Several sites are planned side by side, a log each, with one table of all; --backend, --jobs, --cluster and --fresh
+    are for them, as in `bimvox sweep`.
+    """
+    if len(sites) > 1:
+        if retrain:
+            raise InputError("--retrain is for one site", hint="plan the sites one by one, or leave it out")
+        from pipeline.fleet.command import fleet
+        from pipeline.fleet.runs import Wish
+
+        wishes = [Wish(site, obstructions, seed, policy, steps) for site in sites]
+        with open_output(as_json=json, quiet=quiet) as output:
+            planned = fleet(
+                wishes,
+                out or Path(_FOLDER),
+                backend=backend,
+                jobs=jobs,
+                cluster=cluster,
+                fresh=fresh,
+                progress=output.progress,
+            )
+        raise typer.Exit(output.result(planned, show_fleet))
     from pipeline.plan import plan as run
 
+    site = sites[0]
     with open_output(as_json=json, quiet=quiet) as output:
         document = run(
             site,
@@ -63,7 +102,6 @@ def plan(
 def _show(console: Console, document: Mapping[str, Any]) -> None:
     lifts = document["lifts"]
     planned = [lift for lift in lifts if lift["status"] == "planned"]
-    policy = document["policy"]
     rows(
         console,
         ("order", "part", "component", "found by", "moves", "shortest", "crane s", "bound s"),
@@ -94,45 +132,46 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
         console,
         [
             ("log", document["log"]),
-            ("lifts", f"{len(planned):,} of {len(lifts):,} planned{_methods(planned)}"),
+            ("lifts", f"{len(planned):,} of {len(lifts):,} planned"),
             ("proof", "every planned lift is verified" if document["verified"] else "FAILED"),
-            ("crane time", _crane_time(planned)),
-            ("policy", f"{policy['id']} ({_origin(policy)})"),
+            *figure_fields(document["figures"]),
+            ("policy", _policy(document["policy"])),
             ("retrained", _retrained(document.get("retrained"))),
             ("took", spent(document["seconds"])),
         ],
     )
 
 
-def _origin(policy: Mapping[str, Any]) -> str:
-    """Say where a policy came from, and how good it was in its test."""
+def _policy(policy: Mapping[str, Any]) -> str:
+    """Say which policy proposed the paths, where it came from, and how good it was in its test."""
+    if policy["id"] == "none":
+        return "none: by search alone"
     if policy["loaded"]:
-        origin = f"from the store, {policy['steps']:,} steps"
+        origin = f"loaded, {policy['steps']:,} steps"
     elif policy["steps"]:
-        origin = f"trained now, {policy['steps']:,} steps"
+        origin = f"trained, {policy['steps']:,} steps"
     else:
-        origin = "as shipped: good enough here without training"
-    if not policy["tested"]:
-        return f"{origin}, not tested"
-    return f"{origin}; {policy['success_rate']:.1%} of {policy['tested']} test lifts"
+        origin = "good enough here without training"
+    success = f"{policy['success_rate']:.1%} of {policy['tested']} test lifts" if policy["tested"] else "not tested"
+    return f"{policy['id']} ({origin}; {success})"
 
 
 def _retrained(policy: Mapping[str, Any] | None) -> str | None:
     return None if policy is None else f"{policy['id']}, {policy['steps']:,} steps on the site as it is"
 
 
-def _methods(planned: list[Mapping[str, Any]]) -> str:
-    """Say how many paths were found by which method."""
-    numbers: dict[str, int] = {}
-    for lift in planned:
-        numbers[lift["method"]] = numbers.get(lift["method"], 0) + 1
-    return f": {', '.join(f'{count:,} by {method}' for method, count in numbers.items())}" if numbers else ""
-
-
-def _crane_time(planned: list[Mapping[str, Any]]) -> str | None:
-    """Say how long the crane works, and how long of it a load hangs on the hook; None without a crane."""
-    timed = [lift for lift in planned if lift["duration_s"] is not None]
-    if not timed:
-        return None
-    whole_s = max(lift["end_s"] for lift in timed) - min(lift["start_s"] for lift in timed)
-    return f"{whole_s / 60:.1f} min, of it {sum(lift['duration_s'] for lift in timed) / 60:.1f} min with a load moving"
+def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
+    """Return the figures of a plan as names and values; what does not apply is None."""
+    found = ", ".join(f"{share:.1%} by {method}" for method, share in figures["shares"].items())
+    ratio, hours, travel = figures["moves_over_shortest"], figures["crane_hours"], figures["hook_travel_m"]
+    critical = figures["critical_lifts"]
+    return [
+        ("paths found", found if figures["planned"] else None),
+        ("moves", None if ratio is None else f"{figures['moves']:,}, {ratio:.3f} times the fewest possible"),
+        ("crane time", None if hours is None else f"{hours:.2f} h, of it {figures['loaded_hours']:.2f} h loaded"),
+        ("hook travel", None if travel is None else f"{travel / 1000:,.2f} km"),
+        (
+            "critical lifts",
+            None if critical is None else f"{critical:,} at {figures['critical_share']:.0%} of the capacity or more",
+        ),
+    ]

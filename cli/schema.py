@@ -11,7 +11,9 @@ from cli.output import print_json
 
 
 def schema(
-    name: Annotated[Literal["site", "obstructions", "grid", "log"], typer.Argument(metavar="FORMAT", help="Which.")],
+    name: Annotated[
+        Literal["site", "obstructions", "sweep", "grid", "log"], typer.Argument(metavar="FORMAT", help="Which.")
+    ],
     json: Json = False,
 ) -> None:
     """Print a format's schema: JSON Schema, or protobuf for the log."""

@@ -17,6 +17,8 @@ from cli.output import Output, console_on, open_output
 if TYPE_CHECKING:
     from cli.watch_table import WatchTable
 
+_NAMED = 3
+
 
 def watch(
     obstructions: Annotated[
@@ -103,9 +105,22 @@ def _line(change: Mapping[str, Any]) -> str:
     parts = [f"revision {change['revision']}: {change['event']}"]
     if change.get("changed_cells") is not None:
         parts.append(f"{change['changed_cells']:,} cells changed")
-    parts.extend(f"{len(change[key]):,} {key}" for key in ("kept", "replanned", "infeasible") if key in change)
+    parts.extend(f"{len(change[key]):,} {key}" for key in ("kept", "replanned") if key in change)
+    if "infeasible" in change:
+        parts.append(f"{len(change['infeasible']):,} infeasible{_why(change)}")
     parts.extend(f"{len(change[key]):,} {key}" for key in ("retimed", "pending") if change.get(key))
     if change.get("latency_ms") is not None:
         parts.append(f"{change['latency_ms']:.0f} ms")
     line = ", ".join(parts)
     return f"{line}: {change['message']}" if change.get("message") else line
+
+
+def _why(change: Mapping[str, Any]) -> str:
+    """Name the first infeasible parts, and what blocks them."""
+    blocked = change.get("blocked") or []
+    named = [
+        one["component"] + (f" by {', '.join(one['blocked_by'][:_NAMED])}" if one["blocked_by"] else "")
+        for one in blocked[:_NAMED]
+    ]
+    more = f" and {len(blocked) - _NAMED} more" if len(blocked) > _NAMED else ""
+    return f" ({'; '.join(named)}{more})" if named else ""

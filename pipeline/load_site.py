@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -85,6 +86,7 @@ def load_site(path: Path, progress: Progress) -> LoadedSite:
         rasterise=rasterise,
         site_to_ifc=site_to_ifc,
         source=grid.source,
+        connections=placed.connections,
     )
     for note in site.notes:
         progress.note(note)
@@ -93,11 +95,12 @@ def load_site(path: Path, progress: Progress) -> LoadedSite:
 
 
 def load_obstructions(path: Path, site: Site) -> ObstructionSet:
-    """Read what is in the way: an obstruction file (JSON or TOML), or an IFC or mesh file as it is.
+    """Read what is in the way: an obstruction file (JSON or TOML), or an IFC, mesh or point file as it is.
 
     Args:
         path: The file.
-        site: The site: IFC and mesh files are in the model's coordinates, and are put into the site's frame.
+        site: The site: IFC and mesh files are in the model's coordinates, and are put into the site's frame. Scans
+            (files of points) are in the site's frame, in metres.
 
     Raises:
         ObstructionFileError: If it cannot be used; names the place inside it.
@@ -107,7 +110,13 @@ def load_obstructions(path: Path, site: Site) -> ObstructionSet:
     from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES, read_building
     from bimvox.site.obstruction_file import parse_obstructions
     from bimvox.site.obstructions import ObstructionSet
+    from bimvox.site.point_file import is_scan
 
+    if is_scan(path):
+        entry = {"id": path.stem, "points": path.name}
+        return parse_obstructions(
+            json.dumps({"version": 1, "obstructions": [entry]}).encode(), path.name, path.resolve().parent
+        )
     if path.suffix.lower() not in IFC_SUFFIXES + MESH_SUFFIXES:
         return parse_obstructions(path.read_bytes(), path.name, path.resolve().parent)
     building = read_building(path)

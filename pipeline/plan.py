@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from bimvox.planning.assembly import Preparation
     from bimvox.site.obstructions import ObstructionSet
     from bimvox.site.site import Site
+    from bimvox.trajectory.figures import PlanFigures
 
 
 _NOTES_SHOWN = 5
@@ -196,6 +197,7 @@ def write_log_file(path: Path, record: PlanLog, *, inputs: list[Path]) -> None:
 def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
     """Return what ``bimvox plan --json`` says about a plan that was proven."""
     from bimvox.planning.lift import Status
+    from bimvox.trajectory.figures import plan_figures
 
     site = proven.plan.site
     motions = {motion.order: motion for motion in proven.motions}
@@ -232,6 +234,7 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
     return {
         "verified": True,
         "policy": policy.to_dict(),
+        "figures": figures_document(plan_figures(proven.plan, proven.motions)),
         "lifts": lifts,
         "infeasible": infeasible,
         "clashes": [
@@ -239,4 +242,21 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
             for c in proven.plan.clashes
         ],
         "notes": list(proven.plan.notes),
+    }
+
+
+def figures_document(figures: PlanFigures) -> dict[str, Any]:
+    """Return the figures of a plan as the JSON documents hold them; what needs a crane is None without one."""
+    ratio, travel = figures.length_ratio, figures.hook_travel_m
+    return {
+        "planned": figures.planned,
+        "shares": {method: round(figures.share(method), 6) for method in figures.methods},
+        "moves": figures.moves,
+        "shortest_moves": figures.shortest_moves,
+        "moves_over_shortest": None if ratio is None else round(ratio, 6),
+        "crane_hours": None if figures.crane_s is None else round(figures.crane_s / 3600.0, 6),
+        "loaded_hours": None if figures.loaded_s is None else round(figures.loaded_s / 3600.0, 6),
+        "hook_travel_m": None if travel is None else round(travel, 3),
+        "critical_lifts": figures.critical,
+        "critical_share": figures.critical_share,
     }

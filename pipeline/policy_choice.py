@@ -39,7 +39,7 @@ class PolicyInUse:
         steps: Environment steps of its training.
         success_rate: In its last test.
         curve: Its tests.
-        network: Its weights.
+        network: Its weights; None where search alone plans.
         tested: Starts of its last test.
         parent: Id of the policy that its training began from.
     """
@@ -49,7 +49,7 @@ class PolicyInUse:
     steps: int
     success_rate: float
     curve: tuple[CurvePoint, ...]
-    network: QNetwork
+    network: QNetwork | None
     tested: int = 0
     parent: str | None = None
 
@@ -73,6 +73,10 @@ class PolicyInUse:
             "tested": self.tested,
             "success_at_least": round(self.success_at_least, 4),
         }
+
+
+NO_POLICY = PolicyInUse("none", False, 0, 0.0, (), None)
+"""Stands for planning by search alone: nothing is trained, loaded or asked."""
 
 
 def choose_policy(
@@ -99,7 +103,8 @@ def choose_policy(
     Args:
         site: The site.
         preparation: What was prepared for it.
-        policy_id: A policy of the store; named, it is taken as it is. ``nearest``: that of the most similar site.
+        policy_id: A policy of the store; named, it is taken as it is. ``none``: search alone; ``nearest``: that of the
+            most similar site.
         seed: Seed of the training.
         steps: Budget in environment steps; None for the default.
         required_success: Success rate at which training stops.
@@ -117,6 +122,8 @@ def choose_policy(
     from bimvox.policy.config import DqnConfig, adapting
     from bimvox.policy.site_outline import outline_of
 
+    if policy_id == NO_POLICY.id:
+        return NO_POLICY
     if policy_id == NEAREST:
         return _nearest(site, progress)
     if policy_id is not None:
@@ -184,6 +191,8 @@ def retrained(
     from bimvox.policy.site_outline import outline_of
     from pipeline.site_lessons import training_problems
 
+    if policy.network is None:
+        return policy
     config = adapting(DqnConfig(), policy.network.layer_sizes[1:-1])
     problems = training_problems(site, preparation, seed, progress, as_it_is=True, surely=failed)
     found = _trained(problems, config, seed, steps, policy.network, policy.id, progress)

@@ -42,7 +42,6 @@ def plan_and_prove(
     *,
     previous: LiftPlan | None = None,
     progress: Progress,
-    search_only: bool = False,
     retraining: Retraining | None = None,
 ) -> Planned:
     """Plan all lifts, time them, and prove both.
@@ -56,7 +55,6 @@ def plan_and_prove(
         policy: What proposes paths.
         previous: An earlier plan of the same geometry; a lift whose path still holds is kept.
         progress: Told of the stages.
-        search_only: Plan by search alone.
         retraining: Given the components whose lifts the policy failed, where there are any, it returns a policy that
             was trained further; these lifts are then planned once more.
 
@@ -68,7 +66,7 @@ def plan_and_prove(
     from bimvox.planning.rollout import proposer
 
     refused: dict[str, str] = {}
-    propose = None if search_only else proposer(policy.network)
+    propose = None if policy.network is None else proposer(policy.network)
     for _ in range(_ROUNDS):
         progress.stage("plan", len(site.components))
         made = plan_lifts(
@@ -78,7 +76,7 @@ def plan_and_prove(
         failed = _left_to_search(made)
         if retraining is not None and propose is not None and failed:
             better, retraining = retraining(failed), None
-            if better.network is not policy.network:
+            if better.network is not None and better.network is not policy.network:
                 progress.stage("plan", len(site.components))
                 made = plan_lifts(
                     site,

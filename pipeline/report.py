@@ -52,7 +52,8 @@ def report(
         InputError: If it is not a log, or carries no lifts, or no browser is there for a PDF.
         LogFileError: If it is damaged.
     """
-    from bimvox.render.report.record import CRITICAL_SHARE, record_of
+    from bimvox.render.report.record import record_of
+    from bimvox.trajectory.figures import CRITICAL_SHARE
 
     target = out or default_output(log, ".report.html")
     suffix = target.suffix.lower()
@@ -100,12 +101,13 @@ def report(
 
 
 def _revision(log: Path, proven: bool, progress: Progress) -> Revision:
-    from pipeline.render_page import read_revision, revision_of
+    from pipeline.page_revisions import read_whole_plan, revisions_of
 
-    read = read_revision(log, progress)
+    read = read_whole_plan(log, progress)
     if not read.record.all_lifts:
         raise InputError(f"{log}: it holds no lifts", hint="bimvox plan SITE writes a log with lifts")
-    return revision_of(read, proven, progress)
+    (revision,) = revisions_of([read], proven, progress)
+    return revision
 
 
 def _page(revision: Revision, record: dict[str, Any], pictures: int, progress: Progress) -> bytes:

@@ -31,6 +31,7 @@ COLUMNS = (
     "ends_s",
     "duration_s",
     "bound_s",
+    "hook_travel_m",
     "critical",
     "proven",
 )
@@ -50,7 +51,7 @@ def write_figures(folder: Path, record: dict[str, Any]) -> list[str]:
     Raises:
         FileError: If the folder cannot be used.
     """
-    from bimvox.render.plots.plan_figures import draw_path_ratios, draw_utilisation
+    from bimvox.render.plots.plan_figures import draw_hook_travel, draw_methods, draw_path_ratios, draw_utilisation
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -62,9 +63,11 @@ def write_figures(folder: Path, record: dict[str, Any]) -> list[str]:
     for suffix in ("png", "svg"):
         if any(lift["moves"] for lift in lifts):
             files[f"path-lengths.{suffix}"] = draw_path_ratios(lifts, file_format=suffix)
+            files[f"methods.{suffix}"] = draw_methods(lifts, file_format=suffix)
         if any(lift["governs"] for lift in lifts):
             drawn = draw_utilisation(lifts, record["critical_share"], file_format=suffix)
             files[f"utilisation.{suffix}"] = drawn
+            files[f"hook-travel.{suffix}"] = draw_hook_travel(lifts, file_format=suffix)
     for name, data in files.items():
         write_atomically(folder / name, data)
     return sorted(files)

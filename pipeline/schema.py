@@ -13,7 +13,7 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
     """Return the schema of a format.
 
     Args:
-        name: ``site``, ``obstructions``, ``grid`` or ``log``.
+        name: ``site``, ``obstructions``, ``sweep``, ``grid`` or ``log``.
         plain_values: Return the log's schema as a document too, not as the text of a ``.proto`` file.
 
     Returns:
@@ -30,13 +30,17 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
         from bimvox.site.obstruction_file import obstructions_json_schema
 
         return obstructions_json_schema()
+    if name == "sweep":
+        from pipeline.fleet.sweep_file import sweep_json_schema
+
+        return sweep_json_schema()
     if name == "grid":
         return _grid_json_schema()
     if name == "log":
         from bimvox.log.schema import log_schema, log_schema_json
 
         return log_schema_json() if plain_values else log_schema()
-    raise InputError(f"there is no format {name!r}", hint="known formats: site, obstructions, grid, log")
+    raise InputError(f"there is no format {name!r}", hint="known formats: site, obstructions, sweep, grid, log")
 
 
 def _grid_json_schema() -> dict[str, Any]:
@@ -49,7 +53,10 @@ def _grid_json_schema() -> dict[str, Any]:
     from bimvox.grid.voxel_grid import Part
 
     part = TypeAdapter(Part).json_schema()
-    part["properties"]["label"] = {"enum": [label.value for label in Label], "description": "label of its cells"}
+    part["properties"]["label"] = {"enum": [label.value for label in Label]}
+    part["description"], meanings = _attributes_of(Part)
+    for key, value in part["properties"].items():
+        value["description"] = meanings[key]
     part.pop("$defs", None)
     part["additionalProperties"] = False
     metres = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
@@ -79,3 +86,14 @@ def _grid_json_schema() -> dict[str, Any]:
             for key, rule in ARRAYS.items()
         },
     }
+
+
+def _attributes_of(kind: type) -> tuple[str, dict[str, str]]:
+    """Return what the docstring of a class says of it, and of each of its attributes."""
+    import inspect
+    import re
+
+    summary, _, attributes = inspect.getdoc(kind).partition("\n\nAttributes:\n")  # type: ignore[union-attr]
+    entries = re.split(r"^    (?=\w+: )", attributes, flags=re.M)[1:]
+    found = (re.sub(r"\s+", " ", entry).strip().partition(": ") for entry in entries)
+    return summary, {name: meaning for name, _, meaning in found}

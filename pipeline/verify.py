@@ -67,16 +67,28 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
     """
     from bimvox.log.verify import check_commands, check_digests, check_load_poses
     from bimvox.planning.proof import Verification
+
+    checks = prove_plan(record, progress).checks
+    progress.stage("log")
+    topics = (check_digests(contents, record), check_load_poses(contents, record), check_commands(contents, record))
+    return Verification((*checks, *topics))
+
+
+def prove_plan(record: PlanLog, progress: Progress) -> Verification:
+    """Prove a plan and its motions, whatever they were read from.
+
+    Args:
+        record: The plan.
+        progress: Told of the stages.
+    """
+    from bimvox.planning.proof import Verification
     from bimvox.planning.verify import verify_plan
     from bimvox.trajectory.verify import verify_motions
 
     progress.stage("plan")
-    checks = list(verify_plan(record.plan, record.context).checks)
+    checks = verify_plan(record.plan, record.context).checks
     progress.stage("motions")
-    checks += verify_motions(record.plan, record.motions, record.context).checks
-    progress.stage("log")
-    checks += [check_digests(contents, record), check_load_poses(contents, record), check_commands(contents, record)]
-    return Verification(tuple(checks))
+    return Verification((*checks, *verify_motions(record.plan, record.motions, record.context).checks))
 
 
 def _as_json(checks: Iterable[Check]) -> dict[str, Any]:

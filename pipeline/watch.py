@@ -116,7 +116,6 @@ class Watcher:
         target: The log.
         seed: Seed of the training, for the log.
         progress: Told of the stages.
-        search_only: Plan by search alone.
 
     Attributes:
         file: The obstruction file.
@@ -135,13 +134,10 @@ class Watcher:
         target: Path,
         seed: int,
         progress: Progress,
-        *,
-        search_only: bool = False,
     ) -> None:
         self._loaded, self._preparation, self._policy = loaded, preparation, policy
         self.file, self._target, self._seed = file, target, seed
         self.progress, self.told = progress, progress
-        self._search_only = search_only
         self.is_cold = True
         self.files: tuple[Path, ...] = ()
         self._revision = max(segments_on_disk(target), default=-1)
@@ -168,13 +164,16 @@ class Watcher:
         from bimvox.planning.rollout import proposer
         from bimvox.trajectory.revise import standing_of
 
-        self._propose = None if self._search_only else proposer(self._policy.network)
+        network = self._policy.network
+        self._propose = None if network is None else proposer(network)
         before = read_newest(self._target, self._loaded.site.fixed_digest, self.progress)
         if before is not None:
             log = before.log
             self._revision = max(self._revision, log.revision)
             self._standing = standing_of(log.plan, log.motions)
             self._content = {name: log.attachments[name] for name in log.attachments if name not in self._loaded.files}
+            if not before.behind:
+                self._keep(log.revision)
         try:
             wanted, content = self._read(state)
             site = obstructed(self._loaded.site, wanted, self.progress)
@@ -216,6 +215,12 @@ class Watcher:
     def close(self) -> None:
         """Write the whole log if it is behind."""
         self._whole.close()
+
+    def _keep(self, revision: int) -> None:
+        """Keep the plan that was taken up: the segments to come rest on it, and the whole log will be newer."""
+        kept = segment_file(self._target, revision)
+        if not kept.exists():
+            write_atomically(kept, self._target.read_bytes())
 
     def _change(self, state: FileState) -> Iterator[dict[str, Any]]:
         if state.digest is None:
@@ -265,9 +270,7 @@ class Watcher:
     def _first_plan(self, site: Site, content: dict[str, bytes], started_s: float) -> dict[str, Any]:
         from bimvox.trajectory.revise import standing_of
 
-        planned = plan_and_prove(
-            site, self._preparation, self._policy, progress=self.progress, search_only=self._search_only
-        )
+        planned = plan_and_prove(site, self._preparation, self._policy, progress=self.progress)
         self._known_shapes = set(range(len(site.components)))
         revision = self._revision + 1
         files = self._loaded.files | content

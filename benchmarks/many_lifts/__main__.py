@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Callable
+from pathlib import Path
 
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 import numpy as np
 
-from benchmarks.doc_section import write_section
+from benchmarks.document import put_into
 from benchmarks.many_lifts import methods
 from benchmarks.many_lifts.problems import BOXES, SHAPE, Problems, make
 
@@ -53,7 +54,7 @@ def main() -> None:
             continue
         say(_row(result, shortest))
     if options.write:
-        write_section("generalist.md", "bench-many-lifts", "\n".join(lines))
+        put_into(Path("docs/generalist.md"), "bench-many-lifts", "\n".join(lines))
 
 
 def _row(result: methods.Result, shortest: list[int | None]) -> str:

@@ -11,9 +11,10 @@ import sys
 import time
 from pathlib import Path
 
+from benchmarks.document import put_into
 from benchmarks.voxelize.bars import check
 from benchmarks.voxelize.case import full_cases, model_case, quick_cases
-from benchmarks.voxelize.report import as_json, as_markdown, put_into
+from benchmarks.voxelize.report import as_json, as_markdown
 from benchmarks.voxelize.run import run_case
 
 _DOCS = Path(__file__).parents[2] / "docs"
@@ -30,7 +31,7 @@ def _write(docs: Path, json_text: str, tables: str, png: bytes) -> None:
     (docs / "images" / "voxelizing.png").write_bytes(png)
     page = docs / "voxelizing.md"
     if page.exists():
-        put_into(page, tables)
+        put_into(page, "bench-voxelize", tables)
 
 
 def main() -> None:

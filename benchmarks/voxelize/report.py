@@ -6,13 +6,10 @@ import json
 import os
 import platform
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from benchmarks.voxelize.bars import Bar
 from benchmarks.voxelize.result import CaseResult, Row
-
-BEGIN, END = "<!-- bench-voxelize: begin -->", "<!-- bench-voxelize: end -->"
 
 
 def as_json(cases: Sequence[CaseResult], bars: Sequence[Bar]) -> str:
@@ -123,17 +120,3 @@ def counted(number: int, share: float) -> str:
 def duration(seconds: float) -> str:
     """Return seconds to three digits."""
     return f"{seconds * 1e3:.3g} ms" if seconds < 0.9995 else f"{seconds:.3g} s"
-
-
-def put_into(document: Path, tables: str) -> None:
-    """Replace what stands between the markers of a document.
-
-    Raises:
-        ValueError: If the document lacks a marker.
-    """
-    text = document.read_text(encoding="utf-8")
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not (begin and end):
-        raise ValueError(f"{document.name} lacks the markers {BEGIN} and {END}")
-    document.write_text(f"{before}{BEGIN}\n{tables}{END}{after}", encoding="utf-8")

@@ -72,6 +72,10 @@ class Element:
         storey: Name of the storey that holds it, if any.
         material: Name of its (main) material, if any.
         members: Ids of the products whose geometry was merged into this element (an assembly's parts).
+        storey_height_m: Height of that storey as the file states it, for comparison among elements only.
+        assembly: GlobalId of the innermost assembly that it was taken out of, if any.
+        task: Name of the task that sets it, where the file holds a schedule.
+        task_rank: Place of that task among all, from 0.
     """
 
     id: str
@@ -86,6 +90,10 @@ class Element:
     storey: str | None = None
     material: str | None = None
     members: tuple[str, ...] = ()
+    storey_height_m: float | None = None
+    assembly: str | None = None
+    task: str | None = None
+    task_rank: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +138,7 @@ class Building:
             so that a lattice anchored at multiples of the cell size is not shifted. ``world = local + origin_m``.
         georeference: Map conversion of the file, if any, as plain values (``eastings_m``, ``crs`` ...).
         notes: What a reader should know (repairs made, doubts), one sentence each.
+        connections: Pairs of element ids that the file says are connected (``IfcRelConnectsElements`` and kin).
     """
 
     elements: tuple[Element, ...]
@@ -138,6 +147,7 @@ class Building:
     origin_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     georeference: Mapping[str, str | float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    connections: tuple[tuple[str, str], ...] = ()
 
     @property
     def bounds_m(self) -> NDArray[np.float64]:

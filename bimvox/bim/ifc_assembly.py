@@ -44,7 +44,7 @@ class Group:
     Attributes:
         owner: Step id of the product that gives it its identity.
         members: Step ids of the products with triangles in it, ascending.
-        ancestors: Step ids of the elements above the owner.
+        ancestors: Step ids of the elements above the owner, from the top down.
     """
 
     owner: int
@@ -98,7 +98,7 @@ class Aggregation:
         while parent is not None and parent.id() not in above:
             above.append(parent.id())
             parent = parent_element(parent)
-        return tuple(above)
+        return tuple(reversed(above))
 
     def _lifts(self, step_id: int, above: tuple[int, ...], selected: frozenset[int]) -> list[Group]:
         leaves = self._leaves(step_id)

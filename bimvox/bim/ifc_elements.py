@@ -12,7 +12,9 @@ from bimvox.bim.building import Element, Role, TriangleMesh
 from bimvox.bim.ifc_assembly import Aggregation, Extent, Group
 from bimvox.bim.ifc_open import OpenedIfc
 from bimvox.bim.ifc_properties import Properties, weakest
+from bimvox.bim.ifc_relations import Storeys, connected_products, element_pairs
 from bimvox.bim.ifc_roles import CURTAIN_TYPES, UNKNOWN, role_of_class
+from bimvox.bim.ifc_tasks import ProductTask, tasks_of_products
 from bimvox.bim.name_roles import is_existing_by_name, role_by_name
 
 _SHOWN = 5
@@ -40,6 +42,7 @@ class ElementBuilder:
     ) -> None:
         self._file = opened.file
         self._schema = opened.schema
+        self._metres_per_unit = opened.metres_per_unit
         self._parts = parts
         self._selected = selected
         self._properties = properties
@@ -48,6 +51,9 @@ class ElementBuilder:
         self._guessed = 0
         self._refused: list[str] = []
         self._odd: list[str] = []
+        self._storeys = Storeys(opened.file)
+        self._tasks, self._task_notes = tasks_of_products(opened.file)
+        self._element_of: dict[int, str] = {}
 
     def groups(self, assemblies: str) -> list[Group]:
         """Return the lifts, in file order."""
@@ -70,8 +76,13 @@ class ElementBuilder:
             heaviest = max(zip(masses, group.members, strict=True), key=lambda pair: pair[0].kg)[1]
             material = self._properties.material(self._file.by_id(heaviest))
         whole = group.members != (group.owner,)
+        element_id = self._unique(owner)
+        self._element_of.update(dict.fromkeys((group.owner, *group.members), element_id))
+        height = self._storeys.height_of(owner)
+        task = self._task(group)
+        opened = next((a for a in reversed(group.ancestors) if self._file.by_id(a).is_a("IfcElementAssembly")), None)
         return Element(
-            id=self._unique(owner),
+            id=element_id,
             global_id=str(owner.GlobalId),
             ifc_class=str(owner.is_a()),
             name=str(owner.Name or ""),
@@ -83,11 +94,19 @@ class ElementBuilder:
             storey=self._properties.storey(owner),
             material=material,
             members=tuple(str(self._file.by_id(step_id).GlobalId) for step_id in group.members) if whole else (),
+            storey_height_m=None if height is None else round(height * self._metres_per_unit, 6),
+            assembly=None if opened is None else str(self._file.by_id(opened).GlobalId),
+            task=None if task is None else task.name,
+            task_rank=None if task is None else task.rank,
         )
+
+    def connections(self) -> tuple[tuple[str, str], ...]:
+        """Return the pairs of elements so far that the file says are connected."""
+        return element_pairs(connected_products(self._file), self._element_of)
 
     def notes(self) -> list[str]:
         """Return what the elements so far are worth noting for."""
-        notes = []
+        notes = list(self._task_notes)
         if self._made_unique:
             shown = ", ".join(self._made_unique[:_SHOWN])
             more = f" and {len(self._made_unique) - _SHOWN} more" if len(self._made_unique) > _SHOWN else ""
@@ -105,6 +124,14 @@ class ElementBuilder:
                 f"{len(self._odd)} ({_some(self._odd)})"
             )
         return notes
+
+    def _task(self, group: Group) -> ProductTask | None:
+        """The task of the lift itself, else of the assembly above it, nearest first, else the last of its members."""
+        for step_id in (group.owner, *reversed(group.ancestors)):
+            if step_id in self._tasks:
+                return self._tasks[step_id]
+        inside = [self._tasks[step_id] for step_id in group.members if step_id in self._tasks]
+        return max(inside, key=lambda task: task.rank) if inside else None
 
     def _unique(self, owner: Any) -> str:
         global_id = str(owner.GlobalId)

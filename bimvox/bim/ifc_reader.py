@@ -96,6 +96,7 @@ def read_ifc(
         origin_m=origin_m,
         georeference=georeference_of(opened.file, opened.metres_per_unit),
         notes=tuple(notes),
+        connections=builder.connections(),
     )
 
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any, BinaryIO, Self
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
-from mcap.writer import CompressionType, Writer
 
+from bimvox.log.mcap_file import McapFile
 from bimvox.log.topics import MEDIA_TYPES, OTHER_MEDIA_TYPE, SCHEMA_VERSION, TOPICS
 
 # A killed or truncated log loses the chunk in progress: small chunks cost 0.5 % of size and lose little.
@@ -23,19 +23,14 @@ class LogWriter:
     """
 
     def __init__(self, stream: BinaryIO) -> None:
-        self._writer = Writer(stream, CHUNK_BYTES, CompressionType.ZSTD, enable_crcs=True, enable_data_crcs=True)
-        self._writer.start(profile="", library=LIBRARY)
+        self._file = McapFile(stream, LIBRARY, CHUNK_BYTES)
         schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._sequence: dict[str, int] = {}
         for topic in TOPICS:
             if topic.schema not in schemas:
-                schemas[topic.schema] = self._writer.register_schema(
-                    topic.schema, SchemaEncoding.Protobuf, topic.descriptor_set
-                )
-            self._channels[topic.name] = self._writer.register_channel(
-                topic.name, MessageEncoding.Protobuf, schemas[topic.schema]
-            )
+                schemas[topic.schema] = self._file.schema(topic.schema, SchemaEncoding.Protobuf, topic.descriptor_set)
+            self._channels[topic.name] = self._file.channel(topic.name, MessageEncoding.Protobuf, schemas[topic.schema])
         self.messages = 0
 
     def __enter__(self) -> Self:
@@ -43,16 +38,16 @@ class LogWriter:
 
     def __exit__(self, error: object, *_: object) -> None:
         if error is None:
-            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._file.finish()
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write a metadata record, keys in ascending order."""
-        self._writer.add_metadata(name, dict(sorted(values.items())))
+        self._file.metadata(name, dict(sorted(values.items())))
 
     def attachment(self, name: str, data: bytes) -> None:
         """Write an attachment."""
         media_type = MEDIA_TYPES.get(name, OTHER_MEDIA_TYPE)
-        self._writer.add_attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=data)
+        self._file.attachment(name, media_type, data)
 
     def message(self, topic: str, time_ns: int, message: Any) -> None:
         """Write a message; its sequence number counts the messages of its topic."""
@@ -62,5 +57,5 @@ class LogWriter:
 
     def raw(self, topic: str, sequence: int, time_ns: int, data: bytes) -> None:
         """Write a message that is numbered and serialized already."""
-        self._writer.add_message(self._channels[topic], time_ns, data, publish_time=time_ns, sequence=sequence)
+        self._file.message(self._channels[topic], sequence, time_ns, data)
         self.messages += 1

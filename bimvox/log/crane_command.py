@@ -60,6 +60,7 @@ PHASE_NUMBERS: dict[PhaseName, int] = {
     PhaseName.LOWER: 6,
     PhaseName.SET: 7,
     PhaseName.RELEASE: 8,
+    PhaseName.TURN: 9,
 }
 _PHASES = {"PHASE_UNSPECIFIED": 0, **{f"PHASE_{name.name}": number for name, number in PHASE_NUMBERS.items()}}
 

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from bimvox.errors import LogFileError
 from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, encode
-from bimvox.planning.lift import Lift, LiftPlan, ModelledClash, Status, YardPlace
+from bimvox.planning.lift import Lift, LiftPlan, ModelledClash, Status, yard_place
 from bimvox.site.component import IntVec, StoredPose
-from bimvox.site.shape import stored_shape
 from bimvox.site.site import Site
 
 _VERSION = 1
@@ -35,6 +34,7 @@ def plan_to_json(plan: LiftPlan, context: Collection[Lift] = ()) -> bytes:
         "lifts": [_lift_to_json(plan.site, lift, carried) for lift, carried in sorted(marked, key=_order)],
         "clashes": [encode(clash, ArrayWriter()) for clash in plan.clashes],
         "notes": list(plan.notes),
+        "unheld": list(plan.unheld),
     }
     return json.dumps(document, ensure_ascii=False, indent=1).encode()
 
@@ -87,7 +87,8 @@ def _read(
         (carried if is_carried else context).append(lift)
     clashes = decode(tuple[ModelledClash, ...], document.get("clashes"), _NO_ARRAYS, "clashes")
     notes = decode(tuple[str, ...], document.get("notes"), _NO_ARRAYS, "notes")
-    return LiftPlan(site, tuple(carried), clashes, notes), tuple(context)
+    unheld = decode(tuple[str, ...], document.get("unheld", []), _NO_ARRAYS, "unheld")
+    return LiftPlan(site, tuple(carried), clashes, notes, unheld), tuple(context)
 
 
 def _order(entry: tuple[Lift, bool]) -> int:
@@ -106,7 +107,8 @@ def _lift_to_json(site: Site, lift: Lift, carried: bool) -> dict[str, Any]:
         "moves": lift.moves,
         **bare,
         "place": place
-        and {"delivery": place.delivery, "pose": place.pose.value, "cell_vox": [int(n) for n in place.cell_vox]},
+        and {"delivery": place.delivery, "pose": place.pose.value, "cell_vox": [int(n) for n in place.cell_vox]}
+        | ({"turn": place.turn, "rise_vox": place.rise_vox} if place.turn else {}),
     }
 
 
@@ -128,5 +130,9 @@ def _lift_from_json(record: Any, site: Site, where: str) -> tuple[Lift, bool]:
         pose = decode(StoredPose, place.get("pose"), _NO_ARRAYS, f"{where}.place.pose")
         delivery = decode(int, place.get("delivery"), _NO_ARRAYS, f"{where}.place.delivery")
         cell = decode(IntVec, place.get("cell_vox"), _NO_ARRAYS, f"{where}.place.cell_vox")
-        lift = dataclasses.replace(lift, place=YardPlace(delivery, pose, stored_shape(component.shape, pose), cell))
+        turn = decode(int, place.get("turn", 0), _NO_ARRAYS, f"{where}.place.turn")
+        rise = decode(int, place.get("rise_vox", 1), _NO_ARRAYS, f"{where}.place.rise_vox")
+        if not 0 <= turn <= 3 or rise < 1 or (turn and pose is not StoredPose.AS_BUILT):
+            raise DecodeError(f"{where}.place: turned by {turn} quarters after a rise of {rise} cells, {pose.value}")
+        lift = dataclasses.replace(lift, place=yard_place(component, delivery, pose, cell, turn=turn, rise_vox=rise))
     return lift, record["carried"]

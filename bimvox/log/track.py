@@ -13,6 +13,7 @@ from bimvox.site.site import Site
 from bimvox.trajectory.load_frame import cells_of_axes, load_frame
 from bimvox.trajectory.motion import LiftMotion, PhaseName
 
+_TURN_SAMPLES = 19
 NOMINAL_MOVE_NS = 1_000_000_000
 """Time of a unit move on a site without a crane; arrival until assembly takes as long."""
 
@@ -31,7 +32,7 @@ class LoadTrack:
         time_ns: (N,) int64 samples from ``lifted_ns`` to ``assembled_ns``.
         corner_m: (N, 3) float64 origin of the component's frame: the lowest corner of its reference cell, site metres.
         tilt: (N, 4) float64 quaternion x, y, z, w: its turn against how it is built in; not the identity only while a
-            part that was stored lying is tipped up.
+            part that was stored lying is tipped up, and until one that was stored turned is turned back.
     """
 
     lift: Lift
@@ -72,7 +73,7 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
     lifted_ns = motion.start_ns + int(motion.raising.time_ns[0])
     arrived_ns = motion.start_ns + int(motion.loaded.time_ns[-1])
     assembled_ns = max([arrived_ns, *(p.end_ns for p in motion.phases if p.name is PhaseName.SET)])
-    time_ns, axes = motion.samples()
+    time_ns, axes = _with_turn(motion, *motion.samples())
     held = (time_ns >= lifted_ns) & (time_ns <= assembled_ns)
     time_ns, axes = time_ns[held], axes[held]
     load = load_frame(site.crane, site.frame, component.hook_offset_vox)
@@ -90,6 +91,16 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
         turned = site.frame.corner_of(np.repeat(np.array(place.cell_vox)[None], len(time_ns), axis=0))
         turned[:, 2] += size_m * width * np.sin(angle_rad) + np.maximum(0.0, axes[:, 2] - upright_m)
         corner_m = np.where(tipping[:, None], turned, corner_m)
+    tilt = _quaternions(angle_rad, place.pose)
+    if place.turn:
+        yaw_rad = _yaw_rad(motion, place.turn, time_ns)
+        tilt[:, 2], tilt[:, 3] = np.sin(yaw_rad / 2), np.cos(yaw_rad / 2)
+        # Turned about its hook: the origin's corner goes round it.
+        arm_m = -site.frame.voxel_size_m * (np.array(component.hook_offset_vox[:2]) + 0.5)
+        axis_m = corner_m[:, :2] - arm_m
+        cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
+        corner_m[:, 0] = axis_m[:, 0] + cos * arm_m[0] - sin * arm_m[1]
+        corner_m[:, 1] = axis_m[:, 1] + sin * arm_m[0] + cos * arm_m[1]
     return LoadTrack(
         lift=lift,
         start_ns=motion.start_ns,
@@ -99,8 +110,37 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
         end_ns=motion.end_ns,
         time_ns=time_ns,
         corner_m=corner_m,
-        tilt=_quaternions(angle_rad, place.pose),
+        tilt=tilt,
     )
+
+
+def _turn_ns(motion: LiftMotion) -> tuple[int, int]:
+    """When a part is turned back; where it is not, an empty span at the start of the way."""
+    for phase in motion.phases:
+        if phase.name is PhaseName.TURN:
+            return phase.start_ns, phase.end_ns
+    start_ns = motion.start_ns + int(motion.loaded.time_ns[0])
+    return start_ns, start_ns
+
+
+def _with_turn(
+    motion: LiftMotion, time_ns: NDArray[np.int64], axes: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Samples of a motion, with more while the part is turned: the hook stands still then."""
+    start_ns, end_ns = _turn_ns(motion)
+    if start_ns == end_ns:
+        return time_ns, axes
+    more = np.union1d(time_ns, np.linspace(start_ns, end_ns, _TURN_SAMPLES).astype(np.int64))
+    return more, np.stack([np.interp(more, time_ns, axis) for axis in axes.T], axis=1)
+
+
+def _yaw_rad(motion: LiftMotion, turn: int, time_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(N,) angle about z against how the part is built in, going back the shorter way at an even rate."""
+    stored_rad = np.pi / 2 * (turn if turn <= 2 else turn - 4)
+    start_ns, end_ns = _turn_ns(motion)
+    left = (end_ns - time_ns) / max(end_ns - start_ns, 1)
+    yaw: NDArray[np.float64] = stored_rad * np.clip(left, 0.0, 1.0)
+    return yaw
 
 
 def _quaternions(angle_rad: NDArray[np.float64], pose: StoredPose) -> NDArray[np.float64]:

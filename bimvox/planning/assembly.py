@@ -18,12 +18,13 @@ from bimvox.planning.contact import Contacts
 from bimvox.planning.insertion import Insertion, NoInsertion, find_insertion
 from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
-from bimvox.planning.sequence import Precedence, Sequence, assembly_order, precedence
-from bimvox.planning.yard import allocate_yard
+from bimvox.planning.relations import Precedence, precedence
+from bimvox.planning.sequence import Sequence, Sequencer
+from bimvox.planning.shorten import order_and_yard
 from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.site.component import Component, IntVec
-from bimvox.site.shape import erection_size_vox
-from bimvox.site.site import Site
+from bimvox.site.margin import grown_cells, in_transit, margin_vox
+from bimvox.site.site import GROUND_ID, Site
 
 Progress = Callable[[str, int, int], None]
 
@@ -65,7 +66,7 @@ class Stage:
     Attributes:
         component: The part.
         place: Where it waits.
-        clearance: The collision rule for it now.
+        clearance: The collision rule for its transit now; its departure is cleared.
         start_vox: Where its transit starts.
         insertion: Its last moves.
     """
@@ -83,21 +84,32 @@ class Stage:
 
 
 def with_cleared(clearance: Clearance, path_vox: NDArray[np.int32]) -> Clearance:
-    """Return a collision rule with the (N, 3) placements of a lift's last moves cleared, and no others."""
-    low = path_vox.min(axis=0)
-    cleared = np.zeros(path_vox.max(axis=0) - low + 1, np.bool_)
+    """Return a collision rule with (N, 3) placements cleared beside those that are."""
+    if not len(path_vox):
+        return clearance
+    low, high = path_vox.min(axis=0), path_vox.max(axis=0) + 1
+    if clearance.cleared.size:
+        low = np.minimum(low, clearance.cleared_low)
+        high = np.maximum(high, clearance.cleared_low + clearance.cleared.shape)
+    cleared = np.zeros(high - low, np.bool_)
     cleared[tuple((path_vox - low).T)] = True
+    before = np.argwhere(clearance.cleared) + clearance.cleared_low - low
+    cleared[tuple(before.T)] = True
     return clearance._replace(cleared_low=low.astype(np.int32), cleared=cleared)
 
 
 def prepare(site: Site, progress: Progress | None = None) -> Preparation:
-    """Find contacts, order and yard places of a site."""
+    """Find contacts, order and yard places of a site.
+
+    Raises:
+        SequenceError: If the site file's wishes leave no order.
+    """
     report = progress or (lambda stage, done, total: None)
     report("contacts", 0, len(site.components))
     contacts = Contacts(site)
     relations = precedence(site, contacts, lambda done, total: report("order", done, total))
-    sequence = assembly_order(site, relations)
-    return Preparation(contacts, relations, sequence, allocate_yard(site, sequence.order))
+    sequence, places = order_and_yard(site, Sequencer(site, relations, contacts))
+    return Preparation(contacts, relations, sequence, places)
 
 
 class Assembly:
@@ -111,12 +123,18 @@ class Assembly:
     def __init__(self, site: Site, preparation: Preparation) -> None:
         self._site, self._preparation = site, preparation
         self._occupancy = Occupancy(site)
+        self._margin = margin_vox(site)
         count = len(site.components)
         self._present: dict[str, NDArray[np.int32]] = {b.id: b.cells for b in site.blockers}
         self._standing = set(range(count, len(preparation.contacts.solids)))
         self._delivery = -1
         self._position = {index: n for n, index in enumerate(preparation.sequence.order)}
         self._stored: dict[int, NDArray[np.int32]] = {}
+
+    @property
+    def voxel_size_m(self) -> float:
+        """Edge of a cell."""
+        return self._site.frame.voxel_size_m
 
     def begin(self, index: int) -> Stage | Obstacle:
         """Take component ``index`` out of the yard and say what its lift looks like."""
@@ -172,8 +190,13 @@ class Assembly:
         return Obstacle(f"the yard has no place for it ({size} m) within the crane's reach and capacity")
 
     def clearance(self, index: int) -> Clearance:
-        """Return the collision rule for component ``index`` now, nothing cleared."""
-        return self._occupancy.clearance(self._site.components[index])
+        """Return the collision rule for the transit of component ``index`` now, its departure cleared."""
+        component, place = self._site.components[index], self._preparation.places[index]
+        free = self._occupancy.clearance(component)
+        transit = in_transit(free, self._margin)
+        return (
+            transit if place is None else with_cleared(transit, _departure(free, transit, place.transit_start_vox)[0])
+        )
 
     def who_is_at(self, cells: NDArray[np.int32]) -> tuple[str, ...]:
         """Return the ids of everything that occupies one of the cells now."""
@@ -183,7 +206,7 @@ class Assembly:
         return tuple(name for name, own in self._present.items() if mask[tuple(own.T)].any())
 
     def _touched_before(self, index: int) -> tuple[int, ...]:
-        """What a hung part could hold on to: the parts that it touches and that come before it in the order.
+        """What a hung part could hold on to: of those it touches or is connected to, the ones before it in the order.
 
         Empty for parts that stand on something, and for the first of a group that hangs together on nothing.
         """
@@ -191,24 +214,39 @@ class Assembly:
         holds_on_structure = any(n >= len(self._site.components) for n in contacts.neighbours[index])
         if relations.supports[index] or relations.grounded[index] or holds_on_structure:
             return ()
-        return tuple(j for j in relations.touching[index] if self._position[j] < self._position[index])
+        return tuple(j for j in relations.holds[index] if self._position[j] < self._position[index])
 
     def _stage(self, component: Component, place: YardPlace) -> Stage | Obstacle:
         clearance = self._occupancy.clearance(component)
-        swept = erection_size_vox(component.shape, place.pose)
+        swept = place.raising_size_vox(component)
         box = np.argwhere(np.ones(swept, np.bool_)) + np.array(place.cell_vox)
         in_the_way = self.who_is_at(box.astype(np.int32)) if swept[2] else ()
         if in_the_way:
             return Obstacle("it cannot be raised from its place in the yard", in_the_way)
+        turning = place.turning_cells(component)
+        if len(turning) and ((turning < 0) | (turning >= self._site.shape)).any():
+            return Obstacle("it cannot be turned above its place in the yard: the site ends there")
+        if in_the_way := self.who_is_at(turning):
+            return Obstacle("it cannot be turned above its place in the yard", in_the_way)
         start = place.transit_start_vox
         if not placement_is_free(clearance, *start):
             return self._blocked_start(component, clearance, start)
+        transit = in_transit(clearance, self._margin)
+        departure, is_out = _departure(clearance, transit, start)
+        if not is_out:
+            return self._too_near(component, departure)
         insertion = find_insertion(
-            self._site, self._preparation.contacts, self._occupancy.counts, component, clearance, self._standing
+            self._site,
+            self._preparation.contacts,
+            self._occupancy.counts,
+            component,
+            clearance,
+            self._standing,
+            transit,
         )
         if isinstance(insertion, NoInsertion):
             return self._blocked_target(insertion)
-        return Stage(component, place, clearance, start, insertion)
+        return Stage(component, place, with_cleared(transit, departure), start, insertion)
 
     def _blocked_start(self, component: Component, clearance: Clearance, start: IntVec) -> Obstacle:
         who = self.who_is_at(component.shape.cells + np.array(start, np.int32))
@@ -220,6 +258,13 @@ class Assembly:
         if who:
             return Obstacle("the hoist rope above its place in the yard is blocked", who)
         return Obstacle("the crane cannot pick it up from its place in the yard (reach, capacity, zone or boundary)")
+
+    def _too_near(self, component: Component, departure: NDArray[np.int32]) -> Obstacle:
+        """Straight up from the yard it never gets as far from everything as it has to be in transit."""
+        around = grown_cells(component.shape.cells, self._margin) + departure[-1]
+        who = tuple(name for name in self.who_is_at(around) if name != GROUND_ID)
+        margin_m = self._site.rules.transit_clearance_m
+        return Obstacle(f"it finds no room of {margin_m:g} m on every side straight above its place in the yard", who)
 
     def _blocked_target(self, blocked: NoInsertion) -> Obstacle:
         solids = self._preparation.contacts.solids
@@ -244,6 +289,21 @@ class Assembly:
         if cells is not None:
             self._occupancy.remove(cells)
             del self._present[self._site.components[index].id]
+
+
+def _departure(free: Clearance, transit: Clearance, start: IntVec) -> tuple[NDArray[np.int32], bool]:
+    """Return the (N, 3) placements straight up from the start that the transit's rule does not hold for yet.
+
+    And whether one for which it holds comes after them.
+    """
+    x, y, z = start
+    places: list[IntVec] = []
+    while placement_is_free(free, x, y, z):
+        if placement_is_free(transit, x, y, z):
+            return np.array(places, np.int32).reshape(-1, 3), True
+        places.append((x, y, z))
+        z += 1
+    return np.array(places or [start], np.int32), False
 
 
 def replay(site: Site, preparation: Preparation, plan: LiftPlan) -> Iterator[tuple[Lift, Clearance]]:

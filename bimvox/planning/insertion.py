@@ -1,16 +1,19 @@
-"""The last moves: from the gate, the first placement that is free by cells, down to the part's place.
+"""The last moves: from the gate, the first placement that is free by cells and open to the sky, to the part's place.
 
 Near its place a part meets cells that its neighbours share, so the broad phase alone would call every place blocked.
 Here the narrow phase decides: every placement of the insertion may hit nothing but neighbours by cells, and every move
 between two of them must not make the triangles meet deeper than the pair may touch (exact, not sampled). Straight down
 first; where that is blocked, the shortest way round within a small window.
+
+A placement that is free by cells may lie in a pocket: a room that neighbours close, with cells too coarse to show the
+way out. The last moves then go on through the pocket to a gate from which the load can be raised to the site's top.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +21,21 @@ from numpy.typing import NDArray
 from bimvox.env.actions import MOVES
 from bimvox.grid.occupancy import summed_area_table
 from bimvox.planning.contact import Contacts
+from bimvox.planning.search import room_around
 from bimvox.planning.sweep import rope_meets
-from bimvox.site.clearance import HOOK_FORBIDDEN, Clearance, boxes_are_free, hook_is_free
+from bimvox.site.clearance import HOOK_FORBIDDEN, Clearance, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import Site
 
 SIDEWAYS_VOX = 6
 """How far around its place the last moves of a part are looked for."""
 _PLACEMENTS = 600
+"""Placements in contact that are looked at."""
+_POCKET = 20_000
+"""Placements of pockets that are looked at."""
+_OPEN = 60_000
+"""A room of more placements than this counts as open."""
+_UNKNOWN, _ENCLOSED, _TO_THE_SKY = 0, 1, 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,13 +44,15 @@ class Insertion:
 
     Attributes:
         path_vox: (K + 1, 3) int32 placements from the gate to the target, both included.
+        enclosed: Whether they begin in a closed room: no gate was found, and no transit can get there.
     """
 
     path_vox: NDArray[np.int32]
+    enclosed: bool = False
 
     @property
     def gate_vox(self) -> IntVec:
-        """The first placement that is free by cells: where transit ends."""
+        """The first placement that is free by cells and not enclosed: where transit ends."""
         x, y, z = (int(n) for n in self.path_vox[0])
         return (x, y, z)
 
@@ -72,6 +84,7 @@ def find_insertion(
     component: Component,
     clearance: Clearance,
     present: Collection[int],
+    transit: Clearance | None = None,
 ) -> Insertion | NoInsertion:
     """Find the last moves of a component.
 
@@ -82,11 +95,12 @@ def find_insertion(
         component: The part.
         clearance: The collision rule for it now, nothing cleared.
         present: Numbers of the solids that stand now.
+        transit: The rule that holds up to the gate, where it is another one (see ``bimvox.site.margin``).
 
     Returns:
         The moves, or why there are none.
     """
-    return _Inserter(site, contacts, counts, component, clearance, present).find()
+    return _Inserter(site, contacts, counts, component, clearance, present, transit or clearance).find()
 
 
 class _Inserter:
@@ -98,8 +112,9 @@ class _Inserter:
         component: Component,
         clearance: Clearance,
         present: Collection[int],
+        transit: Clearance,
     ) -> None:
-        self.contacts, self.component, self.clearance = contacts, component, clearance
+        self.contacts, self.component, self.clearance, self.transit = contacts, component, clearance, transit
         self.step_m = site.frame.voxel_size_m
         self.target = np.array(component.target_vox)
         self.near = tuple(n for n in contacts.neighbours[component.index] if n in present)
@@ -115,35 +130,47 @@ class _Inserter:
         self.rule = clearance._replace(table=summed_area_table(self.foreign))
         hook = self.target + np.array(component.hook_offset_vox)
         self.hook_m = site.frame.centre_of(hook)
-        self.highest = site.shape[2] - int(size[2])
+        self.highest = site.shape[2] - int(transit.boxes[:, 5].max())
         origin = site.frame.origin_m
         self.hook_column = tuple(int(n) for n in (hook - self.low)[:2])
         self.hook_m[2] = origin[2] + self.step_m * hook[2]
-        self.met: dict[tuple[IntVec, int], tuple[int, ...]] = {}
+        self.rooms = np.zeros(site.shape, np.int8)
 
     def find(self) -> Insertion | NoInsertion:
         straight = self._straight_down()
-        if isinstance(straight, Insertion):
+        if isinstance(straight, Insertion) and not straight.enclosed:
             return straight
         return self._round_about() or straight
 
     def _straight_down(self) -> Insertion | NoInsertion:
-        rise = self.highest - int(self.target[2])
+        """Straight down from the lowest gate; where there is none, from an enclosed room, to name its walls."""
+        x, y, bottom = (int(n) for n in self.target)
+        rise = self.highest - bottom
         blocked = {
             n: self.contacts.meets_on_move(self.component.index, np.zeros(3), n, 2, 1, self.step_m, max(rise, 1))
             for n in self.near
         }
+        enclosed: Insertion | None = None
+        was_free = False
         for k in range(rise + 1):
-            place = (int(self.target[0]), int(self.target[1]), int(self.target[2]) + k)
-            if self._is_gate(place):
-                return self._insertion([(place[0], place[1], z) for z in range(place[2], int(self.target[2]) - 1, -1)])
-            wrong = self._wrong_at(place)
-            if wrong is not None:
-                return wrong
-            hit = tuple(n for n in self.near if k < rise and blocked[n][k])
+            place = (x, y, bottom + k)
+            free = self._is_free(place)
+            hit = tuple(n for n in self.near if k and blocked[n][k - 1]) if not (was_free and free) else ()
             if hit:
-                return NoInsertion("its straight descent is blocked by parts that it would run into", hit)
-        return NoInsertion("no room above its place to lower it from", self.near)
+                return enclosed or NoInsertion(
+                    "no way leads into its place, straight down or from the side: it would run into its neighbours", hit
+                )
+            if free:
+                way = self._insertion([(x, y, z) for z in range(place[2], bottom - 1, -1)])
+                if self._is_gate(place):
+                    return way
+                enclosed = enclosed or replace(way, enclosed=True)
+            else:
+                wrong = self._wrong_at(place)
+                if wrong is not None:
+                    return enclosed or wrong
+            was_free = free
+        return enclosed or NoInsertion("no room above its place to lower it from", self.near)
 
     def _round_about(self) -> Insertion | None:
         """Breadth first from the target outward; a move out is the move in, reversed."""
@@ -152,29 +179,50 @@ class _Inserter:
             return None
         came_from: dict[IntVec, IntVec | None] = {start: None}
         queue = deque([start])
-        while queue and len(came_from) < _PLACEMENTS:
+        touching, roaming = 1, 0
+        while queue and touching < _PLACEMENTS and roaming < _POCKET:
             here = queue.popleft()
             if self._is_gate(here):
                 path = [here]
                 while (back := came_from[path[-1]]) is not None:
                     path.append(back)
                 return self._insertion(path)
-            for action, move in enumerate(MOVES.tolist()):
-                there = (here[0] + move[0], here[1] + move[1], here[2] + move[2])
-                if there in came_from or np.abs(np.array(there) - self.target)[:2].max() > SIDEWAYS_VOX:
+            free_here = self._is_free(here)
+            for action, (x, y, z) in enumerate(MOVES.tolist()):
+                there = (here[0] + x, here[1] + y, here[2] + z)
+                if there in came_from or there[2] > self.highest or there[2] < 1 or not self._is_inside(there):
                     continue
-                if there[2] > self.highest or there[2] < 1 or self._met_on(here, action):
+                free_there = self._is_free(there)
+                if not free_there and (not self._is_near(there) or self._wrong_at(there) is not None):
                     continue
-                if self._is_gate(there) or self._wrong_at(there) is None:
-                    came_from[there] = here
-                    queue.append(there)
+                if not (free_here and free_there) and self._met_on(here, action):
+                    continue
+                came_from[there] = here
+                queue.append(there)
+                roaming, touching = roaming + free_there, touching + (not free_there)
         return None
 
     def _insertion(self, places: list[IntVec]) -> Insertion:
         return Insertion(np.array(places, np.int32).reshape(-1, 3))
 
+    def _is_inside(self, place: IntVec) -> bool:
+        return all(0 <= n < size for n, size in zip(place, self.rooms.shape, strict=True))
+
+    def _is_near(self, place: IntVec) -> bool:
+        return max(abs(place[0] - int(self.target[0])), abs(place[1] - int(self.target[1]))) <= SIDEWAYS_VOX
+
+    def _is_free(self, place: IntVec) -> bool:
+        """Whether a placement is free by cells, enclosed or not."""
+        if self.rooms[place] == _UNKNOWN:
+            return boxes_are_free(self.clearance, *place) and hook_is_free(self.clearance, *place)
+        return True
+
     def _is_gate(self, place: IntVec) -> bool:
-        return boxes_are_free(self.clearance, *place) and hook_is_free(self.clearance, *place)
+        """Whether a placement is free by cells and the load can be raised from it to the top, perhaps roundabout."""
+        if self.rooms[place] == _UNKNOWN and placement_is_free(self.transit, *place):
+            room, is_open = room_around(self.transit, place, self.highest, _OPEN)
+            self.rooms[tuple(room.T)] = _TO_THE_SKY if is_open else _ENCLOSED
+        return bool(self.rooms[place] == _TO_THE_SKY)
 
     def _wrong_at(self, place: IntVec) -> NoInsertion | None:
         local = np.array(place) - self.low

@@ -9,7 +9,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.site.component import IntVec, Shape, StoredPose
+from bimvox.site.component import Component, IntVec, Shape, StoredPose
+from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape, turning_columns
 from bimvox.site.site import Site
 
 
@@ -38,18 +39,51 @@ class YardPlace:
         pose: How it lies.
         shape: Its shape as it lies.
         cell_vox: Reference cell of that shape.
+        turn: Quarter turns, counter-clockwise, by which it lies turned.
+        rise_vox: How far it is raised before it is turned, or, where it is not turned, before transit.
+        shift_vox: Where the reference cell of the part as built in is, in plan, relative to ``cell_vox``.
     """
 
     delivery: int
     pose: StoredPose
     shape: Shape
     cell_vox: IntVec
+    turn: int = 0
+    rise_vox: int = 1
+    shift_vox: tuple[int, int] = (0, 0)
 
     @property
     def transit_start_vox(self) -> IntVec:
-        """Reference cell of the component as built in, after it was erected and raised by one voxel."""
+        """Reference cell of the component as built in, after it was erected, raised and turned."""
         x, y, z = self.cell_vox
-        return (x, y, z + 1)
+        return (x + self.shift_vox[0], y + self.shift_vox[1], z + self.rise_vox)
+
+    def raising_size_vox(self, component: Component) -> IntVec:
+        """Box, from ``cell_vox`` up, that the component sweeps until it is raised; turning comes after that."""
+        x, y, z = erection_size_vox(turned_shape(component.shape, self.turn), self.pose)
+        return (x, y, z + self.rise_vox - 1)
+
+    def turning_cells(self, component: Component) -> NDArray[np.int32]:
+        """(N, 3) int32 cells that it sweeps while it is turned; none where it is not."""
+        if self.turn == 0:
+            return np.zeros((0, 3), np.int32)
+        columns = turning_columns(component.shape, component.hook_offset_vox)
+        x, y, z = self.transit_start_vox
+        height = component.shape.size_vox[2]
+        layers = [np.column_stack([columns, np.full(len(columns), k)]) for k in range(height)]
+        cells: NDArray[np.int32] = np.concatenate(layers).astype(np.int32) + np.array([x, y, z], np.int32)
+        return cells
+
+
+def yard_place(
+    component: Component, delivery: int, pose: StoredPose, cell_vox: IntVec, *, turn: int = 0, rise_vox: int = 1
+) -> YardPlace:
+    """Return the place of a component that lies in a pose, turned by quarters, at a cell."""
+    hook = component.hook_offset_vox
+    turned = turned_hook(component.shape, hook, turn)
+    shift = (turned[0] - hook[0], turned[1] - hook[1])
+    shape = stored_shape(component.shape, pose, turn)
+    return YardPlace(delivery, pose, shape, cell_vox, turn % 4, rise_vox, shift)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,9 +177,12 @@ class LiftPlan:
         lifts: One per component, ascending ``order``; infeasible ones included.
         clashes: Pairs drawn into each other; such a pair may overlap as deep as drawn and no deeper.
         notes: What a reader should know (parts that nothing supports, interlocked groups ...), one sentence each.
+        unheld: Ids of parts that have to be set before anything that they could hold on to: what holds them is not in
+            the model.
     """
 
     site: Site
     lifts: tuple[Lift, ...]
     clashes: tuple[ModelledClash, ...] = ()
     notes: tuple[str, ...] = ()
+    unheld: tuple[str, ...] = ()

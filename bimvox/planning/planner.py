@@ -64,7 +64,9 @@ def plan_lifts(
         lifts.append(lift)
         if progress is not None:
             progress("lifts", order + 1, len(preparation.sequence.order))
-    return LiftPlan(site, tuple(lifts), preparation.contacts.clashes, preparation.sequence.notes)
+    sequence = preparation.sequence
+    unheld = tuple(site.components[i].id for i in sequence.unheld)
+    return LiftPlan(site, tuple(lifts), preparation.contacts.clashes, sequence.notes, unheld)
 
 
 def plan_lift(
@@ -148,7 +150,10 @@ def _why_unreachable(assembly: Assembly, stage: Stage) -> Obstacle:
     blocked = np.array([not placement_is_free(stage.clearance, *(int(n) for n in p)) for p in border[:_BORDER_LIMIT]])
     cells = (border[:_BORDER_LIMIT][blocked][:, None, :] + stage.component.shape.cells[None, :, :]).reshape(-1, 3)
     who = tuple(name for name in assembly.who_is_at(np.unique(cells, axis=0).astype(np.int32)) if name != "ground")
-    return Obstacle(f"no way leads out of the room of {len(room)} placements around {where}", who)
+    size_m = assembly.voxel_size_m
+    return Obstacle(
+        f"no way leads out of the room of {len(room)} placements around {where}, at cells of {size_m:g} m", who
+    )
 
 
 def _frozen(array: NDArray[np.int32]) -> NDArray[np.int32]:

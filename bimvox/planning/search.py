@@ -54,6 +54,22 @@ def reachable(clearance: Clearance, cell: IntVec, limit: int) -> NDArray[np.int3
     return found
 
 
+def room_around(clearance: Clearance, cell: IntVec, top: int, limit: int) -> tuple[NDArray[np.int32], bool]:
+    """Return placements that can be reached from a free one, upward first, until one at the height ``top`` is met.
+
+    Args:
+        clearance: The collision rule.
+        cell: The placement to start from; must be free.
+        top: Height, z of the reference cell, that counts as outside.
+        limit: A room of more placements counts as open.
+
+    Returns:
+        (N, 3) int32 placements, and whether the room is open: the top was reached, or the limit.
+    """
+    found, is_open = _room(clearance, np.array(cell, np.int64), MOVES, top, limit)
+    return found, bool(is_open)
+
+
 @kernel
 def _pushed(stack: NDArray[np.int64], size: int, value: int) -> NDArray[np.int64]:
     """Put ``value`` at ``size``, growing the stack where it is full."""
@@ -160,3 +176,43 @@ def all_free(clearance: Clearance, path_vox: NDArray[np.int32]) -> bool:
         if not placement_is_free(clearance, path_vox[n, 0], path_vox[n, 1], path_vox[n, 2]):
             return False
     return True
+
+
+@kernel
+def _room(
+    clearance: Clearance, start: NDArray[np.int64], moves: NDArray[np.int32], top: int, limit: int
+) -> tuple[NDArray[np.int32], bool]:
+    nx, ny, nz = clearance.table.shape[0] - 1, clearance.table.shape[1] - 1, clearance.table.shape[2] - 1
+    seen = np.zeros((nx, ny, nz), np.bool_)
+    found = np.empty((1024, 3), np.int32)
+    stack = np.empty(1024, np.int64)
+    depth = 0
+    size = 0
+    stack = _pushed(stack, depth, (start[0] * ny + start[1]) * nz + start[2])
+    depth += 1
+    seen[start[0], start[1], start[2]] = True
+    while depth:
+        depth -= 1
+        here = stack[depth]
+        x, y, z = here // (ny * nz), here // nz % ny, here % nz
+        if size == found.shape[0]:
+            more = np.empty((2 * size, 3), np.int32)
+            more[:size] = found
+            found = more
+        found[size, 0], found[size, 1], found[size, 2] = x, y, z
+        size += 1
+        if z >= top or size >= limit:
+            return found[:size].copy(), True
+        # Pushed last is taken first: up.
+        for up in range(2):
+            for action in range(moves.shape[0]):
+                if (moves[action, 2] == 1) != (up == 1):
+                    continue
+                u, v, w = x + moves[action, 0], y + moves[action, 1], z + moves[action, 2]
+                if u < 0 or v < 0 or w < 0 or u >= nx or v >= ny or w >= nz or seen[u, v, w]:
+                    continue
+                seen[u, v, w] = True
+                if placement_is_free(clearance, u, v, w):
+                    stack = _pushed(stack, depth, (u * ny + v) * nz + w)
+                    depth += 1
+    return found[:size].copy(), False

@@ -1,12 +1,8 @@
-"""The assembly order: what must stand before what, and one order that respects it.
+"""The assembly order: one that respects what must come before what, and keeps wishes as far as it can.
 
-Two relations come from geometry, by the same swept-contact test that clears the last moves:
-
-* *descent*: i before j where j in place would be met by i coming straight down, or by the rope that it hangs on;
-* *support*: j before i where i rests on j: moved down by the support gap (grout joint, bearing), i meets j.
-
-The planner's own ``before`` and ``after`` are added. A part that nothing below supports and that does not stand on the
-ground or on structure is hung: it waits for one of the parts that it touches.
+Among the parts that may come next, those of the earliest stage are looked at, and of these the ones whose foot is not
+much higher than the lowest: a building grows level by level. What remains is free: the lowest first, or what the crane
+has the shortest way to.
 """
 
 from __future__ import annotations
@@ -14,36 +10,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import lil_array
-from scipy.sparse.csgraph import connected_components
-
-from bimvox.errors import InputError
 from bimvox.planning.contact import Contacts
-from bimvox.planning.sweep import rope_meets
+from bimvox.planning.order_graph import order_graph
+from bimvox.planning.relations import Precedence
+from bimvox.planning.stages import stages
 from bimvox.site.site import Site
 
-_FAR_M = 10_000.0
+_LEVEL_M = 1.5
+"""Parts whose feet are no further apart than this are of one level."""
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Precedence:
-    """What must come before what, by component index.
-
-    Attributes:
-        descent: Per component, those that must come later because they would block its straight descent.
-        supports: Per component, the components that it rests on.
-        grounded: Per component, whether it rests on the ground or on structure.
-        touching: Per component, the components that it shares or touches cells with.
-        wanted: Per component, those that must come earlier because the planner says so.
-    """
-
-    descent: tuple[tuple[int, ...], ...]
-    supports: tuple[tuple[int, ...], ...]
-    grounded: tuple[bool, ...]
-    touching: tuple[tuple[int, ...], ...]
-    wanted: tuple[tuple[int, ...], ...]
+Prefer = Callable[[list[int], list[int]], int]
+"""(components that may come next, the order so far) -> the one that comes next."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,144 +29,86 @@ class Sequence:
 
     Attributes:
         order: Component indices, first lift first.
-        notes: Where the order could not keep every relation, or a part stands on nothing, one sentence each.
+        notes: Where the order could not keep every relation or wish, or a part stands on nothing, one sentence each.
+        unheld: Components that had to come before anything that they could hold on to.
     """
 
     order: tuple[int, ...]
     notes: tuple[str, ...] = ()
+    unheld: tuple[int, ...] = ()
 
 
-def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], None] | None = None) -> Precedence:
-    """Find what must stand before what.
+class Sequencer:
+    """Makes orders of a site.
 
     Args:
         site: The site.
-        contacts: Its contacts.
-        progress: Called with (done, total) components.
-
-    Returns:
-        The relations.
+        relations: What geometry and the site file say.
+        contacts: The site's contacts.
 
     Raises:
-        InputError: If a ``before`` or ``after`` names a component that does not exist.
+        SequenceError: If the site file's wishes leave no order; names the circle.
     """
-    count = len(site.components)
-    boxes = contacts.bounds_m
-    gap_m = site.rules.support_gap_m + site.rules.contact_tolerance_m
-    descent, supports, grounded = [], [], []
-    for i in range(count):
-        low, high = boxes[i]
-        over = ((boxes[:, 0, :2] < high[:2]) & (boxes[:, 1, :2] > low[:2])).all(axis=1)
-        over[i] = False
-        above = np.flatnonzero(over & (boxes[:, 1, 2] > low[2]))
-        below = np.flatnonzero(over & (boxes[:, 0, 2] < low[2] + gap_m) & (boxes[:, 1, 2] > low[2] - gap_m))
-        foot_m = _hook_foot_m(site, i)
-        descent.append(tuple(int(j) for j in above if j < count and _blocks(site, contacts, i, int(j), foot_m)))
-        held = [int(j) for j in _near_below(boxes, i, over, gap_m) if _met(contacts, i, int(j), -1, gap_m)]
-        supports.append(tuple(j for j in held if j < count))
-        grounded.append(bool(low[2] <= gap_m) or any(j >= count for j in held) or _stands_on_drawn(contacts, i, below))
-        if progress is not None:
-            progress(i + 1, count)
-    touching = tuple(tuple(j for j in contacts.neighbours[i] if j < count) for i in range(count))
-    return Precedence(tuple(descent), _one_way(supports), tuple(grounded), touching, _wanted(site))
 
+    def __init__(self, site: Site, relations: Precedence, contacts: Contacts) -> None:
+        self._site, self._relations = site, relations
+        self._graph = order_graph(site, relations, contacts)
+        self._stages, self._wish_notes = stages(site.components, self._graph)
+        self._foot_m = [float(c.mesh.bounds_m[0, 2]) for c in site.components]
+        self._rank = [(c.target_vox[2], c.target_vox[:2], c.index) for c in site.components]
 
-def assembly_order(site: Site, relations: Precedence) -> Sequence:
-    """Choose one order that respects the relations: lowest first, then from the far corner on.
+    def lowest_first(self) -> Sequence:
+        """Return the order that takes the lowest part first, then from the near corner on."""
+        return self.order(lambda ready, _: min(ready, key=self._rank.__getitem__), level_m=0.0)
 
-    Where relations go round in a circle (interlocked parts, or parts drawn into each other) the lowest part whose
-    supports stand goes next, and a note names what it was waiting for: its lift then needs a lateral insertion.
-    """
-    count = len(site.components)
-    must_precede = [set(relations.wanted[i]) for i in range(count)]
-    for i in range(count):
-        for j in relations.descent[i]:
-            if i not in relations.descent[j]:
-                must_precede[j].add(i)
-    lowest = [float(c.mesh.bounds_m[0, 2]) for c in site.components]
-    rank = [(site.components[i].target_vox[2], site.components[i].target_vox[:2], i) for i in range(count)]
-    placed: set[int] = set()
-    left = set(range(count))
-    order: list[int] = []
-    notes = [
-        f"{site.components[i].id}: nothing supports it within {site.rules.support_gap_m:g} m; it is set after a part "
-        "that it touches"
-        if relations.touching[i]
-        else f"{site.components[i].id}: floats {lowest[i]:.2f} m above the ground, touching nothing"
-        for i in range(count)
-        if not relations.supports[i] and not relations.grounded[i]
-    ]
-    while left:
-        supported = [i for i in left if _is_supported(i, relations, placed)]
-        ready = [i for i in supported if must_precede[i] <= placed]
-        if not ready:
-            # Nothing stands as it should: rather a part that nothing carries than one whose support is missing.
-            ready = supported or [i for i in left if not relations.supports[i]] or sorted(left)
-            chosen = min(ready, key=rank.__getitem__)
-            waiting = ", ".join(site.components[j].id for j in sorted(must_precede[chosen] - placed)) or "its support"
-            notes.append(f"{site.components[chosen].id}: its place in the order is circular; it waited for {waiting}")
-        else:
-            chosen = min(ready, key=rank.__getitem__)
-        order.append(chosen)
-        placed.add(chosen)
-        left.remove(chosen)
-    return Sequence(tuple(order), tuple(notes))
+    def order(self, prefer: Prefer, *, level_m: float = _LEVEL_M) -> Sequence:
+        """Return the order that a preference leads to.
 
+        Args:
+            prefer: Chooses among the parts that may come next.
+            level_m: How much higher than the lowest of them a part may begin.
+        """
+        graph, components = self._graph, self._site.components
+        missing = [len(earlier) for earlier in graph.earlier]
+        placed: set[int] = set()
+        open_parts = {i for i, n in enumerate(missing) if n == 0}
+        order: list[int] = []
+        unheld: list[int] = []
+        notes = [*self._floating_notes(), *graph.notes, *self._wish_notes]
+        while open_parts:
+            ready = [i for i in open_parts if self._is_held(i, placed)]
+            if not ready:
+                ready = list(open_parts)
+                waiting = min(ready, key=self._rank.__getitem__)
+                unheld.append(waiting)
+                notes.append(f"{components[waiting].id}: set before anything that it could hold on to")
+                ready = [waiting]
+            stage = min(self._stages[i] for i in ready)
+            ready = [i for i in ready if self._stages[i] == stage]
+            highest_m = min(self._foot_m[i] for i in ready) + level_m
+            chosen = prefer(sorted(i for i in ready if self._foot_m[i] <= highest_m), order)
+            order.append(chosen)
+            placed.add(chosen)
+            open_parts.remove(chosen)
+            for later in graph.later[chosen]:
+                missing[later] -= 1
+                if missing[later] == 0:
+                    open_parts.add(later)
+        return Sequence(tuple(order), tuple(notes), tuple(unheld))
 
-def _one_way(supports: list[tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
-    """Leave out supports that go round in a circle (parts that cross, or are drawn together): these only touch."""
-    graph = lil_array((len(supports), len(supports)), dtype=np.int8)
-    for i, below in enumerate(supports):
-        for j in below:
-            graph[i, j] = 1
-    _, group = connected_components(graph.tocsr(), connection="strong")
-    return tuple(tuple(j for j in below if group[i] != group[j]) for i, below in enumerate(supports))
+    def _is_held(self, i: int, placed: set[int]) -> bool:
+        relations = self._relations
+        held = bool(relations.supports[i]) or relations.grounded[i] or not relations.holds[i]
+        return held or not placed.isdisjoint(relations.holds[i])
 
-
-def _met(contacts: Contacts, i: int, j: int, direction: int, reach_m: float) -> bool:
-    return bool(contacts.meets_on_move(i, np.zeros(3), j, 2, direction, reach_m, 1)[0])
-
-
-def _blocks(site: Site, contacts: Contacts, i: int, j: int, foot_m: NDArray[np.float64]) -> bool:
-    """Whether j in place is in the way of i coming straight down, or of the rope that it hangs on."""
-    if _met(contacts, i, j, 1, _FAR_M):
-        return True
-    return site.crane is not None and site.rules.rope and rope_meets(contacts.triangles_m(j), foot_m)
-
-
-def _hook_foot_m(site: Site, i: int) -> NDArray[np.float64]:
-    """Foot of the hook line above part i at its place."""
-    component = site.components[i]
-    foot = np.add(component.target_vox, component.hook_offset_vox) + np.array([0.5, 0.5, 0.0])
-    foot_m: NDArray[np.float64] = np.array(site.frame.origin_m) + site.frame.voxel_size_m * foot
-    return foot_m
-
-
-def _near_below(boxes: NDArray[np.float64], i: int, over: NDArray[np.bool_], gap_m: float) -> NDArray[np.int64]:
-    """Solids under part i's outline whose top can be near one of its undersides."""
-    return np.flatnonzero(over & (boxes[:, 0, 2] < boxes[i, 1, 2]) & (boxes[:, 1, 2] > boxes[i, 0, 2] - gap_m))
-
-
-def _stands_on_drawn(contacts: Contacts, i: int, below: NDArray[np.int64]) -> bool:
-    """Whether a part is drawn right through something below it, so that no gap can be measured."""
-    return any(contacts.way_out_m(i, int(j)) is None for j in below)
-
-
-def _is_supported(i: int, relations: Precedence, placed: set[int]) -> bool:
-    if relations.supports[i]:
-        return placed.issuperset(relations.supports[i])
-    return relations.grounded[i] or not relations.touching[i] or not placed.isdisjoint(relations.touching[i])
-
-
-def _wanted(site: Site) -> tuple[tuple[int, ...], ...]:
-    numbers = {component.id: component.index for component in site.components}
-    earlier: list[set[int]] = [set() for _ in site.components]
-    for component in site.components:
-        for other, key in [*((o, "after") for o in component.after), *((o, "before") for o in component.before)]:
-            if other not in numbers:
-                raise InputError(f"component {component.id}: {key} names {other!r}, which is no component of the site")
-            if key == "after":
-                earlier[component.index].add(numbers[other])
-            else:
-                earlier[numbers[other]].add(component.index)
-    return tuple(tuple(sorted(e)) for e in earlier)
+    def _floating_notes(self) -> list[str]:
+        site, relations = self._site, self._relations
+        gap_m = site.rules.support_gap_m
+        return [
+            f"{component.id}: nothing supports it within {gap_m:g} m; it is set after a part that it "
+            + ("is connected to" if component.hints.connected else "touches")
+            if relations.holds[i]
+            else f"{component.id}: floats {self._foot_m[i]:.2f} m above the ground, touching nothing"
+            for i, component in enumerate(site.components)
+            if not relations.supports[i] and not relations.grounded[i]
+        ]

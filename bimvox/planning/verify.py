@@ -11,15 +11,17 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from bimvox.crane.load_chart import capacity_kg
-from bimvox.planning.lift import Lift, LiftPlan, Status
+from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.planning.moment import Thing, cells_in_common, moments, near_and_far
 from bimvox.planning.proof import Check, Verification, turn_to
 from bimvox.planning.shape_check import check_shape
+from bimvox.planning.stands_check import check_stands
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component, StoredPose
-from bimvox.site.shape import erection_size_vox, stored_shape
+from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape
 from bimvox.site.site import Site
 
 _CHUNK = 2_000_000
@@ -49,14 +51,30 @@ class _Verifier:
         self.lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
         self.triangles = TriangleCheck(plan)
         self.known_shapes = known_shapes
-        names = "complete", "shapes", "unit_moves", "boundary", "cells", "triangles", "rope", "reach", "support", "yard"
+        names = (
+            "complete",
+            "shapes",
+            "unit_moves",
+            "boundary",
+            "cells",
+            "triangles",
+            "rope",
+            "reach",
+            "support",
+            "yard",
+            "stands",
+        )
         self.checks = {name: Check(name) for name in names}
+        if self.site.rules.transit_clearance_m > 0.0:
+            self.checks["margin"] = Check("margin")
         self.checks["triangles"].unit = "m"
         self.checks["reach"].unit = "share of capacity"
 
     def run(self) -> Verification:
         self._check_complete()
         self._check_deliveries()
+        proven = {lift.order for lift in self.context}
+        check_stands(self.checks["stands"], self.site, self.lifts, unheld=self.plan.unheld, proven=proven)
         for moment in moments(self.plan, self.context):
             self._check_lift(moment.lift, moment.present, moment.placed)
         return Verification(tuple(self.checks.values()))
@@ -100,6 +118,7 @@ class _Verifier:
             return
         self._check_yard(lift, component, present)
         self._check_cells(component, path, present)
+        self._check_margin(lift, component, path, present)
         self._check_hook(component, path, present)
         self._check_support(component, placed)
 
@@ -116,7 +135,7 @@ class _Verifier:
         check, place = self.checks["unit_moves"], lift.place
         if place is None:
             return
-        start = (place.cell_vox[0], place.cell_vox[1], place.cell_vox[2] + 1)
+        start = place.transit_start_vox
         check.look(tuple(path[0]) == start, f"{component.id}: its path starts at {tuple(path[0])}, not above its place")
         check.look(
             tuple(path[-1]) == component.target_vox,
@@ -139,7 +158,7 @@ class _Verifier:
         if place is None:
             return
         cells = place.shape.cells + np.array(place.cell_vox)
-        turned = stored_shape(component.shape, place.pose)
+        turned = stored_shape(component.shape, place.pose, place.turn)
         check.look(
             np.array_equal(turned.cells, place.shape.cells), f"{component.id}: stored in another shape than its own"
         )
@@ -150,12 +169,39 @@ class _Verifier:
         check.look(place.cell_vox[2] == 1, f"{component.id}: is not stored on the ground")
         if component.start_vox is None:
             check.look(bool(self.site.yard[tuple(cells[:, :2].T)].all()), f"{component.id}: stored outside the yard")
-        size = np.array(erection_size_vox(component.shape, place.pose))
+        size = np.array(erection_size_vox(turned_shape(component.shape, place.turn), place.pose))
+        size[2] += place.rise_vox - 1
         low = np.array(place.cell_vox)
         for thing in present:
             hit = ((thing.cells >= low) & (thing.cells < low + size)).all(axis=1)
             raised = "erected" if place.pose is not StoredPose.AS_BUILT else "raised"
             check.look(not hit.any(), f"{component.id}: meets {thing.name} while it is {raised}")
+        self._check_turning(check, component, place, present)
+
+    def _check_turning(self, check: Check, component: Component, place: YardPlace, present: Sequence[Thing]) -> None:
+        """Raised, it is turned about its hook in the way of nothing: within its corners' circle, at its height."""
+        check.look(
+            place.rise_vox == 1 or place.turn != 0,
+            f"{component.id}: is raised by {place.rise_vox} cells, yet not turned",
+        )
+        if place.turn == 0:
+            return
+        check.look(place.pose is StoredPose.AS_BUILT, f"{component.id}: is erected and turned at once")
+        shape, hook = component.shape, component.hook_offset_vox
+        lies = np.array(place.cell_vox[:2]) + turned_hook(shape, hook, place.turn)[:2]
+        axis = np.array(place.transit_start_vox[:2]) + hook[:2]
+        check.look(bool((lies == axis).all()), f"{component.id}: does not turn about its hook")
+        far = np.abs(shape.cells[:, :2] - np.array(hook[:2])) + 0.5
+        radius = float(np.hypot(*far.T).max())
+        low = place.cell_vox[2] + place.rise_vox
+        high = low + int(shape.cells[:, 2].max()) + 1
+        centre = axis + 0.5
+        inside = (centre - radius >= -1e-9).all() and (centre + radius <= np.array(self.site.shape[:2]) + 1e-9).all()
+        check.look(bool(inside) and high <= self.site.shape[2], f"{component.id}: turns beyond the site's boundary")
+        for thing in present:
+            cells = thing.cells[(thing.cells[:, 2] >= low) & (thing.cells[:, 2] < high)]
+            away = np.hypot(*np.maximum(np.abs(cells[:, :2] - axis) - 0.5, 0.0).T)
+            check.look(bool((away >= radius - 1e-9).all()), f"{component.id}: meets {thing.name} while it is turned")
 
     def _check_cells(self, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
         """Raw cells, placement by placement; where only neighbours are hit, on the last moves, the triangles decide."""
@@ -174,6 +220,26 @@ class _Verifier:
         first = max(0, int(np.flatnonzero(hits_near)[0]) - 1)
         for thing in near:
             self.triangles.check_moves(self.checks["triangles"], component, path[first:], thing.solid)
+
+    def _check_margin(
+        self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]
+    ) -> None:
+        """Between its departure, straight up, and its last moves a part keeps the clearance in transit."""
+        size_m, margin_m = self.site.frame.voxel_size_m, self.site.rules.transit_clearance_m
+        if margin_m <= 0.0:
+            return
+        reach = 2 * int(np.ceil(margin_m / size_m - 1e-9)) + 1
+        wide = maximum_filter(_marked(self.site, present), size=reach, mode="constant", cval=False)
+        near = self._hits(component.shape.cells, path, wide)
+        gate = max(0, len(path) - 1 - lift.contact_moves)
+        rising = (path[:, :2] == path[0, :2]).all(axis=1) & (np.diff(path[:, 2], prepend=path[0, 2] - 1) == 1)
+        departure = int(np.argmin(rising & near)) if not (rising & near).all() else len(path)
+        bad = np.flatnonzero(near[departure : gate + 1]) + departure
+        self.checks["margin"].look(
+            not len(bad),
+            f"{component.id}: at placement {bad[:1]} it comes nearer than {margin_m:g} m to something",
+            samples=max(0, gate + 1 - departure),
+        )
 
     def _hits(self, own: NDArray[np.int32], path: NDArray[np.int32], marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
         hits = np.zeros(len(path), np.bool_)

@@ -1,62 +1,80 @@
 """The yard: where each part waits, in truckloads.
 
-Parts are placed in the order in which they are needed, each at the first place that is free of its neighbours by a gap,
-of fixed things, and within the crane's reach with the part's mass. When the next part finds no room, a new delivery
-begins: it arrives when every earlier lift is done, and what an earlier delivery could not be lifted goes back with the
-truck. A first-fit scan over the yard's cells, not a rectangle packer, because yards are polygons with holes (mast,
-structure) and the crane's reach cuts them too. Obstructions are not looked at: they come and go, and a lift that one of
-them blocks is said to be blocked.
+Parts are placed in the order in which they are needed, each at a place that is free of its neighbours by a gap, of
+fixed things, and within the crane's reach with the part's mass: the one from which the crane is quickest, with the way
+from the part before it, and of equally good ones the first. When the next part finds no room, a new delivery begins: it
+arrives when every earlier lift is done, and what of an earlier delivery could not be lifted goes back with the truck. A
+scan over the yard's cells, not a rectangle packer, because yards are polygons with holes (mast, structure) and the
+crane's reach cuts them too. Obstructions are not looked at: they come and go, and a lift that one of them blocks is
+said to be blocked.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.planning.lift import YardPlace
+from bimvox.crane.kinematics import Axes
+from bimvox.planning.lift import YardPlace, yard_place
 from bimvox.planning.occupancy import lowest_hook
+from bimvox.planning.travel import Travel
 from bimvox.site.clearance import HOOK_FORBIDDEN
-from bimvox.site.component import Component, IntVec, Shape, StoredPose
-from bimvox.site.shape import erection_size_vox, stored_shape
+from bimvox.site.component import Component, IntVec, StoredPose
+from bimvox.site.margin import margin_vox
+from bimvox.site.shape import erection_size_vox, turned_hook, turned_shape, turning_columns
 from bimvox.site.site import Site
 
 _GAP_VOX = 1
+_SAME_S = 2.0
+"""Ways that differ by less are equally good."""
 
 
-def allocate_yard(site: Site, order: tuple[int, ...]) -> tuple[YardPlace | None, ...]:
+Lying = tuple[StoredPose, int]
+"""How a part lies: its pose, and the quarter turns that it is turned by."""
+
+
+def allocate_yard(site: Site, order: tuple[int, ...], travel: Travel | None = None) -> tuple[YardPlace | None, ...]:
     """Give every component its place in the yard.
 
     Args:
         site: The site.
         order: Component indices in assembly order.
+        travel: How long the crane is on its way; without it the first place that is free is taken.
 
     Returns:
-        Per component (by index) its place; None where it does not fit even into the empty yard.
+        Per component (by index) its place; None where it does not fit even into the empty yard, turned or not.
     """
     open_yard = _open_yard(site)
     for component in site.components:
         if component.start_vox is not None:
-            _take(open_yard, component.start_vox, _footprint(component, _explicit_pose(component)))
+            _take(open_yard, component.start_vox, _footprint(component, *_given(component)))
     places: list[YardPlace | None] = [None] * len(site.components)
     free, delivery, used = open_yard.copy(), 0, False
+    ways = _Ways(site, travel) if travel is not None else None
+    before: Component | None = None
     for index in order:
         component = site.components[index]
         if component.start_vox is not None:
-            pose = _explicit_pose(component)
-            places[index] = YardPlace(delivery, pose, stored_shape(component.shape, pose), component.start_vox)
+            pose, turn = _given(component)
+            places[index] = yard_place(component, delivery, pose, component.start_vox, turn=turn)
             continue
-        found = _find(site, component, free)
+        preferred = _preferred(component)
+        found = _find(site, component, free, ways, before, preferred)
         if found is None and used:
             free, delivery, used = open_yard.copy(), delivery + 1, False
-            found = _find(site, component, free)
+            found = _find(site, component, free, ways, before, preferred)
+        # Turning takes time and room: only what fits in no other way is turned.
+        found = found or _find(site, component, free, ways, before, _turned(component))
         if found is None:
             continue
-        pose, shape, cell = found
-        _take(free, cell, _footprint(component, pose))
-        used = True
-        places[index] = YardPlace(delivery, pose, shape, cell)
-    return tuple(places)
+        (pose, turn), cell = found
+        _take(free, cell, _footprint(component, pose, turn))
+        used, before = True, component
+        places[index] = yard_place(component, delivery, pose, cell, turn=turn)
+    return _risen(site, order, places)
 
 
 def storage_poses(component: Component) -> tuple[StoredPose, ...]:
@@ -64,8 +82,49 @@ def storage_poses(component: Component) -> tuple[StoredPose, ...]:
     return (StoredPose.LYING_X, StoredPose.LYING_Y) if component.erected else (StoredPose.AS_BUILT,)
 
 
-def _explicit_pose(component: Component) -> StoredPose:
-    return component.stored_pose or storage_poses(component)[0]
+def _preferred(component: Component) -> tuple[Lying, ...]:
+    return tuple((pose, component.stored_turn or 0) for pose in storage_poses(component))
+
+
+def _turned(component: Component) -> tuple[Lying, ...]:
+    chosen = component.stored_turn is None and not component.erected
+    return ((StoredPose.AS_BUILT, 1),) if chosen else ()
+
+
+def _given(component: Component) -> Lying:
+    return component.stored_pose or storage_poses(component)[0], component.stored_turn or 0
+
+
+def _risen(site: Site, order: tuple[int, ...], places: list[YardPlace | None]) -> tuple[YardPlace | None, ...]:
+    """Say of the parts that lie turned how far they are raised before they are turned: above all that is near.
+
+    Near is what stands or waits within the circle of their corners: structure, parts of the same delivery, parts of the
+    building that are set before.
+    """
+    if not any(place is not None and place.turn for place in places):
+        return tuple(places)
+    tops = np.zeros(site.shape[:2], np.int32)
+    for blocker in site.blockers:
+        if blocker.kind in ("structure", "crane"):
+            _raise_tops(tops, blocker.cells)
+    risen = list(places)
+    for index in order:
+        component, place = site.components[index], places[index]
+        if place is not None and place.turn:
+            columns = place.turning_cells(component)[:, :2]
+            inside = ((columns >= 0) & (columns < site.shape[:2])).all(axis=1)
+            near = tops.copy()
+            for other, mate in enumerate(places):
+                if mate is not None and other != index and mate.delivery == place.delivery:
+                    _raise_tops(near, mate.shape.cells + np.array(mate.cell_vox, np.int32))
+            top = int(near[tuple(columns[inside].T)].max(initial=0))
+            risen[index] = replace(place, rise_vox=max(1, top - place.cell_vox[2]))
+        _raise_tops(tops, component.shape.cells + np.array(component.target_vox, np.int32))
+    return tuple(risen)
+
+
+def _raise_tops(tops: NDArray[np.int32], cells: NDArray[np.int32]) -> None:
+    np.maximum.at(tops, (cells[:, 0], cells[:, 1]), cells[:, 2] + np.int32(1))
 
 
 def _open_yard(site: Site) -> NDArray[np.bool_]:
@@ -76,8 +135,8 @@ def _open_yard(site: Site) -> NDArray[np.bool_]:
     return free
 
 
-def _footprint(component: Component, pose: StoredPose) -> tuple[int, int]:
-    size_x, size_y, _ = erection_size_vox(component.shape, pose)
+def _footprint(component: Component, pose: StoredPose, turn: int) -> tuple[int, int]:
+    size_x, size_y, _ = erection_size_vox(turned_shape(component.shape, turn), pose)
     return size_x, size_y
 
 
@@ -89,33 +148,85 @@ def _take(free: NDArray[np.bool_], cell: IntVec, footprint: tuple[int, int]) -> 
     ] = False
 
 
-def _find(site: Site, component: Component, free: NDArray[np.bool_]) -> tuple[StoredPose, Shape, IntVec] | None:
+class _Ways:
+    """How long the crane is on its way over each column of the yard."""
+
+    def __init__(self, site: Site, travel: Travel) -> None:
+        self._travel = travel
+        self._origin_m = np.array(site.frame.origin_m)
+        self._size_m = site.frame.voxel_size_m
+
+    def seconds(
+        self, component: Component, before: Component | None, cells: NDArray[np.int64], top_vox: int
+    ) -> NDArray[np.float64]:
+        """(N,) seconds from the part before to a hook over (N, 2) columns, and on to the component's place.
+
+        ``top_vox`` is the height at which the hook takes the part.
+        """
+        hook = self._axes(np.concatenate([cells, np.full((len(cells), 1), top_vox)], axis=1))
+        seconds = self._travel.between_s(hook, self._over(component))
+        return seconds if before is None else seconds + self._travel.between_s(self._over(before), hook)
+
+    def _over(self, component: Component) -> Axes:
+        return self._axes(np.add(component.target_vox, component.hook_offset_vox)[None])
+
+    def _axes(self, cells: NDArray[np.int64]) -> Axes:
+        return self._travel.axes_of(self._origin_m + self._size_m * (cells + np.array([0.5, 0.5, 0.0])))
+
+
+def _find(
+    site: Site,
+    component: Component,
+    free: NDArray[np.bool_],
+    ways: _Ways | None,
+    before: Component | None,
+    choices: tuple[Lying, ...],
+) -> tuple[Lying, IntVec] | None:
+    if not choices:
+        return None
+    margin = margin_vox(site)
     hook = lowest_hook(site, np.zeros(site.shape[:2], np.int32), component.mass_kg) < HOOK_FORBIDDEN
-    for pose in storage_poses(component):
-        size_x, size_y, size_z = erection_size_vox(component.shape, pose)
+    shape = component.shape
+    for pose, turn in choices:
+        size_x, size_y, size_z = erection_size_vox(turned_shape(shape, turn), pose)
         if 1 + size_z > site.shape[2]:
             continue
-        offset_x, offset_y, _ = component.hook_offset_vox
-        x, y = _first_fit(free, hook, size_x, size_y, offset_x, offset_y)
-        if x >= 0:
-            return pose, stored_shape(component.shape, pose), (int(x), int(y), 1)
+        offset = np.array(turned_hook(shape, component.hook_offset_vox, turn)[:2])
+        cells = np.argwhere(_fits(free, hook, size_x, size_y, int(offset[0]), int(offset[1])).T)[:, ::-1]
+        # In transit its clearance has to lie inside the site's boundary, and so has the circle in which it is turned.
+        low, high = np.full(2, margin), np.array(site.shape[:2]) - margin - np.array(shape.size_vox[:2])
+        if turn:
+            around = turning_columns(shape, component.hook_offset_vox)
+            low = np.maximum(low, -around.min(axis=0))
+            high = np.minimum(high, np.array(site.shape[:2]) - 1 - around.max(axis=0))
+        start = cells + offset - np.array(component.hook_offset_vox[:2])
+        cells = cells[((start >= low) & (start <= high)).all(axis=1)]
+        if not len(cells):
+            continue
+        best = 0
+        if ways is not None:
+            # Steps of a few seconds, first come first of each: parts lie close together, and the yard stays whole.
+            seconds = ways.seconds(component, before, cells + offset, size_z + 1)
+            best = int(np.argmin(np.floor(seconds / _SAME_S)))
+        x, y = (int(n) for n in cells[best])
+        return (pose, turn), (x, y, 1)
     return None
 
 
 @kernel
-def _first_fit(
+def _fits(
     free: NDArray[np.bool_], hook: NDArray[np.bool_], size_x: int, size_y: int, offset_x: int, offset_y: int
-) -> tuple[int, int]:
-    """Lowest y, then lowest x, at which a footprint is free and the hook above it allowed; (-1, -1) where none is."""
+) -> NDArray[np.bool_]:
+    """(X, Y) bool: lowest corners at which a footprint is free and the hook above it allowed."""
     nx, ny = free.shape
+    fits = np.zeros((nx, ny), np.bool_)
     taken = np.zeros((nx + 1, ny + 1), np.int32)
     for i in range(nx):
         for j in range(ny):
             taken[i + 1, j + 1] = np.int32(not free[i, j]) + taken[i, j + 1] + taken[i + 1, j] - taken[i, j]
-    for j in range(ny - size_y + 1):
-        for i in range(nx - size_x + 1):
-            if not hook[i + offset_x, j + offset_y]:
-                continue
-            if taken[i + size_x, j + size_y] - taken[i, j + size_y] - taken[i + size_x, j] + taken[i, j] == 0:
-                return i, j
-    return -1, -1
+    for i in range(nx - size_x + 1):
+        for j in range(ny - size_y + 1):
+            if hook[i + offset_x, j + offset_y]:
+                among = taken[i + size_x, j + size_y] - taken[i, j + size_y] - taken[i + size_x, j] + taken[i, j]
+                fits[i, j] = among == 0
+    return fits

@@ -151,7 +151,7 @@ def _put(identity: str, files: Mapping[str, bytes], store: Path) -> str:
         try:
             load(identity, folder=store)
         except PolicyError:
-            shutil.rmtree(place)  # damaged since; the whole one takes its place
+            shutil.rmtree(place, ignore_errors=True)  # damaged since; the whole one takes its place
         else:
             return identity
     try:

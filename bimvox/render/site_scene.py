@@ -127,7 +127,7 @@ def given_place(component: Component) -> tuple[Shape, IntVec]:
     """Return how and where a component lies whose place the site file gives."""
     assert component.start_vox is not None
     pose = component.stored_pose or storage_poses(component)[0]
-    return stored_shape(component.shape, pose), component.start_vox
+    return stored_shape(component.shape, pose, component.stored_turn or 0), component.start_vox
 
 
 def parked_pose(site: Site) -> CranePose:

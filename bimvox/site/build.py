@@ -21,7 +21,8 @@ from bimvox.site.config import SiteConfig
 from bimvox.site.digest import digest_of
 from bimvox.site.obstruction_cells import Rasterise, obstruction_cells
 from bimvox.site.obstructions import EMPTY, Box, Obstruction, ObstructionSet
-from bimvox.site.parts import component_of, entries_by_id
+from bimvox.site.order_hints import order_hints
+from bimvox.site.parts import component_of, entries_by_id, first_ids
 from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Rules, Site
 
 Parts = Sequence[tuple[Element, "NDArray[np.int32]"]]
@@ -39,6 +40,7 @@ def build_site(
     obstructions: ObstructionSet = EMPTY,
     site_to_ifc: NDArray[np.float64] | None = None,
     source: Mapping[str, str | float | bool] | None = None,
+    connections: Sequence[tuple[str, str]] = (),
 ) -> Site:
     """Build a site.
 
@@ -52,6 +54,7 @@ def build_site(
         obstructions: What is in the way for now.
         site_to_ifc: (4, 4) transform from the site's frame to the model's coordinates; default: identity.
         source: Plain values about the model, kept with the site.
+        connections: Pairs of element ids that the model's file says are connected.
 
     Raises:
         ConfigError: If the site file does not fit the building; names the key.
@@ -59,6 +62,8 @@ def build_site(
     """
     rules = config.rules.rules()
     entries = entries_by_id(config, (element for element, _ in parts))
+    lifted = [e for e, _ in parts if e.role is Role.COMPONENT and not (e.id in entries and entries[e.id].pinned)]
+    hints = order_hints(config, lifted, first_ids(config, lifted), connections)
     components: list[Component] = []
     blockers = [_ground(shape)]
     notes: list[str] = []
@@ -67,7 +72,7 @@ def build_site(
         entry = entries.get(element.id)
         if element.role is Role.COMPONENT and not (entry and entry.pinned):
             check_component(config, element, cells, frame, shape)
-            components.append(component_of(len(components), element, cells, entry, frame))
+            components.append(component_of(len(components), element, cells, entry, frame, hints[element.id]))
         elif element.role in (Role.COMPONENT, Role.STRUCTURE):
             if len(cells):
                 blockers.append(Blocker(element.id, "structure", _frozen(cells), element.mesh))
@@ -87,7 +92,7 @@ def build_site(
     construction = columns_centred_in([config.areas.construction] if config.areas.construction else [], frame, columns)
     yard = columns_centred_in(config.areas.yard or (), frame, columns) & ~construction
     check_yard(config, yard, components, shape)
-    zones = [zone.polygon for zone in config.zone]
+    zones = [zone.polygon for zone in config.zone if zone.kind == "prohibited"]
     slab = np.full(columns, Label.GROUND, np.uint8)
     slab[yard] = Label.YARD
     slab[construction] = Label.CONSTRUCTION_AREA
@@ -160,14 +165,18 @@ def _with_fixed_digests(site: Site) -> Site:
         [blocker.cells for blocker in blockers[1:]],
         [(c.shape.cells, c.target_vox, c.hook_offset_vox, c.erected, c.mass_kg) for c in site.components],
         replace(site.crane, name="") if site.crane else None,
-        replace(site.rules, sample_period_s=0.0),  # how densely a log is sampled is nothing to a policy
+        # How densely a log is sampled, and how long a crew takes, is nothing to a policy.
+        replace(site.rules, sample_period_s=0.0, bracing_s=0.0, release_s=0.0, turn_s=0.0),
     )
     fixed = digest_of(
         "fixed 1",
         geometry,
         site.crane,
         site.rules,
-        [(c.id, c.mesh, c.start_vox, c.stored_pose, c.before, c.after) for c in site.components],
+        [
+            (c.id, c.mesh, c.start_vox, c.stored_pose, c.stored_turn, c.before, c.after, c.hints)
+            for c in site.components
+        ],
         [(blocker.id, blocker.kind, blocker.mesh) for blocker in blockers],
         site.site_to_ifc,
         site.source.get("sha256"),  # its name and the rest do not change a plan

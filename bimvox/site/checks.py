@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import Element
 from bimvox.grid.frame import GridFrame
-from bimvox.site.component import Component, IntVec
+from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.config import SiteConfig
 from bimvox.site.shape import stored_shape
 from bimvox.site.site import Blocker
@@ -57,7 +57,8 @@ def check_yard(config: SiteConfig, yard: NDArray[np.bool_], components: Sequence
     for component in starts:
         assert component.start_vox is not None
         pose = component.stored_pose
-        lying = component.shape if pose is None else stored_shape(component.shape, pose)
+        turn = component.stored_turn or 0
+        lying = stored_shape(component.shape, pose or StoredPose.AS_BUILT, turn)
         cells = lying.cells + np.array(component.start_vox)
         number = [entry.global_id for entry in config.component].index(_named(config, component))
         key = f"component[{number}].start"

@@ -42,6 +42,34 @@ class StoredPose(StrEnum):
     """The same along +y."""
 
 
+@dataclass(frozen=True, slots=True)
+class OrderHints:
+    """What the site file and the building's file wish about the order; geometry goes before it.
+
+    Attributes:
+        first: Whether the site file wants it first.
+        zone: Number of the assembly zone that it lies in, in the order in which the zones are worked on.
+        zone_name: What that zone is called.
+        task: Name of the task that sets it, where the building's file holds a schedule.
+        task_rank: Place of that task.
+        storey_rank: Number of its storey from below.
+        assembly: GlobalId of the assembly that it was taken out of.
+        connected: Ids of what the building's file says it is connected to.
+    """
+
+    first: bool = False
+    zone: int | None = None
+    zone_name: str | None = None
+    task: str | None = None
+    task_rank: int | None = None
+    storey_rank: int | None = None
+    assembly: str | None = None
+    connected: tuple[str, ...] = ()
+
+
+NO_HINTS = OrderHints()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Component:
     """One part to be lifted.
@@ -61,12 +89,15 @@ class Component:
         erected: Whether it is stored lying down and erected before transit (columns).
         start_vox: Reference cell in the yard as given by the site file, or None where the yard is to be packed.
         stored_pose: Pose in the yard for an explicit ``start_vox``.
+        stored_turn: Quarter turns, counter-clockwise, by which it lies turned in the yard against how it is built in;
+            None where the packer may choose.
         before: Ids of components that must come later than this one (the planner's own constraint).
         after: Ids of components that must come earlier than this one.
         type_name: Name of its IFC type, if any.
         storey: Name of the storey that holds it, if any.
         material: Name of its (main) material, if any.
         mass_source: ``quantity``, ``density`` (of its material) or ``default`` (2400 kg/m3); empty where not known.
+        hints: What is wished about its place in the order.
     """
 
     index: int
@@ -88,3 +119,5 @@ class Component:
     storey: str | None = None
     material: str | None = None
     mass_source: str = ""
+    hints: OrderHints = NO_HINTS
+    stored_turn: int | None = None

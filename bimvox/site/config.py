@@ -162,6 +162,9 @@ class ComponentConfig(BaseModel):
     """Lowest corner [x, y] or [x, y, z] of the part as it lies in the yard, site metres. Default: packed."""
     pose: StoredPose | None = None
     """How it is stored: as it is built in, or lying along x or y with its foot at the lowest end, to be erected."""
+    turn: Annotated[Whole, Field(ge=0, le=3)] | None = None
+    """Quarter turns, counter-clockwise, by which it lies turned in the yard; it is turned back while it hangs above its
+    place there. Default: 0, or 1 where it fits the yard only so."""
     before: tuple[Text, ...] = ()
     """Ids of components that must be set later than this one."""
     after: tuple[Text, ...] = ()
@@ -171,8 +174,10 @@ class ComponentConfig(BaseModel):
 
     @model_validator(mode="after")
     def _liftable(self) -> Self:
-        if self.pinned and (self.start or self.pose or self.before or self.after):
-            raise ValueError("a pinned part is not lifted: it takes no start, pose, before or after")
+        if self.pinned and (self.start or self.pose or self.turn or self.before or self.after):
+            raise ValueError("a pinned part is not lifted: it takes no start, pose, turn, before or after")
+        if self.turn and self.pose not in (None, StoredPose.AS_BUILT):
+            raise ValueError('a part that is erected is not turned as well: turn takes pose = "as_built"')
         return self
 
 
@@ -181,8 +186,9 @@ class ZoneConfig(BaseModel):
 
     model_config = STRICT
 
-    kind: Literal["prohibited"] = "prohibited"
-    """``prohibited``: the hook may not be above it (EN 17076)."""
+    kind: Literal["prohibited", "assembly"] = "prohibited"
+    """``prohibited``: the hook may not be above it (EN 17076). ``assembly``: parts whose centre lies in it are set
+    together, zone by zone in the order of the file, before parts that lie in none."""
     polygon: Polygon
     """Its corners."""
     name: Text | None = None
@@ -196,6 +202,9 @@ class RulesConfig(BaseModel):
 
     clearance_m: NotNegative = _RULES.clearance_m
     """Distance kept from obstructions and the crane's mast, up to whole cells."""
+    transit_clearance_m: NotNegative = _RULES.transit_clearance_m
+    """Distance that a part in transit keeps from everything, the site's boundary included, up to whole cells: from
+    where it has risen that far above the yard, to where its last moves begin."""
     contact_tolerance_m: NotNegative = _RULES.contact_tolerance_m
     """How deep the real triangles of neighbours may touch on the last moves."""
     support_gap_m: NotNegative = _RULES.support_gap_m
@@ -204,10 +213,29 @@ class RulesConfig(BaseModel):
     """Whether the hoist rope above the load must be kept free."""
     sample_period_s: Positive = _RULES.sample_period_s
     """Spacing of the timed trajectory in the log."""
+    bracing_s: NotNegative = _RULES.bracing_s
+    """Time to align, fix and brace a part while it hangs on the hook."""
+    release_s: NotNegative = _RULES.release_s
+    """Time to take the slings off."""
+    turn_s: NotNegative = _RULES.turn_s
+    """Time to turn a hanging part by a quarter (tag lines, or a rotator)."""
 
     def rules(self) -> Rules:
         """Return them as the planner takes them."""
         return Rules(**self.model_dump())
+
+
+class SequenceConfig(BaseModel):
+    """Wishes about the assembly order. Geometry goes before them: what a part needs comes with it."""
+
+    model_config = STRICT
+
+    first: tuple[Text, ...] = ()
+    """Ids of components that are set before all others, with what they need."""
+    storeys: Flag = True
+    """Whether a storey is finished before the next is begun, where geometry allows."""
+    schedule: Flag = True
+    """Whether the order of the tasks in the building's file is kept, where geometry allows."""
 
 
 class PolicyConfig(BaseModel):
@@ -239,6 +267,7 @@ class SiteConfig(BaseModel):
     crane: CraneConfig | None = None
     component: tuple[ComponentConfig, ...] = ()
     zone: tuple[ZoneConfig, ...] = ()
+    sequence: SequenceConfig = SequenceConfig()
     rules: RulesConfig = RulesConfig()
     policy: PolicyConfig = PolicyConfig()
 

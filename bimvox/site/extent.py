@@ -25,8 +25,9 @@ def site_extent(config: SiteConfig, building: Building, crane: TowerCrane | None
 
     Without a ``[grid]`` the grid covers the building, the areas and the mast with two cells around them, and reaches
     up to where the tallest part passes over the building with 3 m to spare (see :func:`top_m`), no higher than the
-    crane can hold a load, never below the building's own top. Its lattice is anchored at whole multiples of the cell
-    size in the site's frame, to which an explicit extent is widened; the slab is the layer k = 0 below z = 0.
+    crane can hold a load, never below the building's own top; with the clearance in transit on every side of all that.
+    Its lattice is anchored at whole multiples of the cell size in the site's frame, to which an explicit extent is
+    widened; the slab is the layer k = 0 below z = 0.
 
     Args:
         config: The site file, with ``model.voxel_size_m``.
@@ -82,11 +83,12 @@ def _around(
     corners = [bounds[:, :2]]
     areas = (config.areas.construction, *(config.areas.yard or ()))
     corners += [np.array(polygon) for polygon in areas if polygon is not None]
-    highest = top_m(building)
+    highest = top_m(building) + config.rules.transit_clearance_m
     if crane is not None:
         corners.append(np.array(mast_box_m(crane))[:, :2])
         highest = max(min(highest, crane.jib_height_m - crane.sling_m), float(bounds[1, 2]))
     points = np.concatenate(corners)
-    low = (np.floor(points.min(axis=0) / size_m + 1e-6) - MARGIN_VOX) * size_m
-    high = (np.ceil(points.max(axis=0) / size_m - 1e-6) + MARGIN_VOX) * size_m
+    margin = MARGIN_VOX + int(np.ceil(config.rules.transit_clearance_m / size_m - 1e-9))
+    low = (np.floor(points.min(axis=0) / size_m + 1e-6) - margin) * size_m
+    high = (np.ceil(points.max(axis=0) / size_m - 1e-6) + margin) * size_m
     return low, np.array([*high, highest])

@@ -78,7 +78,7 @@ class ObstructionEntry(BaseModel):
     mesh: Text | None = None
     """Mesh file (STL, OBJ, PLY ...), relative to this file."""
     points: Text | None = None
-    """Point file (PLY, XYZ, CSV), relative to this file: every cell that holds a point is occupied."""
+    """Point file (PLY, XYZ, PTS, CSV, LAS, LAZ), relative to this file: every cell that holds a point is occupied."""
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import Element, Role, TriangleMesh
 from bimvox.grid.frame import GridFrame
-from bimvox.site.component import Component, IntVec, StoredPose
+from bimvox.site.component import NO_HINTS, Component, IntVec, OrderHints, StoredPose
 from bimvox.site.config import ComponentConfig, SiteConfig
 from bimvox.site.shape import shape_of
 from bimvox.site.validation import nearest
@@ -52,8 +52,25 @@ def entries_by_id(config: SiteConfig, elements: Iterable[Element]) -> dict[str, 
     return entries
 
 
+def first_ids(config: SiteConfig, elements: Iterable[Element]) -> frozenset[str]:
+    """Return the element ids of the components that the site file wants first.
+
+    Raises:
+        ConfigError: If an id names no component, or more than one.
+    """
+    components = [element for element in elements if element.role is Role.COMPONENT]
+    return frozenset(
+        _find(config, f"sequence.first[{n}]", name, components) for n, name in enumerate(config.sequence.first)
+    )
+
+
 def component_of(
-    index: int, element: Element, cells: NDArray[np.int32], entry: ComponentConfig | None, frame: GridFrame
+    index: int,
+    element: Element,
+    cells: NDArray[np.int32],
+    entry: ComponentConfig | None,
+    frame: GridFrame,
+    hints: OrderHints = NO_HINTS,
 ) -> Component:
     """Return the component of an element.
 
@@ -63,9 +80,11 @@ def component_of(
         cells: (N, 3) int32 cells of the site's grid that it meets, N >= 1.
         entry: What the site file says of it.
         frame: The site's.
+        hints: What is wished about its order.
     """
     shape, target_vox = shape_of(cells)
     pose = entry.pose if entry else None
+    turn = entry.turn if entry else None
     start_vox: IntVec | None = None
     if entry is not None and entry.start is not None:
         x, y, z = (int(n) for n in frame.cell_of((*entry.start, 0.0)[:3]))
@@ -81,7 +100,7 @@ def component_of(
         mesh=element.mesh,
         mass_kg=element.mass_kg,
         hook_offset_vox=_hook_offset(element.mesh, target_vox, shape.size_vox, frame, shape.cells),
-        erected=is_erected(element) if pose is None else pose is not StoredPose.AS_BUILT,
+        erected=is_erected(element) and not turn if pose is None else pose is not StoredPose.AS_BUILT,
         start_vox=start_vox,
         stored_pose=pose,
         before=entry.before if entry else (),
@@ -90,6 +109,8 @@ def component_of(
         storey=element.storey,
         material=element.material,
         mass_source=element.mass_source,
+        hints=hints,
+        stored_turn=turn,
     )
 
 

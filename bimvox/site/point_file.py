@@ -1,4 +1,4 @@
-"""Reading point clouds: PLY (text and binary) and plain text tables (XYZ, CSV, PTS)."""
+"""Reading point clouds: PLY (text and binary), plain text tables (XYZ, CSV, PTS), LAS and LAZ."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import FileError
+from bimvox.site.las_file import read_las
 
 _PLY_TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
@@ -16,15 +17,19 @@ _PLY_TYPES = {
     "double": "f8", "float64": "f8",
 }  # fmt: skip
 _PLY_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
-_KNOWN = (".ply", ".xyz", ".csv", ".txt", ".pts", ".asc")
+_LAS = (".las", ".laz")
+SCAN_SUFFIXES = (".xyz", ".pts", ".asc", *_LAS)
+"""Files that are nothing but a scan; a PLY file may be one."""
+_KNOWN = (".ply", ".csv", ".txt", *SCAN_SUFFIXES)
 
 
 def read_points(path: Path) -> NDArray[np.float64]:
     """Read the points of a file.
 
     Args:
-        path: A PLY file with x, y, z vertices, or a text table whose first three columns are x, y, z (separated by
-            spaces, commas or semicolons; lines that start with ``#`` and one heading line are passed over).
+        path: A PLY file with x, y, z vertices, a LAS or LAZ file (LAZ needs the extra ``scan``), or a text table whose
+            first three columns are x, y, z (separated by spaces, commas or semicolons; lines that start with ``#`` and
+            one heading line are passed over).
 
     Returns:
         (N, 3) float64, N >= 1, in the file's unit.
@@ -32,13 +37,31 @@ def read_points(path: Path) -> NDArray[np.float64]:
     Raises:
         FileError: If the file cannot be read, is truncated, or holds no points.
     """
+    if path.suffix.lower() in _LAS:
+        return _checked(path, read_las(path))
     try:
         data = path.read_bytes()
     except OSError as error:
         raise FileError(path, f"cannot be read: {error.strerror}") from None
     if path.suffix.lower() not in _KNOWN:
         raise FileError(path, "not a point file that is known here", hint=f"known: {', '.join(_KNOWN)}")
-    points = _ply(path, data) if path.suffix.lower() == ".ply" else _table(path, data)
+    return _checked(path, _ply(path, data) if path.suffix.lower() == ".ply" else _table(path, data))
+
+
+def is_scan(path: Path) -> bool:
+    """Say whether a file holds points and no faces: by its suffix, a PLY file by its header."""
+    if path.suffix.lower() != ".ply":
+        return path.suffix.lower() in SCAN_SUFFIXES
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(1 << 16).partition(b"end_header")[0]
+    except OSError:
+        return False
+    faces = [line.split() for line in head.splitlines() if line.startswith(b"element face")]
+    return head.startswith(b"ply") and all(words[-1] == b"0" for words in faces)
+
+
+def _checked(path: Path, points: NDArray[np.float64]) -> NDArray[np.float64]:
     if len(points) == 0:
         raise FileError(path, "holds no points")
     if not np.isfinite(points).all():

@@ -26,11 +26,42 @@ def shape_of(cells: ArrayLike) -> tuple[Shape, IntVec]:
     return Shape(_frozen(relative), _frozen(boxes_of(dense))), (int(low[0]), int(low[1]), int(low[2]))
 
 
-def stored_shape(shape: Shape, pose: StoredPose) -> Shape:
+def turned_shape(shape: Shape, turn: int) -> Shape:
+    """Return a shape turned by quarters about z, counter-clockwise."""
+    x, y, z = shape.cells.T
+    for _ in range(turn % 4):
+        x, y = y.max() - y, x
+    return shape if turn % 4 == 0 else shape_of(np.stack([x, y, z], axis=1))[0]
+
+
+def turned_hook(shape: Shape, hook_offset_vox: IntVec, turn: int) -> IntVec:
+    """Return the hook's cell, relative to the reference cell, of a shape turned by quarters about z."""
+    x, y, z = hook_offset_vox
+    size_x, size_y, _ = shape.size_vox
+    for _ in range(turn % 4):
+        x, y, size_x, size_y = size_y - 1 - y, x, size_y, size_x
+    return (x, y, z)
+
+
+def turning_columns(shape: Shape, hook_offset_vox: IntVec) -> NDArray[np.int32]:
+    """Return the (N, 2) columns, relative to the reference cell, over which a part turns about its hook: a disc."""
+    x, y, _ = hook_offset_vox
+    corners = shape.boxes[:, [0, 1, 3, 1, 0, 4, 3, 4]].reshape(-1, 2) - np.array([x + 0.5, y + 0.5])
+    radius = float(np.hypot(*corners.T).max())
+    reach = int(np.ceil(radius + 0.5))
+    offsets = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
+    nearest = np.maximum(np.abs(offsets) - 0.5, 0.0)
+    inside: NDArray[np.int32] = offsets[np.hypot(*nearest.T) < radius - 1e-9].astype(np.int32)
+    return inside + np.array([x, y], np.int32)
+
+
+def stored_shape(shape: Shape, pose: StoredPose, turn: int = 0) -> Shape:
     """Return the shape as it lies in the yard.
 
-    A lying component has its foot (lowest z as built in) at the lowest-index end of the axis it lies along.
+    A lying component has its foot (lowest z as built in) at the lowest-index end of the axis it lies along. One that
+    lies as built in may be turned by quarters.
     """
+    shape = turned_shape(shape, turn)
     if pose is StoredPose.AS_BUILT:
         return shape
     x, y, z = shape.cells.T

@@ -27,6 +27,11 @@ class Rules:
         support_gap_m: How far below a part its support may be (grout joints, bearings).
         rope: Whether a hoist rope above the load must be kept free (only with a crane).
         sample_period_s: Spacing of the timed trajectory in the log.
+        bracing_s: Time to align, fix and brace a part while it hangs on the hook. This and the next are nominal values
+            for a practised crew, not measured ones.
+        release_s: Time to take the slings off.
+        turn_s: Time to turn a hanging part by a quarter.
+        transit_clearance_m: Distance kept from everything between departure and gate, up to whole cells.
     """
 
     clearance_m: float = 0.0
@@ -34,6 +39,10 @@ class Rules:
     support_gap_m: float = 0.050
     rope: bool = True
     sample_period_s: float = 0.5
+    bracing_s: float = 120.0
+    release_s: float = 30.0
+    turn_s: float = 30.0
+    transit_clearance_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

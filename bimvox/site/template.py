@@ -30,6 +30,7 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = ()) -> str:
         _crane(config.crane),
         _components(config.component, example_ids),
         _zones(config.zone, config.areas.yard),
+        _sequence(config, example_ids),
         _rules(config),
         _policy(config),
     ]
@@ -115,6 +116,7 @@ def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) 
             "# start = [12.0, -8.0]   # lowest corner of the part as it lies in the yard; without it, packed",
             '# pose = "as_built"      # or "lying_x", "lying_y": stored lying and erected before the lift',
             f"# after = [{_text(second)}]  # set later than these; `before`: set earlier",
+            "# turn = 1               # lies turned by a quarter, counter-clockwise; turned back while it hangs",
             "# pinned = true          # it stands already (alone, without the keys above)",
         ]
     for entry in entries:
@@ -123,6 +125,7 @@ def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) 
             f"global_id = {_text(entry.global_id)}",
             entry.start and f"start = {_numbers(entry.start)}",
             entry.pose and f"pose = {_text(entry.pose.value)}",
+            entry.turn is not None and f"turn = {entry.turn}",
             entry.before and f"before = [{', '.join(map(_text, entry.before))}]",
             entry.after and f"after = [{', '.join(map(_text, entry.after))}]",
             entry.pinned and "pinned = true  # it stands already: cast in place, or built before",
@@ -131,7 +134,9 @@ def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) 
 
 
 def _zones(zones: Sequence[ZoneConfig], yards: Sequence[Polygon] | None) -> str:
-    lines: list[object] = ["# Where the hook may not be (EN 17076): streets, neighbours, a school."]
+    lines: list[object] = [
+        '# Where the hook may not be (EN 17076): streets, neighbours, a school. Or kind "assembly": set zone by zone.'
+    ]
     if not zones:
         x, y = yards[0][0] if yards else (0.0, 0.0)
         example = ((x - 10, y - 10), (x - 5, y - 10), (x - 5, y - 5))
@@ -156,10 +161,28 @@ def _rules(config: SiteConfig) -> str:
     return _lines(
         "[rules]",
         _maybe("clearance_m", rules.clearance_m, "kept from obstructions and the mast, up to whole cells"),
+        _maybe("transit_clearance_m", rules.transit_clearance_m, "kept from everything by a part in transit"),
         _maybe("contact_tolerance_m", rules.contact_tolerance_m, "how deep neighbours may touch when a part is set"),
         _maybe("support_gap_m", rules.support_gap_m, "how far below a part its support may be"),
         f"rope = {_flag(rules.rope)}  # keep the hoist rope above the load free",
         _maybe("sample_period_s", rules.sample_period_s, "spacing of the motion in the log"),
+        _maybe("bracing_s", rules.bracing_s, "to align, fix and brace a part on the hook"),
+        _maybe("release_s", rules.release_s, "to take the slings off"),
+        _maybe("turn_s", rules.turn_s, "to turn a hanging part by a quarter"),
+    )
+
+
+def _sequence(config: SiteConfig, example_ids: Sequence[str]) -> str:
+    sequence = config.sequence
+    example = _text((*example_ids, "1a2B3c4D5e6F7g8H9i0JkL")[0])
+    return _lines(
+        '# Wishes about the order, which geometry goes before. Zones of kind "assembly" are worked on one by one.',
+        "[sequence]",
+        f"first = [{', '.join(map(_text, sequence.first))}]"
+        if sequence.first
+        else f"# first = [{example}]  # these before all others, with what they need",
+        f"storeys = {_flag(sequence.storeys)}  # finish a storey before the next, where geometry allows",
+        f"schedule = {_flag(sequence.schedule)}  # keep the order of tasks in the model's file, where it holds any",
     )
 
 

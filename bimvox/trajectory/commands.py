@@ -46,7 +46,9 @@ class CraneCommand:
     loaded: bool
 
 
-_LOADED = frozenset((PhaseName.RAISE, PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER, PhaseName.SET))
+_LOADED = frozenset(
+    (PhaseName.RAISE, PhaseName.TURN, PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER, PhaseName.SET)
+)
 
 
 def commands(motions: Sequence[LiftMotion], period_s: float) -> tuple[CraneCommand, ...]:

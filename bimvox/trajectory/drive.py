@@ -52,6 +52,9 @@ def drive_path(
     """
     check_path(crane, clearance, load, path_vox)
     head, tail = _with_set_down(crane, clearance, load, path_vox, contact_moves)
+    if contact_moves > 0 and (tail[:, :2] != tail[0, :2]).any():
+        # Last moves from the side: what they clear is for them alone, not for a shorter way to their start.
+        clearance = _without_cleared(clearance, tail[1:])
     over = over_the_top(crane, clearance, load, head[0], head[-1], slew_rad)
     best = None
     if over is not None:
@@ -68,6 +71,15 @@ def drive_path(
     other = _finished(crane, clearance, load, moves, tail, slew_rad)
     needed_m = min(route.clearance_height_m for route in (over, along) if route is not None)
     return (other if best is None or other.duration_s < best.duration_s else best), needed_m
+
+
+def _without_cleared(clearance: Clearance, placements_vox: NDArray[np.int32]) -> Clearance:
+    """Return a collision rule in which these placements ((N, 3)) are not cleared."""
+    cleared = clearance.cleared.copy()
+    local = placements_vox - clearance.cleared_low
+    inside = ((local >= 0) & (local < cleared.shape)).all(axis=1)
+    cleared[tuple(local[inside].T)] = False
+    return clearance._replace(cleared=cleared)
 
 
 def _with_set_down(

@@ -23,7 +23,7 @@ from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift, YardPlace
 from bimvox.site.component import Component, IntVec, StoredPose
-from bimvox.site.shape import erection_size_vox
+from bimvox.site.margin import grown_cells, margin_vox
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
@@ -108,9 +108,10 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     assert lift.path_vox is not None
     assert place is not None
     mask = CellMask(site.shape)
-    mask.add_box(np.array(place.cell_vox), np.array(erection_size_vox(component.shape, place.pose)))
+    mask.add_box(np.array(place.cell_vox), np.array(place.raising_size_vox(component)))
+    mask.add(place.turning_cells(component))
     path = lift.path_vox.astype(np.int64)
-    mask.add_placements(path, component.shape.cells)
+    mask.add_placements(path, grown_cells(component.shape.cells, margin_vox(site)))
     if site.crane is not None and site.rules.rope:
         mask.add_columns_above(path + np.array(component.hook_offset_vox))
     return mask.footprint()
@@ -141,11 +142,13 @@ def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox
     """
     mask = CellMask(site.shape)
     low, size = np.array(place.cell_vox), np.array(component.shape.size_vox)
-    mask.add_box(low, np.array(erection_size_vox(component.shape, place.pose)))
+    mask.add_box(low, np.array(place.raising_size_vox(component)))
+    mask.add(place.turning_cells(component))
     start = np.array(place.transit_start_vox, np.int64)[None]
-    mask.add_placements(start, component.shape.cells)
+    margin = margin_vox(site)
+    mask.add_placements(start, grown_cells(component.shape.cells, margin))
     mask.add_columns_above(start + np.array(component.hook_offset_vox))
-    around = np.array([sideways_vox, sideways_vox, 0])
+    around = np.array([sideways_vox + margin, sideways_vox + margin, 0])
     bottom = np.array(component.target_vox) * [1, 1, 0] - around
     mask.add_box(bottom, np.array([size[0], size[1], site.shape[2]]) + 2 * around)
     return mask.footprint()
@@ -156,11 +159,11 @@ def _add_motion(
 ) -> None:
     """What the load, its hook line and the empty hook's line sweep, by the definitions of the verifier."""
     hook = np.array(component.hook_offset_vox)
-    upright = place.pose is StoredPose.AS_BUILT
+    upright = place.pose is StoredPose.AS_BUILT and not place.turn
     for trajectory, with_load in ((motion.raising, upright), (motion.loaded, True)):
         placements = _placements(site, crane, trajectory, component.hook_offset_vox)
         if with_load:
-            mask.add_placements(placements, component.shape.cells)
+            mask.add_placements(placements, grown_cells(component.shape.cells, margin_vox(site)))
         if site.rules.rope:
             mask.add_columns_above(placements + hook)
     if motion.approach is not None and site.rules.rope:

@@ -20,6 +20,8 @@ class PhaseName(StrEnum):
     """Slings are attached; the hook stands still."""
     RAISE = "raise"
     """The part is tipped up where it was stored lying, raised by one voxel, and held for the trial lift."""
+    TURN = "turn"
+    """A part that was stored turned is turned back; the hook stands still."""
     HOIST = "hoist"
     """Up, before slewing or trolleying begins."""
     TRAVERSE = "traverse"
@@ -30,6 +32,11 @@ class PhaseName(StrEnum):
     """The part is aligned and fixed; the hook stands still."""
     RELEASE = "release"
     """Slings are taken off; the hook stands still."""
+
+
+def quarters_of(turn: int) -> int:
+    """Return how many quarters a part that lies turned by ``turn`` is turned, the shorter way round."""
+    return min(turn % 4, -turn % 4)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +64,7 @@ class LiftMotion:
         order: Position in the assembly order.
         component: Index into ``Site.components``.
         approach: The empty hook from the previous set point to this part; None for the first lift.
-        raising: From hook on to one voxel above its place in the yard, upright.
+        raising: From hook on to above its place in the yard, upright; where it was stored turned it is turned after.
         loaded: From there to its place in the building.
         phases: In order, without gaps, from ``start_ns`` to ``end_ns``; those that take no time are left out.
         start_ns: When the lift starts on the site's clock.

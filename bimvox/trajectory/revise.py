@@ -355,7 +355,7 @@ class _Walk:
 
     def prove(self, known_shapes: set[int]) -> dict[str, str]:
         """Prove what was made; return which lifts to refuse, and why."""
-        plan = LiftPlan(self.site, tuple(self.lifts), self.was.plan.clashes, self.was.plan.notes)
+        plan = LiftPlan(self.site, tuple(self.lifts), self.was.plan.clashes, self.was.plan.notes, self.was.plan.unheld)
         reasons: dict[str, str] = {}
         for orders, timed in ((self.new_paths - self.pending, False), (self.new_motions, True)):
             if orders:
@@ -382,7 +382,7 @@ class _Walk:
             ways.pop(order, None)
             if order in self.new_paths or order in self.was.pending - self.was.paths.keys():
                 paths.pop(order, None)
-        plan = LiftPlan(self.site, tuple(self.lifts), self.was.plan.clashes, self.was.plan.notes)
+        plan = LiftPlan(self.site, tuple(self.lifts), self.was.plan.clashes, self.was.plan.notes, self.was.plan.unheld)
         before = {lift.order: lift for lift in self.was.plan.lifts}
         replanned = {order for order in made_paths if not same_path(before[order], planned[order])}
         return Part(

@@ -18,20 +18,16 @@ from bimvox.site.site import Site
 from bimvox.trajectory.drive import drive_free, drive_path
 from bimvox.trajectory.empty_hook import HOOK_OFFSET, empty_hook_clearance
 from bimvox.trajectory.load_frame import LoadFrame, axes_of_cells, load_frame
-from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName
+from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName, quarters_of
 from bimvox.trajectory.move import Line, Move
 from bimvox.trajectory.timeline import Timeline, in_sequence
 from bimvox.trajectory.timing import NS_PER_S, sampled
 from bimvox.trajectory.trajectory import Trajectory
 
 HOOK_ON_S = 60.0
-"""Attaching the slings. This and the three below are nominal values for a practised crew, not measured ones."""
+"""Attaching the slings. This and the one below are nominal values for a practised crew, not measured ones."""
 TRIAL_LIFT_S = 10.0
 """Holding the raised part to see that it hangs well."""
-SET_S = 120.0
-"""Aligning and fixing the part."""
-RELEASE_S = 30.0
-"""Taking the slings off."""
 
 
 def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) -> tuple[LiftMotion, ...]:
@@ -125,12 +121,14 @@ def _motion(
     raise_timeline = _raising(crane, component, place, hook, load, hook_on_vox, slew_rad)
     raising = _later(sampled(raise_timeline, 0.0, period_s, size_m), _total(spans))
     spans.append((PhaseName.RAISE, _length_ns(raising) + round(TRIAL_LIFT_S * NS_PER_S)))
+    spans.append((PhaseName.TURN, round(quarters_of(place.turn) * site.rules.turn_s * NS_PER_S)))
     timeline, needed_m = drive_path(
         crane, clearance, load, lift.path_vox, lift.contact_moves, float(raising.slew_rad[-1])
     )
     loaded = _later(sampled(timeline, needed_m, period_s, size_m), _total(spans))
     spans += _carrying(timeline, _length_ns(loaded))
-    spans += [(PhaseName.SET, round(SET_S * NS_PER_S)), (PhaseName.RELEASE, round(RELEASE_S * NS_PER_S))]
+    spans.append((PhaseName.SET, round(site.rules.bracing_s * NS_PER_S)))
+    spans.append((PhaseName.RELEASE, round(site.rules.release_s * NS_PER_S)))
     phases = []
     at_ns = clock_ns
     for name, length_ns in spans:
@@ -164,9 +162,9 @@ def _hook_on_cell(component: Component, place: YardPlace, clearance: Clearance) 
     the head, or anywhere on its way from there to over the foot (reach, rope, zones), over its foot.
     """
     x, y, z = place.cell_vox
-    offset_x, offset_y, _ = component.hook_offset_vox
     size_x, size_y, size_z = place.shape.size_vox
-    foot = np.array([x + offset_x, y + offset_y, z + size_z], np.int32)
+    foot = np.add(place.transit_start_vox, component.hook_offset_vox).astype(np.int32)
+    foot[2] = z + size_z
     head = foot.copy()
     if place.pose is StoredPose.LYING_X:
         head[0] = x + size_x - 1
@@ -203,7 +201,7 @@ def _raising(
     foot = np.array(place.transit_start_vox) + np.array(component.hook_offset_vox)
     if (hook_on_vox[:2] == foot[:2]).all():
         return in_sequence(crane, [Move(start, replace(start, height_m=end.height_m))])
-    upright = replace(end, height_m=end.height_m - hook.voxel_size_m)
+    upright = replace(end, height_m=end.height_m - place.rise_vox * hook.voxel_size_m)
     return in_sequence(crane, [Move(start, upright, Line.ARC), Move(upright, end)])
 
 

@@ -11,7 +11,7 @@ from bimvox.planning.moment import Moment
 from bimvox.planning.proof import Check
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import Site
-from bimvox.trajectory.motion import LiftMotion
+from bimvox.trajectory.motion import LiftMotion, PhaseName, quarters_of
 from bimvox.trajectory.verify_axes import axes_of_samples
 
 _SAME_M = 1e-3
@@ -66,6 +66,12 @@ def check_ends(
     if moment.before is not None:
         left = site.components[moment.before.component]
         same("the empty hook starts", first, _hook_over(site, crane, left, left.target_vox))
+    turned = [phase for phase in motion.phases if phase.name is PhaseName.TURN]
+    wanted_ns = round(quarters_of(place.turn) * site.rules.turn_s * 1e9)
+    check.look(
+        sum(phase.end_ns - phase.start_ns for phase in turned) == wanted_ns,
+        f"{name}: lies turned by {place.turn} quarters, but is not turned back in {wanted_ns / 1e9:g} s",
+    )
     turns = [loaded[0][0] - raising[-1][0]]
     if motion.approach is not None:
         turns.append(raising[0][0] - axes_of_samples(motion.approach)[-1][0])

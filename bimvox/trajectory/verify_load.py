@@ -46,8 +46,9 @@ class LoadProof:
     def check(self, name: str, moment: Moment, motion: LiftMotion) -> None:
         """Check raising and loaded motion of a lift."""
         component, place = self.site.components[moment.lift.component], moment.lift.place
-        upright = place is not None and place.pose is StoredPose.AS_BUILT
-        # What a part sweeps while it is tipped up is checked with its place in the yard; here its hook line is.
+        upright = place is not None and place.pose is StoredPose.AS_BUILT and not place.turn
+        # What a part sweeps while it is tipped up, or raised turned, is checked with its place in the yard; here its
+        # hook line is.
         self._check_way(f"{name}, raised", component, moment, motion.raising, None, with_load=upright)
         self._check_way(name, component, moment, motion.loaded, moment.lift, with_load=True)
 

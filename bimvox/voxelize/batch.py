@@ -27,6 +27,7 @@ from bimvox.voxelize.sweep import FULL
 _TRIANGLES = 1 << 14
 _COLUMNS = 1 << 17
 """A batch is full when it has so many triangles, or columns of cells in its parts' boxes, but for repeats."""
+_LARGE = 1 << 24
 _PARTS = 1 << 12
 """Or so many parts, repeats among them."""
 
@@ -198,6 +199,7 @@ def _wind_batch(
     clip: NDArray[np.int64],
     cell_limit: float,
     samples: NDArray[np.float64],
+    planes: NDArray[np.uint64],
     done: NDArray[np.bool_],
     lows: NDArray[np.int64],
     shapes: NDArray[np.int64],
@@ -206,7 +208,10 @@ def _wind_batch(
     column_starts: NDArray[np.int64],
     box_starts: NDArray[np.int64],
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.uint16], NDArray[np.int32]]:
-    """Fill the arrays of a ``Batch`` that are given; returns its columns, runs, shares and boxes."""
+    """Fill the arrays of a ``Batch`` that are given; returns its columns, runs, shares and boxes.
+
+    ``planes`` (3, A, B, W) are zeros for the planes of the only part, or empty.
+    """
     columns = np.empty((1 << 12, 2), np.int32)
     runs = np.empty((1 << 12, 3), np.int32)
     shares = np.empty(1 << 14, np.uint16)
@@ -235,8 +240,8 @@ def _wind_batch(
         )
         a, b, c = high[0] - low[0], high[1] - low[1], high[2] - low[2]
         words = (c + 63) // 64
-        met, inside = np.zeros((a, b, words), np.uint64), np.zeros((a, b, words), np.uint64)
-        border = np.zeros((a, b, words), np.uint64)
+        own_planes = planes if planes.shape[1:] == (a, b, words) else np.zeros((3, a, b, words), np.uint64)
+        met, inside, border = own_planes[0], own_planes[1], own_planes[2]
         closes, starts, part_shares, least, most, volume = wind(
             met, inside, border, c, triangles, samples, tolerance, top
         )
@@ -282,6 +287,17 @@ def _wind_batch(
     return columns[:used], runs[: sums[0]], shares[: sums[1]], boxes[:found]
 
 
+def _planes_for(
+    bounds: NDArray[np.float64], tolerance: float, clip: tuple[NDArray[np.int64], NDArray[np.int64]]
+) -> NDArray[np.uint64]:
+    """Return the planes of a batch's only part where it is large and not cut: NumPy gets them in large pages."""
+    low, high = np.floor(bounds[0, 0] + tolerance), np.ceil(bounds[0, 1] - tolerance)
+    a, b, c = (int(n) for n in high - low) if len(bounds) == 1 and np.isfinite(bounds[0]).all() else (0, 0, 0)
+    if a * b * c < _LARGE or np.any(low < clip[0]) or np.any(high > clip[1]):
+        return np.empty((3, 0, 0, 0), np.uint64)
+    return np.zeros((3, a, b, (c + 63) // 64), np.uint64)
+
+
 def wind_batch(
     meshes: Meshes,
     bounds: NDArray[np.float64],
@@ -318,6 +334,7 @@ def wind_batch(
         np.stack(clip).astype(np.int64),
         float(cell_limit),
         sample_lines(),
+        _planes_for(bounds, tolerance_vox(voxel_size_m), clip),
         done,
         lows,
         shapes,

@@ -1,19 +1,16 @@
-"""The tables, the bars, and the marked place in the page."""
+"""The tables and the bars."""
 
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pytest
 
 from benchmarks.voxelize.bars import check
-from benchmarks.voxelize.report import BEGIN, END, as_json, as_markdown, put_into
+from benchmarks.voxelize.report import as_json, as_markdown
 from benchmarks.voxelize.result import CaseResult, Row
 from benchmarks.voxelize.score import Score
 from benchmarks.voxelize.tool import OURS, TOOLS
-
-ROOT = Path(__file__).parents[2]
 
 
 def case(name: str, *rows: Row, dense: bool = False) -> CaseResult:
@@ -86,19 +83,3 @@ def test_dense_rate_large_grid_and_exactness_are_checked():
     )
     assert [bar.passed for bar in unmet] == [False, False, False, False]
     assert not [bar for bar in check([case("toy", ours(0.2, solid=1000), dense=True)]) if "a second" in bar.what]
-
-
-def test_tables_go_between_the_markers_and_nothing_else_changes(tmp_path: Path):
-    page = tmp_path / "page.md"
-    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
-    put_into(page, "new\n")
-    put_into(page, "new\n")
-    assert page.read_text() == f"before\n{BEGIN}\nnew\n{END}\nafter\n"
-    page.write_text("no markers")
-    with pytest.raises(ValueError, match="lacks the markers"):
-        put_into(page, "new\n")
-
-
-def test_the_page_has_a_place_for_the_tables():
-    text = (ROOT / "docs" / "voxelizing.md").read_text(encoding="utf-8")
-    assert text.count(BEGIN) == text.count(END) == 1

@@ -35,7 +35,7 @@ def test_parts_that_touch_are_one_lift_with_nested_assemblies() -> None:
     parts = {beam: extent(index) for index, beam in enumerate(beams)}
     assert groups(made, parts) == [(outer, 3)]
     assert [group.owner for group in aggregation(made, parts).parts()] == [beam.id() for beam in beams]
-    assert aggregation(made, parts).parts()[1].ancestors == (inner.id(), outer.id())
+    assert aggregation(made, parts).parts()[1].ancestors == (outer.id(), inner.id())
 
 
 def test_one_part_is_that_part_and_empty_assemblies_are_nothing() -> None:

@@ -67,7 +67,8 @@ def test_figures_and_their_numbers_are_files_of_their_own(log, tmp_path, capsys)
     code = run(["report", str(log), "-o", str(tmp_path / "x.html"), "--no-proof", "--figures", str(folder), "--json"])
     document = json.loads(capsys.readouterr().out)
     assert code == 0
-    names = ["lifts.csv", "path-lengths.png", "path-lengths.svg", "utilisation.png", "utilisation.svg"]
+    drawn = ("hook-travel", "methods", "path-lengths", "utilisation")
+    names = sorted(["lifts.csv", *(f"{name}.{suffix}" for name in drawn for suffix in ("png", "svg"))])
     assert sorted(file.name for file in folder.iterdir()) == names
     assert document["figures"] == [str(folder / name) for name in names]
     rows = list(csv.DictReader((folder / "lifts.csv").open()))

@@ -46,6 +46,7 @@ def test_numbers_that_were_given_out_stay() -> None:
         "lower": 6,
         "set": 7,
         "release": 8,
+        "turn": 9,
     }
 
 

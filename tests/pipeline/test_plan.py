@@ -54,6 +54,30 @@ def test_every_lift_of_the_frame_is_planned_proven_and_timed(planned):
     assert verify_plan(read_log(folder / "frame.mcap").plan).verified
 
 
+def test_the_figures_are_those_of_the_lifts(planned):
+    _, document = planned
+    figures, lifts = document["figures"], document["lifts"]
+    assert figures["planned"] == len(lifts)
+    assert figures["moves"] == sum(lift["moves"] for lift in lifts)
+    assert figures["moves_over_shortest"] == pytest.approx(
+        figures["moves"] / sum(lift["shortest_moves"] for lift in lifts), abs=1e-6
+    )
+    for method, share in figures["shares"].items():
+        assert share == pytest.approx(sum(lift["method"] == method for lift in lifts) / len(lifts), abs=1e-6)
+    assert figures["crane_hours"] == pytest.approx(lifts[-1]["end_s"] / 3600, abs=1e-5)
+    assert figures["hook_travel_m"] > 0
+    assert 0 <= figures["critical_lifts"] <= len(lifts)
+
+
+def test_by_search_alone_nothing_is_trained(planned, tmp_path):
+    folder, _ = planned
+    found = plan_again(folder, "search.mcap", policy="none")
+    assert found["policy"]["id"] == "none"
+    assert {lift["method"] for lift in found["lifts"]} == {"search"}
+    assert found["figures"]["moves_over_shortest"] == 1.0
+    assert "train" not in found["seconds"]
+
+
 def test_the_log_holds_the_plan_that_was_reported(planned):
     folder, document = planned
     log = read_log(folder / "frame.mcap")

@@ -69,7 +69,7 @@ def test_a_killed_training_goes_on_where_it_was(site_folder, own_store):
     unfinished = own_store.with_name(f"{own_store.name}-unfinished")
     running = subprocess.Popen([sys.executable, "-c", SCRIPT, str(site), str(steps)], env=os.environ)
     try:
-        give_up = time.monotonic() + 240
+        give_up = time.monotonic() + 500
         while not list(unfinished.glob("*/*/manifest.json")):
             assert running.poll() is None, "it ended before its first test"
             assert time.monotonic() < give_up

@@ -18,9 +18,13 @@ from pipeline.file_watch import changes, state_of
 from pipeline.load_site import load_site
 from pipeline.plan import policy_of, prepared
 from pipeline.progress import SilentProgress
+from pipeline.render import render
+from pipeline.report import report
 from pipeline.verify import verify
 from pipeline.watch import Watcher, follow
 from pipeline.watch_log import WholeLog, read_newest, segment_file, segments_on_disk
+
+from ..render.page.pages import Opened
 
 STEPS = 2_000
 EMPTY = {"version": 1, "unit": "m", "obstructions": []}
@@ -117,6 +121,46 @@ def test_after_a_kill_the_newest_plan_comes_from_the_segments(watcher, parts):
     assert whole.revision == watcher.revision
     assert verify(again._target, progress=SilentProgress())["verified"]
     assert [m.end_ns for m in whole.motions] == [m.end_ns for m in watcher.standing.chain]
+
+
+def test_the_page_of_a_watched_plan_has_every_revision_whole(watcher):
+    taken_up(watcher)
+    put(watcher, box_on(watcher, 5))
+    change(watcher)
+    place = watcher.standing.plan.lifts[2].place
+    low = watcher.standing.plan.site.frame.corner_of(place.cell_vox) + 0.1
+    put(watcher, {"id": "on-the-yard", "box": {"min": low.tolist(), "max": (low + 0.2).tolist()}})
+    (lost,) = change(watcher)
+    watcher._whole.hold()
+    count = len(watcher.standing.plan.lifts)
+
+    def revisions(log: Path) -> list[dict[str, Any]]:
+        out = log.with_suffix(".html")
+        render(log, out, proven=True, progress=SilentProgress())
+        return Opened(out.read_bytes()).document["revisions"]
+
+    # The whole log is behind: the page is ahead of it.
+    ahead = revisions(watcher._target)
+    assert [r["number"] for r in ahead] == [0, 1, 2]
+    watcher.close()
+    found = revisions(watcher._target)
+    assert [r["number"] for r in found] == [0, 1, 2]
+    assert [r["carried"] for r in found] == [count] * 3
+    assert all(r["proof"]["verified"] for r in found)
+    assert [r["infeasible"] for r in found] == [0, 0, len(lost["infeasible"])]
+    assert found[2]["lifts"] == ahead[2]["lifts"]
+    for revision in found:
+        for lift in revision["lifts"]:
+            assert (lift["motion"] is not None) == (lift["status"] == "planned")
+    # A segment's own page and report are those of the whole plan that it made.
+    segment = segment_file(watcher._target, 1)
+    assert [r["carried"] for r in revisions(segment)] == [count] * 2
+    record = report(segment, segment.with_suffix(".html"), pictures=0, progress=SilentProgress())["record"]
+    assert len(record["lifts"]) == count
+    assert record["proof"]["verified"]
+    # What rests on a damaged segment is left out.
+    segment.write_bytes(segment.read_bytes()[:500])
+    assert [r["number"] for r in revisions(watcher._target)] == [0, 2]
 
 
 def test_without_the_whole_log_or_with_a_damaged_segment_what_is_sound_is_taken_up(watcher):

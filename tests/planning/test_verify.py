@@ -190,3 +190,20 @@ def test_parts_drawn_into_each_other_are_proven_as_deep_as_drawn():
     assert [c.depth_m for c in plan.clashes] == [pytest.approx(0.04, abs=0.002)]
     assert verify_plan(plan).verified, verify_plan(plan).failures
     assert "triangles" in failed(dataclasses.replace(plan, clashes=()))
+
+
+def test_a_part_that_holds_on_to_nothing_yet_is_caught():
+    """A panel beside a column, set before it: nothing carries it, so only its hold tells."""
+    site = box_site([("panel", (2.0, 1.0, 1.0), (2.2, 3.0, 2.0)), ("column", (1.0, 1.0, 0.0), (2.0, 2.0, 3.0))])
+    plan = plan_lifts(site, prepare(site))
+    assert verify_plan(plan).verified
+    column, panel = plan.lifts
+    swapped = (dataclasses.replace(panel, order=0), dataclasses.replace(column, order=1))
+    proof = verify_plan(dataclasses.replace(plan, lifts=swapped))
+    assert any("panel: has no hold until column is set" in failure for failure in proof.failures)
+    assert "panel" in proof.culprits
+
+
+def test_what_floats_in_the_finished_building_is_as_drawn():
+    site = box_site([("cloud", (2.0, 1.0, 4.0), (3.0, 3.0, 5.0)), ("beside", (3.0, 1.0, 4.0), (4.0, 3.0, 5.0))])
+    assert verify_plan(plan_lifts(site, prepare(site))).verified

@@ -2,10 +2,13 @@ from __future__ import annotations
 
 import itertools
 import json
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 
 import numpy as np
 import pytest
+from store_work import use_store
 
 from bimvox.env.view import INPUT_SIZE, VIEW_NAME
 from bimvox.errors import PolicyError
@@ -232,3 +235,10 @@ def test_version_1_is_read_without_an_outline(tmp_path):
     assert manifest.site is None
     assert manifest.format_version == 1
     assert store.load(manifest.id, folder=tmp_path).manifest == manifest
+
+
+def test_processes_that_share_a_store_do_not_hurt_each_other(tmp_path):
+    with ProcessPoolExecutor(3, mp_context=get_context("spawn")) as processes:
+        wrong = list(processes.map(use_store, [tmp_path] * 3, [40] * 3))
+    assert wrong == [[], [], []]
+    assert len(list(tmp_path.iterdir())) == 5

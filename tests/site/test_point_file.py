@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from bimvox.errors import FileError
-from bimvox.site.point_file import read_points
+from bimvox.site.point_file import is_scan, read_points
 
 POINTS = [[1.0, 2.0, 3.0], [-4.0, 5.5, 0.25]]
 HEAD = "ply\nformat {} 1.0\nelement vertex 2\nproperty uchar red\nproperty {t} x\nproperty {t} y\nproperty {t} z\n"
@@ -42,7 +42,9 @@ def test_every_kind_is_read(tmp_path, name, data):
         ("a.xyz", b"1 2\n3 4\n", "not a table"),
         ("a.xyz", b"1 2 3\n1 two 3\n", "not a table"),
         ("a.xyz", b"1 2 3\nnan 2 3\n", "not finite"),
-        ("a.las", b"LASF", "not a point file"),
+        ("a.las", b"LASF", "not a LAS file"),
+        ("a.laz", b"", "not a LAS file"),
+        ("a.pcd", b"LASF", "not a point file"),
     ],
 )
 def test_what_cannot_be_used_says_why(tmp_path, name, data, said):
@@ -51,3 +53,17 @@ def test_what_cannot_be_used_says_why(tmp_path, name, data, said):
         read_points(tmp_path / name)
     with pytest.raises(FileError, match="cannot be read"):
         read_points(tmp_path / "none.ply")
+
+
+def test_a_scan_is_told_from_a_mesh(tmp_path):
+    for name, data, scan in (
+        ("a.ply", ply("binary_little_endian", "float", "f4"), True),
+        ("b.ply", ply("ascii", "float", "f4").replace(b"face 0", b"face 2"), False),
+        ("c.ply", b"not a PLY", False),
+        ("d.laz", b"", True),
+        ("e.csv", b"1 2 3", False),
+        ("f.json", b"{}", False),
+    ):
+        (tmp_path / name).write_bytes(data)
+        assert is_scan(tmp_path / name) is scan
+    assert not is_scan(tmp_path / "none.ply")

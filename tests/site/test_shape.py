@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.site.component import StoredPose
-from bimvox.site.shape import erection_size_vox, shape_of, stored_shape
+from bimvox.site.shape import erection_size_vox, shape_of, stored_shape, turned_hook, turned_shape, turning_columns
 
 cells = st.lists(
     st.tuples(st.integers(-3, 3), st.integers(-3, 3), st.integers(-3, 3)), min_size=1, max_size=20, unique=True
@@ -85,3 +85,25 @@ def test_the_papers_column():
     assert stored_shape(column, StoredPose.LYING_X).size_vox == (4, 1, 1)
     assert stored_shape(column, StoredPose.LYING_Y).size_vox == (1, 4, 1)
     assert erection_size_vox(column, StoredPose.LYING_X) == (4, 1, 5)
+
+
+@given(st.integers(0, 3), st.integers(0, 3), st.integers(1, 4), st.integers(1, 4))
+def test_turning_by_quarters_keeps_cells_around_the_hook(turn, more, size_x, size_y):
+    cells = np.argwhere(np.ones((size_x, size_y, 2), bool))[: size_x * size_y * 2 - 1]
+    shape, _ = shape_of(cells)
+    hook = (size_x // 2, size_y // 2, 2)
+    once, at = turned_shape(shape, turn), turned_hook(shape, hook, turn)
+    twice = turned_shape(once, more)
+    assert np.array_equal(twice.cells, turned_shape(shape, (turn + more) % 4).cells)
+    assert turned_hook(once, at, more) == turned_hook(shape, hook, (turn + more) % 4)
+    away = sorted(((shape.cells[:, :2] - hook[:2]) ** 2).sum(axis=1).tolist())
+    assert sorted(((once.cells[:, :2] - at[:2]) ** 2).sum(axis=1).tolist()) == away
+
+
+def test_a_part_turns_within_the_circle_of_its_corners():
+    shape, _ = shape_of(np.argwhere(np.ones((9, 1, 1), bool)))
+    columns = {tuple(c) for c in turning_columns(shape, (4, 0, 1)).tolist()}
+    assert {(x, 0) for x in range(9)} <= columns
+    assert {(4, y) for y in range(-4, 5)} <= columns
+    assert (7, 3) in columns
+    assert not {(0, 4), (8, -4)} & columns

@@ -7,14 +7,16 @@ from box_sites import box_site, test_crane
 from bimvox.crane.kinematics import hook_of
 from bimvox.errors import InputError
 from bimvox.grid.occupancy import summed_area_table
-from bimvox.planning.assembly import Assembly, Stage, prepare
+from bimvox.planning.assembly import Assembly, Stage, prepare, replay
 from bimvox.planning.lift import Status
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.planner import plan_lifts
 from bimvox.site.component import StoredPose
+from bimvox.site.site import Rules
 from bimvox.trajectory.commands import commands
 from bimvox.trajectory.motion import PhaseName
-from bimvox.trajectory.time_plan import HOOK_ON_S, RELEASE_S, SET_S, time_plan
+from bimvox.trajectory.time_plan import HOOK_ON_S, time_plan
+from bimvox.trajectory.verify import verify_motions
 
 PORTAL = [
     ("slab", (1.0, 1.0, 3.5), (5.0, 2.0, 4.0)),
@@ -63,8 +65,8 @@ def test_every_lift_has_its_phases_in_order_on_one_clock(planned, motions):
             assert one.end_ns == other.start_ns
         lengths = {phase.name: (phase.end_ns - phase.start_ns) / 1e9 for phase in motion.phases}
         assert lengths[PhaseName.HOOK_ON] == HOOK_ON_S
-        assert lengths[PhaseName.SET] == SET_S
-        assert lengths[PhaseName.RELEASE] == RELEASE_S
+        assert lengths[PhaseName.SET] == Rules().bracing_s
+        assert lengths[PhaseName.RELEASE] == Rules().release_s
         carried = sum(lengths.get(name, 0.0) for name in (PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER))
         assert carried == pytest.approx(motion.loaded.duration_s, abs=1e-8)
     for one, other in pairwise(motions):
@@ -165,3 +167,18 @@ def test_commands_lead_along_the_motion(planned, motions):
         assert any(command.loaded for command in own)
     with pytest.raises(InputError, match="period"):
         commands(motions, 0.0)
+
+
+def test_last_moves_from_the_side_are_driven_as_planned():
+    """Under an overhang that shares its cells: what the last moves clear is no short cut to where they begin."""
+    roof = ("roof", (4.6, 3.0, 0.92), (6.0, 6.0, 1.3))
+    site = box_site(
+        [("insert", (2.5, 4.0, 0.0), (5.0, 5.0, 0.9))], structure=[roof], crane=test_crane(base=(13.0, 13.0, 0.0))
+    )
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    lift = plan.lifts[0]
+    last = lift.path_vox[-1 - lift.contact_moves :]
+    assert (last[:, :2] != last[0, :2]).any()
+    motions = time_plan(plan, replay(site, preparation, plan))
+    assert verify_motions(plan, motions).verified

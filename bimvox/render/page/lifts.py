@@ -36,6 +36,7 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "blocked_by": list(lift.blocked_by),
         "delivery": place.delivery if place else None,
         "stored": place.pose.value if place else None,
+        "turn": place.turn if place else 0,
         "start_m": _point(site.frame.corner_of(place.cell_vox)) if place else None,
         "start_size_m": [round(n * site.frame.voxel_size_m, 6) for n in place.shape.size_vox] if place else None,
         "proven": None if revision.proof is None or lift.path_vox is None else component.id not in culprits,

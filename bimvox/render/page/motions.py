@@ -13,7 +13,7 @@ from bimvox.render.page.keyframes import keyframes
 from bimvox.render.page.source import Track
 from bimvox.site.component import StoredPose
 from bimvox.site.site import Site
-from bimvox.trajectory.motion import LiftMotion
+from bimvox.trajectory.motion import LiftMotion, PhaseName
 
 TICKS_PER_S = 10_000
 LENGTH_STEPS_PER_M = 10_000
@@ -48,6 +48,7 @@ def crane_motion(site: Site, motion: LiftMotion, track: Track, blob: Blob) -> di
         "keys": blob.put_steps(_rows(time_ns[chosen] - motion.start_ns, axes[chosen] * scale)),
         "below_m": _metres(below_m),
         "tip": _tip(site, track, motion, blob),
+        "yaw": _yaw(track, motion),
         "phases": [[phase.name.value, _seconds(phase.start_ns - motion.start_ns)] for phase in motion.phases],
         **_times(track),
     }
@@ -57,7 +58,20 @@ def carried_motion(track: Track, blob: Blob) -> dict[str, Any]:
     """Return one lift without a crane: keyframes of the load's frame."""
     chosen = keyframes(track.time_ns, track.corner_m, [track.arrived_ns], lambda values: values)
     rows = _rows(track.time_ns[chosen] - track.start_ns, track.corner_m[chosen] * LENGTH_STEPS_PER_M)
-    return {"kind": "carried", "keys": blob.put_steps(rows), "tip": None, "phases": [], **_times(track)}
+    return {"kind": "carried", "keys": blob.put_steps(rows), "tip": None, "yaw": None, "phases": [], **_times(track)}
+
+
+def _yaw(track: Track, motion: LiftMotion) -> dict[str, Any] | None:
+    """By how much a part that was stored turned is turned back, and when; None where it was not."""
+    phase = next((phase for phase in motion.phases if phase.name is PhaseName.TURN), None)
+    if phase is None or not len(track.tilt):
+        return None
+    _, _, z, w = track.tilt[0]
+    return {
+        "rad": round(2.0 * float(np.arctan2(z, w)), 6),
+        "start_s": _seconds(phase.start_ns - motion.start_ns),
+        "end_s": _seconds(phase.end_ns - motion.start_ns),
+    }
 
 
 def _tip(site: Site, track: Track, motion: LiftMotion, blob: Blob) -> dict[str, Any] | None:

@@ -17,7 +17,7 @@ class Bar:
 
     Attributes:
         group: What it belongs to on the axis.
-        series: What it is, for the legend.
+        series: What it is, for the legend; empty for none.
         value: Its height.
         low: Lower end of its error line.
         high: Upper end.
@@ -75,5 +75,6 @@ def draw_bars(
         if logarithmic:
             axes.set_yscale("log")
         axes.margins(y=0.12)
-        axes.legend()
+        if any(series):
+            axes.legend()
         return bytes_of(figure, file_format)

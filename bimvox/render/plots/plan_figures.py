@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from bimvox.render.plots.bars import Bar, draw_bars
 from bimvox.render.plots.histogram import Mark, Series, draw_histogram
 from bimvox.render.plots.look import Format
 
@@ -67,6 +68,40 @@ def draw_path_ratios(lifts: Sequence[dict[str, Any]], *, file_format: Format = "
         bins=20,
         low=1.0,
         high=high,
+        file_format=file_format,
+    )
+
+
+def draw_methods(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png") -> bytes:
+    """Return which share of the planned lifts each method found the path of.
+
+    Args:
+        lifts: Records with ``method``; those without are left out.
+        file_format: ``png`` or ``svg``.
+    """
+    found = [lift["method"] for lift in lifts if lift["method"]]
+    counts = {method: found.count(method) for method in _METHODS}
+    bars = [Bar(f"{method} ({count})", "", count / max(1, len(found)), 0.0, 0.0) for method, count in counts.items()]
+    return draw_bars(bars, axis="share of the planned lifts", title="How the paths were found", file_format=file_format)
+
+
+def draw_hook_travel(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png") -> bytes:
+    """Return how far the hook travels in a lift, empty and loaded.
+
+    Args:
+        lifts: Records with ``hook_travel_m``; those without are left out.
+        file_format: ``png`` or ``svg``.
+    """
+    values = np.array([lift["hook_travel_m"] for lift in lifts if lift["hook_travel_m"] is not None], np.float64)
+    marks = [Mark(float(np.median(values)), f"median {np.median(values):.0f} m")] if len(values) else []
+    return draw_histogram(
+        [Series("", values)],
+        axis="hook travel of a lift, m",
+        counted="lifts",
+        title=f"Hook travel, {values.sum() / 1000:.2f} km in all",
+        marks=marks,
+        bins=20,
+        low=0.0,
         file_format=file_format,
     )
 

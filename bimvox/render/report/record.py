@@ -13,12 +13,10 @@ from bimvox.planning.proof import Check, Verification
 from bimvox.render.page.lifts import lift_record
 from bimvox.render.page.source import Revision
 from bimvox.site.site import Site
+from bimvox.trajectory.figures import CRITICAL_SHARE, hook_travel_m
 from bimvox.trajectory.motion import LiftMotion, PhaseName
 
 FORMAT = 1
-CRITICAL_SHARE = 0.75
-"""From this share of the capacity on a lift is critical: 29 CFR 1926.751 (OSHA) counts a lift above 75 percent so."""
-
 CARRYING = frozenset((PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER))
 """Phases in which the load is on its way."""
 
@@ -88,6 +86,7 @@ def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_sh
         "critical": record["governs"] is not None and (used is None or used >= critical_share),
         "begins_s": track.start_ns / 1e9 if track else None,
         "ends_s": track.end_ns / 1e9 if track else None,
+        "hook_travel_m": hook_travel_m(revision.plan.site, motion) if motion else None,
         "phases": [[p.name.value, p.start_ns / 1e9, p.end_ns / 1e9] for p in motion.phases] if motion else [],
     }
 
@@ -163,6 +162,7 @@ def _totals(revision: Revision, lifts: list[dict[str, Any]]) -> dict[str, Any]:
         "timed_by": "crane" if revision.motions else "nominal",
         "total_s": max(ends) - min(begins) if begins else 0.0,
         "carrying_s": sum(carried),
+        "hook_travel_m": sum(lift["hook_travel_m"] or 0.0 for lift in lifts) if revision.motions else None,
         "mass_kg": sum(lift["mass_kg"] for lift in planned),
         "heaviest_kg": max((lift["mass_kg"] for lift in planned), default=0.0),
         "highest_utilisation": max((u for u in used if u is not None), default=None),

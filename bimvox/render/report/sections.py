@@ -34,7 +34,7 @@ def heading(record: dict[str, Any]) -> str:
 def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
     """Terms and their values, safe."""
     totals = record["totals"]
-    highest = totals["highest_utilisation"]
+    highest, travel = totals["highest_utilisation"], totals["hook_travel_m"]
     ratio = totals["moves"] / totals["shortest_moves"] if totals["shortest_moves"] else None
 
     def count(key: str) -> str:
@@ -48,6 +48,7 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Lifts", f"{count('planned')} of {count('lifts')} parts planned, {count('infeasible')} infeasible"),
         ("Total time", f"{hours} = {span(totals['total_s'])}{nominal}"),
         ("Load on its way", number(totals["carrying_s"] or None, span(totals["carrying_s"]), "carrying_s")),
+        ("Hook travel", number(travel, f"{fixed(travel / 1000, 2)} km", "hook_travel_m") if travel else ""),
         (
             "Mass set",
             f"{number(totals['mass_kg'], tonnes(totals['mass_kg']), 'total_mass_kg')} t, heaviest part {heaviest} t",

@@ -341,6 +341,21 @@ def test_revisions_are_switched_and_say_what_changed(browser, tmp_path):
     seen.page.context.close()
 
 
+@pytest.mark.parametrize("width", [1280, 900])
+def test_a_long_heading_with_revisions_does_not_widen_the_page(browser, tmp_path, width):
+    log = tiny_log()
+    site = dataclasses.replace(log.plan.site, name="a site with a long name, " * 8)
+    log = dataclasses.replace(log, plan=dataclasses.replace(log.plan, site=site))
+    revisions = (revision_of(log, passed_proof()), revision_of(dataclasses.replace(log, revision=1)))
+    seen = show(browser, tmp_path, PageSource(revisions), reduced_motion="reduce")
+    seen.page.set_viewport_size({"width": width, "height": 700})
+    assert seen.page.evaluate("document.documentElement.scrollWidth") <= width
+    for name in ("#plan-button", "#help-button", "#panel-part"):
+        box = seen.page.locator(name).bounding_box()
+        assert box["x"] + box["width"] <= width
+    seen.page.context.close()
+
+
 def test_hostile_names_are_only_text(browser, tmp_path):
     seen = show(browser, tmp_path, PageSource((revision_of(evil_log(), passed_proof()),)))
     seen.page.click("#list tbody tr:nth-child(2) button")

@@ -55,7 +55,24 @@ export function loadAt(motion, baseM, stored, at) {
   const values = axesAt(motion, at);
   if (motion.kind === "carried") return { corner: values, tilt: [0, 0, 0, 1] };
   const hook = hookOf(baseM, values);
-  return { corner: hook.map((value, n) => value + motion.below_m[n]), tilt: [0, 0, 0, 1] };
+  const angle = yawOf(motion, at);
+  const below = yawed(motion.below_m, angle);
+  return { corner: hook.map((value, n) => value + below[n]), tilt: yawTilt(angle) };
+}
+
+/** The angle about z at which a part that was stored turned hangs: turned back the shorter way, evenly. */
+function yawOf(motion, at) {
+  const yaw = motion.yaw;
+  if (!yaw || at >= yaw.end_s) return 0;
+  return at <= yaw.start_s ? yaw.rad : (yaw.rad * (yaw.end_s - at)) / (yaw.end_s - yaw.start_s);
+}
+
+const yawTilt = (angle) => [0, 0, Math.sin(angle / 2), Math.cos(angle / 2)];
+
+function yawed([x, y, z], angle) {
+  const cosine = Math.cos(angle);
+  const sine = Math.sin(angle);
+  return [cosine * x - sine * y, sine * x + cosine * y, z];
 }
 
 /** The frame of a part as it waits in the yard. */
@@ -63,6 +80,12 @@ export function storedAt(lift, part) {
   const corner = lift.start_m.slice();
   if (lift.stored === "lying_x") corner[2] += part.size_m[0];
   if (lift.stored === "lying_y") corner[2] += part.size_m[1];
+  if (lift.turn) {
+    const [x, y] = lift.start_size_m;
+    if (lift.turn < 3) corner[0] += x;
+    if (lift.turn > 1) corner[1] += y;
+    return { corner, tilt: yawTilt((lift.turn * Math.PI) / 2) };
+  }
   return { corner, tilt: tiltOf(lift.stored, Math.PI / 2) };
 }
 

@@ -1,0 +1,24 @@
+"""Puts what a benchmark wrote into the page that speaks of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+def put_into(document: Path, name: str, text: str) -> None:
+    """Replace what stands between a benchmark's two markers in a document.
+
+    Args:
+        document: A page with ``<!-- NAME: begin -->`` and ``<!-- NAME: end -->``.
+        name: The benchmark, as its target in the Makefile is called.
+        text: What to put there.
+
+    Raises:
+        ValueError: If the document lacks a marker.
+    """
+    begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
+    before, found_begin, rest = document.read_text(encoding="utf-8").partition(begin)
+    _, found_end, after = rest.partition(end)
+    if not (found_begin and found_end):
+        raise ValueError(f"{document.name} lacks the markers {begin} and {end}")
+    document.write_text(f"{before}{begin}\n{text.rstrip()}\n{end}{after}", encoding="utf-8")

@@ -1,0 +1,110 @@
+"""Writes what was measured: JSON, the tables of docs/scale.md, and their drawing."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.scale.measure import Measured
+
+_SIZE, _WALL_S, _MEMORY_MB = 500, 120.0, 4000.0
+_GROWTH = 1.25  # the largest buildings may cost so much more a component than the smaller ones
+
+
+class Bar(NamedTuple):
+    """What must hold, and what was found."""
+
+    what: str
+    found: str
+    passed: bool
+
+
+def bars(found: Sequence[Measured]) -> list[Bar]:
+    """Return the bars that can be told from what was measured."""
+    result = []
+    for one in found:
+        if one.components == _SIZE:
+            whole = one.planned == one.components and one.proven
+            result += [
+                Bar(
+                    f"{_SIZE} components planned and proven in under {_WALL_S:g} s",
+                    f"{one.planned} of {one.components} in {one.wall_s:.0f} s",
+                    whole and one.wall_s < _WALL_S,
+                ),
+                Bar(
+                    f"memory for {_SIZE} components under {_MEMORY_MB / 1000:g} GB",
+                    f"{one.memory_mb / 1000:.2f} GB",
+                    one.memory_mb < _MEMORY_MB,
+                ),
+            ]
+    if len(found) > 2:
+        few, many = _cost_a_component(found[:-1]), _cost_a_component(found[-2:])
+        result.append(
+            Bar(
+                f"cost linear in components: above {found[-2].components:,} no more than {_GROWTH:g} times "
+                "that of a component below",
+                f"{many * 1e3:.0f} ms against {few * 1e3:.0f} ms, processor time",
+                many <= _GROWTH * few,
+            )
+        )
+    return result
+
+
+def _cost_a_component(found: Sequence[Measured]) -> float:
+    """The slope of the straight line through processor time against components, seconds."""
+    return float(np.polyfit([one.components for one in found], [one.cpu_s for one in found], 1)[0])
+
+
+def as_json(found: Sequence[Measured]) -> str:
+    """Return everything that was measured."""
+    machine = {"system": platform.system(), "processor": platform.machine(), "cores": os.cpu_count()}
+    document = {
+        "machine": machine | {"python": platform.python_version()},
+        "sizes": [one.as_json() for one in found],
+        "bars": [bar._asdict() for bar in bars(found)],
+    }
+    return json.dumps(document, indent=1) + "\n"
+
+
+def as_markdown(found: Sequence[Measured]) -> str:
+    """Return the tables."""
+    lines = [
+        "| components | planned and proven | wall | processor | processor a component | memory | log |",
+        "|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    for one in found:
+        proven = f"{one.planned:,}" if one.proven else "NOT PROVEN"
+        lines.append(
+            f"| {one.components:,} | {proven} | {one.wall_s:.1f} s | {one.cpu_s:.1f} s "
+            f"| {one.cpu_s / one.components * 1e3:.0f} ms | {one.memory_mb:.0f} MB | {one.log_mb:.1f} MB |"
+        )
+    stages = list(dict.fromkeys(name for one in found for name in one.seconds))
+    lines += ["", "Wall time by stage, seconds; *start* is what the process takes before and after them:", ""]
+    lines += ["| components | " + " | ".join([*stages, "start"]) + " |", "|---:|" + "---:|" * (len(stages) + 1)]
+    for one in found:
+        values = [one.seconds.get(name, 0.0) for name in stages]
+        cells = [f"{value:.1f}" for value in [*values, max(0.0, one.wall_s - sum(values))]]
+        lines.append(f"| {one.components:,} | " + " | ".join(cells) + " |")
+    told = bars(found)
+    if told:
+        lines += ["", "| bar | found | |", "|---|---|---|"]
+        lines += [f"| {bar.what} | {bar.found} | {'met' if bar.passed else '**not met**'} |" for bar in told]
+    return "\n".join(lines) + "\n"
+
+
+def drawing(found: Sequence[Measured]) -> bytes:
+    """Return the curves as a PNG."""
+    from bimvox.render.plots.scaling import Growth, draw_scaling
+
+    sizes = np.array([one.components for one in found], np.float64)
+    series = [Growth("whole command", sizes, np.array([one.cpu_s for one in found]))]
+    for name in ("plan", "prove", "time", "write"):
+        values = np.array([one.seconds[name] for one in found])
+        if (values > 0.0).all():
+            series.append(Growth(name, sizes, values))
+    return draw_scaling(series, size="components", value="seconds", title="Planned and proven")

@@ -1,0 +1,75 @@
+"""What an IFC file says about how its parts belong together: connections, storeys and assemblies.
+
+None of it orders two parts by itself. A connection says what a part may hold on to where nothing carries it; storeys
+are worked on from below; the parts of an assembly that was opened follow each other where nothing speaks against it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import ifcopenshell.util.element as element_util
+import ifcopenshell.util.placement as placement_util
+
+
+def connected_products(file: Any) -> Iterator[tuple[int, int]]:
+    """Yield step ids of two products that ``IfcRelConnectsElements`` or one of its kin connects, ascending file order.
+
+    Realizing elements (bolts, plates) count as connected with both.
+    """
+    for relation in file.by_type("IfcRelConnectsElements"):
+        first, second = relation.RelatingElement, relation.RelatedElement
+        if first is None or second is None:
+            continue
+        yield first.id(), second.id()
+        for realizing in getattr(relation, "RealizingElements", None) or ():
+            yield first.id(), realizing.id()
+            yield second.id(), realizing.id()
+
+
+def element_pairs(pairs: Iterator[tuple[int, int]], element_of: Mapping[int, str]) -> tuple[tuple[str, str], ...]:
+    """Return connected products as pairs of different elements, each once, sorted.
+
+    Args:
+        pairs: Step ids of products.
+        element_of: Element id by step id of a product.
+    """
+    found = set()
+    for first, second in pairs:
+        one, other = element_of.get(first), element_of.get(second)
+        if one is not None and other is not None and one != other:
+            found.add((one, other) if one < other else (other, one))
+    return tuple(sorted(found))
+
+
+class Storeys:
+    """Storeys around products, and how high they lie.
+
+    Args:
+        file: The ``ifcopenshell.file``.
+    """
+
+    def __init__(self, file: Any) -> None:
+        self._file = file
+        self._height: dict[int, float] = {}
+
+    def height_of(self, product: Any) -> float | None:
+        """Return the height of the storey around a product in the file's length unit; None outside of storeys."""
+        place = element_util.get_container(product)
+        seen: set[int] = set()
+        while place is not None and place.id() not in seen:
+            seen.add(place.id())
+            if place.is_a("IfcBuildingStorey"):
+                return self._height_of(place)
+            place = element_util.get_aggregate(place)
+        return None
+
+    def _height_of(self, storey: Any) -> float:
+        if storey.id() not in self._height:
+            if storey.ObjectPlacement is not None:
+                height = float(placement_util.get_local_placement(storey.ObjectPlacement)[2, 3])
+            else:
+                height = float(storey.Elevation or 0.0)
+            self._height[storey.id()] = height
+        return self._height[storey.id()]

@@ -1,0 +1,57 @@
+"""How long the hook is on its way between two places: the point-to-point bound, looked up.
+
+What stands in between is ignored: while an order is sought, millions of ways are asked for, and how high a load has to
+be raised over the building is nearly the same for all orders.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.bound import rest_to_rest_s
+from bimvox.crane.kinematics import Axes, pose_of
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+
+_STEPS = 1024
+
+
+class Travel:
+    """Travel times of a crane.
+
+    Args:
+        crane: The crane.
+        longest_m: The longest way of the trolley and the hoist that is asked for.
+    """
+
+    def __init__(self, crane: TowerCrane, longest_m: float) -> None:
+        self._crane = crane
+        self._slewing = _table(crane.slewing, math.pi)
+        self._trolley = _table(crane.trolley, longest_m)
+        self._hoist = _table(crane.hoist, longest_m)
+        self._longest_m = longest_m
+
+    def axes_of(self, points_m: NDArray[np.float64]) -> Axes:
+        """Return slew (rad), radius and height (m) of the hook at points, (..., 3) metres."""
+        return pose_of(self._crane, points_m)
+
+    def between_s(self, start: Axes, end: Axes) -> NDArray[np.float64]:
+        """Return seconds between hook poses, broadcast against each other: the slowest axis (``crane.bound``)."""
+        turn = np.abs(end[0] - start[0])
+        turn = np.minimum(turn, 2.0 * math.pi - turn)
+        slewing = _looked_up(self._slewing, turn / math.pi)
+        trolley = _looked_up(self._trolley, np.abs(end[1] - start[1]) / self._longest_m)
+        hoist = _looked_up(self._hoist, np.abs(end[2] - start[2]) / self._longest_m)
+        longer: NDArray[np.float64] = np.maximum(np.maximum(slewing, trolley), hoist)
+        return longer
+
+
+def _looked_up(table: NDArray[np.float64], share: NDArray[np.float64]) -> NDArray[np.float64]:
+    found: NDArray[np.float64] = table[np.clip(share * _STEPS, 0, _STEPS).astype(np.int64)]
+    return found
+
+
+def _table(limits: AxisLimits, longest: float) -> NDArray[np.float64]:
+    return np.array([rest_to_rest_s(longest * n / _STEPS, limits) for n in range(_STEPS + 1)])

@@ -1,0 +1,39 @@
+"""The clearance in transit: what is kept around a part on its way, as whole cells on every side of it.
+
+Between its departure, straight up from the yard, and its gate a part keeps this distance from everything, the ground
+and the site's boundary included. The rope keeps to its own column.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+from bimvox.site.clearance import Clearance
+from bimvox.site.site import Site
+
+
+def margin_vox(site: Site) -> int:
+    """Return the clearance in transit, up to whole cells."""
+    return int(np.ceil(site.rules.transit_clearance_m / site.frame.voxel_size_m - 1e-9))
+
+
+def in_transit(clearance: Clearance, margin: int) -> Clearance:
+    """Return a collision rule whose boxes are grown on every side by ``margin`` cells."""
+    if margin == 0:
+        return clearance
+    grown = clearance.boxes + np.array([-margin] * 3 + [margin] * 3, np.int32)
+    return clearance._replace(boxes=grown)
+
+
+def grown_cells(cells: NDArray[np.int32], margin: int) -> NDArray[np.int32]:
+    """Return the cells ((N, 3) int32) of a part and those around it, up to ``margin`` cells away on each axis."""
+    if margin == 0:
+        return cells
+    low = cells.min(axis=0) - margin
+    dense = np.zeros(cells.max(axis=0) - low + margin + 1, np.bool_)
+    dense[tuple((cells - low).T)] = True
+    around = binary_dilation(dense, np.ones((3, 3, 3), np.bool_), iterations=margin)
+    grown: NDArray[np.int32] = (np.argwhere(around) + low).astype(np.int32)
+    return grown

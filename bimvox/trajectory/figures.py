@@ -1,0 +1,96 @@
+"""The figures of a plan: how its paths were found, how long they are, and what the crane has to do for them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bimvox.crane.kinematics import hook_of
+from bimvox.crane.load_chart import utilisation
+from bimvox.planning.lift import LiftPlan, Method, Status
+from bimvox.site.site import Site
+from bimvox.trajectory.motion import LiftMotion
+
+CRITICAL_SHARE = 0.75
+"""From this share of the capacity on a lift is critical: 29 CFR 1926.751 (OSHA) counts a lift above 75 percent so."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanFigures:
+    """Figures of the planned lifts of a plan.
+
+    Attributes:
+        lifts: Lifts, infeasible ones too.
+        planned: Planned ones.
+        methods: How many paths were found by each method, every method named.
+        moves: Unit moves of all paths.
+        shortest_moves: The fewest possible.
+        crane_s: From the start of the first lift to the end of the last; None without a crane.
+        loaded_s: Of it with a load moving.
+        hook_travel_m: Length of the hook's way, empty and loaded, along the samples of the motions.
+        critical: Lifts that use ``critical_share`` of the crane's capacity or more.
+        critical_share: 0..1.
+    """
+
+    lifts: int
+    planned: int
+    methods: dict[str, int]
+    moves: int
+    shortest_moves: int
+    crane_s: float | None
+    loaded_s: float | None
+    hook_travel_m: float | None
+    critical: int | None
+    critical_share: float
+
+    @property
+    def length_ratio(self) -> float | None:
+        """Moves over the fewest possible; None where there are none."""
+        return self.moves / self.shortest_moves if self.shortest_moves else None
+
+    def share(self, method: str) -> float:
+        """Share of the planned lifts whose path a method found; 0 where none is planned."""
+        return self.methods[method] / self.planned if self.planned else 0.0
+
+
+def plan_figures(
+    plan: LiftPlan, motions: Sequence[LiftMotion], *, critical_share: float = CRITICAL_SHARE
+) -> PlanFigures:
+    """Return the figures of a plan.
+
+    Args:
+        plan: The plan.
+        motions: Its motions; none without a crane.
+        critical_share: From which share of the capacity on a lift is critical, 0..1.
+    """
+    planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
+    return PlanFigures(
+        lifts=len(plan.lifts),
+        planned=len(planned),
+        methods={method.value: sum(lift.method is method for lift in planned) for method in Method},
+        moves=sum(lift.moves or 0 for lift in planned),
+        shortest_moves=sum(lift.shortest_moves or 0 for lift in planned),
+        crane_s=(motions[-1].end_ns - motions[0].start_ns) / 1e9 if motions else None,
+        loaded_s=sum(motion.loaded.duration_s for motion in motions) if motions else None,
+        hook_travel_m=sum(hook_travel_m(plan.site, motion) for motion in motions) if motions else None,
+        critical=sum(capacity_used(plan.site, motion) >= critical_share for motion in motions) if motions else None,
+        critical_share=critical_share,
+    )
+
+
+def hook_travel_m(site: Site, motion: LiftMotion) -> float:
+    """Return the length of the hook's way in a lift, along the chords between its samples."""
+    assert site.crane is not None
+    _, axes = motion.samples()
+    way_m = hook_of(site.crane, *axes.T)
+    return float(np.linalg.norm(np.diff(way_m, axis=0), axis=1).sum())
+
+
+def capacity_used(site: Site, motion: LiftMotion) -> float:
+    """Return the largest share of its capacity that the crane uses in a lift, rigging included; infinite beyond it."""
+    assert site.crane is not None
+    mass_kg = site.components[motion.component].mass_kg + site.crane.rigging_mass_kg
+    radius_m = np.concatenate([motion.raising.radius_m, motion.loaded.radius_m])
+    return float(utilisation(site.crane.chart, radius_m, mass_kg).max())

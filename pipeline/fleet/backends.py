@@ -1,0 +1,103 @@
+"""Where the runs of a fleet are carried out: joblib is the one facade, this opens what is behind it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Literal
+
+from bimvox.errors import InputError
+
+Backend = Literal["loky", "ray", "dask"]
+
+
+@contextmanager
+def opened(backend: Backend, jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
+    """Open a backend and close it at the end.
+
+    Args:
+        backend: ``loky`` for processes of this machine; ``ray`` or ``dask`` for a cluster.
+        jobs: Runs at a time.
+        address: Of a running cluster; None starts one on this machine.
+
+    Yields:
+        What ``joblib.parallel_config`` is to be given.
+
+    Raises:
+        InputError: If the backend is not installed, or its cluster cannot be reached.
+    """
+    with {"loky": _loky, "ray": _ray, "dask": _dask}[backend](jobs, address) as config:
+        yield config
+
+
+@contextmanager
+def _loky(jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
+    if address is not None:
+        raise InputError("processes of this machine have no --cluster", hint="add --backend ray or --backend dask")
+    yield {"backend": "loky", "n_jobs": jobs}
+
+
+@contextmanager
+def _ray(jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
+    try:
+        import ray
+        from ray.util.joblib import register_ray
+    except ImportError as error:
+        raise _not_installed("ray", error) from error
+    own: dict[str, Any] = {"include_dashboard": False} if address is None else {"address": address}
+    if address is None:
+        own["num_cpus"] = jobs
+    try:
+        ray.init(
+            **own,
+            log_to_driver=False,
+            logging_level=logging.ERROR,
+            configure_logging=True,
+        )
+    except (ConnectionError, ValueError, RuntimeError) as error:
+        raise _not_reached("ray", address, error) from error
+    try:
+        register_ray()
+        yield {"backend": "ray", "n_jobs": jobs}
+    finally:
+        ray.shutdown()
+
+
+@contextmanager
+def _dask(jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
+    try:
+        import dask
+        from distributed import Client, LocalCluster
+    except ImportError as error:
+        raise _not_installed("dask", error) from error
+    with dask.config.set({"distributed.logging.distributed": "critical"}):
+        if address is not None:
+            try:
+                client = Client(address, timeout=20)
+            except (OSError, ValueError, TimeoutError) as error:
+                raise _not_reached("dask", address, error) from error
+            with client:
+                yield {"backend": "dask", "n_jobs": jobs}
+            return
+        with (
+            LocalCluster(
+                n_workers=jobs,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=None,
+                silence_logs=logging.CRITICAL,
+            ) as cluster,
+            Client(cluster),
+        ):
+            yield {"backend": "dask", "n_jobs": jobs}
+
+
+def _not_installed(backend: str, error: ImportError) -> InputError:
+    return InputError(f"--backend {backend} is not installed ({error})", hint=f'pip install "bimvox[{backend}]"')
+
+
+def _not_reached(backend: str, address: str | None, error: BaseException) -> InputError:
+    where = f"the cluster at {address}" if address else "a cluster on this machine"
+    first = (str(error).splitlines() or [type(error).__name__])[0]
+    return InputError(f"--backend {backend}: {where} cannot be used: {first}", hint="check --cluster")

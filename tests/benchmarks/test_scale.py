@@ -1,0 +1,57 @@
+"""The buildings of the scale benchmark, and what it says of what it measured."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks.scale.building import boxes, lines_for, write_site
+from benchmarks.scale.measure import Measured
+from benchmarks.scale.report import as_markdown, bars
+
+
+def measured(components: int, seconds: float, memory_mb: float = 500.0) -> Measured:
+    stages = {"open": 1.0, "lifts": seconds / 2, "prove": seconds / 2 - 1.0}
+    return Measured(components, components, True, seconds, 0.9 * seconds, memory_mb, 10.0, stages)
+
+
+def test_parts_do_not_run_into_each_other():
+    for lines in (2, 6):
+        parts = list(boxes(lines))
+        assert len({name for _, name, _, _ in parts}) == len(parts)
+        for n, (_, _, low, high) in enumerate(parts):
+            for _, _, other_low, other_high in parts[n + 1 :]:
+                overlap = [min(a, b) - max(c, d) for a, b, c, d in zip(high, other_high, low, other_low, strict=True)]
+                assert min(overlap) <= 1e-9
+
+
+def test_the_site_of_500_is_200_by_200_by_60_cells_and_the_same_each_time(tmp_path: Path):
+    from pipeline.load_site import load_site
+    from pipeline.progress import SilentProgress
+
+    folders = tmp_path / "a", tmp_path / "b"
+    for folder in folders:
+        folder.mkdir()
+        site = write_site(folder, 500)
+    for file in folders[0].iterdir():
+        assert file.read_bytes() == (folders[1] / file.name).read_bytes()
+    loaded = load_site(site, SilentProgress())
+    assert loaded.site.shape == (200, 200, 60)
+    assert len(loaded.site.components) == 500
+
+
+def test_a_building_that_does_not_fit_is_refused(tmp_path: Path):
+    assert lines_for(1000) > lines_for(500) > lines_for(50)
+    with pytest.raises(ValueError, match="no building of 5000 components"):
+        write_site(tmp_path, 5000)
+
+
+def test_bars_are_met_by_a_linear_cost_and_not_by_a_quadratic_one():
+    linear = [measured(n, 5.0 + 0.1 * n) for n in (50, 100, 200, 500, 1000)]
+    assert all(bar.passed for bar in bars(linear))
+    quadratic = [measured(n, 5.0 + 0.001 * n * n, 5000.0) for n in (50, 100, 200, 500, 1000)]
+    assert [bar.passed for bar in bars(quadratic)] == [False, False, False]
+    assert "**not met**" in as_markdown(quadratic)
+    assert "| 1,000 |" in as_markdown(linear)
+    assert len(bars(linear[:2])) == 0

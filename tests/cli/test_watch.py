@@ -1,0 +1,31 @@
+from cli.watch import _line
+
+CHANGE = {
+    "event": "replanned",
+    "revision": 3,
+    "changed_cells": 1234,
+    "kept": ["a", "b"],
+    "replanned": ["d"],
+    "infeasible": ["e", "f"],
+    "latency_ms": 41.0,
+    "blocked": [
+        {"component": "e", "reason": "it is blocked", "blocked_by": ["truck"]},
+        {"component": "f", "reason": "what it rests on cannot be set", "blocked_by": []},
+    ],
+}
+
+
+def test_a_line_names_what_cannot_be_lifted_and_because_of_what():
+    said = "revision 3: replanned, 1,234 cells changed, 2 kept, 1 replanned, 2 infeasible (e by truck; f), 41 ms"
+    assert _line(CHANGE) == said
+
+
+def test_a_line_names_a_few_and_counts_the_rest():
+    blocked = [{"component": f"p{n}", "reason": "", "blocked_by": []} for n in range(9)]
+    assert "9 infeasible (p0; p1; p2 and 6 more)" in _line(
+        CHANGE | {"infeasible": [one["component"] for one in blocked], "blocked": blocked}
+    )
+
+
+def test_a_line_without_infeasible_lifts_names_none():
+    assert "0 infeasible, 41 ms" in _line(CHANGE | {"infeasible": [], "blocked": []})

@@ -1,0 +1,11 @@
+from collections.abc import Iterator
+
+import pytest
+
+
+@pytest.fixture(scope="module", autouse=True)
+def own_store(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Policies go to a store of the tests' own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("BIMVOX_POLICIES", str(tmp_path_factory.mktemp("policies")))
+        yield

@@ -1,0 +1,62 @@
+"""The pages that follow from the code are those that it gives, and say what it says."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from docs.reference.__main__ import pages, stale, write
+from pipeline.schema import schema
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_the_pages_are_those_that_follow_from_the_code():
+    assert stale() == [], "run `make docs`"
+
+
+def test_a_changed_a_lost_and_a_left_over_page_are_stale(tmp_path: Path):
+    assert write(tmp_path) == sorted(pages())
+    assert stale(tmp_path) == []
+    plan, site = tmp_path / "commands" / "plan.md", tmp_path / "formats" / "site.md"
+    plan.write_text(plan.read_text() + "\nmore\n")
+    site.unlink()
+    (tmp_path / "commands" / "gone.md").write_text("# bimvox gone\n")
+    assert stale(tmp_path) == ["commands/gone.md", "commands/plan.md", "formats/site.md"]
+    write(tmp_path)
+    assert stale(tmp_path) == []
+    assert not (tmp_path / "commands" / "gone.md").exists()
+
+
+def test_a_page_names_every_option_of_its_command():
+    page = pages()["commands/plan.md"]
+    assert re.search(r"^\| `--obstructions FILE` \| .+ \| `BIMVOX_OBSTRUCTIONS` \|$", page, re.M)
+    assert "-h, --help" in page
+
+
+@pytest.mark.parametrize("name", ["site", "obstructions", "sweep", "grid"])
+def test_a_format_has_every_key_of_its_schema(name: str):
+    document = schema(name)
+    assert isinstance(document, dict)
+    tables = [document, *(one for one in document["$defs"].values() if "properties" in one)]
+    page = pages()[f"formats/{name}.md"]
+    for table in tables:
+        for key in table["properties"]:
+            assert f"\n| `{key}` |" in page
+    assert "| None" not in page
+
+
+def test_the_keys_of_a_part_have_their_meaning():
+    document = schema("grid")
+    assert isinstance(document, dict)
+    for key, value in document["$defs"]["Part"]["properties"].items():
+        assert value.get("description"), key
+
+
+def test_every_link_between_the_docs_leads_somewhere():
+    files = [ROOT / "README.md", ROOT / "ARCHITECTURE.md", *(ROOT / "docs").rglob("*.md")]
+    for file in files:
+        for target in re.findall(r"\]\((?!https?:)([^)#]+)(?:#[^)]*)?\)", file.read_text("utf-8")):
+            assert (file.parent / target).exists(), f"{file.relative_to(ROOT)}: {target}"

@@ -1,0 +1,85 @@
+"""The same runs on every backend: the same results to the byte, and a worker that dies takes down nothing else."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+from fleet_work import kills_itself_where_asked
+
+from bimvox.errors import InputError
+from pipeline.fleet.backends import opened
+from pipeline.fleet.command import sweep
+from pipeline.fleet.runs import Run, Wish
+from pipeline.fleet.schedule import carry_out_all
+from pipeline.fleet.work import RECORDS, record_file
+from pipeline.progress import SilentProgress
+
+BACKENDS = ("loky", "dask", "ray")
+NEEDS = {"loky": "joblib", "dask": "distributed", "ray": "ray"}
+SUPPORT = Path(__file__).parents[2] / "support"
+
+
+@pytest.fixture(params=BACKENDS)
+def backend(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A backend that is installed, on a cluster of its own; workers find this repository and the tests' support."""
+    pytest.importorskip(NEEDS[request.param], reason=f"the extra bimvox[{request.param}] is not installed")
+    paths = [str(SUPPORT), str(SUPPORT.parents[1]), os.environ.get("PYTHONPATH", "")]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, paths)))
+    return str(request.param)
+
+
+def test_the_results_are_the_same_to_the_byte(sites: Path, backend: str):
+    (sites / "all.toml").write_text(
+        'sites = ["paper.site.toml", "gone.site.toml"]\nobstructions = ["none", "beside.json"]\npolicy = "none"\n'
+    )
+    here, there = sites / "here", sites / "there"
+    for folder, chosen, jobs in ((here, "loky", 1), (there, backend, 2)):
+        found = sweep(sites / "all.toml", folder, backend=chosen, jobs=jobs, progress=SilentProgress())
+        assert [run["run"] for run in found["runs"]] == ["paper", "paper-beside", "gone", "gone-beside"]
+        assert [run["status"] for run in found["runs"]] == ["planned", "planned", "failed", "failed"]
+        assert (found["failed"], found["verified"]) == (2, False)
+    for name in sorted(file.name for file in here.iterdir() if file.is_file()):
+        assert (here / name).read_bytes() == (there / name).read_bytes(), name
+    for file in (here / RECORDS).iterdir():
+        records = [json.loads((folder / RECORDS / file.name).read_bytes()) for folder in (here, there)]
+        for record in records:
+            record.pop("seconds", None)
+        assert records[0] == records[1]
+
+
+def test_a_worker_that_dies_takes_down_no_other_run(tmp_path: Path, backend: str):
+    (tmp_path / RECORDS).mkdir()
+    names = ["a", "b", "deadly-c", "d", "e", "deadly-f", "g"]
+    runs = [Run(name, Wish(Path(f"{name}.site.toml")), leads=name < "e") for name in names]
+    carry_out_all(
+        runs,
+        tmp_path,
+        backend=backend,  # type: ignore[arg-type]
+        jobs=2,
+        address=None,
+        progress=SilentProgress(),
+        work=kills_itself_where_asked,
+    )
+    errors = {name: json.loads(record_file(tmp_path, name).read_bytes())["error"] for name in names}
+    assert {name: error["code"] for name, error in errors.items()} == {
+        name: "died" if name.startswith("deadly") else "tried" for name in names
+    }
+    assert {error["message"] for error in errors.values() if error["code"] == "tried"} == {"threads 1"}
+    assert "SIGKILL" in errors["deadly-c"]["message"]
+
+
+def test_what_cannot_be_opened_is_said(monkeypatch: pytest.MonkeyPatch):
+    with pytest.raises(InputError, match="no --cluster"), opened("loky", 2, "tcp://127.0.0.1:1"):
+        pass
+    for backend in ("ray", "dask"):
+        for module in (NEEDS[backend], backend):
+            monkeypatch.setitem(__import__("sys").modules, module, None)
+        with (
+            pytest.raises(InputError, match=f"--backend {backend} is not installed") as caught,
+            opened(backend, 2, None),
+        ):
+            pass
+        assert f"bimvox[{backend}]" in str(caught.value.hint)
