@@ -5,6 +5,7 @@ BIN    := $(VENV)/bin
 UV     := $(VENV)/uv-bootstrap/bin/uv
 OUT    ?= demo-output
 PEERS  := .venv-peers
+PLANNERS := .venv-planners
 # Where pip is configured with a local folder of wheels, uv (which ignores pip's configuration) is told of it;
 # elsewhere uv picks the CPU or GPU build of torch that suits the machine.
 FIND_LINKS = $(shell $(PYTHON) -m pip config get global.find-links 2>/dev/null)
@@ -12,7 +13,8 @@ TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-page check lint types contracts samples bench bench-voxelize bench-environment bench-render \
-	bench-planning bench-watch bench-scale soak-watch soak-files picture docs constraints clean
+	bench-planning bench-watch bench-scale bench-many-lifts bench-generalist bench-decision train-generalist soak-watch soak-files \
+	picture docs constraints clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
@@ -84,6 +86,25 @@ bench-scale: setup ## 50 to 1,000 components planned and proven: docs/scale.md
 soak-watch: setup ## many random changes of a watched file, with all that may go wrong (ARGS="--changes 100" for a try)
 	$(BIN)/python -m benchmarks.soak_watch $(ARGS)
 
+$(PLANNERS)/ready: benchmarks/many_lifts/peers.txt pyproject.toml constraints.txt | $(UV)
+	test -x $(PLANNERS)/bin/python || $(PYTHON) -m venv --without-pip $(PLANNERS)
+	$(UV) pip install --quiet --python $(PLANNERS)/bin/python $(TORCH_FROM) -c constraints.txt -e .
+	grep -v '^#' benchmarks/many_lifts/peers.txt | while read -r peer; do \
+	  $(UV) pip install --quiet --python $(PLANNERS)/bin/python -c constraints.txt "$$peer" || echo "not installed: $$peer"; done
+	@touch $@
+
+bench-many-lifts: $(PLANNERS)/ready ## the ways of 500 lifts: policy, search, and other planners
+	$(PLANNERS)/bin/python -m benchmarks.many_lifts $(ARGS)
+
+train-generalist: setup ## train the policy that ships with bimvox: docs/generalist.md (OUT=folder, ARGS="--steps 4000" for a try)
+	$(BIN)/python -m pipeline.generalist train --out $(OUT)/generalist $(ARGS)
+
+bench-generalist: setup ## the shipped policy on its held-out suite (ARGS="--share 0.1" for a try)
+	$(BIN)/python -m benchmarks.generalist $(ARGS)
+
+bench-decision: setup ## microseconds of one decision of the shipped policy: docs/generalist.md
+	$(BIN)/python -m benchmarks.decision $(ARGS)
+
 soak-files: setup ## every IFC file under DIR ends in a grid or a clear error: make soak-files DIR=folder
 	$(BIN)/python -m benchmarks.many_files $(DIR) $(ARGS)
 
@@ -105,4 +126,4 @@ constraints: $(UV) ## resolve the pinned versions again
 	mv $(VENV)/constraints.txt constraints.txt
 
 clean: ## remove the virtual environment and what the demo wrote
-	rm -rf $(VENV) $(PEERS) $(OUT) build *.egg-info
+	rm -rf $(VENV) $(PEERS) $(PLANNERS) $(OUT) build *.egg-info

@@ -48,7 +48,7 @@ PolicyId = Annotated[
         "--policy",
         envvar="BIMVOX_POLICY",
         metavar="ID",
-        help="Use this policy (see `bimvox policy list`); none: search alone.",
+        help="Use this policy of `bimvox policy list`; none: search alone; nearest: that of the most similar site.",
     ),
 ]
 VoxelSize = Annotated[

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bimvox.errors import InputError
 from cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
 from cli.options import Json, PolicyId, Quiet, Seed, Steps
 from cli.output import fields, open_output, rows, spent
@@ -40,6 +41,15 @@ def plan(
     policy: PolicyId = None,
     seed: Seed = None,
     steps: Steps = None,
+    retrain: Annotated[
+        int,
+        typer.Option(
+            envvar="BIMVOX_RETRAIN",
+            min=0,
+            metavar="STEPS",
+            help="Where the policy fails lifts, train it further on the site as it is, this many steps at most.",
+        ),
+    ] = 0,
     backend: BackendName = "loky",
     jobs: Jobs = None,
     cluster: Cluster = None,
@@ -53,6 +63,8 @@ def plan(
     are for them, as in `bimvox sweep`.
     """
     if len(sites) > 1:
+        if retrain:
+            raise InputError("--retrain is for one site", hint="plan the sites one by one, or leave it out")
         from pipeline.fleet.command import fleet
         from pipeline.fleet.runs import Wish
 
@@ -73,7 +85,14 @@ def plan(
     site = sites[0]
     with open_output(as_json=json, quiet=quiet) as output:
         document = run(
-            site, out, obstructions=obstructions, policy=policy, seed=seed, steps=steps, progress=output.progress
+            site,
+            out,
+            obstructions=obstructions,
+            policy=policy,
+            seed=seed,
+            steps=steps,
+            retrain=retrain,
+            progress=output.progress,
         )
     code = output.result(document, _show)
     output.next_step(f"next: bimvox render {document['log']}")
@@ -117,16 +136,28 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
             ("proof", "every planned lift is verified" if document["verified"] else "FAILED"),
             *figure_fields(document["figures"]),
             ("policy", _policy(document["policy"])),
+            ("retrained", _retrained(document.get("retrained"))),
             ("took", spent(document["seconds"])),
         ],
     )
 
 
 def _policy(policy: Mapping[str, Any]) -> str:
-    """Say which policy proposed the paths."""
+    """Say which policy proposed the paths, where it came from, and how good it was in its test."""
     if policy["id"] == "none":
         return "none: by search alone"
-    return f"{policy['id']} ({'loaded' if policy['loaded'] else 'trained'}, {policy['steps']:,} steps)"
+    if policy["loaded"]:
+        origin = f"loaded, {policy['steps']:,} steps"
+    elif policy["steps"]:
+        origin = f"trained, {policy['steps']:,} steps"
+    else:
+        origin = "good enough here without training"
+    success = f"{policy['success_rate']:.1%} of {policy['tested']} test lifts" if policy["tested"] else "not tested"
+    return f"{policy['id']} ({origin}; {success})"
+
+
+def _retrained(policy: Mapping[str, Any] | None) -> str | None:
+    return None if policy is None else f"{policy['id']}, {policy['steps']:,} steps on the site as it is"
 
 
 def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:

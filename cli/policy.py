@@ -91,6 +91,11 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     rows(
         console,
         ("id", "steps", "success rate"),
-        [(item["id"], item.get("steps"), item.get("success_rate")) for item in document["policies"]],
+        [(item["id"], item.get("steps"), _success(item)) for item in document["policies"]],
         limit=None,
     )
+
+
+def _success(item: Mapping[str, Any]) -> str:
+    """Say how a policy did in its last test; one that came from elsewhere has had none here."""
+    return f"{item['success_rate']:.1%} of {item['tested']}" if item.get("tested") else "not tested"

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -18,14 +19,44 @@ def train(
     site: SiteFile,
     steps: Steps = None,
     seed: Seed = None,
+    start_from: Annotated[
+        str,
+        typer.Option(
+            "--from",
+            envvar="BIMVOX_FROM",
+            metavar="POLICY",
+            help="Begin with `default` (the policy that ships with bimvox), `none` (from scratch), or a stored one.",
+        ),
+    ] = "default",
+    budget: Annotated[
+        float | None,
+        typer.Option(
+            "--budget", envvar="BIMVOX_BUDGET", min=0.0, metavar="SECONDS", help="End at the first test after that."
+        ),
+    ] = None,
+    curve: Annotated[
+        Path | None, typer.Option("--curve", metavar="FILE", help="Write every test of the training as CSV.")
+    ] = None,
+    tensorboard: Annotated[
+        Path | None, typer.Option("--tensorboard", metavar="FOLDER", help="Write them for TensorBoard, if installed.")
+    ] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Train the site's policy and store it."""
+    """Adapt the policy to the site and store it."""
     from pipeline.train import train as run
 
     with open_output(as_json=json, quiet=quiet) as output:
-        document = run(site, steps=steps, seed=seed, progress=output.progress)
+        document = run(
+            site,
+            steps=steps,
+            seed=seed,
+            start_from=start_from,
+            seconds=budget,
+            curve=curve,
+            tensorboard=tensorboard,
+            progress=output.progress,
+        )
     code = output.result(document, _show)
     output.next_step(f"next: bimvox plan {site} --policy {document['policy']}")
     raise typer.Exit(code)
@@ -37,7 +68,11 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
         [
             ("policy", document["policy"]),
             ("steps", f"{document['steps']:,}"),
-            ("success rate", f"{document['success_rate']:.1%}"),
+            (
+                "success rate",
+                f"{document['success_rate']:.1%} of {document['tested']} lifts, "
+                f"at least {document['success_at_least']:.1%} with 95 % confidence",
+            ),
         ],
     )
     console.print()

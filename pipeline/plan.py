@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bimvox.errors import PlanningError
 from pipeline.artifacts import check_output, default_output, require_input, write_atomically
 from pipeline.load_site import LoadedSite, load_obstructions, load_site, rasterise
-from pipeline.policy_choice import PolicyInUse, choose_policy
+from pipeline.policy_choice import PolicyInUse, choose_policy, retrained
 from pipeline.progress import Progress
 from pipeline.prove import Planned, insist_on_one_lift, plan_and_prove
 
@@ -33,6 +33,7 @@ def plan(
     policy: str | None = None,
     seed: int | None = None,
     steps: int | None = None,
+    retrain: int = 0,
     progress: Progress,
 ) -> dict[str, Any]:
     """Plan a site.
@@ -41,9 +42,12 @@ def plan(
         site: The site file.
         out: The log; default: the site's name with ``.mcap``, in the current folder.
         obstructions: What is in the way: an obstruction file, an IFC or mesh file.
-        policy: Id of a policy of the store; default: the site file's, else the one trained for this site.
+        policy: Id of a policy of the store, or ``nearest``: that of the most similar site; default: the site file's,
+            else the one trained for this site.
         seed: Seed of the training; default: the site file's.
         steps: Training budget in environment steps; default: the site file's, else the built-in one.
+        retrain: Environment steps of more training, on the site as it is with its obstructions, where the policy fails
+            lifts; 0: these go to the search at once.
         progress: Told of the stages.
 
     Returns:
@@ -67,12 +71,28 @@ def plan(
         files[f"obstructions{obstructions.suffix.lower()}"] = obstructions.read_bytes()
     preparation = prepared(built, progress)
     chosen = policy_of(loaded, built, preparation, policy=policy, seed=seed, steps=steps, progress=progress)
-    proven = plan_and_prove(built, preparation, chosen, progress=progress)
+    used = [chosen]
+
+    def retraining(failed: tuple[int, ...]) -> PolicyInUse:
+        number = seed_of(loaded, seed)
+        used.append(retrained(built, preparation, chosen, failed=failed, seed=number, steps=retrain, progress=progress))
+        progress.note(f"the policy failed {len(failed)} lifts: {retrained_words(chosen, used[-1])}")
+        return used[-1]
+
+    proven = plan_and_prove(built, preparation, chosen, progress=progress, retraining=retraining if retrain else None)
     record = log_of(proven, loaded, chosen, files, seed=seed_of(loaded, seed), revision=0)
     progress.stage("write")
     write_log_file(target, record, inputs=inputs)
     progress.finish()
-    return {**document_of(proven, chosen), "log": str(target), "seconds": progress.seconds}
+    more = {"retrained": used[-1].to_dict()} if used[-1] is not chosen else {}
+    return {**document_of(proven, chosen), **more, "log": str(target), "seconds": progress.seconds}
+
+
+def retrained_words(before: PolicyInUse, after: PolicyInUse) -> str:
+    """Say what came of retraining."""
+    if after is before:
+        return "no retrained policy was better, so the search finds these"
+    return f"policy {after.id} was trained on them for {after.steps:,} steps and is asked next"
 
 
 def obstructed(site: Site, obstructions: ObstructionSet, progress: Progress) -> Site:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bimvox.policy.manifest import PolicyManifest
+    from bimvox.policy.network import QNetwork
 
 
 def list_policies() -> dict[str, Any]:
@@ -42,12 +43,24 @@ def remove(policy_id: str) -> dict[str, Any]:
     return {"store": str(store.store_folder()), "removed": store.remove(policy_id)}
 
 
+def general_network() -> QNetwork:
+    """Return the network that ships with bimvox: it knows sites that it has never seen.
+
+    Raises:
+        PolicyError: If it is damaged.
+    """
+    from bimvox.policy.generalist.weights import load_generalist
+
+    return load_generalist()
+
+
 def _summary(manifest: PolicyManifest) -> dict[str, Any]:
     return {
         "id": manifest.id,
         "steps": manifest.steps,
-        "success_rate": manifest.success_rate,
-        "length_ratio": manifest.length_ratio,
+        "success_rate": manifest.success_rate if manifest.tested else None,
+        "length_ratio": manifest.length_ratio if manifest.tested else None,
+        "tested": manifest.tested,
         "seed": manifest.seed,
         "parent": manifest.parent,
         "geometry_key": manifest.geometry_key,

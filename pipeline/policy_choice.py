@@ -5,26 +5,28 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from bimvox.errors import PolicyError
 from pipeline.progress import Progress
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from collections.abc import Callable, Collection
 
     from bimvox.env.problem import LiftProblem
-    from bimvox.planning.assembly import Preparation, Stage
+    from bimvox.planning.assembly import Preparation
+    from bimvox.policy.config import DqnConfig
     from bimvox.policy.network import QNetwork
-    from bimvox.policy.trained import CurvePoint
+    from bimvox.policy.trained import CurvePoint, TrainedPolicy
     from bimvox.site.site import Site
+    from pipeline.train_record import Checkpoint
 
 DEFAULT_STEPS = 40_000
 """Training budget in environment steps, where neither the site file nor the command says."""
 
-_PROBLEMS = 20
-_PROBLEM_BYTES = 600_000_000  # tables and distance fields of all training problems together
-_BYTES_A_CELL = 6  # int32 table, int16 distance
-_STARTS = 256
+DEFAULT_START = "default"
+"""Names the policy that ships with bimvox."""
+
+NEAREST = "nearest"
+"""Names the stored policy of the site most like this one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,6 +40,8 @@ class PolicyInUse:
         success_rate: In its last test.
         curve: Its tests.
         network: Its weights; None where search alone plans.
+        tested: Starts of its last test.
+        parent: Id of the policy that its training began from.
     """
 
     id: str
@@ -46,10 +50,29 @@ class PolicyInUse:
     success_rate: float
     curve: tuple[CurvePoint, ...]
     network: QNetwork | None
+    tested: int = 0
+    parent: str | None = None
+
+    @property
+    def success_at_least(self) -> float:
+        """What the success rate from any start of the site is at least, with 95 % confidence."""
+        from bimvox.policy.evaluate import success_at_least
+
+        if self.tested == 0:
+            return 0.0
+        return success_at_least(round(self.success_rate * self.tested), self.tested)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the JSON documents say of it."""
-        return {"id": self.id, "loaded": self.loaded, "steps": self.steps, "success_rate": self.success_rate}
+        return {
+            "id": self.id,
+            "loaded": self.loaded,
+            "from": self.parent,
+            "steps": self.steps,
+            "success_rate": self.success_rate if self.tested else None,
+            "tested": self.tested,
+            "success_at_least": round(self.success_at_least, 4),
+        }
 
 
 NO_POLICY = PolicyInUse("none", False, 0, 0.0, (), None)
@@ -66,42 +89,149 @@ def choose_policy(
     required_success: float,
     progress: Progress,
     retrain: bool = False,
+    start_from: str = DEFAULT_START,
+    seconds: float | None = None,
+    tested: Callable[[CurvePoint], None] | None = None,
 ) -> PolicyInUse:
     """Return the policy for a site, trained now if there is none.
 
-    A stored policy serves without being named only where training now would give the same one: the same geometry, seed
-    and choices, and a training that ended as this budget would have ended it.
+    Training begins with the policy that ships with bimvox, which knows sites that it has never seen; where that is good
+    enough here it is taken as it is. A stored policy serves without being named only where training now would give the
+    same one: the same geometry, seed, choices and beginning, and a training that ended as this budget would have ended
+    it.
 
     Args:
         site: The site.
         preparation: What was prepared for it.
-        policy_id: A policy of the store; named, it is taken as it is. ``none``: search alone.
+        policy_id: A policy of the store; named, it is taken as it is. ``none``: search alone; ``nearest``: that of the
+            most similar site.
         seed: Seed of the training.
         steps: Budget in environment steps; None for the default.
         required_success: Success rate at which training stops.
         progress: Told of the stages.
         retrain: Train even where the store holds one.
+        start_from: ``default`` (the policy that ships with bimvox), ``none`` (from scratch), or the id of a policy.
+        seconds: End the training at the first test after that; the result depends on the machine then.
+        tested: Told of every test of a training.
 
     Raises:
         PolicyError: If the named policy is missing, damaged, or does not fit this version.
         PlanningError: If no lift of the site has a way to learn from.
     """
     from bimvox.policy import store
-    from bimvox.policy.config import DqnConfig
+    from bimvox.policy.config import DqnConfig, adapting
+    from bimvox.policy.site_outline import outline_of
 
     if policy_id == NO_POLICY.id:
         return NO_POLICY
+    if policy_id == NEAREST:
+        return _nearest(site, progress)
     if policy_id is not None:
         return _stored(policy_id)
     budget = DEFAULT_STEPS if steps is None else steps
     config = DqnConfig(required_success=required_success)
+    initial, parent = _beginning(start_from)
+    if initial is not None:
+        config = adapting(config, initial.layer_sizes[1:-1])
     if not retrain:
         for manifest in store.find(site.geometry_digest):
             good = manifest.success_rate >= required_success and manifest.length_ratio <= config.required_ratio
             ended = good or manifest.steps >= budget
-            if manifest.seed == seed and manifest.config == config and manifest.parent is None and ended:
+            if manifest.seed == seed and manifest.config == config and manifest.parent == parent and ended:
                 return _stored(manifest.id)
-    return _trained(site, preparation, config, seed, budget, progress)
+    from pipeline.site_lessons import training_problems
+    from pipeline.train_record import Checkpoint
+
+    problems = training_problems(site, preparation, seed, progress)
+    checkpoint = Checkpoint(site.geometry_digest, config, seed, parent, budget)
+    policy = _trained(
+        problems,
+        config,
+        seed,
+        budget,
+        initial,
+        parent,
+        progress,
+        seconds=seconds,
+        tested=tested,
+        checkpoint=checkpoint,
+    )
+    policy_id = store.save(policy, site.geometry_digest, site=outline_of(site))
+    checkpoint.remove()
+    return _in_use(policy_id, policy)
+
+
+def retrained(
+    site: Site,
+    preparation: Preparation,
+    policy: PolicyInUse,
+    *,
+    failed: Collection[int] = (),
+    seed: int,
+    steps: int,
+    progress: Progress,
+) -> PolicyInUse:
+    """Return a site's policy after more training on the site as it is now, obstructions included.
+
+    The old policy is tested first, on the same lifts; it is returned as it is where it is good enough, or where no
+    network of this training is better. A better one is kept in the store, but is never used unasked: it belongs to
+    these obstructions.
+
+    Args:
+        site: The changed site.
+        preparation: What was prepared for it.
+        policy: The policy in use.
+        failed: Components whose lifts it failed; they are among the lessons.
+        seed: Seed of the training.
+        steps: Budget in environment steps: the same budget gives the same result.
+        progress: Told of the stages.
+    """
+    from bimvox.policy import store
+    from bimvox.policy.config import DqnConfig, adapting
+    from bimvox.policy.site_outline import outline_of
+    from pipeline.site_lessons import training_problems
+
+    if policy.network is None:
+        return policy
+    config = adapting(DqnConfig(), policy.network.layer_sizes[1:-1])
+    problems = training_problems(site, preparation, seed, progress, as_it_is=True, surely=failed)
+    found = _trained(problems, config, seed, steps, policy.network, policy.id, progress)
+    if found.network is policy.network:
+        return policy
+    return _in_use(store.save(found, site.geometry_digest, site=outline_of(site)), found)
+
+
+def _beginning(start_from: str) -> tuple[QNetwork | None, str | None]:
+    """Return the network to begin from and its id."""
+    from bimvox.policy import store
+    from bimvox.policy.generalist.weights import generalist_record, load_generalist
+
+    if start_from == "none":
+        return None, None
+    if start_from == DEFAULT_START:
+        return load_generalist(), str(generalist_record()["id"])
+    found = store.load(start_from)
+    return found.network, found.manifest.id
+
+
+def _nearest(site: Site, progress: Progress) -> PolicyInUse:
+    """Return the stored policy of the site most like this one.
+
+    Raises:
+        PolicyError: The store holds no policy of any site.
+    """
+    from bimvox.policy import store
+    from bimvox.policy.site_outline import outline_of
+
+    near = store.nearest(outline_of(site))
+    if not near:
+        raise PolicyError(
+            f"{store.store_folder()}: holds no policy of any site, so none is the nearest",
+            hint="leave --policy out: the policy that ships with bimvox knows sites that it has never seen",
+        )
+    away, manifest = near[0]
+    progress.note(f"policy {manifest.id} is of the nearest site: {away:.2f} away (0: the same, 1: little in common)")
+    return _stored(manifest.id)
 
 
 def _stored(policy_id: str) -> PolicyInUse:
@@ -109,70 +239,67 @@ def _stored(policy_id: str) -> PolicyInUse:
 
     found = store.load(policy_id)
     manifest = found.manifest
-    return PolicyInUse(manifest.id, True, manifest.steps, manifest.success_rate, tuple(manifest.curve), found.network)
+    return PolicyInUse(
+        manifest.id,
+        True,
+        manifest.steps,
+        manifest.success_rate,
+        tuple(manifest.curve),
+        found.network,
+        manifest.tested,
+        manifest.parent,
+    )
 
 
 def _trained(
-    site: Site, preparation: Preparation, config: Any, seed: int, budget: int, progress: Progress
-) -> PolicyInUse:
-    problems = training_problems(site, preparation, seed, progress)
-    from bimvox.policy import store
+    problems: list[LiftProblem],
+    config: DqnConfig,
+    seed: int,
+    budget: int,
+    initial: QNetwork | None,
+    parent: str | None,
+    progress: Progress,
+    *,
+    seconds: float | None = None,
+    tested: Callable[[CurvePoint], None] | None = None,
+    checkpoint: Checkpoint | None = None,
+) -> TrainedPolicy:
     from bimvox.policy.train import train
 
+    resumed = checkpoint.load() if checkpoint is not None else None
+    if resumed is not None:
+        progress.note(f"resumed a training that was cut off after {resumed.steps:,} steps")
     progress.stage("train", budget)
 
-    def tested(point: CurvePoint) -> None:
+    def test(point: CurvePoint) -> None:
         progress.report("train", point.steps, budget)
+        if tested is not None:
+            tested(point)
 
-    policy = train(problems, config, seed=seed, steps=budget, progress=tested)
-    policy_id = store.save(policy, site.geometry_digest)
+    policy = train(
+        problems,
+        config,
+        seed=seed,
+        steps=budget,
+        initial=initial,
+        parent=parent,
+        resumed=resumed,
+        seconds=seconds,
+        progress=test,
+        checkpoint=None if checkpoint is None else checkpoint.save,
+    )
     progress.finish()
-    return PolicyInUse(policy_id, False, policy.steps, policy.success_rate, policy.curve, policy.network)
+    return policy
 
 
-def training_problems(site: Site, preparation: Preparation, seed: int, progress: Progress) -> list[LiftProblem]:
-    """Return lifts to learn from, spread evenly over the order, each with starts all over the yard.
-
-    Obstructions are left out: the policy's key is the site's geometry.
-
-    Args:
-        site: The site.
-        preparation: What was prepared for it.
-        seed: Chooses the starts.
-        progress: Told of the stage.
-    """
-    from dataclasses import replace
-
-    from bimvox.env.problem import training_problem
-    from bimvox.planning.assembly import Assembly, Stage
-
-    clear = replace(site, blockers=tuple(b for b in site.blockers if b.kind != "obstruction"))
-    order = preparation.sequence.order
-    most = max(2, _PROBLEM_BYTES // (_BYTES_A_CELL * int(np.prod(site.shape))))
-    chosen = set(np.unique(np.linspace(0, len(order) - 1, min(len(order), most, _PROBLEMS)).round().astype(int)))
-    rng = np.random.default_rng(seed)
-    assembly = Assembly(clear, preparation)
-    problems = []
-    progress.stage("lessons", len(order))
-    for number, index in enumerate(order):
-        if number in chosen:
-            stage = assembly.begin(index)
-            if isinstance(stage, Stage):
-                starts = _starts(clear, stage, rng)
-                gate = stage.insertion.gate_vox
-                problems.append(training_problem(stage.clearance, stage.start_vox, gate, starts))
-        else:
-            assembly.skip(index)
-        assembly.finish(index, placed=preparation.places[index] is not None)
-        progress.advance()
-    return problems
-
-
-def _starts(site: Site, stage: Stage, rng: np.random.Generator) -> NDArray[np.int32]:
-    """Places over the whole yard, at the height at which transits start."""
-    columns = np.argwhere(site.yard)
-    if len(columns) > _STARTS:
-        columns = columns[np.sort(rng.choice(len(columns), _STARTS, replace=False))]
-    heights = np.full((len(columns), 1), stage.start_vox[2])
-    starts: NDArray[np.int32] = np.concatenate([columns, heights], axis=1).astype(np.int32)
-    return starts
+def _in_use(policy_id: str, policy: TrainedPolicy) -> PolicyInUse:
+    return PolicyInUse(
+        policy_id,
+        False,
+        policy.steps,
+        policy.success_rate,
+        policy.curve,
+        policy.network,
+        policy.tested,
+        policy.parent,
+    )

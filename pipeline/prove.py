@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from bimvox.errors import NoPlanError, VerificationError
@@ -14,6 +15,9 @@ if TYPE_CHECKING:
     from bimvox.planning.lift import LiftPlan
     from bimvox.site.site import Site
     from bimvox.trajectory.motion import LiftMotion
+
+Retraining = Callable[[tuple[int, ...]], PolicyInUse]
+"""From the components whose lifts a policy failed to the policy after more training, or to itself."""
 
 _ROUNDS = 12  # of planning and proving again without the lifts that failed their proof
 
@@ -38,11 +42,21 @@ def plan_and_prove(
     *,
     previous: LiftPlan | None = None,
     progress: Progress,
+    retraining: Retraining | None = None,
 ) -> Planned:
     """Plan all lifts, time them, and prove both.
 
     A lift that cannot be proven, or that the crane cannot drive, is not written as planned: it becomes infeasible with
     what failed as its reason, what rests on it with it, and the rest is proven again.
+
+    Args:
+        site: The site.
+        preparation: What was prepared for it.
+        policy: What proposes paths.
+        previous: An earlier plan of the same geometry; a lift whose path still holds is kept.
+        progress: Told of the stages.
+        retraining: Given the components whose lifts the policy failed, where there are any, it returns a policy that
+            was trained further; these lifts are then planned once more.
 
     Raises:
         NoPlanError: If no lift can be planned.
@@ -59,6 +73,20 @@ def plan_and_prove(
             site, preparation, propose=propose, previous=previous, refused=refused, progress=progress.report
         )
         insist_on_one_lift(made)
+        failed = _left_to_search(made)
+        if retraining is not None and propose is not None and failed:
+            better, retraining = retraining(failed), None
+            if better.network is not None and better.network is not policy.network:
+                progress.stage("plan", len(site.components))
+                made = plan_lifts(
+                    site,
+                    preparation,
+                    propose=propose,
+                    retrained=proposer(better.network),
+                    previous=_without(made, failed),
+                    refused=refused,
+                    progress=progress.report,
+                )
         found = _prove(made, preparation, progress)
         if isinstance(found, Planned):
             progress.finish()
@@ -72,6 +100,17 @@ def plan_and_prove(
         failures=[f"{component}: {reason}" for component, reason in refused.items()],
         hint="a finer [model] voxel_size_m, or other areas, may help",
     )
+
+
+def _left_to_search(made: LiftPlan) -> tuple[int, ...]:
+    """Return the components whose lifts the policy did not find."""
+    from bimvox.planning.lift import Method
+
+    return tuple(lift.component for lift in made.lifts if lift.method is Method.SEARCH)
+
+
+def _without(made: LiftPlan, components: tuple[int, ...]) -> LiftPlan:
+    return replace(made, lifts=tuple(lift for lift in made.lifts if lift.component not in components))
 
 
 def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Planned | dict[str, str]:

@@ -5,7 +5,8 @@ A lift that ends begins a new episode in the same step; its last observation is 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,14 +14,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
+from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.dynamics import has_arrived, transition
+from bimvox.env.guard import guarded_action
 from bimvox.env.limits import StepLimit, steps_allowed
-from bimvox.env.observation import OBSERVATION_SIZE, observe
 from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance, pooled_distance
 from bimvox.env.problem import LiftProblem, is_learnable
 from bimvox.env.reward import REWARDS, RewardWeights, reward
 from bimvox.env.starts import TRAINING_MIX, StartMix, draw_start, random_unit
 from bimvox.env.state import LiftState, initial_state
+from bimvox.env.view import TRAIL_STEPS, VIEW_SIZE, look
+from bimvox.site.clearance import Clearance
+
+MEMORY = TRAIL_STEPS[-1] + 1
+"""Reference cells that a lift of a batch remembers: as far back as its view does."""
 
 
 class BatchState(NamedTuple):
@@ -32,6 +39,8 @@ class BatchState(NamedTuple):
         last_action: (N,) int64.
         steps: (N,) int64 actions since the episode's start.
         limit: (N,) int64 actions allowed.
+        cells: (N, MEMORY, 3) int32 where each was; step s in row s % MEMORY.
+        generator: (N,) uint64 state of each lift's random generator.
     """
 
     problem: NDArray[np.int64]
@@ -39,18 +48,21 @@ class BatchState(NamedTuple):
     last_action: NDArray[np.int64]
     steps: NDArray[np.int64]
     limit: NDArray[np.int64]
+    cells: NDArray[np.int32]
+    generator: NDArray[np.uint64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BatchStep:
-    """What one step of N lifts gave. The arrays are the environment's own: they hold until its next step.
+    """What one step of N lifts gave. The arrays are the environment's own: they hold until the step after the next.
 
     Attributes:
-        observations: (N, OBSERVATION_SIZE) float32, of the new episode where the old one ended.
+        observations: (N, VIEW_SIZE) float32, of the new episode where the old one ended.
         rewards: (N,) float32.
         arrived: (N,) bool, the target was reached: terminated.
         truncated: (N,) bool, the step limit was reached elsewhere.
-        final_observations: (N, OBSERVATION_SIZE) float32; only the rows of ended episodes are meant.
+        final_observations: (N, VIEW_SIZE) float32; only the rows of ended episodes are meant.
+        teacher: (N, 6) float32 what each action was worth before the step, by the distance field; empty without.
     """
 
     observations: NDArray[np.float32]
@@ -58,6 +70,7 @@ class BatchStep:
     arrived: NDArray[np.bool_]
     truncated: NDArray[np.bool_]
     final_observations: NDArray[np.float32]
+    teacher: NDArray[np.float32]
 
     @property
     def ended(self) -> NDArray[np.bool_]:
@@ -74,7 +87,14 @@ class BatchedLiftEnv:
         reward_name: A key of ``REWARDS``.
         mix: Where episodes begin.
         limit: How many actions an episode may take, from its exact distance.
-        seed: Same seed, same actions: same everything.
+        seed: Same seed, same actions: same everything, whatever the number of threads.
+        threads: Lifts are stepped by so many threads.
+        teacher_discount: Discount per step of what the distance field says each action is worth; 0 for not asking it.
+
+    Attributes:
+        lifts: N.
+        problems: How many there are to draw from.
+        ended_problem: (N,) int64 problem that each lift was on before the last step.
 
     Raises:
         ValueError: A problem is not learnable.
@@ -89,35 +109,47 @@ class BatchedLiftEnv:
         mix: StartMix = TRAINING_MIX,
         limit: StepLimit = StepLimit(),  # noqa: B008  (immutable)
         seed: int = 0,
+        threads: int = 1,
+        teacher_discount: float = 0.0,
     ) -> None:
         if not all(is_learnable(problem) for problem in problems):
             raise ValueError("a problem has no distance field, or no start from which its target can be reached")
         self.lifts = lifts
+        self.problems = len(problems)
+        self.ended_problem = np.zeros(lifts, np.int64)
         self.pool = pool_of(problems, with_distances=True)
         self._weights = REWARDS[reward_name]
         self._mix = mix
         self._limit = limit
         self._chances = np.full(len(problems), 1.0 / len(problems)).cumsum()
-        self._generator = np.zeros(1, np.uint64)
+        self._threads = threads
+        self._executor = ThreadPoolExecutor(threads) if threads > 1 else None
         self.state = BatchState(
             np.zeros(lifts, np.int64),
             np.zeros((lifts, 3), np.int64),
             np.zeros(lifts, np.int64),
             np.zeros(lifts, np.int64),
             np.zeros(lifts, np.int64),
+            np.zeros((lifts, MEMORY, 3), np.int32),
+            np.zeros(lifts, np.uint64),
         )
-        self._step = BatchStep(
-            np.zeros((lifts, OBSERVATION_SIZE), np.float32),
-            np.zeros(lifts, np.float32),
-            np.zeros(lifts, np.bool_),
-            np.zeros(lifts, np.bool_),
-            np.zeros((lifts, OBSERVATION_SIZE), np.float32),
-        )
+        self._teacher_discount = teacher_discount
+        self._turns = [
+            BatchStep(
+                np.zeros((lifts, VIEW_SIZE), np.float32),
+                np.zeros(lifts, np.float32),
+                np.zeros(lifts, np.bool_),
+                np.zeros(lifts, np.bool_),
+                np.zeros((lifts, VIEW_SIZE), np.float32),
+                np.zeros((lifts if teacher_discount > 0.0 else 0, ACTION_COUNT), np.float32),
+            )
+            for _ in range(2)
+        ]
         self.seed(seed)
 
     def seed(self, seed: int) -> None:
-        """Set the state of the random generator that draws problems and starts."""
-        self._generator[0] = np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]
+        """Set the state of the random generators that draw problems and starts."""
+        self.state.generator[:] = np.random.SeedSequence(seed).generate_state(self.lifts, np.uint64)
 
     def weigh_problems(self, weights: ArrayLike) -> None:
         """Set how often each problem is drawn, (P,) positive weights."""
@@ -125,41 +157,69 @@ class BatchedLiftEnv:
         self._chances = np.cumsum(share / share.sum())
 
     def reset(self) -> NDArray[np.float32]:
-        """Begin N new episodes and return their (N, OBSERVATION_SIZE) float32 observations."""
-        _begin_all(
-            self.pool, self._chances, self._mix, self._limit, self._generator, self.state, self._step.observations
-        )
-        return self._step.observations
+        """Begin N new episodes and return their (N, VIEW_SIZE) float32 observations."""
+        observations = self._turns[0].observations
+
+        def begin(first: int, last: int) -> None:
+            _begin_all(self.pool, self._chances, self._mix, self._limit, self.state, first, last, observations)
+
+        self._side_by_side(begin)
+        return observations
 
     def place(self, lift: int, problem: int, cell_vox: ArrayLike) -> None:
         """Begin an episode of ``problem`` at a given reference cell; the next step starts from there."""
         x, y, z = (int(c) for c in np.asarray(cell_vox))
         distance = pooled_distance(self.pool, problem, x, y, z)
         self.state.problem[lift] = problem
-        self.state.cell[lift] = (x, y, z)
-        self.state.last_action[lift] = initial_state(x, y, z).last_action
-        self.state.steps[lift] = 0
+        store_state(self.state, lift, initial_state(x, y, z))
         self.state.limit[lift] = steps_allowed(self._limit, distance)
 
     def step(self, actions: NDArray[np.int64]) -> BatchStep:
         """Take one action a lift, (N,) int64."""
-        out = self._step
-        _step_all(
-            self.pool,
-            self._chances,
-            self._mix,
-            self._limit,
-            self._weights,
-            self._generator,
-            self.state,
-            np.asarray(actions, np.int64),
-            out.observations,
-            out.rewards,
-            out.arrived,
-            out.truncated,
-            out.final_observations,
-        )
+        self._turns.reverse()
+        out = self._turns[0]
+        chosen = np.asarray(actions, np.int64)
+        self.ended_problem[:] = self.state.problem
+
+        def step(first: int, last: int) -> None:
+            _step_all(
+                self.pool,
+                self._chances,
+                self._mix,
+                self._limit,
+                self._weights,
+                self._teacher_discount,
+                self.state,
+                chosen,
+                first,
+                last,
+                out.observations,
+                out.rewards,
+                out.arrived,
+                out.truncated,
+                out.final_observations,
+                out.teacher,
+            )
+
+        self._side_by_side(step)
         return out
+
+    def guarded_actions(self, values: NDArray[np.float32]) -> NDArray[np.int64]:
+        """Return the moves that the loop guard makes of (N, 6) float32 action values: (N,) int64.
+
+        Its memory is the last ``MEMORY`` cells of each lift. A lift that cannot move gets action 0.
+        """
+        actions = np.zeros(self.lifts, np.int64)
+        self._side_by_side(lambda first, last: _guard_all(self.pool, self.state, values, first, last, actions))
+        return actions
+
+    def _side_by_side(self, work: Callable[[int, int], None]) -> None:
+        """Call ``work`` for ranges of lifts, on several threads where there are some."""
+        if self._executor is None:
+            work(0, self.lifts)
+            return
+        bounds = np.linspace(0, self.lifts, 4 * self._threads + 1).astype(int).tolist()
+        list(self._executor.map(work, bounds[:-1], bounds[1:]))
 
 
 @leaf_kernel
@@ -174,6 +234,14 @@ def store_state(batch: BatchState, n: int, state: LiftState) -> None:
     batch.cell[n, 0], batch.cell[n, 1], batch.cell[n, 2] = state.x, state.y, state.z
     batch.last_action[n] = state.last_action
     batch.steps[n] = state.steps
+    row = state.steps % batch.cells.shape[1]
+    batch.cells[n, row, 0], batch.cells[n, row, 1], batch.cells[n, row, 2] = state.x, state.y, state.z
+
+
+@leaf_kernel
+def _look_around(pool: ProblemPool, clearance: Clearance, batch: BatchState, n: int, out: NDArray[np.float32]) -> None:
+    """Write the view of one lift of a batch."""
+    look(clearance, pool.target[batch.problem[n]], state_of(batch, n), batch.cells[n], out)
 
 
 @leaf_kernel
@@ -182,15 +250,13 @@ def _begin(
     chances: NDArray[np.float64],
     mix: StartMix,
     limit: StepLimit,
-    generator: NDArray[np.uint64],
     batch: BatchState,
     n: int,
 ) -> None:
     """Begin a new episode of lift ``n``."""
+    generator = batch.generator[n : n + 1]
     draw = random_unit(generator)
-    p = 0
-    while p < chances.size - 1 and chances[p] <= draw:
-        p += 1
+    p = min(chances.size - 1, int(np.searchsorted(chances, draw, side="right")))
     x, y, z = draw_start(pool, p, mix, generator)
     batch.problem[n] = p
     store_state(batch, n, initial_state(x, y, z))
@@ -203,15 +269,15 @@ def _begin_all(
     chances: NDArray[np.float64],
     mix: StartMix,
     limit: StepLimit,
-    generator: NDArray[np.uint64],
     batch: BatchState,
+    first: int,
+    last: int,
     observations: NDArray[np.float32],
 ) -> None:
-    """Begin a new episode of every lift."""
-    for n in range(observations.shape[0]):
-        _begin(pool, chances, mix, limit, generator, batch, n)
-        p = batch.problem[n]
-        observe(pooled_clearance(pool, p), pool.target[p], state_of(batch, n), observations[n])
+    """Begin a new episode of every lift of a range."""
+    for n in range(first, last):
+        _begin(pool, chances, mix, limit, batch, n)
+        _look_around(pool, pooled_clearance(pool, batch.problem[n]), batch, n, observations[n])
 
 
 @kernel
@@ -221,20 +287,25 @@ def _step_all(
     mix: StartMix,
     limit: StepLimit,
     weights: RewardWeights,
-    generator: NDArray[np.uint64],
+    teacher_discount: float,
     batch: BatchState,
     actions: NDArray[np.int64],
+    first: int,
+    last: int,
     observations: NDArray[np.float32],
     rewards: NDArray[np.float32],
     arrived: NDArray[np.bool_],
     truncated: NDArray[np.bool_],
     final_observations: NDArray[np.float32],
+    teacher: NDArray[np.float32],
 ) -> None:
-    """Step every lift; begin anew where an episode ended."""
-    for n in range(actions.size):
+    """Step every lift of a range; begin anew where an episode ended."""
+    for n in range(first, last):
         p = batch.problem[n]
         clearance = pooled_clearance(pool, p)
         state = state_of(batch, n)
+        if teacher.shape[0] > 0:
+            _ask_teacher(pool, p, clearance, weights, teacher_discount, state, teacher[n])
         following, bumped = transition(clearance, state, actions[n])
         arrived[n] = has_arrived(following, pool.target[p])
         truncated[n] = not arrived[n] and following.steps >= batch.limit[n]
@@ -248,8 +319,44 @@ def _step_all(
         )
         store_state(batch, n, following)
         if arrived[n] or truncated[n]:
-            observe(clearance, pool.target[p], following, final_observations[n])
-            _begin(pool, chances, mix, limit, generator, batch, n)
-            p = batch.problem[n]
-            clearance = pooled_clearance(pool, p)
-        observe(clearance, pool.target[p], state_of(batch, n), observations[n])
+            _look_around(pool, clearance, batch, n, final_observations[n])
+            _begin(pool, chances, mix, limit, batch, n)
+            clearance = pooled_clearance(pool, batch.problem[n])
+        _look_around(pool, clearance, batch, n, observations[n])
+
+
+@leaf_kernel
+def _ask_teacher(
+    pool: ProblemPool,
+    p: int,
+    clearance: Clearance,
+    weights: RewardWeights,
+    discount: float,
+    state: LiftState,
+    out: NDArray[np.float32],
+) -> None:
+    """Write what each action is worth if every later one is on a shortest path: the reward, then the way's worth.
+
+    A way of d moves is worth w (1 - g^d) / (1 - g) + g^(d - 1) arrival, w = progress + step: a closed form, because
+    the reward of a move depends only on whether it comes nearer.
+    """
+    here = pooled_distance(pool, p, state.x, state.y, state.z)
+    for action in range(ACTION_COUNT):
+        following, bumped = transition(clearance, state, action)
+        there = pooled_distance(pool, p, following.x, following.y, following.z)
+        value = reward(weights, here, there, bumped, there == 0, False)
+        if there > 0:
+            each = weights.progress + weights.step
+            ahead = each * (1.0 - discount**there) / (1.0 - discount) + weights.arrival * discount ** (there - 1)
+            value += discount * ahead
+        out[action] = value
+
+
+@kernel
+def _guard_all(
+    pool: ProblemPool, batch: BatchState, values: NDArray[np.float32], first: int, last: int, actions: NDArray[np.int64]
+) -> None:
+    """Choose the guard's move for every lift of a range."""
+    for n in range(first, last):
+        clearance = pooled_clearance(pool, batch.problem[n])
+        actions[n] = max(0, guarded_action(clearance, batch.cells[n], batch.steps[n], values[n], 0, 0.0))

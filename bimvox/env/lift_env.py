@@ -10,17 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.env.actions import ACTION_COUNT, Action
+from bimvox.env.batched import MEMORY
 from bimvox.env.default_problem import default_problem
 from bimvox.env.dynamics import has_arrived, transition
 from bimvox.env.gym import LIFT_ENV_ID as ENV_ID
 from bimvox.env.gym import register
 from bimvox.env.limits import StepLimit, steps_allowed
-from bimvox.env.observation import OBSERVATION_SIZE, observe
 from bimvox.env.pool import pool_of
 from bimvox.env.problem import LiftProblem, is_learnable
 from bimvox.env.reward import REWARDS, reward
 from bimvox.env.starts import YARD_ONLY, StartMix, draw_start
 from bimvox.env.state import NO_ACTION, LiftState, initial_state
+from bimvox.env.view import VIEW_SIZE, look
 from bimvox.site.clearance import placement_is_free
 
 __all__ = ["ENV_ID", "LiftEnv", "register"]
@@ -68,10 +69,11 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         self._limit = limit
         self.render_mode = render_mode
         self.action_space = gymnasium.spaces.Discrete(ACTION_COUNT)
-        self.observation_space = gymnasium.spaces.Box(-1.0, 1.0, (OBSERVATION_SIZE,), np.float32)
+        self.observation_space = gymnasium.spaces.Box(-1.0, 1.0, (VIEW_SIZE,), np.float32)
         self._p = 0
         self._state = LiftState(0, 0, 0, NO_ACTION, 0)
         self._allowed = 0
+        self._cells = np.zeros((MEMORY, 3), np.int32)
 
     @property
     def problem(self) -> LiftProblem:
@@ -98,6 +100,7 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
             generator = self.np_random.integers(2**63, size=1).astype(np.uint64)
             cell = draw_start(self._pool, self._p, self._mix, generator)
         self._state = initial_state(*cell)
+        self._cells[0] = cell
         self._allowed = steps_allowed(self._limit, self.problem.distance_from(cell))
         return self._observation(), self._info(bumped=False)
 
@@ -105,6 +108,7 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         """Take one action; see Gymnasium."""
         before = self._state
         self._state, bumped = transition(self.problem.clearance, before, int(action))
+        self._cells[self._state.steps % MEMORY] = self._state[:3]
         arrived = has_arrived(self._state, self._target)
         earned = reward(
             self._weights,
@@ -140,8 +144,8 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         return np.asarray(self.problem.target_vox, np.int32)
 
     def _observation(self) -> NDArray[np.float32]:
-        out = np.empty(OBSERVATION_SIZE, np.float32)
-        observe(self.problem.clearance, self._target, self._state, out)
+        out = np.empty(VIEW_SIZE, np.float32)
+        look(self.problem.clearance, self._target, self._state, self._cells, out)
         return out
 
     def _info(self, *, bumped: bool) -> dict[str, Any]:

@@ -32,6 +32,7 @@ def plan_lifts(
     preparation: Preparation,
     *,
     propose: Propose | None = None,
+    retrained: Propose | None = None,
     previous: LiftPlan | None = None,
     refused: Mapping[str, str] | None = None,
     progress: Progress | None = None,
@@ -42,6 +43,7 @@ def plan_lifts(
         site: The site.
         preparation: Contacts, order and yard of its geometry.
         propose: The policy; None for search alone.
+        retrained: The policy after more training on this very site; asked where the first one fails.
         previous: A plan of the same geometry with other obstructions; a lift whose path still holds is kept as it is.
         refused: Components whose lift was planned but not proven, with the reason: they are infeasible.
         progress: Called with (stage, done, total).
@@ -57,7 +59,7 @@ def plan_lifts(
         reason = (refused or {}).get(site.components[index].id)
         if reason is not None:
             stage = Obstacle(reason)
-        lift = plan_lift(assembly, stage, order, index, preparation, before.get(index), propose)
+        lift = plan_lift(assembly, stage, order, index, preparation, before.get(index), propose, retrained)
         assembly.finish(index, placed=lift.status is Status.PLANNED)
         lifts.append(lift)
         if progress is not None:
@@ -75,6 +77,7 @@ def plan_lift(
     preparation: Preparation,
     before: Lift | None,
     propose: Propose | None,
+    retrained: Propose | None = None,
 ) -> Lift:
     """Plan one lift.
 
@@ -86,6 +89,7 @@ def plan_lift(
         preparation: What was prepared for the site.
         before: An earlier lift of the component, kept as it is where its path still holds.
         propose: The policy; None for search alone.
+        retrained: The policy after more training on this very site; asked where the first one fails.
     """
     place = preparation.places[index]
     if isinstance(stage, Obstacle):
@@ -97,15 +101,18 @@ def plan_lift(
     if shortest is None:
         found = _why_unreachable(assembly, stage)
         return Lift(index, order, place, Status.INFEASIBLE, reason=found.reason, blocked_by=found.blocked_by)
-    proposed = propose(stage.clearance, stage.start_vox, gate) if propose else None
-    accepted = proposed is not None and is_valid_transit(stage, proposed)
-    transit = proposed if accepted and proposed is not None else shortest
+    transit, method = shortest, Method.SEARCH
+    for ask, by in ((propose, Method.POLICY), (retrained, Method.RETRAINED)):
+        proposed = ask(stage.clearance, stage.start_vox, gate) if ask else None
+        if proposed is not None and is_valid_transit(stage, proposed):
+            transit, method = proposed, by
+            break
     return Lift(
         index,
         order,
         place,
         Status.PLANNED,
-        method=Method.POLICY if accepted else Method.SEARCH,
+        method=method,
         path_vox=_frozen(np.concatenate([transit, last[1:]]).astype(np.int32)),
         shortest_moves=len(shortest) - 1 + stage.insertion.moves,
         contact_moves=stage.insertion.moves,

@@ -11,26 +11,27 @@ A path that came through the same cell twice is cut: what lies between the visit
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.env.actions import ACTION_COUNT, MOVES
+from bimvox.env.actions import MOVES
+from bimvox.env.guard import CALM, RESTLESS, Push, guarded_action, is_lost
 from bimvox.env.limits import StepLimit, steps_allowed
-from bimvox.env.observation import OBSERVATION_SIZE, observe
 from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.env.state import NO_ACTION, LiftState
+from bimvox.env.view import VIEW_SIZE, look
 from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.site.component import IntVec
 
 Values = Callable[[NDArray[np.float32]], NDArray[np.float32]]
-"""A policy: (N, OBSERVATION_SIZE) float32 observations to (N, 6) float32 values of the actions, higher is better."""
+"""A policy: (N, VIEW_SIZE) float32 observations to (N, 6) float32 values of the actions, higher is better."""
 
-ROLLOUT_LIMIT = StepLimit(factor=4.0, slack=50)
+ROLLOUT_LIMIT = StepLimit(factor=8.0, slack=200)
 """Moves allowed, from the Manhattan distance."""
 
 LIFTS_AT_ONCE = 32
@@ -96,10 +97,52 @@ def roll_out_all(
     """
     rollouts: list[Rollout] = []
     for first in range(0, len(problems), LIFTS_AT_ONCE):
-        part = problems[first : first + LIFTS_AT_ONCE]
-        starts = np.array([problem.start_vox for problem in part], np.int32)
-        rollouts += roll_out_starts(values, part, np.arange(len(part)), starts, limit=limit)
+        rollouts += _roll_out_both_ways(values, problems[first : first + LIFTS_AT_ONCE], limit)
     return tuple(rollouts)
+
+
+def _roll_out_both_ways(values: Values, problems: Sequence[LiftProblem], limit: StepLimit) -> list[Rollout]:
+    """Roll out from both ends; where neither arrives, once more with the guard that pushes earlier and farther."""
+    best = _from_both_ends(values, problems, limit, CALM)
+    lost = [n for n, rollout in enumerate(best) if rollout.outcome is Outcome.STEP_LIMIT]
+    if lost:
+        for n, again in zip(lost, _from_both_ends(values, [problems[n] for n in lost], limit, RESTLESS), strict=True):
+            path = again.path_vox if again.arrived else best[n].path_vox
+            best[n] = Rollout(path, again.outcome, best[n].steps + again.steps)
+    return best
+
+
+def _from_both_ends(values: Values, problems: Sequence[LiftProblem], limit: StepLimit, push: Push) -> list[Rollout]:
+    """Roll out from start to target, and from target to start where that did not give a straight way."""
+    best = list(_forth(values, problems, limit, push))
+    again = [
+        n
+        for n, (problem, rollout) in enumerate(zip(problems, best, strict=True))
+        if rollout.outcome in (Outcome.STEP_LIMIT, Outcome.ENCLOSED)
+        or (rollout.arrived and len(rollout.path_vox) - 1 > _manhattan(problem))
+    ]
+    turned = [replace(problems[n], start_vox=problems[n].target_vox, target_vox=problems[n].start_vox) for n in again]
+    for n, back in zip(again, _forth(values, turned, limit, push), strict=True):
+        there = best[n]
+        steps = there.steps + back.steps
+        if back.arrived and (not there.arrived or len(back.path_vox) < len(there.path_vox)):
+            best[n] = Rollout(np.ascontiguousarray(back.path_vox[::-1]), back.outcome, steps)
+        else:
+            best[n] = Rollout(there.path_vox, there.outcome, steps)
+    return best
+
+
+def _forth(values: Values, problems: Sequence[LiftProblem], limit: StepLimit, push: Push) -> list[Rollout]:
+    starts = np.array([problem.start_vox for problem in problems], np.int32).reshape(-1, 3)
+    rollouts = roll_out_starts(values, problems, np.arange(len(problems)), starts, limit=limit, push=push)
+    return [
+        Rollout(straightened(problem.clearance, rollout.path_vox), rollout.outcome, rollout.steps)
+        for problem, rollout in zip(problems, rollouts, strict=True)
+    ]
+
+
+def _manhattan(problem: LiftProblem) -> int:
+    return int(np.abs(np.subtract(problem.start_vox, problem.target_vox)).sum())
 
 
 def roll_out_starts(
@@ -110,6 +153,7 @@ def roll_out_starts(
     *,
     limit: StepLimit = ROLLOUT_LIMIT,
     least_moves: NDArray[np.int64] | None = None,
+    push: Push = CALM,
 ) -> tuple[Rollout, ...]:
     """Roll a policy out from many starts of a few problems, in lock-step.
 
@@ -120,13 +164,15 @@ def roll_out_starts(
         starts_vox: (L, 3) int32 reference cell each begins at.
         limit: Moves allowed, from ``least_moves``.
         least_moves: (L,) fewest moves of each, where known; the Manhattan distance without.
+        push: What the loop guard does with a lift that is lost.
     """
     lifts = len(problem_index)
     if lifts == 0:
         return ()
     pool = pool_of(problems, with_distances=False)
     index = np.asarray(problem_index, np.int64)
-    least = np.abs(pool.target[index] - starts_vox).sum(axis=1) if least_moves is None else least_moves
+    manhattan = np.abs(pool.target[index] - starts_vox).sum(axis=1).astype(np.int64)
+    least = manhattan if least_moves is None else least_moves
     allowed = np.array([steps_allowed(limit, int(moves)) for moves in least], np.int64)
     paths = np.zeros((lifts, int(allowed.max()) + 1, 3), np.int32)
     paths[:, 0] = starts_vox
@@ -134,15 +180,15 @@ def roll_out_starts(
     last_action = np.full(lifts, NO_ACTION, np.int64)
     outcome = np.zeros(lifts, np.int64)
     _check_starts(pool, index, paths, outcome)
-    observations = np.zeros((lifts, OBSERVATION_SIZE), np.float32)
+    observations = np.zeros((lifts, VIEW_SIZE), np.float32)
     running = np.flatnonzero(outcome == _RUNNING)
     while running.size:
         rows = observations[: running.size]
         _observe_running(pool, index, running, paths, steps, last_action, rows)
-        _move_running(pool, index, running, allowed, values(rows), paths, steps, last_action, outcome)
+        _move_running(pool, index, running, manhattan, allowed, push, values(rows), paths, steps, last_action, outcome)
         running = running[outcome[running] == _RUNNING]
     return tuple(
-        Rollout(without_loops(paths[n, : steps[n] + 1]), _OUTCOMES[int(outcome[n])], int(steps[n]))
+        Rollout(shortest_of_visited(paths[n, : steps[n] + 1]), _OUTCOMES[int(outcome[n])], int(steps[n]))
         for n in range(lifts)
     )
 
@@ -197,6 +243,132 @@ def without_loops(path_vox: NDArray[np.int32]) -> NDArray[np.int32]:
 
 
 @kernel
+def shortest_of_visited(path_vox: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return a shortest way from a path's first to its last cell over the cells that it visited, and no other.
+
+    Args:
+        path_vox: (N, 3) int32, unit moves.
+
+    Returns:
+        (M, 3) int32, M <= N, unit moves, the same ends; the path itself where none of it can be left out.
+    """
+    count = path_vox.shape[0]
+    low = path_vox[0].copy()
+    high = path_vox[0].copy()
+    for n in range(count):
+        for axis in range(3):
+            low[axis] = min(low[axis], path_vox[n, axis])
+            high[axis] = max(high[axis], path_vox[n, axis])
+    ny, nz = np.int64(high[1] - low[1] + 3), np.int64(high[2] - low[2] + 3)
+    keys = np.empty(count, np.int64)
+    for n in range(count):
+        keys[n] = ((path_vox[n, 0] - low[0] + 1) * ny + path_vox[n, 1] - low[1] + 1) * nz + path_vox[n, 2] - low[2] + 1
+    visited = np.unique(keys)
+    before = np.full(visited.size, -1, np.int64)
+    queue = np.empty(visited.size, np.int64)
+    goal = np.searchsorted(visited, keys[count - 1])
+    queue[0] = goal
+    before[goal] = goal
+    first, size = 0, 1
+    start = np.searchsorted(visited, keys[0])
+    while first < size and before[start] < 0:
+        here = queue[first]
+        first += 1
+        for move in (-ny * nz, ny * nz, -nz, nz, np.int64(-1), np.int64(1)):
+            there = np.searchsorted(visited, visited[here] + move)
+            if there < visited.size and visited[there] == visited[here] + move and before[there] < 0:
+                before[there] = here
+                queue[size] = there
+                size += 1
+    kept = np.empty((count, 3), np.int32)
+    at, length = start, 0
+    while True:
+        key = visited[at]
+        kept[length, 0] = key // (ny * nz) - 1 + low[0]
+        kept[length, 1] = key // nz % ny - 1 + low[1]
+        kept[length, 2] = key % nz - 1 + low[2]
+        length += 1
+        if at == goal:
+            break
+        at = before[at]
+    return kept[:length].copy()
+
+
+@kernel
+def straightened(clearance: Clearance, path_vox: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return a path with its detours cut: from each cell straight on to the farthest that three legs reach.
+
+    A cut runs along each axis once, in one of the six orders, over free placements; so it is as short as any way
+    between its ends. It is taken where it is shorter than the path. Repeated until nothing is cut.
+
+    Args:
+        clearance: What decides whether a placement is free.
+        path_vox: (N, 3) int32, unit moves over free placements.
+
+    Returns:
+        (M, 3) int32, M <= N, unit moves over free placements, the same ends.
+    """
+    path = path_vox.copy()
+    legs = np.empty((path.shape[0] + 1, 3), np.int32)
+    changed = True
+    while changed:
+        changed = False
+        kept = np.empty_like(path)
+        kept[0] = path[0]
+        count = 1
+        n = 0
+        while n < path.shape[0] - 1:
+            far = n + 1
+            for m in range(path.shape[0] - 1, n + 1, -1):
+                away = 0
+                for axis in range(3):
+                    away += abs(path[m, axis] - path[n, axis])
+                if away < m - n and _three_legs(clearance, path[n], path[m], legs):
+                    kept[count : count + away] = legs[:away]
+                    count += away
+                    far = m
+                    changed = True
+                    break
+            if far == n + 1:
+                kept[count] = path[far]
+                count += 1
+            n = far
+        path = kept[:count].copy()
+    return path
+
+
+@leaf_kernel
+def _three_legs(
+    clearance: Clearance, start: NDArray[np.int32], goal: NDArray[np.int32], out: NDArray[np.int32]
+) -> bool:
+    """Write the cells after ``start`` of a way that runs along each axis once, if one is free."""
+    for first, second, third in ((2, 0, 1), (2, 1, 0), (0, 1, 2), (1, 0, 2), (0, 2, 1), (1, 2, 0)):
+        x, y, z = start[0], start[1], start[2]
+        count = 0
+        free = True
+        for axis in (first, second, third):
+            way = goal[axis] - start[axis]
+            step = 1 if way > 0 else -1
+            for _ in range(abs(way)):
+                if axis == 0:
+                    x += step
+                elif axis == 1:
+                    y += step
+                else:
+                    z += step
+                if not placement_is_free(clearance, x, y, z):
+                    free = False
+                    break
+                out[count, 0], out[count, 1], out[count, 2] = x, y, z
+                count += 1
+            if not free:
+                break
+        if free:
+            return True
+    return False
+
+
+@kernel
 def _check_starts(
     pool: ProblemPool, index: NDArray[np.int64], paths: NDArray[np.int32], outcome: NDArray[np.int64]
 ) -> None:
@@ -226,7 +398,7 @@ def _observe_running(
         p = index[n]
         at = paths[n, steps[n]]
         state = LiftState(int(at[0]), int(at[1]), int(at[2]), last_action[n], steps[n])
-        observe(pooled_clearance(pool, p), pool.target[p], state, observations[row])
+        look(pooled_clearance(pool, p), pool.target[p], state, paths[n], observations[row])
 
 
 @kernel
@@ -234,7 +406,9 @@ def _move_running(
     pool: ProblemPool,
     index: NDArray[np.int64],
     running: NDArray[np.int64],
+    least: NDArray[np.int64],
     allowed: NDArray[np.int64],
+    push: Push,
     values: NDArray[np.float32],
     paths: NDArray[np.int32],
     steps: NDArray[np.int64],
@@ -248,19 +422,8 @@ def _move_running(
         clearance = pooled_clearance(pool, p)
         path = paths[n, : steps[n] + 1]
         at = path[steps[n]]
-        best = NO_ACTION
-        best_visits = 0
-        for action in range(ACTION_COUNT):
-            x, y, z = at[0] + MOVES[action, 0], at[1] + MOVES[action, 1], at[2] + MOVES[action, 2]
-            if not placement_is_free(clearance, x, y, z):
-                continue
-            visits = _visits(path, x, y, z)
-            if (
-                best == NO_ACTION
-                or visits < best_visits
-                or (visits == best_visits and values[row, action] > values[row, best])
-            ):
-                best, best_visits = action, visits
+        cost = push.cost if is_lost(push, steps[n], least[n]) else 0.0
+        best = guarded_action(clearance, path, steps[n], values[row], push.reach_vox, cost)
         if best == NO_ACTION:
             outcome[n] = _ENCLOSED
             continue
@@ -275,13 +438,3 @@ def _move_running(
             outcome[n] = _ARRIVED
         elif steps[n] >= allowed[n]:
             outcome[n] = _STEP_LIMIT
-
-
-@leaf_kernel
-def _visits(path: NDArray[np.int32], x: int, y: int, z: int) -> int:
-    """Return how often a path came through a cell."""
-    count = 0
-    for n in range(path.shape[0]):
-        if path[n, 0] == x and path[n, 1] == y and path[n, 2] == z:
-            count += 1
-    return count

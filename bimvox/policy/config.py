@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 from bimvox.env.limits import StepLimit
@@ -34,11 +34,21 @@ class DqnConfig:
         exploration_last: And from ``exploration_steps`` on.
         exploration_steps: Steps over which the share falls, linearly; not a share of the budget, so that a larger
             budget begins with the same run.
+        exploration_spread: How unlike the lifts explore: lift n of N with the share to the power
+            1 + spread n / (N - 1) (Horgan et al. 2018); 0: all alike.
+        learning_rate_last: Learning rate at the end of the budget; it falls linearly over the last ``cooling`` of it.
+        cooling: See there.
+        averaging: Share of the old in the running average of the weights that is tested and kept, per gradient step;
+            0: no average.
+        teacher: Weight of a second loss: all six values against what the distance field says they are worth. 0: the
+            reward alone teaches.
         max_gradient_norm: Gradients are scaled down to this length.
         mix: Where training episodes begin.
         limit: Actions allowed per training episode and per test, from the exact distance.
         test_every: Steps between two tests.
         test_starts: Yard starts per test, evenly spread over the problems and over the starts of each.
+        both_ways: Whether a test does what a plan does, from either end of a way and with detours cut, instead of one
+            roll-out from the start.
         required_success: Success rate at which training stops.
         required_ratio: Mean path / shortest path that must hold too at that moment.
     """
@@ -57,11 +67,17 @@ class DqnConfig:
     exploration_first: float = 1.0
     exploration_last: float = 0.1
     exploration_steps: int = 2_000
+    exploration_spread: float = 0.0
+    learning_rate_last: float = 1e-3
+    cooling: float = 0.3
+    averaging: float = 0.0
+    teacher: float = 0.0
     max_gradient_norm: float = 10.0
     mix: StartMix = TRAINING_MIX
     limit: StepLimit = StepLimit()  # noqa: RUF009  (immutable)
     test_every: int = 2_000
     test_starts: int = 256
+    both_ways: bool = False
     required_success: float = 1.0
     required_ratio: float = 1.05
 
@@ -81,6 +97,30 @@ class DqnConfig:
         plain["mix"] = self.mix._asdict()
         plain["limit"] = self.limit._asdict()
         return plain
+
+
+def adapting(config: DqnConfig, hidden: tuple[int, ...]) -> DqnConfig:
+    """Return the choices for going on from a trained network of these hidden layers.
+
+    Smaller steps, less chance; tests as a plan rolls out, and as many of them as say 99 % at least with 95 %
+    confidence where none fails.
+    """
+    return replace(
+        config,
+        hidden=hidden,
+        learning_rate=3e-4,
+        learning_rate_last=1e-4,
+        batch_size=256,
+        gradient_steps=2,
+        learning_starts=1_024,
+        exploration_first=0.3,
+        exploration_last=0.1,
+        exploration_spread=3.0,
+        averaging=0.99,
+        test_every=4_000,
+        test_starts=320,
+        both_ways=True,
+    )
 
 
 def config_from_dict(plain: dict[str, Any]) -> DqnConfig:

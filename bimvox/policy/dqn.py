@@ -1,13 +1,17 @@
-"""Stable-baselines3's DQN, with three changes that many lifts at once ask for.
+"""Stable-baselines3's DQN, with what many lifts at once ask for.
 
-1. Each lift explores on its own: SB3 draws once per step and then moves all environments at random, or none.
-2. Double Q-learning, where the configuration asks for it.
-3. The share of random actions falls over a fixed number of steps, not over a share of the budget.
+1. Behaviour goes through the planner's loop guard (:mod:`bimvox.env.guard`): what is learned from is what will be met.
+   A lift that explores gives the guard random values. Each lift explores on its own; SB3 draws once for all of them.
+2. An action that the view shows to be blocked is no choice, neither in behaviour nor in the target.
+3. Double Q-learning, a second loss by the teacher, a running average of the weights: where the configuration says so.
+4. The share of random actions falls over a fixed number of steps, not over a share of the budget.
+5. The replay memory lies on the learner's device (:mod:`bimvox.policy.replay`).
 """
 
 from __future__ import annotations
 
-from typing import Any
+import time
+from typing import Any, cast
 
 import numpy as np
 import torch
@@ -18,8 +22,12 @@ from torch.nn import functional
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.policy.config import DqnConfig
+from bimvox.policy.framed_policy import FramedPolicy, FramedQNetwork, blocked_in_frame, frame_actions
 from bimvox.policy.network import QNetwork
+from bimvox.policy.replay import ViewReplay, packed, unpacked
 from bimvox.policy.vec_env import LiftVecEnv
+
+_NEVER = -1e9
 
 
 class LiftDqn(DQN):
@@ -28,13 +36,27 @@ class LiftDqn(DQN):
     Args:
         env: The lifts.
         config: The choices.
-        seed: Same seed, same problems: same weights.
+        seed: Same seed, same problems, same device: same weights.
+        device: Where the network and the replay memory lie, as torch names it.
+        seconds: Time that the learning rate's fall counts on besides the budget; None: the budget alone. With it, the
+            weights depend on the machine.
+        half: Multiply in bfloat16 (the weights stay in float32): three times as fast where the processor has matrix
+            units for it.
     """
 
-    def __init__(self, env: LiftVecEnv, config: DqnConfig, seed: int) -> None:
+    def __init__(
+        self,
+        env: LiftVecEnv,
+        config: DqnConfig,
+        seed: int,
+        *,
+        device: str = "cpu",
+        seconds: float | None = None,
+        half: bool = False,
+    ) -> None:
         self.config = config
         super().__init__(
-            "MlpPolicy",
+            FramedPolicy,
             env,
             learning_rate=config.learning_rate,
             buffer_size=config.buffer_size,
@@ -45,13 +67,22 @@ class LiftDqn(DQN):
             gradient_steps=config.gradient_steps,
             max_grad_norm=config.max_gradient_norm,
             policy_kwargs={"net_arch": list(config.hidden)},
-            device="cpu",
+            replay_buffer_class=ViewReplay,  # type: ignore[arg-type]
+            replay_buffer_kwargs={"teacher": config.teacher > 0.0, "seed": seed},
+            device=device,
             seed=seed,
         )
         # Without a logger of its own, every run of stable-baselines3 leaves an empty folder in the temporary files.
         self.set_logger(Logger(folder=None, output_formats=[]))
         self._random = np.random.default_rng(seed)
         self._updates_to_copy = config.target_update
+        self._views: torch.Tensor | None = None
+        self._seconds = seconds
+        self._half = half
+        self._began = time.monotonic()
+        lifts = max(1, env.num_envs - 1)
+        self._spread = 1.0 + config.exploration_spread * np.arange(env.num_envs) / lifts
+        self._average = [parameter.detach().clone() for parameter in self.q_net.parameters()]
 
     def _on_step(self) -> None:
         """Lower the share of random actions; the target network is copied by gradient steps, in ``train``."""
@@ -66,46 +97,122 @@ class LiftDqn(DQN):
         episode_start: Any = None,
         deterministic: bool = False,
     ) -> tuple[NDArray[np.int64], Any]:
-        """Return greedy actions, each replaced by a random one with the exploration rate unless deterministic."""
-        greedy, state = self.policy.predict(observation, state, episode_start, True)
-        if deterministic:
-            return greedy, state
-        explore = self._random.random(greedy.shape) < self.exploration_rate
-        return np.where(explore, self._random.integers(ACTION_COUNT, size=greedy.shape), greedy), state
+        """Return the action of the highest value that the view does not show to be blocked, for each observation."""
+        with torch.no_grad():
+            values = self._values(torch.as_tensor(observation, device=self.device))
+        return values.argmax(dim=1).cpu().numpy(), state
+
+    def _values(self, views: torch.Tensor) -> torch.Tensor:
+        """Return (N, 6) values of the site's actions, hopeless where blocked."""
+        values = in_frame(self.q_net, views).masked_fill(blocked_in_frame(views), _NEVER)
+        return values.gather(1, frame_actions(views))
+
+    def _sample_action(
+        self, learning_starts: int, action_noise: Any = None, n_envs: int = 1
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return what the lifts do next: the guard's moves, some of them by random values."""
+        if self._views is None:
+            self._views = packed(torch.as_tensor(self._last_obs, device=self.device))
+        with torch.no_grad(), self._precision():
+            values = self._values(unpacked(self._views)).float().cpu().numpy()
+        explore = self._random.random(len(values)) < self.exploration_rate**self._spread
+        values[explore] = self._random.random((int(explore.sum()), ACTION_COUNT))
+        actions = self.env.batch.guarded_actions(values)  # type: ignore[union-attr]
+        return actions, actions
+
+    def _store_transition(
+        self, replay_buffer: Any, buffer_action: Any, new_obs: Any, reward: Any, dones: Any, infos: Any
+    ) -> None:
+        """Remember the last step, an episode's end with the view that it had there."""
+        step = self.env.last_step  # type: ignore[union-attr]
+        upcoming = packed(torch.as_tensor(step.observations, device=self.device))
+        following = upcoming
+        ended = np.flatnonzero(step.ended)
+        if ended.size:
+            following = upcoming.clone()
+            last = torch.as_tensor(step.final_observations[ended], device=self.device)
+            following[torch.as_tensor(ended, device=self.device)] = packed(last)
+        replay_buffer.add(
+            self._views,
+            following,
+            *(torch.as_tensor(a, device=self.device) for a in (buffer_action, reward, step.arrived, step.teacher)),
+        )
+        self._views = upcoming
+        self._last_obs = step.observations
 
     def train(self, gradient_steps: int, batch_size: int = 100) -> None:
         """Take gradient steps on the Huber loss of the temporal difference."""
         self.policy.set_training_mode(True)
+        self._set_rate()
         optimizer = self.policy.optimizer
         for _ in range(gradient_steps):
-            batch = self.replay_buffer.sample(batch_size)  # type: ignore[union-attr]
-            with torch.no_grad():
-                following = self.q_net_target(batch.next_observations)
-                if self.config.double_q:
-                    chosen = self.q_net(batch.next_observations).argmax(dim=1, keepdim=True)
-                    best = following.gather(1, chosen)
-                else:
-                    best = following.max(dim=1, keepdim=True).values
-                wanted = batch.rewards + (1 - batch.dones) * self.gamma * best
-            values = self.q_net(batch.observations).gather(1, batch.actions.long())
-            loss = functional.smooth_l1_loss(values, wanted)
+            with self._precision():
+                loss = self._loss(batch_size)
             optimizer.zero_grad()
             loss.backward()  # type: ignore[no-untyped-call]
             torch.nn.utils.clip_grad_norm_(self.policy.parameters(), self.max_grad_norm)
             optimizer.step()
+            self._n_updates += 1
             self._updates_to_copy -= 1
             if self._updates_to_copy == 0:
                 self._updates_to_copy = self.config.target_update
                 self.q_net_target.load_state_dict(self.q_net.state_dict())
-        self._n_updates += gradient_steps
+            if self.config.averaging:
+                # A young average follows closely.
+                kept = min(self.config.averaging, self._n_updates / (self._n_updates + 10.0))
+                torch._foreach_lerp_(self._average, [p.detach() for p in self.q_net.parameters()], 1.0 - kept)
+
+    def _loss(self, batch_size: int) -> torch.Tensor:
+        batch = cast(ViewReplay, self.replay_buffer).sample(batch_size)
+        with torch.no_grad():
+            blocked = blocked_in_frame(batch.following)
+            following = in_frame(self.q_net_target, batch.following).masked_fill(blocked, _NEVER)
+            if self.config.double_q:
+                online = in_frame(self.q_net, batch.following).masked_fill(blocked, _NEVER)
+                best = following.gather(1, online.argmax(dim=1, keepdim=True))
+            else:
+                best = following.max(dim=1, keepdim=True).values
+            best = best.masked_fill(blocked.all(dim=1, keepdim=True), 0.0)
+            wanted = batch.rewards + (1 - batch.ended) * self.gamma * best.float()
+        values: torch.Tensor = self.q_net(batch.views).float()
+        loss = functional.smooth_l1_loss(values.gather(1, batch.actions), wanted, beta=0.1)
+        if self.config.teacher:
+            free = ~blocked_in_frame(batch.views).gather(1, frame_actions(batch.views))
+            told = functional.smooth_l1_loss(values, batch.teacher, beta=0.1, reduction="none")
+            loss = loss + self.config.teacher * (told * free).sum() / free.sum()
+        return loss
+
+    def _precision(self) -> torch.autocast:
+        return torch.autocast(self.device.type, dtype=torch.bfloat16, enabled=self._half)
+
+    def _set_rate(self) -> None:
+        """Set the learning rate by how much of the budget, or of the time, is used."""
+        done = self.num_timesteps / max(1, self._total_timesteps)
+        if self._seconds is not None:
+            done = max(done, (time.monotonic() - self._began) / self._seconds)
+        cooled = min(1.0, max(0.0, (done - 1.0 + self.config.cooling) / max(1e-9, self.config.cooling)))
+        first, last = self.config.learning_rate, self.config.learning_rate_last
+        for group in self.policy.optimizer.param_groups:
+            group["lr"] = first + cooled * (last - first)
+
+    def tested_parameters(self) -> list[torch.Tensor]:
+        """Return the online network's parameters, or their running average where there is one."""
+        if self.config.averaging and self._n_updates:
+            return self._average
+        return [parameter.detach() for parameter in self.q_net.parameters()]
 
 
-def network_of(dqn: DQN) -> QNetwork:
-    """Return the weights of the online network as plain arrays."""
-    layers = [layer for layer in dqn.q_net.q_net if isinstance(layer, torch.nn.Linear)]
+def in_frame(q_net: torch.nn.Module, views: torch.Tensor) -> torch.Tensor:
+    """Return (N, 6) values of the actions in each view's frame."""
+    return cast(FramedQNetwork, q_net).in_frame(views)
+
+
+def network_of(dqn: LiftDqn) -> QNetwork:
+    """Return the weights of the online network, averaged where the configuration says so, as plain arrays."""
+    arrays = [parameter.cpu().numpy() for parameter in dqn.tested_parameters()]
     return QNetwork(
-        tuple(np.ascontiguousarray(layer.weight.detach().numpy().T).copy() for layer in layers),
-        tuple(layer.bias.detach().numpy().copy() for layer in layers),
+        tuple(np.ascontiguousarray(weight.T).copy() for weight in arrays[0::2]),
+        tuple(bias.copy() for bias in arrays[1::2]),
     )
 
 
@@ -124,3 +231,6 @@ def load_network(dqn: DQN, network: QNetwork) -> None:
             for layer, weight, bias in zip(layers, network.weights, network.biases, strict=True):
                 layer.weight.copy_(torch.from_numpy(weight.T.copy()))
                 layer.bias.copy_(torch.from_numpy(bias.copy()))
+    if isinstance(dqn, LiftDqn):
+        for average, parameter in zip(dqn._average, dqn.q_net.parameters(), strict=True):
+            average.copy_(parameter.detach())

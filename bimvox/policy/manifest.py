@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from bimvox.env.observation import OBSERVATION_NAME, OBSERVATION_SIZE
+from bimvox.env.view import VIEW_NAME as OBSERVATION_NAME
+from bimvox.env.view import VIEW_SIZE as OBSERVATION_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy.config import DqnConfig, config_from_dict
 from bimvox.policy.site_outline import SiteOutline, outline_from_dict
@@ -113,12 +114,18 @@ def manifest_from_dict(plain: Any) -> PolicyManifest:
     if plain.get("site") is not None and not isinstance(plain["site"], dict):
         raise PolicyError("the manifest's site is not a JSON object")
     try:
+        config = config_from_dict(plain["config"])
+    except PolicyError:
+        # Of another version: then what it sees matters more than how it was trained.
+        _require_view(plain["id"], plain["observation"], plain["observation_size"])
+        raise
+    try:
         return PolicyManifest(
             **{
                 **plain,
                 "site": outline_from_dict(plain["site"]) if plain.get("site") is not None else None,
                 "layer_sizes": tuple(int(n) for n in plain["layer_sizes"]),
-                "config": config_from_dict(plain["config"]),
+                "config": config,
                 "curve": tuple(CurvePoint(int(s), float(rate), float(ratio)) for s, rate, ratio in plain["curve"]),
                 "success_rate": float(plain["success_rate"]),
                 "length_ratio": float(plain["length_ratio"]),
@@ -135,13 +142,17 @@ def require_fit(manifest: PolicyManifest) -> None:
     Raises:
         PolicyError: It was trained on another observation; ``differs`` says in what.
     """
+    _require_view(manifest.id, manifest.observation, manifest.observation_size)
+
+
+def _require_view(policy_id: str, observation: object, size: object) -> None:
     wanted = {"observation": OBSERVATION_NAME, "observation_size": OBSERVATION_SIZE}
-    has = {"observation": manifest.observation, "observation_size": manifest.observation_size}
+    has = {"observation": observation, "observation_size": size}
     differs = {key: (has[key], wanted[key]) for key in wanted if has[key] != wanted[key]}
     if differs:
         listed = ", ".join(f"{key} {mine!r} instead of {ours!r}" for key, (mine, ours) in differs.items())
         raise PolicyError(
-            f"policy {manifest.id} does not fit: {listed}",
+            f"policy {policy_id} does not fit: {listed}",
             differs=differs,
             hint="train a new one with this version of bimvox",
         )

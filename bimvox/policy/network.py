@@ -1,7 +1,4 @@
-"""The Q-network at work: a multilayer perceptron from plain arrays, no torch.
-
-Compiled with a fixed order of summation, so that the values of a lift do not depend on which others are asked with it.
-"""
+"""The Q-network at work, from plain arrays, no torch."""
 
 from __future__ import annotations
 
@@ -13,42 +10,26 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.env.observation import OBSERVATION_SIZE
+from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
+from bimvox.env.view import INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import PolicyError
+from bimvox.policy.perceptron import Perceptron
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class QNetwork:
-    """Values of the six actions for an observation.
-
-    Attributes:
-        weights: Per layer (inputs, outputs) float32, contiguous.
-        biases: Per layer (outputs,) float32. Rectified linear units after every layer but the last.
-    """
-
-    weights: tuple[NDArray[np.float32], ...]
-    biases: tuple[NDArray[np.float32], ...]
-
-    @property
-    def layer_sizes(self) -> tuple[int, ...]:
-        """Width of the input, of every hidden layer, and of the output."""
-        return (self.weights[0].shape[0], *(w.shape[1] for w in self.weights))
+class QNetwork(Perceptron):
+    """Values of the six actions for an observation: a perceptron in the view's frame."""
 
     def __call__(self, observations: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return (N, 6) float32 action values of (N, OBSERVATION_SIZE) float32 observations."""
-        values = np.ascontiguousarray(observations, np.float32)
-        last = len(self.weights) - 1
-        for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
-            values = _layer(values, weight, bias, layer != last)
-        return values
+        """Return (N, 6) float32 values of the site's actions for (N, VIEW_SIZE) float32 observations.
 
-    def arrays(self) -> dict[str, NDArray[np.float32]]:
-        """Return the arrays by name, as they are stored."""
-        named: dict[str, NDArray[np.float32]] = {}
-        for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
-            named[f"layer{layer}.weight"] = weight
-            named[f"layer{layer}.bias"] = bias
-        return named
+        Raises:
+            ValueError: They have another shape.
+        """
+        views = np.ascontiguousarray(observations, np.float32)
+        if views.ndim != 2 or views.shape[1] != VIEW_SIZE:
+            raise ValueError(f"observations of shape {views.shape}, not (N, {VIEW_SIZE})")
+        return _on_site(self.outputs(views), views, FRAME_ACTIONS)
 
 
 def network_from_arrays(arrays: Mapping[str, NDArray[np.generic]]) -> QNetwork:
@@ -65,7 +46,7 @@ def network_from_arrays(arrays: Mapping[str, NDArray[np.generic]]) -> QNetwork:
             differs={"arrays": sorted(arrays)},
         )
     weights, biases = [], []
-    width = OBSERVATION_SIZE
+    width = INPUT_SIZE
     for n in range(layers):
         weight, bias = arrays[f"layer{n}.weight"], arrays[f"layer{n}.bias"]
         if weight.dtype != np.float32 or bias.dtype != np.float32:
@@ -87,20 +68,13 @@ def network_from_arrays(arrays: Mapping[str, NDArray[np.generic]]) -> QNetwork:
 
 
 @kernel
-def _layer(
-    inputs: NDArray[np.float32], weight: NDArray[np.float32], bias: NDArray[np.float32], rectify: bool
+def _on_site(
+    values: NDArray[np.float32], views: NDArray[np.float32], frame_actions: NDArray[np.int64]
 ) -> NDArray[np.float32]:
-    """Return one layer's output; inputs that are zero (free cells, mostly) cost nothing."""
-    outputs = np.empty((inputs.shape[0], weight.shape[1]), np.float32)
-    for n in range(inputs.shape[0]):
-        row = outputs[n]
-        row[:] = bias
-        for i in range(inputs.shape[1]):
-            value = inputs[n, i]
-            if value != 0.0:
-                for o in range(weight.shape[1]):
-                    row[o] += value * weight[i, o]
-        if rectify:
-            for o in range(weight.shape[1]):
-                row[o] = max(row[o], np.float32(0.0))
-    return outputs
+    """Return the values of the site's actions from those of the actions in each view's frame."""
+    out = np.empty_like(values)
+    for n in range(values.shape[0]):
+        frame = min(max(int(np.rint(views[n, VIEW_SIZE - 1] * (FRAME_COUNT - 1))), 0), FRAME_COUNT - 1)
+        for action in range(values.shape[1]):
+            out[n, action] = values[n, frame_actions[frame, action]]
+    return out

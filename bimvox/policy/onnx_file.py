@@ -9,6 +9,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
+from bimvox.env.view import INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy.network import QNetwork
 
@@ -20,7 +22,7 @@ _TOLERANCE = 1e-5
 
 
 def onnx_bytes(network: QNetwork, facts: Mapping[str, str]) -> bytes:
-    """Return a network as an ONNX model: ``observation`` (batch, inputs) float32 -> ``action_values`` (batch, 6).
+    """Return a network as an ONNX model: ``observation`` (batch, VIEW_SIZE) float32 -> ``action_values`` (batch, 6).
 
     Before it is returned the model is checked by ONNX's own checker, and run by its reference implementation on 256
     observations against :class:`QNetwork`.
@@ -40,23 +42,46 @@ def onnx_bytes(network: QNetwork, facts: Mapping[str, str]) -> bytes:
         raise PolicyError(
             "ONNX files need the package onnx, which is not installed", hint="pip install 'bimvox[onnx]'"
         ) from error
-    nodes, constants = [], []
-    value = INPUT
+    constants = [
+        numpy_helper.from_array(np.array(numbers, kind), name)
+        for name, numbers, kind in (
+            ("first", [0], np.int64),
+            ("inputs", [INPUT_SIZE], np.int64),
+            ("view", [VIEW_SIZE], np.int64),
+            ("columns", [1], np.int64),
+            ("frames", FRAME_COUNT - 1, np.float32),
+            ("lowest", 0, np.float32),
+            ("frame_actions", FRAME_ACTIONS, np.int64),
+            ("axis", [1], np.int64),
+        )
+    ]
+    nodes = [
+        helper.make_node("Slice", [INPUT, "first", "inputs", "columns"], ["seen"]),
+        helper.make_node("Slice", [INPUT, "inputs", "view", "columns"], ["share"]),
+        helper.make_node("Mul", ["share", "frames"], ["scaled"]),
+        helper.make_node("Round", ["scaled"], ["rounded"]),
+        helper.make_node("Clip", ["rounded", "lowest", "frames"], ["clipped"]),
+        helper.make_node("Cast", ["clipped"], ["cast"], to=TensorProto.INT64),
+        helper.make_node("Squeeze", ["cast", "axis"], ["frame"]),
+        helper.make_node("Gather", ["frame_actions", "frame"], ["order"], axis=0),
+    ]
+    value = "seen"
     last = len(network.weights) - 1
     for layer, (weight, bias) in enumerate(zip(network.weights, network.biases, strict=True)):
         constants.append(numpy_helper.from_array(np.ascontiguousarray(weight), f"layer{layer}.weight"))
         constants.append(numpy_helper.from_array(np.ascontiguousarray(bias), f"layer{layer}.bias"))
-        summed = OUTPUT if layer == last else f"sum{layer}"
+        summed = f"sum{layer}"
         nodes.append(helper.make_node("Gemm", [value, f"layer{layer}.weight", f"layer{layer}.bias"], [summed]))
         value = summed
         if layer != last:
             nodes.append(helper.make_node("Relu", [summed], [f"hidden{layer}"]))
             value = f"hidden{layer}"
+    nodes.append(helper.make_node("GatherElements", [f"sum{last}", "order"], [OUTPUT], axis=1))
     sizes = network.layer_sizes
     graph = helper.make_graph(
         nodes,
         "bimvox-policy",
-        [helper.make_tensor_value_info(INPUT, TensorProto.FLOAT, ["batch", sizes[0]])],
+        [helper.make_tensor_value_info(INPUT, TensorProto.FLOAT, ["batch", VIEW_SIZE])],
         [helper.make_tensor_value_info(OUTPUT, TensorProto.FLOAT, ["batch", sizes[-1]])],
         constants,
     )
@@ -65,7 +90,7 @@ def onnx_bytes(network: QNetwork, facts: Mapping[str, str]) -> bytes:
     )
     helper.set_model_props(model, dict(sorted(facts.items())))
     onnx.checker.check_model(model, full_check=True)
-    asked = np.random.default_rng(0).uniform(-1.0, 1.0, (_CHECKED, sizes[0])).astype(np.float32)
+    asked = np.random.default_rng(0).uniform(-1.0, 1.0, (_CHECKED, VIEW_SIZE)).astype(np.float32)
     (found,) = ReferenceEvaluator(model).run([OUTPUT], {INPUT: asked})
     wanted = network(asked)
     worst = float(np.abs(found - wanted).max() / max(1.0, float(np.abs(wanted).max())))

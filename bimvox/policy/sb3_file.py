@@ -20,9 +20,11 @@ from stable_baselines3 import DQN
 from stable_baselines3.common.logger import Logger
 
 from bimvox.env.actions import ACTION_COUNT
+from bimvox.env.view import VIEW_SIZE
 from bimvox.errors import PolicyError
 from bimvox.grid.archive import BROKEN_ZIP
 from bimvox.policy.dqn import load_network
+from bimvox.policy.framed_policy import FramedPolicy
 from bimvox.policy.network import QNetwork, network_from_arrays
 
 _WEIGHTS = "policy.pth"
@@ -33,8 +35,8 @@ _LARGEST_BYTES = 256 << 20
 class _Shapes(gymnasium.Env[np.ndarray, np.int64]):
     """Stands for the environment: what a DQN needs to know of it are its spaces."""
 
-    def __init__(self, inputs: int) -> None:
-        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (inputs,), np.float32)
+    def __init__(self) -> None:
+        self.observation_space = gymnasium.spaces.Box(-1.0, 1.0, (VIEW_SIZE,), np.float32)
         self.action_space = gymnasium.spaces.Discrete(ACTION_COUNT)
 
 
@@ -46,9 +48,7 @@ def write_sb3_zip(network: QNetwork, path: Path) -> None:
         path: Where to; ends with ``.zip``.
     """
     sizes = network.layer_sizes
-    dqn = DQN(
-        "MlpPolicy", _Shapes(sizes[0]), buffer_size=1, policy_kwargs={"net_arch": list(sizes[1:-1])}, device="cpu"
-    )
+    dqn = DQN(FramedPolicy, _Shapes(), buffer_size=1, policy_kwargs={"net_arch": list(sizes[1:-1])}, device="cpu")
     dqn.set_logger(Logger(folder=None, output_formats=[]))
     load_network(dqn, network)
     dqn.save(path)

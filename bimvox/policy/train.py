@@ -1,25 +1,19 @@
-"""Training a site's policy: deep Q-learning until its greedy roll-outs succeed."""
+"""Training a site's policy: deep Q-learning until its greedy roll-outs succeed.
+
+A network to begin with is tested before torch is imported: where it is good enough, nothing needs it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-import torch
-from stable_baselines3.common.callbacks import BaseCallback
-
 from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.problem import LiftProblem, is_learnable
 from bimvox.errors import PlanningError
 from bimvox.policy.config import DqnConfig
-from bimvox.policy.dqn import LiftDqn, load_network, network_of
 from bimvox.policy.evaluate import Evaluation, evaluate
 from bimvox.policy.network import QNetwork
 from bimvox.policy.trained import CurvePoint, TrainedPolicy
-from bimvox.policy.vec_env import LiftVecEnv
-
-HARD_PROBLEMS_FIRST = 4.0
-"""How much oftener a problem is drawn that failed from every start in the last test than one that succeeded."""
 
 
 def train(
@@ -30,6 +24,8 @@ def train(
     steps: int,
     initial: QNetwork | None = None,
     parent: str | None = None,
+    resumed: TrainedPolicy | None = None,
+    seconds: float | None = None,
     progress: Callable[[CurvePoint], None] | None = None,
     checkpoint: Callable[[TrainedPolicy], None] | None = None,
 ) -> TrainedPolicy:
@@ -45,9 +41,12 @@ def train(
         steps: Budget in environment steps, summed over the lifts that run side by side.
         initial: Network to begin from.
         parent: Its id, for the record.
+        resumed: A checkpoint of a training with the same problems, config, seed and parent that was cut off: its steps
+            count as used, its curve is continued.
+        seconds: End at the first test after that; the result depends on the machine then. None: the budget alone.
         progress: Told of every test.
-        checkpoint: Given the best policy so far after every test. Training again from it continues, but is not
-            identical to an unbroken run: the replay memory is not kept.
+        checkpoint: Given the best policy so far after every test, to be handed back as ``resumed``. A resumed run is
+            not identical to an unbroken one: the replay memory is not kept.
 
     Raises:
         PlanningError: None of the problems can be solved.
@@ -58,21 +57,34 @@ def train(
             f"none of {len(problems)} lifts has a way from the yard to its place, so there is nothing to learn",
             hint="the search says for each lift what is in its way",
         )
-    torch.set_num_threads(1)  # more threads only get in each other's way on layers this small
-    record = _Record(learnable, config, seed, parent, progress, checkpoint)
-    if initial is not None and record.test(initial, 0):
+    record = Record(learnable, config, seed, parent, progress, checkpoint)
+    begin = resumed.network if resumed is not None else initial
+    if resumed is not None:
+        record.resume(resumed)
+    elif initial is not None and record.test(initial, 0):
         return record.policy
+    done = resumed.steps if resumed is not None else 0
+    if done >= steps:
+        return record.policy
+    import torch
+
+    from bimvox.policy.dqn import LiftDqn, load_network
+    from bimvox.policy.train_callback import Tests
+    from bimvox.policy.vec_env import LiftVecEnv
+
+    torch.set_num_threads(1)  # more threads only get in each other's way on layers this small
     batch = BatchedLiftEnv(
         learnable, config.lifts, reward_name=config.reward, mix=config.mix, limit=config.limit, seed=seed
     )
     dqn = LiftDqn(LiftVecEnv(batch), config, seed)
-    if initial is not None:
-        load_network(dqn, initial)
-    dqn.learn(steps, callback=_Tests(record, batch, steps))
+    if begin is not None:
+        load_network(dqn, begin)
+    dqn.num_timesteps = done
+    dqn.learn(steps - done, callback=Tests(record, batch, steps, done, seconds), reset_num_timesteps=False)
     return record.policy
 
 
-class _Record:
+class Record:
     """The tests so far and the best policy among them."""
 
     def __init__(
@@ -112,9 +124,19 @@ class _Record:
             self._parent,
         )
 
+    def resume(self, checkpoint: TrainedPolicy) -> None:
+        """Take up the tests and the best policy of a training that was cut off."""
+        self._curve = list(checkpoint.curve)
+        point = CurvePoint(checkpoint.steps, checkpoint.success_rate, checkpoint.length_ratio)
+        self._best = (point, checkpoint.network, checkpoint.tested)
+
     def test(self, network: QNetwork, steps: int) -> bool:
         """Test a network and return whether it is good enough."""
-        self.evaluation = evaluate(network, self._problems, starts=self._config.test_starts, limit=self._config.limit)
+        config = self._config
+        if config.both_ways:
+            self.evaluation = evaluate(network, self._problems, starts=config.test_starts, both_ways=True)
+        else:
+            self.evaluation = evaluate(network, self._problems, starts=config.test_starts, limit=config.limit)
         point = CurvePoint(steps, self.evaluation.success_rate, self.evaluation.length_ratio)
         self._curve.append(point)
         if self._best is None or _rank(point) > _rank(self._best[0]):
@@ -129,34 +151,3 @@ class _Record:
 def _rank(point: CurvePoint) -> tuple[float, float]:
     """Return what makes one tested network better than another: it succeeds oftener, then it goes straighter."""
     return (point.success_rate, -point.length_ratio)
-
-
-class _Tests(BaseCallback):
-    """Tests during one call of ``learn``: calling it in slices would restart the exploration schedule."""
-
-    def __init__(self, record: _Record, batch: BatchedLiftEnv, budget: int) -> None:
-        super().__init__()
-        self._record = record
-        self._batch = batch
-        self._budget = budget
-        self._next = 0
-
-    def _on_training_start(self) -> None:
-        self._next = self._interval
-
-    def _on_step(self) -> bool:
-        if self.num_timesteps < min(self._next, self._budget):
-            return True
-        self._next += self._interval
-        if self._record.test(network_of(self.model), self.num_timesteps):  # type: ignore[arg-type]
-            return False
-        evaluation = self._record.evaluation
-        if evaluation is not None:
-            tries = np.bincount(evaluation.problem)
-            failed = np.bincount(evaluation.problem, weights=~evaluation.arrived) / tries
-            self._batch.weigh_problems(1.0 + (HARD_PROBLEMS_FIRST - 1.0) * failed)
-        return True
-
-    @property
-    def _interval(self) -> int:
-        return int(self.model.config.test_every)  # type: ignore[attr-defined]

@@ -12,12 +12,15 @@ from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.env.batched import BatchedLiftEnv
-from bimvox.env.observation import OBSERVATION_SIZE
+from bimvox.env.batched import BatchedLiftEnv, BatchStep
+from bimvox.env.view import VIEW_SIZE
 
 
 class LiftVecEnv(VecEnv):
     """Adapter: what stable-baselines3 asks of a vectorised environment, from one kernel call a step.
+
+    Observations are the batch's own arrays and hold until the step after the next, which is all that learners need:
+    they copy into their replay memory. Lifts whose episode goes on share one empty ``info``.
 
     Args:
         batch: The lifts.
@@ -26,10 +29,11 @@ class LiftVecEnv(VecEnv):
     def __init__(self, batch: BatchedLiftEnv) -> None:
         self.batch = batch
         self.render_mode = None
+        self.last_step: BatchStep | None = None
         self._actions: NDArray[np.int64] = np.zeros(batch.lifts, np.int64)
         super().__init__(
             batch.lifts,
-            gymnasium.spaces.Box(-1.0, 1.0, (OBSERVATION_SIZE,), np.float32),
+            gymnasium.spaces.Box(-1.0, 1.0, (VIEW_SIZE,), np.float32),
             gymnasium.spaces.Discrete(ACTION_COUNT),
         )
 
@@ -39,7 +43,7 @@ class LiftVecEnv(VecEnv):
             self.batch.seed(self._seeds[0])
         self._reset_seeds()
         self._reset_options()
-        return self.batch.reset().copy()
+        return self.batch.reset()
 
     def step_async(self, actions: NDArray[np.int64]) -> None:
         """Keep the actions for ``step_wait``."""
@@ -49,14 +53,15 @@ class LiftVecEnv(VecEnv):
         """Take the step."""
         step = self.batch.step(self._actions)
         ended = step.ended
-        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        infos: list[dict[str, Any]] = [{}] * self.num_envs
         for n in np.flatnonzero(ended):
             infos[n] = {
                 "terminal_observation": step.final_observations[n].copy(),
                 "TimeLimit.truncated": bool(step.truncated[n]),
                 "is_success": bool(step.arrived[n]),
             }
-        return step.observations.copy(), step.rewards.copy(), ended, infos
+        self.last_step = step
+        return step.observations, step.rewards, ended, infos
 
     def close(self) -> None:
         """Nothing is held open."""

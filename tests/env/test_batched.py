@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 from lift_sites import clearance_of, random_occupancy
 
+from bimvox.env.actions import MOVES
 from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.default_problem import default_problem
 from bimvox.env.lift_env import LiftEnv
 from bimvox.env.limits import StepLimit
 from bimvox.env.problem import lift_problem, training_problem
 from bimvox.env.starts import StartMix
+from bimvox.env.view import GOAL_SIZE, GOAL_START
 
 
 def problems():
@@ -63,8 +65,7 @@ def test_arrival_ends_an_episode_with_its_last_observation():
     step = batch.step(np.array([5, 4]))
     assert step.arrived.tolist() == [True, False]
     assert step.rewards[0] == pytest.approx(1.15)
-    goal = step.final_observations[0][-18:-6]
-    assert not goal.any()  # it hangs at its target
+    assert not step.final_observations[0][GOAL_START : GOAL_START + GOAL_SIZE].any()  # it hangs at its target
     assert batch.state.steps[0] == 0  # and a new episode has begun
 
 
@@ -93,3 +94,44 @@ def test_problems_are_drawn_by_weight():
 def test_an_unlearnable_problem_is_refused():
     with pytest.raises(ValueError, match="no distance field"):
         BatchedLiftEnv([lift_problem(default_problem().clearance, (0, 0, 2), (7, 7, 1))], 4)
+
+
+def test_threads_change_nothing():
+    lives = []
+    for threads in (1, 3):
+        batch = BatchedLiftEnv(solvable(), 37, seed=4, threads=threads, limit=StepLimit(1.0, 3))
+        random = np.random.default_rng(0)
+        seen = [batch.reset().copy()]
+        for _ in range(30):
+            values = random.random((37, 6)).astype(np.float32)
+            seen.append(batch.step(batch.guarded_actions(values)).observations.copy())
+        lives.append(np.array(seen))
+    np.testing.assert_array_equal(*lives)
+
+
+def test_the_teacher_knows_what_each_action_is_worth():
+    """Its values are those of following the distance field to the end, each reward discounted."""
+    pool, discount = solvable(), 0.9
+    batch = BatchedLiftEnv(pool, 12, seed=2, teacher_discount=discount, limit=StepLimit(5.0, 50))
+    batch.reset()
+    problems, cells = batch.state.problem.copy(), batch.state.cell.copy()
+    told = batch.step(np.zeros(12, np.int64)).teacher.copy()
+    for n in range(12):
+        problem = pool[problems[n]]
+        for action in range(6):
+            env = LiftEnv([problem], limit=StepLimit(5.0, 50))
+            env.reset(options={"start": tuple(cells[n])})
+            _, earned, arrived, _, _ = env.step(action)
+            total, factor = float(earned), discount
+            while not arrived:
+                here = np.array(env.state[:3])
+                ahead = [a for a in range(6) if _nearer(problem, here + MOVES[a], here)]
+                _, earned, arrived, _, _ = env.step(ahead[0])
+                total += factor * float(earned)
+                factor *= discount
+            assert told[n, action] == pytest.approx(total, abs=1e-4)
+
+
+def _nearer(problem, there, here) -> bool:
+    inside = (there >= 0).all() and (there < problem.grid_shape).all()
+    return bool(inside and 0 <= problem.distance_from(there) < problem.distance_from(here))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.env.observation import OBSERVATION_SIZE
+from bimvox.env.view import INPUT_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy import store
 from bimvox.policy.config import DqnConfig
@@ -18,7 +18,7 @@ from pipeline.progress import SilentProgress
 @pytest.fixture
 def policy_id(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.setenv(store.STORE_VARIABLE, str(tmp_path))
-    weights = np.zeros((OBSERVATION_SIZE, ACTION_COUNT), np.float32)
+    weights = np.zeros((INPUT_SIZE, ACTION_COUNT), np.float32)
     network = QNetwork((weights,), (np.zeros(ACTION_COUNT, np.float32),))
     curve = (CurvePoint(1000, 0.5, 1.1), CurvePoint(2000, 1.0, 1.0))
     return store.save(TrainedPolicy(network, curve, 2000, 1.0, 1.0, 50, DqnConfig(), seed=3), "key")

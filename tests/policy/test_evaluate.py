@@ -1,17 +1,22 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from lift_sites import clearance_of
 
 from bimvox.env.default_problem import default_problem
+from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
 from bimvox.env.limits import StepLimit
 from bimvox.env.problem import training_problem
-from bimvox.policy.evaluate import Evaluation, evaluate
+from bimvox.env.view import GOAL_START
+from bimvox.policy.evaluate import Evaluation, evaluate, success_at_least
 
 
 def beeline(observations: np.ndarray) -> np.ndarray:
-    dx, dy, dz = observations[:, -9:-6].T
-    return np.stack([dy, -dy, -dx, dx, dz, -dz], axis=1).astype(np.float32)
+    dx, dy, dz = observations[:, GOAL_START + 9 : GOAL_START + 12].T
+    in_frame = np.stack([dy, -dy, -dx, dx, dz, -dz], axis=1).astype(np.float32)
+    frames = np.rint(observations[:, -1] * (FRAME_COUNT - 1)).astype(int)
+    return np.take_along_axis(in_frame, FRAME_ACTIONS[frames], axis=1)
 
 
 def test_every_start_is_tried_where_there_is_room_for_it():
@@ -40,3 +45,12 @@ def test_rates():
     )
     assert result.success_rate == 0.75
     assert result.length_ratio == np.mean([1.0, 1.2, 1.5])
+
+
+def test_how_sure_a_success_rate_is():
+    assert success_at_least(256, 256) == pytest.approx(0.05 ** (1 / 256))
+    assert success_at_least(0, 10) == 0.0
+    assert success_at_least(95, 100) == pytest.approx(0.8977, abs=1e-3)
+    assert Evaluation(np.zeros(3), np.ones(3, np.bool_), np.ones(3), np.ones(3)).at_least == pytest.approx(
+        0.05 ** (1 / 3)
+    )

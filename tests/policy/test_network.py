@@ -7,14 +7,15 @@ import sys
 import numpy as np
 import pytest
 
-from bimvox.env.observation import OBSERVATION_SIZE
+from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
+from bimvox.env.view import INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy.network import QNetwork, network_from_arrays
 
 
 def random_network(seed: int = 0, hidden: tuple[int, ...] = (16, 8)) -> QNetwork:
     random = np.random.default_rng(seed)
-    sizes = (OBSERVATION_SIZE, *hidden, 6)
+    sizes = (INPUT_SIZE, *hidden, 6)
     return QNetwork(
         tuple(
             random.standard_normal((a, b)).astype(np.float32) / np.float32(a) ** 0.5
@@ -26,8 +27,10 @@ def random_network(seed: int = 0, hidden: tuple[int, ...] = (16, 8)) -> QNetwork
 
 def sparse_observations(count: int) -> np.ndarray:
     random = np.random.default_rng(1)
-    rows = random.uniform(-1, 1, (count, OBSERVATION_SIZE)).astype(np.float32)
-    return rows * (random.random(rows.shape) < 0.3)
+    rows = random.uniform(-1, 1, (count, VIEW_SIZE)).astype(np.float32)
+    rows *= random.random(rows.shape) < 0.3
+    rows[:, -1] = random.integers(FRAME_COUNT, size=count) / (FRAME_COUNT - 1)
+    return rows
 
 
 def test_equal_to_torch():
@@ -41,7 +44,9 @@ def test_equal_to_torch():
         layers += [layer, torch.nn.ReLU()]
     observations = sparse_observations(50)
     with torch.no_grad():
-        expected = torch.nn.Sequential(*layers[:-1])(torch.from_numpy(observations)).numpy()
+        in_frame = torch.nn.Sequential(*layers[:-1])(torch.from_numpy(observations[:, :INPUT_SIZE])).numpy()
+    frames = np.rint(observations[:, -1] * (FRAME_COUNT - 1)).astype(int)
+    expected = np.take_along_axis(in_frame, FRAME_ACTIONS[frames], axis=1)
     np.testing.assert_allclose(network(observations), expected, atol=1e-5)
 
 
@@ -55,7 +60,7 @@ def test_a_row_does_not_depend_on_the_others():
 def test_arrays_make_the_same_network():
     network = random_network()
     again = network_from_arrays(network.arrays())
-    assert again.layer_sizes == network.layer_sizes == (OBSERVATION_SIZE, 16, 8, 6)
+    assert again.layer_sizes == network.layer_sizes == (INPUT_SIZE, 16, 8, 6)
     np.testing.assert_array_equal(again(sparse_observations(3)), network(sparse_observations(3)))
 
 
@@ -88,3 +93,8 @@ def test_using_a_policy_does_not_import_torch():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_observations_of_another_size_are_refused():
+    with pytest.raises(ValueError, match="not \\(N, "):
+        random_network()(np.zeros((2, VIEW_SIZE - 1), np.float32))

@@ -15,7 +15,7 @@ import pytest
 import torch
 from stable_baselines3 import DQN
 
-from bimvox.env.observation import OBSERVATION_SIZE
+from bimvox.env.view import INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import InputError, PolicyError
 from bimvox.policy import store
 from bimvox.policy.bundle import pack, unpack
@@ -25,7 +25,7 @@ from bimvox.policy.sb3_file import read_sb3_zip
 from bimvox.policy.trained import CurvePoint, TrainedPolicy
 from pipeline.policy_files import export_policy, import_policy
 
-_SIZES = (OBSERVATION_SIZE, 12, 8, 6)
+_SIZES = (INPUT_SIZE, 12, 8, 6)
 
 
 def network(seed: int = 0) -> QNetwork:
@@ -37,7 +37,7 @@ def network(seed: int = 0) -> QNetwork:
 
 
 def observations(seed: int = 1) -> np.ndarray:
-    return np.random.default_rng(seed).uniform(-1, 1, (50, OBSERVATION_SIZE)).astype(np.float32)
+    return np.random.default_rng(seed).uniform(-1, 1, (50, VIEW_SIZE)).astype(np.float32)
 
 
 @pytest.fixture

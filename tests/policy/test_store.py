@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from store_work import use_store
 
-from bimvox.env.observation import OBSERVATION_NAME, OBSERVATION_SIZE
+from bimvox.env.view import INPUT_SIZE, VIEW_NAME
 from bimvox.errors import PolicyError
 from bimvox.policy import manifest as manifest_module
 from bimvox.policy import store
@@ -22,7 +22,7 @@ from bimvox.policy.trained import CurvePoint, TrainedPolicy
 
 def policy(seed: int = 0, success: float = 1.0) -> TrainedPolicy:
     random = np.random.default_rng(seed)
-    sizes = (OBSERVATION_SIZE, 4, 6)
+    sizes = (INPUT_SIZE, 4, 6)
     network = QNetwork(
         tuple(random.standard_normal((a, b)).astype(np.float32) for a, b in itertools.pairwise(sizes)),
         tuple(random.standard_normal(b).astype(np.float32) for b in sizes[1:]),
@@ -48,7 +48,7 @@ def test_what_is_saved_is_loaded(tmp_path):
     for name, array in saved.network.arrays().items():
         np.testing.assert_array_equal(loaded.network.arrays()[name], array)
     manifest = loaded.manifest
-    assert (manifest.geometry_key, manifest.observation, manifest.seed) == ("site-a", OBSERVATION_NAME, 0)
+    assert (manifest.geometry_key, manifest.observation, manifest.seed) == ("site-a", VIEW_NAME, 0)
     assert manifest.curve == saved.curve
     assert manifest.config == saved.config
     assert set(manifest.versions) >= {"torch", "stable-baselines3", "numpy"}
@@ -136,7 +136,7 @@ def test_a_manifest_that_was_edited_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("key", "value"), [("observation", "map-v0"), ("observation_size", 7), ("layer_sizes", [OBSERVATION_SIZE, 5, 6])]
+    ("key", "value"), [("observation", "map-v0"), ("observation_size", 7), ("layer_sizes", [INPUT_SIZE, 5, 6])]
 )
 def test_a_policy_that_does_not_fit_says_in_what(tmp_path, key, value):
     place = tmp_path / store.save(policy(), "site-a", folder=tmp_path)

@@ -8,7 +8,7 @@ import numpy as np
 
 from bimvox.env.prefab.component import column
 from bimvox.env.prefab.spec import PrefabSpec
-from bimvox.policy.network import QNetwork
+from bimvox.policy.perceptron import Perceptron
 from bimvox.policy.prefab.config import OUR_MODE, PAPER_MODE
 from bimvox.policy.prefab.network import PrefabNetwork
 
@@ -26,14 +26,14 @@ def network_that_always(action: int, inputs: int) -> PrefabNetwork:
     """Return a network that wants the same action whatever it sees."""
     bias = np.zeros(6, np.float32)
     bias[action] = 1.0
-    return PrefabNetwork(QNetwork((np.zeros((inputs, 6), np.float32),), (bias,)))
+    return PrefabNetwork(Perceptron((np.zeros((inputs, 6), np.float32),), (bias,)))
 
 
 def drawn_network(rng: np.random.Generator, inputs: int, *, dueling: bool, hidden: int = 8) -> PrefabNetwork:
     """Return a network of random weights."""
 
-    def stream(outputs: int) -> QNetwork:
-        return QNetwork(
+    def stream(outputs: int) -> Perceptron:
+        return Perceptron(
             (
                 rng.normal(0, 0.4, (inputs, hidden)).astype(np.float32),
                 rng.normal(0, 0.4, (hidden, outputs)).astype(np.float32),

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bimvox.env.observation import OBSERVATION_SIZE
+from bimvox.env.view import INPUT_SIZE
 from bimvox.policy import store
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.network import QNetwork
@@ -16,7 +16,7 @@ from bimvox.policy.trained import CurvePoint, TrainedPolicy
 
 def small_policy(seed: int) -> TrainedPolicy:
     random = np.random.default_rng(seed)
-    sizes = (OBSERVATION_SIZE, 4, 6)
+    sizes = (INPUT_SIZE, 4, 6)
     network = QNetwork(
         tuple(random.standard_normal((a, b)).astype(np.float32) for a, b in itertools.pairwise(sizes)),
         tuple(random.standard_normal(b).astype(np.float32) for b in sizes[1:]),

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.policy.network import QNetwork
+from bimvox.policy.perceptron import Perceptron as PlainPerceptron
 from bimvox.policy.prefab.network import PrefabNetwork
 
 BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-8
@@ -173,7 +173,7 @@ class CompiledLearner:
 def copy_of(network: PrefabNetwork) -> PrefabNetwork:
     """Return a network with arrays of its own."""
     streams = [
-        QNetwork(tuple(w.copy() for w in stream.weights), tuple(b.copy() for b in stream.biases))
+        PlainPerceptron(tuple(w.copy() for w in stream.weights), tuple(b.copy() for b in stream.biases))
         for stream in _streams(network)
     ]
     return PrefabNetwork(streams[0], streams[1] if len(streams) > 1 else None)
@@ -201,17 +201,17 @@ def used_room(batch_size: int, inputs: int) -> Used:
     )
 
 
-def _streams(network: PrefabNetwork) -> list[QNetwork]:
+def _streams(network: PrefabNetwork) -> list[PlainPerceptron]:
     return [network.actions] if network.state is None else [network.actions, network.state]
 
 
 def _network(streams: list[Perceptron]) -> PrefabNetwork:
     """Return views as a network."""
-    parts = [QNetwork(stream.weights, tuple(bias[0] for bias in stream.biases)) for stream in streams]
+    parts = [PlainPerceptron(stream.weights, tuple(bias[0] for bias in stream.biases)) for stream in streams]
     return PrefabNetwork(parts[0], parts[1] if len(parts) > 1 else None)
 
 
-def _perceptron(network: QNetwork, batch_size: int) -> Perceptron:
+def _perceptron(network: PlainPerceptron, batch_size: int) -> Perceptron:
     weights = tuple(np.ascontiguousarray(weight).copy() for weight in network.weights)
     biases = tuple(bias.reshape(1, -1).copy() for bias in network.biases)
 

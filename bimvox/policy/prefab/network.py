@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import PolicyError
-from bimvox.policy.network import QNetwork
+from bimvox.policy.perceptron import Perceptron
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,8 +21,8 @@ class PrefabNetwork:
         state: Perceptron from the observation to the value of the state; None where the network is not dueling.
     """
 
-    actions: QNetwork
-    state: QNetwork | None = None
+    actions: Perceptron
+    state: Perceptron | None = None
 
     @property
     def inputs(self) -> int:
@@ -70,7 +70,7 @@ def prefab_network_from_arrays(arrays: Mapping[str, NDArray[np.generic]], *, out
     return PrefabNetwork(actions, state)
 
 
-def _stream(arrays: Mapping[str, NDArray[np.generic]], stream: str, outputs: int) -> QNetwork:
+def _stream(arrays: Mapping[str, NDArray[np.generic]], stream: str, outputs: int) -> Perceptron:
     """Return one perceptron, checked."""
     own = {name.split(".", 1)[1]: array for name, array in arrays.items() if name.startswith(f"{stream}.")}
     layers = len(own) // 2
@@ -91,4 +91,4 @@ def _stream(arrays: Mapping[str, NDArray[np.generic]], stream: str, outputs: int
         width = weight.shape[1]
     if width != outputs:
         raise PolicyError(f"{stream}: the network gives {width} values, not {outputs}")
-    return QNetwork(tuple(weights), tuple(biases))
+    return Perceptron(tuple(weights), tuple(biases))

@@ -16,7 +16,7 @@ from stable_baselines3.dqn.policies import DQNPolicy
 from stable_baselines3.dqn.policies import QNetwork as TorchQNetwork
 from torch import nn
 
-from bimvox.policy.network import QNetwork
+from bimvox.policy.perceptron import Perceptron
 from bimvox.policy.prefab.network import PrefabNetwork
 
 
@@ -91,9 +91,9 @@ def load_arrays(q_net: TorchQNetwork, network: PrefabNetwork) -> None:
                 layer.bias.copy_(torch.from_numpy(bias.copy()))
 
 
-def _stream(perceptron: nn.Sequential) -> QNetwork:
+def _stream(perceptron: nn.Sequential) -> Perceptron:
     layers = _linear(perceptron)
-    return QNetwork(
+    return Perceptron(
         tuple(_plain(layer.weight).T.copy() for layer in layers), tuple(_plain(layer.bias).copy() for layer in layers)
     )
 

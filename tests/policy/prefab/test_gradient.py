@@ -8,7 +8,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from bimvox.policy.network import QNetwork
+from bimvox.policy.perceptron import Perceptron
 from bimvox.policy.prefab.gradient import CompiledLearner, Memory, copy_of, move_towards
 from bimvox.policy.prefab.network import PrefabNetwork
 
@@ -18,7 +18,7 @@ INPUTS, ACTIONS, ROWS, BATCH = 30, 6, 200, 16
 def network(rng, dueling, hidden=(12, 8)):
     def stream(outputs):
         sizes = (INPUTS, *hidden, outputs)
-        return QNetwork(
+        return Perceptron(
             tuple(rng.normal(0, 0.4, (i, o)).astype(np.float32) for i, o in pairwise(sizes)),
             tuple(rng.normal(0, 0.1, o).astype(np.float32) for o in sizes[1:]),
         )

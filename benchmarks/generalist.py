@@ -1,0 +1,205 @@
+"""``make bench-generalist``: the policy that ships with the package on its held-out suite.
+
+Every problem is solved three times: *one way*, the network with its loop guard from start to target, loops cut;
+*as shipped*, what ``bimvox plan`` does: from both ends, detours cut, no cell expanded; *with search*, the search
+taking over where that does not arrive.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.document import put_into
+from bimvox.env.problem import LiftProblem, lift_problem
+from bimvox.planning.rollout import roll_out, roll_out_starts
+from bimvox.planning.search import shortest_path
+from bimvox.policy.evaluate import success_at_least
+from bimvox.policy.generalist.lessons import HELD_OUT_DOMAIN
+from bimvox.policy.generalist.occupancies import FAMILIES
+from bimvox.policy.generalist.stages import BuildingStage, building_lifts
+from bimvox.policy.generalist.suite import (
+    BUILDING_COUNT,
+    FAMILY_COUNT,
+    TRAP_COUNT,
+    TRAP_SHARES,
+    UNSOLVABLE_COUNT,
+    held_out,
+    unsolvable,
+    wide_trap,
+)
+from bimvox.policy.generalist.weights import FOLDER, generalist_record, load_generalist
+from bimvox.policy.network import QNetwork
+
+LEAST_SUCCESS, LEAST_SUCCESS_OF_A_FAMILY, LONGEST = 0.99, 0.97, 1.02
+"""The bars."""
+
+HEAD = (
+    "problems | one way: success | moves / shortest | as shipped: success | moves / shortest | 95th percentile "
+    "| with search |"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One problem.
+
+    Attributes:
+        shortest: Fewest moves; negative where there is no way.
+        manhattan: Manhattan distance.
+        one_way: Moves of the roll-out from the start, None where it did not arrive.
+        shipped: Moves of what the package does, None where it did not arrive.
+        found: Whether the package found a way, with the search where the policy did not.
+    """
+
+    shortest: int
+    manhattan: int
+    one_way: int | None
+    shipped: int | None
+    found: bool
+
+
+def main() -> int:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--weights", type=Path, default=FOLDER, help="folder of other weights than the package's")
+    parser.add_argument("--share", type=float, default=1.0, help="of each family's problems")
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--write", action="store_true", help="write the tables into docs/generalist.md")
+    chosen = parser.parse_args()
+    began = time.monotonic()
+    text = _Text()
+    _tables(text, load_generalist(chosen.weights), chosen.share, chosen.threads)
+    policy = generalist_record(chosen.weights)["id"]
+    text.say(f"\nPolicy {policy}; share of the suite {chosen.share:g}; {(time.monotonic() - began) / 60:.0f} minutes.")
+    if chosen.write:
+        put_into(Path("docs/generalist.md"), "bench-generalist", text.whole)
+    return 0
+
+
+def _tables(text: _Text, network: QNetwork, share: float, threads: int) -> None:
+    executor = ThreadPoolExecutor(threads)
+
+    def measured(make: Callable[[int], LiftProblem], count: int) -> list[Row]:
+        return list(executor.map(lambda n: measure(network, make(n)), range(max(1, round(count * share)))))
+
+    text.head("family")
+    families: dict[str, list[Row]] = {}
+    for family in FAMILIES:
+        families[family] = measured(lambda n, name=family: held_out(name, n).problem, FAMILY_COUNT)
+        text.line(family, families[family])
+    text.line("**all five**", [row for rows in families.values() for row in rows])
+    lifts = building_lifts(_stages(), count=BUILDING_COUNT, domain=HELD_OUT_DOMAIN, starts=1)
+    text.line("a building", measured(lambda n: lifts[n], len(lifts)))
+    text.say("")
+    for name, moves in (("one way", _one_way), ("as shipped", _shipped)):
+        text.say(_verdict(name, families, moves))
+    no_way = measured(unsolvable, UNSOLVABLE_COUNT)
+    right = sum(row.shipped is None and not row.found for row in no_way)
+    solved = sum(row.found for rows in families.values() for row in rows)
+    count = sum(len(rows) for rows in families.values())
+    text.say(f"- with search: {solved} of {count} solvable solved, {right} of {len(no_way)} unsolvable called so")
+
+    text.head("\ndetour (shortest - Manhattan), cells")
+    everything = [row for rows in families.values() for row in rows]
+    for low, high in ((0, 0), (1, 4), (5, 16), (17, 64), (65, 10**6)):
+        some = [row for row in everything if low <= row.shortest - row.manhattan <= high]
+        if some:
+            text.line(f"{low} to {high}" if high < 10**6 else f"{low} and more", some)
+    text.head("\nU-trap's width / widest window (224 cells)")
+    for width in TRAP_SHARES:
+        text.line(f"{width:g}", measured(lambda n, width=width: wide_trap(width, n), TRAP_COUNT))
+    executor.shutdown()
+
+
+def _stages() -> list[BuildingStage]:
+    from pipeline.generalist_buildings import TESTS, stages_of
+
+    return stages_of(TESTS)
+
+
+def measure(network: QNetwork, problem: LiftProblem) -> Row:
+    """Solve one problem in the three ways."""
+    bare = lift_problem(problem.clearance, problem.start_vox, problem.target_vox)
+    start = np.array([bare.start_vox], np.int32)
+    forth = roll_out_starts(network, [bare], np.zeros(1, np.int64), start)[0]
+    shipped = roll_out(network, bare)
+    found = shipped.arrived or shortest_path(bare.clearance, bare.start_vox, bare.target_vox).path_vox is not None
+    return Row(
+        problem.distance_from(problem.start_vox),
+        int(np.abs(np.subtract(problem.start_vox, problem.target_vox)).sum()),
+        len(forth.path_vox) - 1 if forth.arrived else None,
+        len(shipped.path_vox) - 1 if shipped.arrived else None,
+        found,
+    )
+
+
+def _one_way(row: Row) -> int | None:
+    return row.one_way
+
+
+def _shipped(row: Row) -> int | None:
+    return row.shipped
+
+
+def _ratios(rows: Sequence[Row], moves: Callable[[Row], int | None]) -> np.ndarray:
+    """Return moves / shortest of those that arrived."""
+    return np.array([made / row.shortest for row in rows if (made := moves(row)) is not None])
+
+
+def _verdict(name: str, families: dict[str, list[Row]], moves: Callable[[Row], int | None]) -> str:
+    """Return a sentence for each bar."""
+    rows = [row for of_family in families.values() for row in of_family]
+    ratios = _ratios(rows, moves)
+    success = len(ratios) / len(rows)
+    worst = min(families, key=lambda family: len(_ratios(families[family], moves)) / len(families[family]))
+    worst_success = len(_ratios(families[worst], moves)) / len(families[worst])
+    length = float(ratios.mean())
+    least = success_at_least(len(ratios), len(rows))
+    return (
+        f"- {name}: success {success:.2%} (at least {least:.2%} with 95 % confidence; bar {LEAST_SUCCESS:.0%}: "
+        f"{_met(success >= LEAST_SUCCESS)}), worst family {worst} {worst_success:.1%} (bar "
+        f"{LEAST_SUCCESS_OF_A_FAMILY:.0%}: {_met(worst_success >= LEAST_SUCCESS_OF_A_FAMILY)}), mean moves / shortest "
+        f"{length:.4f} (bar {LONGEST}: {_met(length <= LONGEST)})"
+    )
+
+
+def _met(held: bool) -> str:
+    return "met" if held else "**not met**"
+
+
+class _Text:
+    """Says lines at once and keeps them."""
+
+    def __init__(self) -> None:
+        self.whole = ""
+
+    def say(self, line: str) -> None:
+        self.whole += line + "\n"
+        sys.stdout.write(line + "\n")
+        sys.stdout.flush()
+
+    def head(self, first: str) -> None:
+        self.say(f"{first[: len(first) - len(first.lstrip())]}| {first.strip()} | {HEAD}")
+        self.say("|---" * 8 + "|")
+
+    def line(self, name: str, rows: Sequence[Row]) -> None:
+        cells = [name, str(len(rows))]
+        for moves in (_one_way, _shipped):
+            ratios = _ratios(rows, moves)
+            cells += [f"{len(ratios) / len(rows):.1%}", f"{ratios.mean():.4f}" if ratios.size else "-"]
+        ratios = _ratios(rows, _shipped)
+        cells.append(f"{np.quantile(ratios, 0.95):.3f}" if ratios.size else "-")
+        cells.append(f"{sum(row.found for row in rows) / len(rows):.1%}")
+        self.say("| " + " | ".join(cells) + " |")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

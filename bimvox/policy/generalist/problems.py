@@ -1,0 +1,173 @@
+"""From a random site to a lift on it: a component, its hook, where it waits and where it goes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.env.distance import distance_field
+from bimvox.env.problem import LiftProblem, plain_clearance
+from bimvox.grid.occupancy import summed_area_table, top_of_columns
+from bimvox.policy.generalist.occupancies import FAMILIES
+from bimvox.site.clearance import HOOK_FORBIDDEN, NOTHING_CLEARED, Clearance, placement_is_free
+from bimvox.site.component import IntVec
+
+Boxes = NDArray[np.int32]
+
+STARTS = 96
+"""Transit starts kept per training problem."""
+
+LEAST_MOVES = 4
+"""A lift shorter than that is no problem."""
+
+_TARGET_TRIES = 12
+
+
+def random_shape(rng: np.random.Generator, smallest: IntVec, largest: IntVec) -> IntVec:
+    """Return the shape of a site, log-uniform between two."""
+    low, high = np.log(smallest), np.log(np.array(largest) + 0.999)
+    x, y, z = np.exp(rng.uniform(low, high)).astype(int).tolist()
+    return (x, y, z)
+
+
+def random_boxes(rng: np.random.Generator, shape: IntVec) -> Boxes:
+    """Return the boxes of a component: a cell, a column, a beam, a slab, or an L, (B, 6) int32."""
+    nx, ny, nz = shape
+    longest = max(2, min(nx, ny) // 4)
+    tallest = max(2, nz // 2)
+    kind = int(rng.integers(6))
+    thin = 1 if min(nx, ny) < 40 else int(rng.integers(1, 3))
+    if kind == 0:
+        sizes = [(1, 1, 1)]
+    elif kind == 1:
+        sizes = [(thin, thin, int(rng.integers(2, tallest + 1)))]
+    elif kind == 2:
+        sizes = [(int(rng.integers(2, longest + 1)), thin, min(thin, nz // 3))]
+    elif kind == 3:
+        sizes = [(thin, int(rng.integers(2, longest + 1)), min(thin, nz // 3))]
+    elif kind == 4:
+        sizes = [(int(rng.integers(2, longest + 1)), int(rng.integers(2, longest + 1)), 1)]
+    else:
+        sizes = [
+            (int(rng.integers(2, longest + 1)), 1, int(rng.integers(1, tallest // 2 + 1))),
+            (1, int(rng.integers(2, longest + 1)), int(rng.integers(1, tallest // 2 + 1))),
+        ]
+    boxes = np.array([[0, 0, 0, *size] for size in sizes], np.int32)
+    reference = (int(rng.integers(sizes[0][0])), int(rng.integers(sizes[0][1])), 0)  # not always a corner
+    return boxes - np.array([*reference, *reference], np.int32)
+
+
+def clearance_on(
+    occupied: NDArray[np.bool_], boxes: Boxes, *, rope: bool, jib_vox: tuple[float, float, float] | None = None
+) -> Clearance:
+    """Return the collision rule for a component hung by the middle of its top.
+
+    Args:
+        occupied: (X, Y, Z) what stands.
+        boxes: (B, 6) int32 the component.
+        rope: Whether the column above the hook must be free.
+        jib_vox: Column of the mast (x, y) and reach of the jib, cells; without it, no limit of reach.
+    """
+    floor = top_of_columns(occupied) if rope else np.zeros(occupied.shape[:2], np.int32)
+    if jib_vox is not None:
+        x, y, reach = jib_vox
+        i, j = np.indices(occupied.shape[:2])
+        floor[(i - x) ** 2 + (j - y) ** 2 > reach**2] = HOOK_FORBIDDEN
+    low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
+    hook = np.array([(low[0] + high[0]) // 2, (low[1] + high[1]) // 2, high[2]], np.int32)
+    return plain_clearance(Clearance(summed_area_table(occupied), boxes, hook, floor, *NOTHING_CLEARED))
+
+
+def random_clearance(rng: np.random.Generator, family: str, shape: IntVec) -> Clearance:
+    """Return a site of a family with a component on it; half of them with a rope, a third with a limited reach."""
+    occupied = FAMILIES[family](rng, shape)
+    boxes = random_boxes(rng, shape)
+    jib = None
+    if rng.random() < 0.3:
+        mast = rng.uniform((0, 0), shape[:2])
+        jib = (float(mast[0]), float(mast[1]), float(rng.uniform(0.6, 1.1) * max(shape[:2])))
+    return clearance_on(occupied, boxes, rope=bool(rng.random() < 0.5), jib_vox=jib)
+
+
+def random_lift(rng: np.random.Generator, clearance: Clearance, starts: int = STARTS) -> LiftProblem | None:
+    """Return a lift with a target that much of the site can reach, None where chance finds none.
+
+    Two thirds of the targets and half of the starts are as low as the component comes from where chance put it. Half of
+    the starts, where there are such, ask for a detour.
+    """
+    for _ in range(_TARGET_TRIES):
+        target = _free_cell(rng, clearance)
+        if target is None:
+            return None
+        field = distance_field(clearance, np.array(target, np.int32))
+        if (field >= LEAST_MOVES).sum() >= 16:
+            cells = np.argwhere(field >= LEAST_MOVES).astype(np.int32)
+            around = field[tuple(cells.T)] > np.abs(cells - np.array(target, np.int32)).sum(axis=1)
+            chosen = cells[rng.integers(len(cells), size=starts)]
+            if around.any():
+                detours = cells[around]
+                chosen[::2] = detours[rng.integers(len(detours), size=len(chosen[::2]))]
+            for row in chosen[: starts // 2]:
+                while row[2] > 0 and field[row[0], row[1], row[2] - 1] >= LEAST_MOVES:
+                    row[2] -= 1
+            chosen = chosen[rng.permutation(len(chosen))]
+            first = (int(chosen[0, 0]), int(chosen[0, 1]), int(chosen[0, 2]))
+            return LiftProblem(clearance, first, target, np.unique(chosen, axis=0).astype(np.int32), field)
+    return None
+
+
+def _free_cell(rng: np.random.Generator, clearance: Clearance) -> IntVec | None:
+    """Return a free placement, lowered to what is below it in two of three cases."""
+    shape = np.array(clearance.table.shape) - 1
+    for _ in range(400):
+        x, y, z = (int(n) for n in rng.integers(0, shape))
+        if placement_is_free(clearance, x, y, z):
+            if rng.random() < 2 / 3:
+                while placement_is_free(clearance, x, y, z - 1):
+                    z -= 1
+            return (x, y, z)
+    return None
+
+
+def random_problem(seed: tuple[int, ...], family: str, smallest: IntVec, largest: IntVec) -> LiftProblem:
+    """Return the lift of a seed: the same for ever.
+
+    Args:
+        seed: Numbers that name the lift.
+        family: A key of ``FAMILIES``.
+        smallest: Least shape of its site.
+        largest: Greatest.
+    """
+    rng = np.random.default_rng((*seed, list(FAMILIES).index(family)))
+    while True:
+        clearance = random_clearance(rng, family, random_shape(rng, smallest, largest))
+        problem = random_lift(rng, clearance)
+        if problem is not None:
+            return problem
+
+
+def with_boxes(rng: np.random.Generator, clearance: Clearance, count: int) -> Clearance:
+    """Return a collision rule with random boxes added to what stands; the hook keeps above them where a rope hangs.
+
+    Args:
+        rng: Draws the boxes.
+        clearance: The rule as it was.
+        count: Boxes.
+    """
+    occupied = occupancy_of(clearance)
+    nx, ny, nz = occupied.shape
+    added = np.zeros_like(occupied)
+    for _ in range(count):
+        size = [int(rng.integers(1, max(2, n // 5))) for n in (nx, ny)] + [int(rng.integers(1, max(2, nz // 2)))]
+        x, y = int(rng.integers(nx)), int(rng.integers(ny))
+        z = 1 if rng.random() < 0.7 else int(rng.integers(1, nz))
+        added[x : x + size[0], y : y + size[1], z : z + size[2]] = True
+    rope = bool(((clearance.hook_floor > 0) & (clearance.hook_floor < HOOK_FORBIDDEN)).any())
+    floor = np.maximum(clearance.hook_floor, top_of_columns(added)) if rope else clearance.hook_floor
+    return clearance._replace(table=summed_area_table(occupied | added), hook_floor=floor.astype(np.int32))
+
+
+def occupancy_of(clearance: Clearance) -> NDArray[np.bool_]:
+    """Return the (X, Y, Z) cells of a summed-area table."""
+    occupied: NDArray[np.bool_] = np.diff(np.diff(np.diff(clearance.table, axis=0), axis=1), axis=2) > 0
+    return occupied

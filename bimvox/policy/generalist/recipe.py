@@ -1,0 +1,214 @@
+"""How the generalist is trained: deep Q-learning on thousands of random sites at once."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from stable_baselines3.common.callbacks import BaseCallback
+
+from bimvox.env.batched import BatchedLiftEnv
+from bimvox.env.limits import StepLimit
+from bimvox.env.problem import LiftProblem
+from bimvox.env.starts import StartMix
+from bimvox.planning.rollout import Values
+from bimvox.policy.config import DqnConfig
+from bimvox.policy.dqn import LiftDqn, load_network, network_of
+from bimvox.policy.evaluate import Evaluation, evaluate
+from bimvox.policy.network import QNetwork
+from bimvox.policy.vec_env import LiftVecEnv
+
+SEED = 0
+LESSON_COUNT = 16_000
+BUILDING_LIFTS = 800
+CHECK_COUNT = 500
+STEPS = 40_000_000
+
+RECIPE = DqnConfig(
+    hidden=(256, 256, 128),
+    learning_rate=7e-4,
+    learning_rate_last=1e-5,
+    cooling=0.5,
+    batch_size=8192,
+    buffer_size=2_000_000,
+    learning_starts=40_000,
+    lifts=4096,
+    gradient_steps=8,
+    target_update=250,
+    exploration_steps=400_000,
+    exploration_last=0.4,
+    exploration_spread=6.0,
+    averaging=0.999,
+    teacher=1.0,
+    mix=StartMix(0.25, 0.15, 10),
+    limit=StepLimit(3.0, 40),
+    test_every=1_500_000,
+)
+"""For a machine with an accelerator. On two cores without one, fewer lifts side by side and smaller batches learn the
+same in more time: :func:`small_recipe`."""
+
+_REWEIGH_EVERY = 100
+
+
+def small_recipe() -> DqnConfig:
+    """Return the recipe for two cores: the same but for what is done at once."""
+    return replace(
+        RECIPE,
+        lifts=256,
+        batch_size=1024,
+        gradient_steps=2,
+        buffer_size=300_000,
+        learning_starts=5_000,
+        target_update=200,
+        averaging=0.998,
+        exploration_steps=30_000,
+        learning_rate=1e-3,
+        learning_rate_last=2e-5,
+        test_every=100_000,
+    )
+
+
+def continuing(config: DqnConfig) -> DqnConfig:
+    """Return a recipe for going on from trained weights: smaller steps, and no exploring from nothing."""
+    return replace(
+        config,
+        learning_rate=0.4 * config.learning_rate,
+        learning_starts=4 * config.learning_starts,
+        exploration_first=config.exploration_last,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One test while the generalist learns.
+
+    Attributes:
+        steps: Environment steps so far.
+        success_rate: Share of the check problems that were solved.
+        length_ratio: Mean path / shortest path over these.
+        by_family: Success rate of each family, in the order of ``FAMILIES``.
+    """
+
+    steps: int
+    success_rate: float
+    length_ratio: float
+    by_family: tuple[float, ...]
+
+
+def train_generalist(
+    problems: Sequence[LiftProblem],
+    checks: Sequence[LiftProblem],
+    config: DqnConfig,
+    *,
+    families: int,
+    seed: int = SEED,
+    steps: int = STEPS,
+    device: str = "cpu",
+    threads: int = 1,
+    seconds: float | None = None,
+    half: bool = False,
+    initial: QNetwork | None = None,
+    report: Callable[[Check, QNetwork], None] | None = None,
+) -> QNetwork:
+    """Train the generalist and return its last network (averaged).
+
+    Args:
+        problems: The lessons.
+        checks: Problems to test it on meanwhile, families in turn; never learned from.
+        config: The choices.
+        families: How many families take turns in ``checks``.
+        seed: Same lessons, config, seed, device and ``seconds=None``: the same weights.
+        steps: Budget in environment steps.
+        device: As torch names it.
+        threads: To step the lifts with.
+        seconds: Stop then; the learning rate cools towards whichever end comes first.
+        half: Multiply in bfloat16.
+        initial: Network to begin from.
+        report: Told of every check.
+    """
+    batch = BatchedLiftEnv(
+        problems,
+        config.lifts,
+        reward_name=config.reward,
+        mix=config.mix,
+        limit=config.limit,
+        seed=seed,
+        threads=threads,
+        teacher_discount=config.discount if config.teacher else 0.0,
+    )
+    torch.set_num_threads(threads)
+    torch.set_float32_matmul_precision("high")
+    dqn = LiftDqn(LiftVecEnv(batch), config, seed, device=device, seconds=seconds, half=half)
+    if initial is not None:
+        load_network(dqn, initial)
+
+    def check(steps_done: int) -> None:
+        network = network_of(dqn)
+        found = evaluate_side_by_side(network, checks, threads)
+        by_family = tuple(float(found.arrived[n::families].mean()) for n in range(families))
+        if report is not None:
+            report(Check(steps_done, found.success_rate, found.length_ratio, by_family), network)
+
+    if initial is not None:
+        check(0)
+    checks_done = _Checks(batch, check, config.test_every, seconds)
+    dqn.learn(steps, callback=checks_done)
+    if checks_done.last != dqn.num_timesteps:
+        check(dqn.num_timesteps)
+    return network_of(dqn)
+
+
+def evaluate_side_by_side(values: Values, problems: Sequence[LiftProblem], threads: int = 1) -> Evaluation:
+    """Roll a policy out on each problem from its first start, on several threads."""
+    single = [
+        LiftProblem(p.clearance, p.start_vox, p.target_vox, np.array([p.start_vox], np.int32), p.distance)
+        for p in problems
+    ]
+    parts = np.array_split(np.arange(len(single)), min(len(single), max(1, 4 * threads)))
+
+    def work(part: NDArray[np.int64]) -> Evaluation:
+        return evaluate(values, [single[n] for n in part], starts=len(part))
+
+    with ThreadPoolExecutor(threads) as executor:
+        found = list(executor.map(work, parts))
+    return Evaluation(
+        np.arange(len(single)),
+        np.concatenate([e.arrived for e in found]),
+        np.concatenate([e.moves for e in found]),
+        np.concatenate([e.shortest for e in found]),
+    )
+
+
+class _Checks(BaseCallback):
+    """Tests now and then, draws the lessons oftener that fail oftener, and stops in time."""
+
+    def __init__(self, batch: BatchedLiftEnv, check: Callable[[int], None], every: int, seconds: float | None) -> None:
+        super().__init__()
+        self._batch, self._check, self._every, self._seconds = batch, check, every, seconds
+        self._next = every
+        self._tries = np.ones(batch.problems)
+        self._failures = np.zeros(batch.problems)
+        self._calls = 0
+        self.last = 0
+
+    def _on_step(self) -> bool:
+        step = self.training_env.last_step  # type: ignore[attr-defined]
+        ended = step.ended
+        self._tries += np.bincount(self._batch.ended_problem[ended], minlength=self._tries.size)
+        failed = ended & ~step.arrived
+        self._failures += np.bincount(self._batch.ended_problem[failed], minlength=self._tries.size)
+        self._calls += 1
+        if self._calls % _REWEIGH_EVERY == 0:
+            self._batch.weigh_problems(1.0 + 4.0 * self._failures / self._tries)
+            self._tries = 0.9 * self._tries + 0.1
+            self._failures *= 0.9
+        if self.num_timesteps >= self._next:
+            self._next += self._every
+            self._check(self.num_timesteps)
+            self.last = self.num_timesteps
+        return self._seconds is None or time.monotonic() - self.model._began < self._seconds  # type: ignore[attr-defined]

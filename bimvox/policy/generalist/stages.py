@@ -1,0 +1,100 @@
+"""Stages of real buildings as one plain file, so that lessons need no model reader."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.env.problem import LiftProblem, training_problem
+from bimvox.grid.occupancy import summed_area_table
+from bimvox.policy.generalist.problems import occupancy_of, with_boxes
+from bimvox.site.clearance import NOTHING_CLEARED, Clearance
+from bimvox.site.component import IntVec
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BuildingStage:
+    """The moment before one lift of a building.
+
+    Attributes:
+        clearance: The collision rule.
+        start_vox: Where its transit starts.
+        gate_vox: Where it ends.
+        yard_vox: (S, 3) int32 starts all over the yard.
+    """
+
+    clearance: Clearance
+    start_vox: IntVec
+    gate_vox: IntVec
+    yard_vox: NDArray[np.int32]
+
+
+def save_stages(file: Path, stages: list[BuildingStage]) -> None:
+    """Write stages to a compressed NumPy archive of plain arrays."""
+    arrays: dict[str, NDArray[np.generic]] = {}
+    for n, stage in enumerate(stages):
+        occupied = occupancy_of(stage.clearance)
+        arrays[f"{n}.shape"] = np.array(occupied.shape, np.int32)
+        arrays[f"{n}.occupied"] = np.packbits(occupied)
+        arrays[f"{n}.boxes"] = stage.clearance.boxes
+        arrays[f"{n}.hook_offset"] = stage.clearance.hook_offset
+        arrays[f"{n}.hook_floor"] = stage.clearance.hook_floor
+        arrays[f"{n}.way"] = np.array([stage.start_vox, stage.gate_vox], np.int32)
+        arrays[f"{n}.yard"] = stage.yard_vox
+    with file.open("wb") as stream:
+        np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
+
+
+def load_stages(file: Path) -> list[BuildingStage]:
+    """Read what :func:`save_stages` wrote."""
+    with np.load(file, allow_pickle=False) as archive:
+        count = sum(name.endswith(".shape") for name in archive.files)
+        return [_stage({key: archive[f"{n}.{key}"] for key in _KEYS}) for n in range(count)]
+
+
+_KEYS = ("shape", "occupied", "boxes", "hook_offset", "hook_floor", "way", "yard")
+
+
+def _stage(arrays: dict[str, NDArray[np.generic]]) -> BuildingStage:
+    shape = tuple(int(n) for n in arrays["shape"])
+    bits = np.unpackbits(arrays["occupied"].astype(np.uint8), count=int(np.prod(shape)))
+    clearance = Clearance(
+        summed_area_table(bits.reshape(shape).astype(np.bool_)),
+        arrays["boxes"].astype(np.int32),
+        arrays["hook_offset"].astype(np.int32),
+        arrays["hook_floor"].astype(np.int32),
+        *NOTHING_CLEARED,
+    )
+    (a, b, c), (d, e, f) = arrays["way"].astype(int).tolist()
+    return BuildingStage(clearance, (a, b, c), (d, e, f), arrays["yard"].astype(np.int32))
+
+
+def building_lifts(stages: list[BuildingStage], *, count: int, domain: int, starts: int) -> list[LiftProblem]:
+    """Return lifts at random stages of buildings, random boxes standing about in three of four.
+
+    Args:
+        stages: Of the buildings.
+        count: Lifts; fewer where chance has it that stages cannot be solved.
+        domain: Begins their seeds.
+        starts: Starts kept of each, drawn from the yard.
+    """
+    problems: list[LiftProblem] = []
+    for number in range(20 * count):
+        if len(problems) == count or not stages:
+            break
+        rng = np.random.default_rng((domain, 99, number))
+        stage = stages[int(rng.integers(len(stages)))]
+        clearance = stage.clearance
+        if rng.random() < 0.75:
+            clearance = with_boxes(rng, clearance, int(rng.integers(1, 9)))
+        problem = training_problem(
+            clearance, stage.start_vox, stage.gate_vox, rng.permutation(stage.yard_vox)[: 4 * starts]
+        )
+        if len(problem.starts_vox):
+            chosen = rng.permutation(problem.starts_vox)[:starts]
+            first = (int(chosen[0, 0]), int(chosen[0, 1]), int(chosen[0, 2]))
+            problems.append(LiftProblem(problem.clearance, first, stage.gate_vox, chosen, problem.distance))
+    return problems

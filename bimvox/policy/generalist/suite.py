@@ -1,0 +1,136 @@
+"""The held-out suite: problems that no lesson shows, the same for ever, each made when it is asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bimvox.env.distance import UNREACHABLE
+from bimvox.env.problem import LiftProblem, training_problem
+from bimvox.env.view import WIDEST_WINDOW_VOX
+from bimvox.policy.generalist.lessons import HELD_OUT_DOMAIN, SMALLEST
+from bimvox.policy.generalist.occupancies import FAMILIES, u_trap
+from bimvox.policy.generalist.problems import clearance_on, random_boxes, random_clearance, random_problem, random_shape
+from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.site.component import IntVec
+
+FAMILY_COUNT = 210
+"""Problems of each family."""
+
+BUILDING_COUNT = 150
+"""Lifts of the building that no lesson shows."""
+
+UNSOLVABLE_COUNT = 150
+
+TRAP_SHARES = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5)
+"""Width of the traps of :func:`wide_trap` over the view's widest window (224 cells)."""
+
+TRAP_COUNT = 12
+"""Problems of each of these."""
+
+SUITE_SIZES: tuple[tuple[IntVec, int], ...] = (
+    ((40, 40, 16), 4),
+    ((96, 96, 32), 4),
+    ((200, 200, 60), 1),
+    ((400, 400, 100), 1),
+)
+"""Largest site, and how many problems in ten are drawn up to it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldOut:
+    """One problem of the suite.
+
+    Attributes:
+        family: Its family's name.
+        number: Its number there.
+        problem: From ``start_vox`` to ``target_vox``, with its distance field.
+    """
+
+    family: str
+    number: int
+    problem: LiftProblem
+
+
+def held_out(family: str, number: int) -> HeldOut:
+    """Return a problem of a family by its number."""
+    sizes = [largest for largest, share in SUITE_SIZES for _ in range(share)]
+    largest = sizes[number % len(sizes)]
+    return HeldOut(family, number, random_problem((HELD_OUT_DOMAIN, number), family, SMALLEST, largest))
+
+
+def unsolvable(number: int) -> LiftProblem:
+    """Return a lift without a way: its target, or its start, is in a room that the rest of the site cannot reach."""
+    names = list(FAMILIES)
+    attempt = 0
+    while True:
+        rng = np.random.default_rng((HELD_OUT_DOMAIN, 77, number, attempt))
+        attempt += 1
+        clearance = random_clearance(rng, names[number % len(names)], random_shape(rng, SMALLEST, (64, 64, 24)))
+        cells = [_free(rng, clearance) for _ in range(2)]
+        if cells[0] is None or cells[1] is None:
+            continue
+        closed = _closed_in(clearance, cells[number % 2] or (0, 0, 0), 1 + int(rng.integers(3)))
+        start, target = cells[0], cells[1]
+        if not (placement_is_free(closed, *start) and placement_is_free(closed, *target)):
+            continue
+        problem = training_problem(closed, start, target)
+        if problem.distance_from(start) == UNREACHABLE:
+            return problem
+
+
+def wide_trap(share: float, number: int) -> LiftProblem:
+    """Return a start inside a U as high as the site, as wide as a share of the widest window, the target behind it.
+
+    Args:
+        share: Of ``WIDEST_WINDOW_VOX``.
+        number: Chooses proportions, component and places.
+    """
+    rng = np.random.default_rng((HELD_OUT_DOMAIN, 55, int(1000 * share), number))
+    width = max(8, round(share * WIDEST_WINDOW_VOX))
+    depth = max(6, int(rng.uniform(0.3, 1.0) * width))
+    nx, ny, nz = depth + 48, width + 48, 8
+    occupied = np.zeros((nx, ny, nz), np.bool_)
+    occupied[:, :, 0] = True
+    u_trap(occupied, 24, 24, depth, width, nz, 0, roof=False)
+    clearance = clearance_on(occupied, random_boxes(rng, (24, 24, nz)), rope=bool(rng.integers(2)))
+    while True:
+        start = (
+            24 + int(rng.uniform(0.5, 0.9) * depth),
+            24 + int(rng.uniform(0.2, 0.8) * width),
+            int(rng.integers(2, nz - 2)),
+        )
+        target = (
+            24 + depth + int(rng.integers(4, 20)),
+            24 + int(rng.uniform(0.2, 0.8) * width),
+            int(rng.integers(1, nz - 2)),
+        )
+        if placement_is_free(clearance, *start) and placement_is_free(clearance, *target):
+            problem = training_problem(clearance, start, target)
+            if problem.distance_from(start) > 0:
+                return problem
+        clearance = clearance_on(occupied, random_boxes(rng, (24, 24, nz)), rope=bool(rng.integers(2)))
+
+
+def _free(rng: np.random.Generator, clearance: Clearance) -> IntVec | None:
+    shape = np.array(clearance.table.shape) - 1
+    for _ in range(200):
+        x, y, z = (int(n) for n in rng.integers(0, shape))
+        if placement_is_free(clearance, x, y, z):
+            return (x, y, z)
+    return None
+
+
+def _closed_in(clearance: Clearance, cell: IntVec, room: int) -> Clearance:
+    """Return the rule with a shell of walls, one cell thick, ``room`` cells around the component at a cell."""
+    from bimvox.grid.occupancy import summed_area_table
+    from bimvox.policy.generalist.problems import occupancy_of
+
+    occupied = occupancy_of(clearance)
+    low = np.maximum(np.array(cell) + clearance.boxes[:, :3].min(axis=0) - room - 1, 0)
+    high = np.array(cell) + clearance.boxes[:, 3:].max(axis=0) + room + 1
+    shell = np.zeros_like(occupied)
+    shell[low[0] : high[0], low[1] : high[1], low[2] : high[2]] = True
+    shell[low[0] + 1 : high[0] - 1, low[1] + 1 : high[1] - 1, low[2] + 1 : high[2] - 1] = False
+    return clearance._replace(table=summed_area_table(occupied | shell))
