@@ -13,8 +13,8 @@ TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-page check lint types contracts samples bench bench-voxelize bench-environment bench-render \
-	bench-many-lifts bench-generalist bench-decision train-generalist bench-watch bench-scale soak-watch soak-files picture docs \
-	constraints clean
+	bench-planning bench-many-lifts bench-generalist bench-decision train-generalist \
+	bench-watch bench-scale soak-watch soak-files picture docs constraints clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
@@ -73,6 +73,9 @@ $(PEERS)/ready: benchmarks/peers.txt pyproject.toml constraints.txt | $(UV)
 
 bench-voxelize: $(PEERS)/ready ## the voxelizer against its peers: docs/voxelizing.md (ARGS=--quick for a try)
 	$(PEERS)/bin/python -m benchmarks.voxelize $(ARGS)
+
+bench-planning: setup ## what the chosen order and yard save, and the share of the narrow phase
+	$(BIN)/python -m benchmarks.planning $(ARGS)
 
 bench-watch: setup ## from a changed obstruction file to the new plan on disk: docs/watching.md
 	$(BIN)/python -m benchmarks.watch $(ARGS)

@@ -103,6 +103,30 @@ def find_insertion(
     return _Inserter(site, contacts, counts, component, clearance, present, transit or clearance).find()
 
 
+class _Entangled:
+    """A neighbour that no way leads out of: the pair never shares more cells than in the finished building.
+
+    Args:
+        cells: (N, 3) of the neighbour.
+        own: (M, 3) of the part at its place.
+    """
+
+    def __init__(self, cells: NDArray[np.int32], own: NDArray[np.int32]) -> None:
+        self._low = cells.min(axis=0)
+        self._dense = np.zeros(cells.max(axis=0) - self._low + 1, np.bool_)
+        self._dense[tuple((cells - self._low).T)] = True
+        self.allowed = max(1, self._shared(own))
+
+    def shared_at(self, own: NDArray[np.int32], place: IntVec) -> int:
+        """How many cells the two share with the part's cells ((M, 3), relative) at a placement."""
+        return self._shared(own + np.array(place, np.int32))
+
+    def _shared(self, cells: NDArray[np.int32]) -> int:
+        local = cells - self._low
+        inside = ((local >= 0) & (local < self._dense.shape)).all(axis=1)
+        return int(self._dense[tuple(local[inside].T)].sum())
+
+
 class _Inserter:
     def __init__(
         self,
@@ -135,6 +159,12 @@ class _Inserter:
         self.hook_column = tuple(int(n) for n in (hook - self.low)[:2])
         self.hook_m[2] = origin[2] + self.step_m * hook[2]
         self.rooms = np.zeros(site.shape, np.int8)
+        self.own_cells = component.shape.cells
+        self.entangled = [
+            (n, _Entangled(contacts.solids[n].cells, self.own_cells + self.target.astype(np.int32)))
+            for n in self.near
+            if contacts.way_out_m(component.index, n) is None
+        ]
 
     def find(self) -> Insertion | NoInsertion:
         straight = self._straight_down()
@@ -232,6 +262,9 @@ class _Inserter:
             hit = cells[inside][self.foreign[tuple(cells[inside].T)]] + self.low
             where = "at its place" if place == self.component.target_vox else "above its place"
             return NoInsertion(f"it is blocked {where}", (), tuple((int(x), int(y), int(z)) for x, y, z in hit[:4096]))
+        fuller = tuple(n for n, pair in self.entangled if pair.shared_at(self.own_cells, place) > pair.allowed)
+        if fuller:
+            return NoInsertion("it would run deeper into parts than it is drawn into them", fuller)
         return self._rope_wrong_at(place)
 
     def _rope_wrong_at(self, place: IntVec) -> NoInsertion | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from bimvox.site.component import Component
 from bimvox.site.site import Site
 
 NO_SOLID = -1
+_FAR_VOX = 2**30
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,11 +25,30 @@ class Thing:
         name: Id of the part, structure or obstruction.
         cells: (N, 3) int32 cells of the grid that it occupies.
         solid: Number of its triangles (components by their index, then structure), ``NO_SOLID`` where it has none.
+        low: Lowest cell of the box around its cells.
+        high: Highest cell of that box.
     """
 
     name: str
     cells: NDArray[np.int32]
     solid: int
+    low: tuple[int, int, int] = field(init=False)
+    high: tuple[int, int, int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "low", tuple(self.cells.min(axis=0, initial=_FAR_VOX).tolist()))
+        object.__setattr__(self, "high", tuple(self.cells.max(axis=0, initial=-_FAR_VOX).tolist()))
+
+    def is_apart(self, low: Sequence[int], high: Sequence[int]) -> bool:
+        """Whether its box lies beside another one, both ends inclusive. Looked at before any cell: most things do."""
+        return (
+            self.low[0] > high[0]
+            or self.high[0] < low[0]
+            or self.low[1] > high[1]
+            or self.high[1] < low[1]
+            or self.low[2] > high[2]
+            or self.high[2] < low[2]
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,6 +79,7 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
     lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
     carried = {id(lift) for lift in plan.lifts}
     fixed = _fixed(site)
+    waiting: dict[int, Thing] = {}
     standing: list[Thing] = []
     placed: set[int] = set()
     before: Lift | None = None
@@ -69,11 +90,12 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
         if lift.status is not Status.PLANNED:
             continue
         if id(lift) in carried:
-            stored = _stored(site, lifts, lift, delivery, placed)
+            stored = _stored(site, lifts, lift, delivery, placed, waiting)
             yield Moment(lift, before, (*fixed, *standing, *stored), frozenset(placed))
         component = site.components[lift.component]
         placed.add(component.index)
-        standing.append(finished(component))
+        whole = finished(component)
+        standing.append(Thing(whole.name, _inside(whole.cells, site), whole.solid))
         before = lift
 
 
@@ -84,9 +106,15 @@ def finished(component: Component) -> Thing:
 
 def near_and_far(component: Component, present: Sequence[Thing]) -> tuple[list[Thing], list[Thing]]:
     """Return which present things have triangles and share or touch cells with a part in its place, and the others."""
-    target = finished(component).cells
-    near = [thing for thing in present if thing.solid != NO_SOLID and _touches(target, thing.cells)]
-    return near, [thing for thing in present if not any(thing is other for other in near)]
+    target = finished(component)
+    low, high = [n - 1 for n in target.low], [n + 1 for n in target.high]
+    near = [
+        thing
+        for thing in present
+        if thing.solid != NO_SOLID and not thing.is_apart(low, high) and _touches(target.cells, thing.cells)
+    ]
+    close = {id(thing) for thing in near}
+    return near, [thing for thing in present if id(thing) not in close]
 
 
 def cells_in_common(cells: NDArray[np.int32], others: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -108,24 +136,27 @@ def _fixed(site: Site) -> tuple[Thing, ...]:
     return tuple(things)
 
 
-def _stored(site: Site, lifts: list[Lift], lift: Lift, delivery: int, placed: set[int]) -> list[Thing]:
-    """Everything of the same delivery that is not in place."""
-    return [
-        Thing(
-            site.components[other.component].id,
-            other.place.shape.cells + np.array(other.place.cell_vox, np.int32),
-            NO_SOLID,
-        )
-        for other in lifts
-        if other is not lift
-        and other.place is not None
-        and other.place.delivery == delivery
-        and other.component not in placed
-    ]
+def _stored(
+    site: Site, lifts: list[Lift], lift: Lift, delivery: int, placed: set[int], made: dict[int, Thing]
+) -> list[Thing]:
+    """Everything of the same delivery that is not in place; each is made once and kept in ``made``."""
+    things = []
+    for number, other in enumerate(lifts):
+        place = other.place
+        if other is lift or place is None or place.delivery != delivery or other.component in placed:
+            continue
+        if number not in made:
+            cells = place.shape.cells + np.array(place.cell_vox, np.int32)
+            made[number] = Thing(site.components[other.component].id, _inside(cells, site), NO_SOLID)
+        things.append(made[number])
+    return things
+
+
+def _inside(cells: NDArray[np.int32], site: Site) -> NDArray[np.int32]:
+    """Leave out what a spoiled plan puts outside the site: its own lift is to blame, not the one that looks round."""
+    return cells[((cells >= 0) & (cells < np.array(site.shape))).all(axis=1)]
 
 
 def _touches(cells: NDArray[np.int32], others: NDArray[np.int32]) -> bool:
     """Whether two sets of cells share a cell or touch, corners included."""
-    if (cells.min(axis=0) > others.max(axis=0) + 1).any() or (others.min(axis=0) > cells.max(axis=0) + 1).any():
-        return False
     return bool(cKDTree(cells).count_neighbors(cKDTree(others), 1.0, p=np.inf))

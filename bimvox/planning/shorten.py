@@ -19,6 +19,8 @@ from bimvox.planning.yard import allocate_yard
 from bimvox.site.site import Site
 
 _ROUNDS = 3
+_LOOKED_AT = 48
+"""Of the parts that may come next, so many that are nearest to the hook are weighed against each other."""
 _WORTH = 1.02
 """How much longer than the shortest the plain order's ways may be for it to be kept: the bound knows no obstacles."""
 Places = tuple[YardPlace | None, ...]
@@ -80,9 +82,12 @@ class _Quickest:
         if len(ready) == 1:
             return ready[0]
         numbers = np.array(ready)
-        after = self._empty_s[numbers[:, None], numbers[None]] + np.where(np.eye(len(ready), dtype=np.bool_), np.inf, 0)
+        if order:
+            nearest = np.argsort(self._empty_s[order[-1], numbers], kind="stable")[:_LOOKED_AT]
+            numbers = numbers[np.sort(nearest)]
+        after = self._empty_s[numbers[:, None], numbers[None]] + np.diag(np.full(len(numbers), np.inf))
         cost = after.min(axis=1) + (self._empty_s[order[-1], numbers] if order else 0.0)
-        return ready[int(np.argmin(cost))]
+        return int(numbers[np.argmin(cost)])
 
 
 def _with_place(places: Places) -> int:

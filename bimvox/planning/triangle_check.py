@@ -53,6 +53,7 @@ class TriangleCheck:
             if c.first in numbers and c.second in numbers
         }
         self._boxes = [mesh.bounds_m for mesh in self._meshes]
+        self._bounds = np.array(self._boxes, np.float64).reshape(-1, 2, 3)
         self._thickness_m = [thickness_m(mesh) for mesh in self._meshes]
         self._raw: _Objects = {}
         self._movable: _Objects = {}
@@ -123,16 +124,17 @@ class TriangleCheck:
         tolerance_m = min(rules.contact_tolerance_m, 0.2 * float((high - low)[:2].min()))
         centre = (low + high) / 2
         scale = np.ones(3)
-        scale[:2] = 1.0 - 2.0 * tolerance_m / (high - low)[:2]
+        scale[:2] = 1.0 - 2.0 * tolerance_m / np.maximum((high - low)[:2], 1e-9)  # a sheet has no thickness
         sunk = collision_object((component.mesh.triangles_m - centre) * scale + centre)
         found = []
-        for other in range(len(self._site.components)):
-            other_low, other_high = self._boxes[other]
-            beside = (other_low[:2] >= high[:2]).any() or (other_high[:2] <= low[:2]).any()
+        lows, highs = self._bounds[: len(self._site.components), 0], self._bounds[: len(self._site.components), 1]
+        over = ((lows[:, :2] < high[:2]) & (highs[:, :2] > low[:2])).all(axis=1)
+        top = highs[:, 2]
+        close = (top <= low[2] + rules.contact_tolerance_m) & (top >= low[2] - rules.support_gap_m)
+        for other in np.flatnonzero(over & close).tolist():
+            other_high = self._boxes[other][1]
             pair = (component.index, other)
-            if other == component.index or beside or pair in self._clashes or pair[::-1] in self._clashes:
-                continue
-            if other_high[2] > low[2] + rules.contact_tolerance_m or other_high[2] < low[2] - rules.support_gap_m:
+            if other == component.index or pair in self._clashes or pair[::-1] in self._clashes:
                 continue
             sunk.setTranslation(np.array([0.0, 0.0, other_high[2] - low[2] - 1e-4]))
             if fcl.collide(sunk, self._fixed(other)):

@@ -1,7 +1,7 @@
 """Proves a finished plan again, by other means than it was made.
 
-The planner asks a summed-area table and an exact sweep. This module asks neither: it marks raw cells in plain boolean
-grids that it rebuilds for every lift, and tests the real triangles with a collision library (FCL), finely sampled.
+The planner asks a summed-area table and an exact sweep. This module asks neither: it counts what is in each raw cell,
+in a plain grid kept from lift to lift, and tests the real triangles with a collision library (FCL), finely sampled.
 Infeasible lifts prove nothing and are not looked at, except that what they leave out must not be leaned on.
 """
 
@@ -15,6 +15,7 @@ from scipy.ndimage import maximum_filter
 
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
+from bimvox.planning.marks import Marks
 from bimvox.planning.moment import Thing, cells_in_common, moments, near_and_far
 from bimvox.planning.proof import Check, Verification, turn_to
 from bimvox.planning.shape_check import check_shape
@@ -22,7 +23,6 @@ from bimvox.planning.stands_check import check_stands
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape
-from bimvox.site.site import Site
 
 _CHUNK = 2_000_000
 
@@ -51,6 +51,7 @@ class _Verifier:
         self.lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
         self.triangles = TriangleCheck(plan)
         self.known_shapes = known_shapes
+        self.marks = Marks(self.site.shape)
         names = (
             "complete",
             "shapes",
@@ -116,6 +117,7 @@ class _Verifier:
         inside = self._check_boundary(component, path)
         if not inside:
             return
+        self.marks.move_to(present)
         self._check_yard(lift, component, present)
         self._check_cells(component, path, present)
         self._check_margin(lift, component, path, present)
@@ -172,9 +174,13 @@ class _Verifier:
         size = np.array(erection_size_vox(turned_shape(component.shape, place.turn), place.pose))
         size[2] += place.rise_vox - 1
         low = np.array(place.cell_vox)
+        raised = "erected" if place.pose is not StoredPose.AS_BUILT else "raised"
+        first, last = low.tolist(), (low + size - 1).tolist()
         for thing in present:
+            if thing.is_apart(first, last):
+                check.look(True, "")
+                continue
             hit = ((thing.cells >= low) & (thing.cells < low + size)).all(axis=1)
-            raised = "erected" if place.pose is not StoredPose.AS_BUILT else "raised"
             check.look(not hit.any(), f"{component.id}: meets {thing.name} while it is {raised}")
         self._check_turning(check, component, place, present)
 
@@ -208,13 +214,14 @@ class _Verifier:
         check = self.checks["cells"]
         own = component.shape.cells
         near, far = near_and_far(component, present)
-        hits_far = self._hits(own, path, _marked(self.site, far))
+        with self.marks.without(near):
+            hits_far = self._hits(own, path, self.marks.counts)
         for n in np.flatnonzero(hits_far)[:1]:
             cells = own + path[n]
             names = [t.name for t in far if len(cells_in_common(cells, t.cells))]
             check.look(False, f"{component.id}: at placement {n}, cell {tuple(path[n])}, it meets {', '.join(names)}")
         check.look(True, "", samples=len(path) * len(own))
-        hits_near = self._hits(own, path, _marked(self.site, near))
+        hits_near = self._hits(own, path, Marks(self.site.shape, near).counts)
         if not hits_near.any():
             return
         first = max(0, int(np.flatnonzero(hits_near)[0]) - 1)
@@ -229,7 +236,7 @@ class _Verifier:
         if margin_m <= 0.0:
             return
         reach = 2 * int(np.ceil(margin_m / size_m - 1e-9)) + 1
-        wide = maximum_filter(_marked(self.site, present), size=reach, mode="constant", cval=False)
+        wide = maximum_filter(self.marks.counts, size=reach, mode="constant", cval=0)
         near = self._hits(component.shape.cells, path, wide)
         gate = max(0, len(path) - 1 - lift.contact_moves)
         rising = (path[:, :2] == path[0, :2]).all(axis=1) & (np.diff(path[:, 2], prepend=path[0, 2] - 1) == 1)
@@ -241,7 +248,7 @@ class _Verifier:
             samples=max(0, gate + 1 - departure),
         )
 
-    def _hits(self, own: NDArray[np.int32], path: NDArray[np.int32], marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def _hits(self, own: NDArray[np.int32], path: NDArray[np.int32], marked: NDArray[np.uint16]) -> NDArray[np.bool_]:
         hits = np.zeros(len(path), np.bool_)
         step = max(1, _CHUNK // len(own))
         for n in range(0, len(path), step):
@@ -281,7 +288,7 @@ class _Verifier:
         self, component: Component, path: NDArray[np.int32], hook: NDArray[np.int32], present: Sequence[Thing]
     ) -> None:
         check = self.checks["rope"]
-        marked = _marked(self.site, present)
+        marked = self.marks.counts
         for n, (x, y, z) in enumerate(hook.tolist()):
             column = marked[x, y, max(z, 0) :]
             if not column.any():
@@ -314,10 +321,3 @@ class _Verifier:
 
     def _is_infeasible(self, number: int) -> bool:
         return any(lift.component == number and lift.status is Status.INFEASIBLE for lift in self.lifts)
-
-
-def _marked(site: Site, things: Sequence[Thing]) -> NDArray[np.bool_]:
-    marked = np.zeros(site.shape, np.bool_)
-    for thing in things:
-        marked[tuple(thing.cells.T)] = True
-    return marked

@@ -52,23 +52,27 @@ def drive_path(
     """
     check_path(crane, clearance, load, path_vox)
     head, tail = _with_set_down(crane, clearance, load, path_vox, contact_moves)
-    if contact_moves > 0 and (tail[:, :2] != tail[0, :2]).any():
-        # Last moves from the side: what they clear is for them alone, not for a shorter way to their start.
-        clearance = _without_cleared(clearance, tail[1:])
-    over = over_the_top(crane, clearance, load, head[0], head[-1], slew_rad)
+    way = clearance
+    if contact_moves > 0:
+        # What the last moves clear is for them alone: no shorter way leads through it to where they begin. Only where
+        # they lead straight down may lowering begin, from above their start, before the axes are at rest.
+        way = _without_cleared(clearance, tail[1:])
+        if (tail[:, :2] != tail[0, :2]).any():
+            clearance = way
+    over = over_the_top(crane, way, load, head[0], head[-1], slew_rad)
     best = None
     if over is not None:
-        best = _finished(crane, clearance, load, over.moves, tail, slew_rad)
+        best = _finished(crane, way, clearance, load, over.moves, tail, slew_rad)
         if best.duration_s <= _GOOD_ENOUGH * _slowest_axis_s(best):
             return best, over.clearance_height_m
-    along = along_the_path(crane, clearance, load, head, slew_rad)
+    along = along_the_path(crane, way, load, head, slew_rad)
     moves = list(along.moves)
     if contact_moves == 0 and moves and moves[-1].is_vertical and moves[-1].difference[2] > 0.0:
         # The only way to above the place leads up to there in its own column, through the place or from just above it:
         # instead of all the way up and down again it goes straight to the place.
         begins = round((moves[-1].start.height_m - load.zero_height_m) / load.voxel_size_m)
         moves, tail = moves[:-1], _straight(path_vox[-1], begins)
-    other = _finished(crane, clearance, load, moves, tail, slew_rad)
+    other = _finished(crane, way, clearance, load, moves, tail, slew_rad)
     needed_m = min(route.clearance_height_m for route in (over, along) if route is not None)
     return (other if best is None or other.duration_s < best.duration_s else best), needed_m
 
@@ -157,7 +161,8 @@ def drive_free(
 
 def _finished(
     crane: TowerCrane,
-    clearance: Clearance,
+    way: Clearance,
+    last: Clearance,
     load: LoadFrame,
     moves: Sequence[Move],
     tail_vox: NDArray[np.int32],
@@ -166,7 +171,7 @@ def _finished(
     """Put the exact last moves after a route's, and lay all of them over time."""
     last_slew = moves[-1].end.slew_rad if moves else slew_rad
     timeline = in_sequence(crane, joined([*moves, *follow(load, tail_vox, last_slew)]))
-    return blended(timeline, clearance, load, load.zero_height_m + int(tail_vox[0, 2]) * load.voxel_size_m)
+    return blended(timeline, way, load, load.zero_height_m + int(tail_vox[0, 2]) * load.voxel_size_m, last)
 
 
 def _slowest_axis_s(timeline: Timeline) -> float:

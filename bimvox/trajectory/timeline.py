@@ -90,7 +90,13 @@ def in_sequence(crane: TowerCrane, moves: Sequence[Move]) -> Timeline:
     return Timeline(crane, tuple(moves), profiles, tuple(starts))
 
 
-def blended(timeline: Timeline, clearance: Clearance, load: LoadFrame, straight_below_m: float = -np.inf) -> Timeline:
+def blended(
+    timeline: Timeline,
+    clearance: Clearance,
+    load: LoadFrame,
+    straight_below_m: float = -np.inf,
+    last: Clearance | None = None,
+) -> Timeline:
     """Return the timeline with every corner rounded as far as it stays free.
 
     Only moves along joint lines that drive different axes are blended, and never three at once.
@@ -100,6 +106,7 @@ def blended(timeline: Timeline, clearance: Clearance, load: LoadFrame, straight_
         clearance: The collision rule.
         load: How hook poses and reference cells correspond.
         straight_below_m: Height of the hook below which it is lowered only when the axes before are at rest.
+        last: The rule for the corner before the last move, where it is another one.
     """
     for later in range(1, len(timeline.moves)):
         first, second = timeline.moves[later - 1], timeline.moves[later]
@@ -110,7 +117,8 @@ def blended(timeline: Timeline, clearance: Clearance, load: LoadFrame, straight_
         ends = timeline.end_s
         earliest = max(timeline.start_s[later - 1], ends[later - 2] if later > 1 else 0.0)
         longest = min(timeline.start_s[later] - earliest, timeline.profiles[later].duration_s)
-        timeline = _advanced(timeline, later, _overlap_s(timeline, later, longest, clearance, load, straight_below_m))
+        rule = clearance if last is None or later + 1 < len(timeline.moves) else last
+        timeline = _advanced(timeline, later, _overlap_s(timeline, later, longest, rule, load, straight_below_m))
     return timeline
 
 

@@ -135,17 +135,24 @@ class RawCells:
         """Make it so that just these things are there."""
         wanted = {id(thing): thing for thing in present}
         for key in self._present.keys() - wanted.keys():
-            self._counts[tuple(self._present[key].cells.T)] -= 1
+            self._add(self._present[key], -1)
         for key in wanted.keys() - self._present.keys():
-            self._counts[tuple(wanted[key].cells.T)] += 1
+            self._add(wanted[key], 1)
         self._present = wanted
+
+    def _add(self, thing: Thing, number: int) -> None:
+        """Count a thing; what a spoiled plan puts outside the grid is in nobody's way, and other checks say so."""
+        cells, shape = thing.cells, np.array(self._counts.shape)
+        if min(thing.low) < 0 or (np.array(thing.high) >= shape).any():
+            cells = cells[((cells >= 0) & (cells < shape)).all(axis=1)]
+        self._counts[tuple(cells.T)] += np.array(number).astype(np.uint16)
 
     def without(self, things: Sequence[Thing]) -> RawCells:
         """Return the same without some things."""
         left = RawCells((0, 0, 0))
         left._counts = self._counts.copy()
         for thing in things:
-            left._counts[tuple(thing.cells.T)] -= 1
+            left._add(thing, -1)
         return left
 
     def holds(self, placements: Placements, own: NDArray[np.int32]) -> NDArray[np.bool_]:

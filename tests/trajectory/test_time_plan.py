@@ -182,3 +182,19 @@ def test_last_moves_from_the_side_are_driven_as_planned():
     assert (last[:, :2] != last[0, :2]).any()
     motions = time_plan(plan, replay(site, preparation, plan))
     assert verify_motions(plan, motions).verified
+
+
+def test_the_way_to_the_last_moves_does_not_cut_through_them():
+    """A part on a pedestal beside a wall that shares its cells, reached from below on the other side."""
+    pedestal, wall = ("pedestal", (4.0, 4.0, 0.0), (6.0, 6.0, 2.98)), ("wall", (3.0, 4.0, 0.0), (4.08, 6.0, 4.2))
+    site = box_site(
+        [("block", (4.1, 4.1, 3.0), (5.9, 5.9, 3.5))],
+        structure=[pedestal, wall],
+        yard=((14.0, 6.0), (20.0, 14.0)),
+        crane=test_crane(base=(13.0, 13.0, 0.0)),
+    )
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    lift = plan.lifts[0]
+    assert lift.contact_moves > 1
+    assert verify_motions(plan, time_plan(plan, replay(site, preparation, plan))).verified

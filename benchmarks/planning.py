@@ -1,0 +1,111 @@
+"""What the chosen order and yard save, and what the narrow phase costs: ``make bench-planning``.
+
+Each model is planned twice by complete search: in the plain order (lowest first) with the first free places in the
+yard, and as ``bimvox plan`` does it. Crane times are the timed motions', the same on every machine; shares are CPU time
+of one thread. Further models can be named on the command line.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from benchmarks.scale.building import write_site
+
+SAMPLES = Path(__file__).parents[1] / "sample_models"
+MODELS = ("frame.ifc", "prefab.ifc", "frame500")
+_DRIVEN = ("approach", "raise", "hoist", "traverse", "lower")
+
+
+class NarrowPhase:
+    """Counts the CPU time spent with true triangles while planning."""
+
+    def __init__(self) -> None:
+        from bimvox.planning import insertion, relations
+        from bimvox.planning.contact import Contacts
+
+        self.cpu_s = 0.0
+        self._inside = False
+        places: tuple[tuple[Any, str], ...] = (
+            (Contacts, "meets_on_move"),
+            (Contacts, "_find_clashes"),
+            (relations, "rope_meets"),
+            (insertion, "rope_meets"),
+        )
+        for owner, name in places:
+            setattr(owner, name, self._counted(getattr(owner, name)))
+
+    def _counted(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        def counted(*given: Any, **named: Any) -> Any:
+            if self._inside:
+                return function(*given, **named)
+            self._inside, begun_s = True, time.process_time()
+            try:
+                return function(*given, **named)
+            finally:
+                self.cpu_s += time.process_time() - begun_s
+                self._inside = False
+
+        return counted
+
+
+def row(name: str, site_file: Path, narrow: NarrowPhase) -> str:
+    """Plan a site both ways and return its row of the table."""
+    from bimvox.planning.assembly import Preparation, prepare
+    from bimvox.planning.planner import plan_lifts
+    from bimvox.planning.sequence import Sequencer
+    from bimvox.planning.yard import allocate_yard
+    from pipeline.load_site import load_site
+    from pipeline.progress import SilentProgress
+
+    site = load_site(site_file, SilentProgress()).site
+    prepare(site)  # the kernels are compiled, or loaded
+    narrow.cpu_s, begun_s = 0.0, time.process_time()
+    chosen = prepare(site)
+    plan = plan_lifts(site, chosen)
+    share = narrow.cpu_s / (time.process_time() - begun_s)
+    order = Sequencer(site, chosen.relations, chosen.contacts).lowest_first()
+    plain = Preparation(chosen.contacts, chosen.relations, order, allocate_yard(site, order.order))
+    before, after = _hours(site, plain, plan_lifts(site, plain)), _hours(site, chosen, plan)
+    return (
+        f"| {name} | {after[0]} of {len(site.components)} | {before[1]:.2f} / {before[2]:.2f} h "
+        f"| {after[1]:.2f} / {after[2]:.2f} h | {1.0 - after[2] / before[2]:.0%} | {share:.0%} |"
+    )
+
+
+def _hours(site: Any, preparation: Any, plan: Any) -> tuple[int, float, float]:
+    """Planned lifts, crane hours, and hours in which the crane moves."""
+    from bimvox.planning.assembly import replay
+    from bimvox.trajectory.time_plan import time_plan
+
+    motions = time_plan(plan, replay(site, preparation, plan))
+    driven_ns = sum(p.end_ns - p.start_ns for m in motions for p in m.phases if p.name.value in _DRIVEN)
+    return len(motions), motions[-1].end_ns / 3.6e12, driven_ns / 3.6e12
+
+
+def main() -> None:
+    """Print the table."""
+    from pipeline.progress import SilentProgress
+    from pipeline.site import init
+
+    narrow = NarrowPhase()
+    print("| model | lifts | plain: crane / moving | chosen: crane / moving | moving saved | narrow phase |")
+    print("|---|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for model in sys.argv[1:] or MODELS:
+            if model == "frame500":
+                site_file = write_site(folder, 500)
+            else:
+                source = Path(model) if Path(model).exists() else SAMPLES / model
+                site_file = folder / f"{source.stem}.site.toml"
+                init(source, site_file, progress=SilentProgress())
+            print(row(Path(model).name, site_file, narrow), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,221 @@
+"""`bimvox verify` against faults written into real logs, each by a forger who computes every digest again.
+
+Every fault is caught, by the check that is there for it. And the verifier's own rules are tested the same way: each
+check is switched off, and lets exactly its own fault through, so each earns its place.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import seeded_faults as faults
+from box_sites import box_mesh, box_site, test_crane
+
+from bimvox.bim.building import TriangleMesh
+from bimvox.log import topics
+from bimvox.log.channels import LogWriter
+from bimvox.log.container import read_contents, read_file
+from bimvox.log.crane_command import CraneCommandMessage
+from bimvox.log.plan_log import PlanLog
+from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.planner import plan_lifts
+from bimvox.planning.proof import Check
+from bimvox.planning.verify import verify_plan
+from bimvox.trajectory.time_plan import time_plan
+from bimvox.trajectory.verify import verify_motions
+from cli.main import run as command
+from pipeline.plan import write_log_file
+from pipeline.progress import SilentProgress
+from pipeline.verify import verify
+
+ALONE: dict[str, faults.Forge] = {
+    "complete": faults.lifts_not_numbered,
+    "shapes": faults.a_surface_beside_its_cells,
+    "unit_moves": faults.a_step_removed,
+    "boundary": faults.outside_the_boundary,
+    "cells": faults.a_path_through_a_wall,
+    "triangles": faults.a_beam_pushed_into_its_columns,
+    "rope": faults.a_rope_through_a_roof,
+    "reach": faults.a_path_over_a_zone,
+    "support": faults.against_the_planners_wish,
+    "yard": faults.outside_the_yard,
+    "stands": faults.a_building_in_the_air,
+    "margin": faults.too_near_in_transit,
+    "timeline": faults.a_gap_on_the_clock,
+    "axis_limits": faults.a_slower_crane,
+    "axis_range": faults.a_lower_jib,
+    "ends": faults.a_whole_turn_between_lifts,
+    "rests": faults.a_corner_that_is_none,
+    "spacing": faults.samples_left_out,
+    "motion_cells": faults.something_where_only_the_motion_goes,
+    "motion_rope": faults.a_cable_in_the_motions_way,
+    "empty_hook": faults.a_bird_in_the_empty_hooks_way,
+    "zones": faults.a_motion_over_a_zone,
+    "digests": faults.a_file_exchanged,
+}
+"""By check, a fault of the record that no other check sees."""
+
+TOGETHER: list[tuple[faults.Forge, set[str]]] = [
+    (faults.a_box_on_the_path, {"cells"}),
+    (faults.an_end_off_by_a_cell, {"unit_moves"}),
+    (faults.two_lifts_swapped, {"support", "stands", "timeline", "ends"}),
+    (faults.a_part_rotated, {"yard", "ends"}),
+    (faults.a_part_turned, {"yard"}),
+    (faults.a_cell_shifted, {"shapes", "unit_moves", "ends"}),
+    (faults.a_wrong_mass, {"reach", "capacity"}),
+    (faults.a_weaker_crane, {"reach", "capacity"}),
+    (faults.an_axis_sample_edited, {"axis_limits", "spacing", "commands"}),
+    (faults.a_load_carried_too_low, {"motion_cells"}),
+]
+"""Faults that several checks see, and those that must."""
+
+IN_ITS_STAGE = {"capacity", "motion_triangles", "jib"}
+"""Checks of the motions whose faults the plan's proof sees as well, or that need another site: tested below."""
+
+
+@pytest.fixture(scope="module")
+def good() -> PlanLog:
+    return faults.good_log()
+
+
+def proven(record: PlanLog, folder: Path) -> dict[str, Any]:
+    write_log_file(folder / "log.mcap", record, inputs=[])
+    return verify(folder / "log.mcap", progress=SilentProgress())
+
+
+def failed(document: dict[str, Any]) -> set[str]:
+    return {name for name, check in document["checks"].items() if not check["passed"]}
+
+
+def switch_off(name: str, patch: pytest.MonkeyPatch) -> None:
+    """Let a check count what it looks at, and find nothing."""
+    look = Check.look
+
+    def blind(self: Check, good: bool, failure: str, *, samples: int = 1) -> None:
+        look(self, good or self.name == name, failure, samples=samples)
+
+    patch.setattr(Check, "look", blind)
+
+
+def test_the_good_log_is_proven_and_every_check_has_a_fault(good: PlanLog, tmp_path: Path):
+    document = proven(good, tmp_path)
+    assert document["verified"] is True, failed(document)
+    assert set(document["checks"]) | {"margin"} == {*ALONE, *IN_ITS_STAGE, "load_poses", "commands"}
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_a_fault_is_caught_by_its_check_and_by_no_other(
+    good: PlanLog, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+):
+    document = proven(ALONE[name](good), tmp_path)
+    assert failed(document) == {name}
+    assert document["checks"][name]["failures"]
+    switch_off(name, monkeypatch)
+    assert verify(tmp_path / "log.mcap", progress=SilentProgress())["verified"] is True
+
+
+@pytest.mark.parametrize(("forge", "by"), TOGETHER, ids=lambda value: getattr(value, "__name__", ""))
+def test_a_fault_that_shows_in_many_places_is_caught(good: PlanLog, tmp_path: Path, forge: faults.Forge, by: set[str]):
+    assert by <= failed(proven(forge(good), tmp_path))
+
+
+@pytest.mark.parametrize("name", ["load_poses", "commands"])
+def test_messages_that_disagree_with_the_motion_are_caught(
+    good: PlanLog, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+):
+    from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+
+    def pose(data: bytes) -> bytes:
+        message = PoseInFrame.FromString(data)
+        message.pose.position.x += 0.5  # a cell
+        return bytes(message.SerializeToString(deterministic=True))
+
+    def rate(data: bytes) -> bytes:
+        message = CraneCommandMessage.FromString(data)
+        message.slew_rate_rad_s *= 1.2
+        return bytes(message.SerializeToString(deterministic=True))
+
+    changed: dict[str, Callable[[bytes], bytes]] = (
+        {topics.LOAD: pose} if name == "load_poses" else {topics.COMMAND: rate}
+    )
+    proven(good, tmp_path)
+    contents = read_contents(read_file(tmp_path / "log.mcap"), "log")
+    with (tmp_path / "other.mcap").open("wb") as stream, LogWriter(stream) as writer:
+        for key, values in contents.metadata.items():
+            writer.metadata(key, values)
+        for key, data in contents.attachments.items():
+            writer.attachment(key, data)
+        for m in contents.messages:
+            writer.raw(m.topic, m.sequence, m.time_ns, changed.get(m.topic, bytes)(m.data))
+    assert failed(verify(tmp_path / "other.mcap", progress=SilentProgress())) == {name}
+    switch_off(name, monkeypatch)
+    assert verify(tmp_path / "other.mcap", progress=SilentProgress())["verified"] is True
+
+
+def motions_failed(record: PlanLog) -> set[str]:
+    return {check.name for check in verify_motions(record.plan, record.motions).checks if not check.passed}
+
+
+def test_the_crane_s_capacity_is_proven_of_the_motion_too(good: PlanLog, monkeypatch: pytest.MonkeyPatch):
+    spoiled = faults.a_weaker_crane(good)
+    assert motions_failed(spoiled) == {"capacity"}
+    switch_off("capacity", monkeypatch)
+    assert motions_failed(spoiled) == set()
+
+
+def test_the_true_triangles_decide_on_the_motions_last_moves(monkeypatch: pytest.MonkeyPatch):
+    parts = [
+        ("beam", (1.0, 1.4, 2.9), (5.0, 1.6, 3.3)),
+        ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.88)),
+        ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.88)),
+    ]
+    site = box_site(parts, crane=test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0), shape=(40, 30, 24))
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    record = PlanLog(plan=plan, motions=tuple(time_plan(plan, replay(site, preparation, plan))))
+    assert verify_plan(plan).verified
+    assert motions_failed(record) == set()
+    # The cells are the same; only the surface is 80 mm further up.
+    spoiled = faults.with_component(record, "left", mesh=box_mesh((1.0, 1.4, 0.0), (1.2, 1.6, 2.98)))
+    assert motions_failed(spoiled) == {"motion_triangles"}
+    switch_off("motion_triangles", monkeypatch)
+    assert motions_failed(spoiled) == set()
+
+
+def test_a_tower_in_the_jibs_way_is_seen_by_its_check_alone(good: PlanLog, monkeypatch: pytest.MonkeyPatch):
+    crane = good.plan.site.crane
+    top = max(float(m.samples()[1][:, 2].max()) for m in good.motions)
+    low = faults.with_site(good, crane=dataclasses.replace(crane, jib_height_m=top))
+    assert motions_failed(low) == set()
+    slews = np.concatenate([m.samples()[1][:, 0] for m in good.motions])
+    radii = np.concatenate([m.samples()[1][:, 1] for m in good.motions])
+    # Nearer to the mast than any hook comes.
+    angle, radius_m = float(np.median(slews)), 0.5 * float(radii.min())
+    at_m = np.array(crane.base_m) + radius_m * np.array([np.cos(angle), np.sin(angle), 0.0])
+    cell = good.plan.site.frame.cell_of(at_m)
+    column = (int(np.clip(cell[0], 0, 39)), int(np.clip(cell[1], 0, 29)))
+    spoiled = faults.with_blocker(low, "tower", faults.top_cell(good, column))
+    assert motions_failed(spoiled) == {"jib"}
+    switch_off("jib", monkeypatch)
+    assert motions_failed(spoiled) == set()
+
+
+def test_the_command_names_the_check_and_ends_with_one(
+    good: PlanLog, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    proven(faults.a_step_removed(good), tmp_path)
+    assert command(["verify", str(tmp_path / "log.mcap"), "--json"]) == 1
+    document = json.loads(capsys.readouterr().out)
+    assert failed(document) == {"unit_moves"}
+    assert "left" in document["checks"]["unit_moves"]["failures"][0]
+
+
+def test_a_surface_that_is_gone_does_not_pass_for_free(good: PlanLog, tmp_path: Path):
+    sheet = TriangleMesh(np.array([[1.0, 1.4, 0.0], [1.2, 1.4, 0.0], [1.0, 1.4, 9.0]]), np.array([[0, 1, 2]], np.int32))
+    assert "shapes" in failed(proven(faults.with_component(good, "left", mesh=sheet), tmp_path))

@@ -1,0 +1,342 @@
+"""A small building's log, and faults written into it by a forger who computes every digest again.
+
+Each fault is a function from the good log to a spoiled one. ``ALONE`` are faults that one check alone can see.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+from box_sites import box_cells, box_mesh, box_site, test_crane
+
+from bimvox.crane.kinematics import hook_of
+from bimvox.log.plan_log import PlanLog
+from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.planner import plan_lifts
+from bimvox.site.build import with_digests
+from bimvox.site.component import StoredPose
+from bimvox.site.site import Blocker
+from bimvox.trajectory.time_plan import time_plan
+from bimvox.trajectory.trajectory import Trajectory
+
+Forge = Callable[[PlanLog], PlanLog]
+
+PARTS = [
+    ("slab", (1.0, 1.0, 3.4), (5.0, 2.0, 3.6)),
+    ("beam", (1.0, 1.4, 3.0), (5.0, 1.6, 3.4)),
+    ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
+    ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
+]
+WALL = ("wall", (8.0, 0.0, 0.0), (8.5, 15.0, 3.0))
+
+
+def good_log() -> PlanLog:
+    """A portal of two columns, beam and slab, planned over a wall and timed."""
+    crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
+    site = with_digests(box_site(PARTS, structure=[WALL], crane=crane, shape=(40, 30, 24)))
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    motions = time_plan(plan, replay(site, preparation, plan))
+    return PlanLog(plan=plan, motions=tuple(motions), attachments={"site.toml": b"[model]\n"})
+
+
+def index_of(log: PlanLog, name: str) -> int:
+    return next(n for n, c in enumerate(log.plan.site.components) if c.id == name)
+
+
+def lift_of(log: PlanLog, name: str):
+    return next(lift for lift in log.plan.lifts if lift.component == index_of(log, name))
+
+
+def with_site(log: PlanLog, **changes) -> PlanLog:
+    site = with_digests(dataclasses.replace(log.plan.site, **changes))
+    return dataclasses.replace(log, plan=dataclasses.replace(log.plan, site=site))
+
+
+def with_component(log: PlanLog, name: str, **changes) -> PlanLog:
+    components = list(log.plan.site.components)
+    at = index_of(log, name)
+    components[at] = dataclasses.replace(components[at], **changes)
+    return with_site(log, components=tuple(components))
+
+
+def with_blocker(log: PlanLog, name: str, cells, kind: str = "obstruction") -> PlanLog:
+    cells = np.array(cells, np.int32).reshape(-1, 3)
+    return with_site(log, blockers=(*log.plan.site.blockers, Blocker(name, kind, cells)))
+
+
+def with_lift(log: PlanLog, name: str, **changes) -> PlanLog:
+    old = lift_of(log, name)
+    lifts = tuple(dataclasses.replace(lift, **changes) if lift is old else lift for lift in log.plan.lifts)
+    return dataclasses.replace(log, plan=dataclasses.replace(log.plan, lifts=lifts))
+
+
+def with_motion(log: PlanLog, order: int, **changes) -> PlanLog:
+    motions = tuple(dataclasses.replace(m, **changes) if m.order == order else m for m in log.motions)
+    return dataclasses.replace(log, motions=motions)
+
+
+def with_loaded(log: PlanLog, order: int, **changes) -> PlanLog:
+    return with_motion(log, order, loaded=dataclasses.replace(log.motions[order].loaded, **changes))
+
+
+def detour(log: PlanLog, name: str, at: int, *moves: tuple[int, int, int]) -> tuple[PlanLog, np.ndarray]:
+    """A path that goes aside by unit moves at a placement, and back the same way; and where it gets to."""
+    path = lift_of(log, name).path_vox
+    aside = path[at] + np.cumsum(np.array(moves, np.int32), axis=0)
+    longer = np.concatenate([path[: at + 1], aside, aside[-2::-1], path[at:]]).astype(np.int32)
+    return with_lift(log, name, path_vox=longer), aside[-1]
+
+
+def hook_columns(log: PlanLog) -> tuple[set, set, set]:
+    """Columns of cells under the hook: on the planned paths, in the loaded motions, in the approaches."""
+    site, planned, loaded, empty = log.plan.site, set(), set(), set()
+    for lift in log.plan.lifts:
+        offset = site.components[lift.component].hook_offset_vox
+        planned |= {(x + offset[0], y + offset[1]) for x, y, _ in lift.path_vox.tolist()}
+    for motion in log.motions:
+        for part, into in ((motion.approach, empty), (motion.raising, loaded), (motion.loaded, loaded)):
+            if part is not None:
+                at_m = hook_of(site.crane, part.slew_rad, part.radius_m, part.height_m)
+                into |= {tuple(c[:2]) for c in site.frame.cell_of(at_m).tolist()}
+    return planned, loaded, empty
+
+
+def only_in(first: set, *others: set) -> tuple[int, int]:
+    """The middle one of the columns that are in the first set, and not within a cell of any other's."""
+    near = {(x + i, y + j) for other in others for x, y in other for i in (-1, 0, 1) for j in (-1, 0, 1)}
+    left = sorted(first - near) or sorted(first - set().union(*others))
+    return left[len(left) // 2]
+
+
+def top_cell(log: PlanLog, column: tuple[int, int]) -> tuple[int, int, int]:
+    return (*column, log.plan.site.shape[2] - 1)
+
+
+def a_step_removed(log: PlanLog) -> PlanLog:
+    return with_lift(log, "left", path_vox=np.delete(lift_of(log, "left").path_vox, 3, axis=0))
+
+
+def an_end_off_by_a_cell(log: PlanLog) -> PlanLog:
+    return with_lift(log, "slab", path_vox=lift_of(log, "slab").path_vox[:-1])
+
+
+def a_path_through_a_wall(log: PlanLog) -> PlanLog:
+    # Aside and down where nothing else goes, into a kerb that is lower than the hook.
+    spoiled, end = detour(log, "left", 1, *[(0, 1, 0)] * 6)
+    own = log.plan.site.components[index_of(log, "left")].shape.cells
+    return with_blocker(spoiled, "kerb", (own + end)[own[:, 2].argmin()])
+
+
+def a_beam_pushed_into_its_columns(log: PlanLog) -> PlanLog:
+    return detour(log, "beam", len(lift_of(log, "beam").path_vox) - 1, (0, 0, -1))[0]
+
+
+def against_the_planners_wish(log: PlanLog) -> PlanLog:
+    return with_component(log, "left", after=("slab",))
+
+
+def outside_the_yard(log: PlanLog) -> PlanLog:
+    yard = log.plan.site.yard.copy()
+    place = lift_of(log, "beam").place
+    yard[tuple((place.shape.cells + np.array(place.cell_vox))[:, :2].T)] = False
+    return with_site(log, yard=yard)
+
+
+def a_surface_beside_its_cells(log: PlanLog) -> PlanLog:
+    return with_component(log, "slab", mesh=box_mesh((1.0, 1.0, 3.4), (5.0, 2.6, 3.6)))
+
+
+def a_building_in_the_air(log: PlanLog) -> PlanLog:
+    # No ground, and something that the slab alone leans on.
+    site = log.plan.site
+    slab = site.components[index_of(log, "slab")]
+    beside = slab.shape.cells + np.array(slab.target_vox)
+    at = beside[np.lexsort((beside[:, 2], beside[:, 1], beside[:, 0]))[0]] - [1, 0, 0]
+    afloat = with_site(log, blockers=tuple(b for b in site.blockers if b.kind != "ground"))
+    return with_blocker(afloat, "hook", at, "structure")
+
+
+def too_near_in_transit(log: PlanLog) -> PlanLog:
+    return with_site(log, rules=dataclasses.replace(log.plan.site.rules, transit_clearance_m=2.0))
+
+
+def a_gap_on_the_clock(log: PlanLog) -> PlanLog:
+    phases = log.motions[2].phases
+    gap = dataclasses.replace(phases[1], start_ns=phases[1].start_ns + 1)
+    return with_motion(log, 2, phases=(phases[0], gap, *phases[2:]))
+
+
+def a_slower_crane(log: PlanLog) -> PlanLog:
+    crane = log.plan.site.crane
+    return with_site(
+        log, crane=dataclasses.replace(crane, slewing=dataclasses.replace(crane.slewing, rate=crane.slewing.rate * 0.5))
+    )
+
+
+def a_lower_jib(log: PlanLog) -> PlanLog:
+    highest = max(float(m.loaded.height_m.max()) for m in log.motions)
+    return with_site(log, crane=dataclasses.replace(log.plan.site.crane, jib_height_m=highest - 0.01))
+
+
+def a_whole_turn_between_lifts(log: PlanLog) -> PlanLog:
+    for part in ("approach", "raising", "loaded"):
+        old = getattr(log.motions[2], part)
+        log = with_motion(log, 2, **{part: dataclasses.replace(old, slew_rad=old.slew_rad + 2.0 * np.pi)})
+    return log
+
+
+def samples_left_out(log: PlanLog) -> PlanLog:
+    loaded = log.motions[0].loaded
+    way = np.abs(np.diff(loaded.slew_rad)) * loaded.radius_m[1:]
+    first = int(np.argmax(way)) - 3
+    kept = np.setdiff1d(np.arange(len(loaded.time_ns)), [first + n for n in (1, 2, 4, 5)])
+    where = np.searchsorted(kept, loaded.corner)
+    thinned = Trajectory(
+        loaded.time_ns[kept], loaded.slew_rad[kept], loaded.radius_m[kept], loaded.height_m[kept], where, loaded.bound_s
+    )
+    return with_motion(log, 0, loaded=thinned)
+
+
+def an_axis_sample_edited(log: PlanLog) -> PlanLog:
+    radius_m = log.motions[1].loaded.radius_m.copy()
+    radius_m[len(radius_m) // 2] += 0.3
+    return with_loaded(log, 1, radius_m=radius_m)
+
+
+def a_wrong_mass(log: PlanLog) -> PlanLog:
+    return with_component(log, "slab", mass_kg=50.0 * log.plan.site.components[index_of(log, "slab")].mass_kg)
+
+
+def a_load_carried_too_low(log: PlanLog) -> PlanLog:
+    loaded = log.motions[0].loaded
+    return with_loaded(log, 0, height_m=np.minimum(loaded.height_m, loaded.height_m[0] + 0.5))
+
+
+def a_cable_in_the_motions_way(log: PlanLog) -> PlanLog:
+    planned, loaded, empty = hook_columns(log)
+    return with_blocker(log, "cable", top_cell(log, only_in(loaded, planned, empty)))
+
+
+def a_bird_in_the_empty_hooks_way(log: PlanLog) -> PlanLog:
+    planned, loaded, empty = hook_columns(log)
+    return with_blocker(log, "bird", top_cell(log, only_in(empty, planned, loaded)))
+
+
+def a_motion_over_a_zone(log: PlanLog) -> PlanLog:
+    planned, loaded, empty = hook_columns(log)
+    zone = np.zeros(log.plan.site.shape[:2], bool)
+    zone[only_in(loaded, planned, empty)] = True
+    return with_site(log, prohibited=zone)
+
+
+def something_where_only_the_motion_goes(log: PlanLog) -> PlanLog:
+    """The first cell that a load's corner passes through, and that no planned placement or rope touches."""
+    site = log.plan.site
+    planned = np.zeros(site.shape, bool)
+    for lift in log.plan.lifts:
+        component = site.components[lift.component]
+        for cell in lift.path_vox:
+            planned[tuple((component.shape.cells + cell).T)] = True
+            x, y, z = cell + np.array(component.hook_offset_vox)
+            planned[x, y, z:] = True
+        planned[tuple((lift.place.shape.cells + np.array(lift.place.cell_vox)).T)] = True
+    motion = max(log.motions, key=lambda m: len(m.loaded.time_ns))
+    component = site.components[motion.component]
+    size_m = site.frame.voxel_size_m
+    for n in range(len(motion.loaded.time_ns) // 2, len(motion.loaded.time_ns)):
+        loaded = motion.loaded
+        hook_m = hook_of(site.crane, loaded.slew_rad[n], loaded.radius_m[n], loaded.height_m[n])
+        low = hook_m - [0, 0, site.crane.sling_m] - size_m * (np.array([0.5, 0.5, 0.0]) + component.hook_offset_vox)
+        high = low + size_m * np.array(component.shape.size_vox)
+        for corner in np.ndindex(2, 2, 2):
+            at = np.where(np.array(corner) == 0, low + 0.1 * size_m, high - 0.1 * size_m)
+            cell = tuple(int(c) for c in site.frame.cell_of(at))
+            if not planned[cell]:
+                return with_blocker(log, "twig", cell)
+    raise AssertionError("the motion goes nowhere but along the path")
+
+
+def two_lifts_swapped(log: PlanLog) -> PlanLog:
+    beam, left = lift_of(log, "beam"), lift_of(log, "left")
+    swapped = with_lift(with_lift(log, "beam", order=left.order), "left", order=beam.order)
+    lifts = tuple(sorted(swapped.plan.lifts, key=lambda lift: lift.order))
+    return dataclasses.replace(swapped, plan=dataclasses.replace(swapped.plan, lifts=lifts))
+
+
+def a_file_exchanged(log: PlanLog) -> PlanLog:
+    return dataclasses.replace(log, metadata={**log.metadata, "sha256 site.toml": "0" * 64})
+
+
+def a_cell_shifted(log: PlanLog) -> PlanLog:
+    part = log.plan.site.components[index_of(log, "beam")]
+    return with_component(log, "beam", target_vox=tuple(np.add(part.target_vox, (1, 0, 0)).tolist()))
+
+
+def a_box_on_the_path(log: PlanLog) -> PlanLog:
+    path = lift_of(log, "beam").path_vox
+    middle = log.plan.site.frame.corner_of(path[len(path) // 2])
+    return with_blocker(log, "crate", box_cells(log.plan.site.frame, middle, middle + 0.5))
+
+
+def aside_of_motions(log: PlanLog) -> tuple[PlanLog, tuple[int, int]]:
+    """A path of ``left`` that goes aside to where no motion brings the hook, and the column under its hook there."""
+    _, loaded, empty = hook_columns(log)
+    near = {(x + i, y + j) for x, y in loaded | empty for i in (-1, 0, 1) for j in (-1, 0, 1)}
+    offset = np.array(log.plan.site.components[index_of(log, "left")].hook_offset_vox)
+    for count in range(1, 15):
+        for step in ((1, 0, 0), (-1, 0, 0), (0, 1, 0)):
+            spoiled, end = detour(log, "left", 1, *[step] * count)
+            column = tuple(int(n) for n in (end + offset)[:2])
+            if column not in near and (end >= 0).all() and (end + 6 < log.plan.site.shape).all():
+                return spoiled, column
+    raise AssertionError("the motions go everywhere")
+
+
+def a_rope_through_a_roof(log: PlanLog) -> PlanLog:
+    spoiled, column = aside_of_motions(log)
+    return with_blocker(spoiled, "roof", top_cell(log, column))
+
+
+def a_path_over_a_zone(log: PlanLog) -> PlanLog:
+    spoiled, column = aside_of_motions(log)
+    zone = np.zeros(log.plan.site.shape[:2], bool)
+    zone[column] = True
+    return with_site(spoiled, prohibited=zone)
+
+
+def outside_the_boundary(log: PlanLog) -> PlanLog:
+    # Its reference cell stays inside, its other cells do not.
+    last = log.plan.site.shape[1] - 1 - int(lift_of(log, "slab").path_vox[1][1])
+    return detour(log, "slab", 1, *[(0, 1, 0)] * last)[0]
+
+
+def a_part_rotated(log: PlanLog) -> PlanLog:
+    place = lift_of(log, "left").place
+    other = StoredPose.LYING_Y if place.pose is StoredPose.LYING_X else StoredPose.LYING_X
+    return with_lift(log, "left", place=dataclasses.replace(place, pose=other))
+
+
+def a_part_turned(log: PlanLog) -> PlanLog:
+    return with_lift(log, "beam", place=dataclasses.replace(lift_of(log, "beam").place, turn=1))
+
+
+def lifts_not_numbered(log: PlanLog) -> PlanLog:
+    last = log.plan.lifts[-1]
+    spoiled = with_lift(log, log.plan.site.components[last.component].id, order=last.order + 1)
+    motions = (*log.motions[:-1], dataclasses.replace(log.motions[-1], order=last.order + 1))
+    return dataclasses.replace(spoiled, motions=motions)
+
+
+def a_weaker_crane(log: PlanLog) -> PlanLog:
+    crane = log.plan.site.crane
+    chart = dataclasses.replace(crane.chart, capacity_kg=tuple(0.05 * c for c in crane.chart.capacity_kg))
+    return with_site(log, crane=dataclasses.replace(crane, chart=chart))
+
+
+def a_corner_that_is_none(log: PlanLog) -> PlanLog:
+    loaded = log.motions[1].loaded
+    moving = int(np.argmax(np.abs(np.diff(loaded.slew_rad))))
+    return with_loaded(log, 1, corner=np.union1d(loaded.corner, [moving]).astype(loaded.corner.dtype))
