@@ -33,42 +33,42 @@ def crane_transforms(
     """
     base_m, height_m = crane.base_m, crane.jib_height_m - crane.base_m[2]
     slew, radius, height = axes.T
-    half = slew / 2.0
     held_at = {int(t): n for n, t in enumerate(track.time_ns)}
-    child = component_frame(component_id)
     # The load keeps its orientation while the jib turns under it, so its frame turns back against the hook's.
     position, turn = _in_hook_frame(crane, time_ns, axes, track)
-    none = Quaternion(w=1.0)
-    base = FrameTransform(
-        parent_frame_id="site", child_frame_id="crane_base", translation=_vector(base_m), rotation=none
+    # Made once, and set anew for each sample: a message that takes them in copies them.
+    base = _frame("site", "crane_base", _vector(base_m))
+    jib = _frame("crane_base", "jib", Vector3(z=height_m))
+    trolley, hook = _frame("jib", "trolley", Vector3()), _frame("trolley", "hook", Vector3())
+    load = _frame("hook", component_frame(component_id), Vector3())
+    unloaded, loaded = [base, jib, trolley, hook], [base, jib, trolley, hook, load]
+    rows = zip(
+        time_ns.tolist(),
+        np.sin(slew / 2.0).tolist(),
+        np.cos(slew / 2.0).tolist(),
+        radius.tolist(),
+        (height - crane.jib_height_m).tolist(),
+        strict=True,
     )
-    trolley_at: Any = {"parent_frame_id": "jib", "child_frame_id": "trolley", "rotation": none}
-    hook_at: Any = {"parent_frame_id": "trolley", "child_frame_id": "hook", "rotation": none}
-    for n, t in enumerate(time_ns.tolist()):
-        when = stamp(t)
-        base.timestamp.CopyFrom(when)
-        jib = FrameTransform(
-            timestamp=when,
-            parent_frame_id="crane_base",
-            child_frame_id="jib",
-            translation=Vector3(z=height_m),
-            rotation=Quaternion(z=np.sin(half[n]), w=np.cos(half[n])),
-        )
-        trolley = FrameTransform(timestamp=when, translation=Vector3(x=radius[n]), **trolley_at)
-        hook = FrameTransform(timestamp=when, translation=Vector3(z=height[n] - crane.jib_height_m), **hook_at)
-        chain = [base, jib, trolley, hook]
+    for t, sine, cosine, reach_m, below_m in rows:
+        chain = unloaded
         if (held := held_at.get(t)) is not None:
-            x, y, z, w = turn[held]
-            chain.append(
-                FrameTransform(
-                    timestamp=when,
-                    parent_frame_id="hook",
-                    child_frame_id=child,
-                    translation=_vector(position[held]),
-                    rotation=Quaternion(x=x, y=y, z=z, w=w),
-                )
-            )
+            chain = loaded
+            at, turned = load.translation, load.rotation
+            at.x, at.y, at.z = position[held]
+            turned.x, turned.y, turned.z, turned.w = turn[held]
+        when = stamp(t)
+        for frame in chain:
+            frame.timestamp.CopyFrom(when)
+        jib.rotation.z, jib.rotation.w = sine, cosine
+        trolley.translation.x, hook.translation.z = reach_m, below_m
         yield t, FrameTransforms(transforms=chain)
+
+
+def _frame(parent: str, child: str, translation: Any) -> Any:
+    return FrameTransform(
+        parent_frame_id=parent, child_frame_id=child, translation=translation, rotation=Quaternion(w=1.0)
+    )
 
 
 def load_transforms(track: LoadTrack, component_id: str) -> Iterator[tuple[int, Any]]:

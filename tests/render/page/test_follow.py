@@ -97,10 +97,10 @@ def test_a_proof_is_made_once_a_revision(tmp_path: Path, monkeypatch: pytest.Mon
     write_revision(log, 0)
     write_revision(tmp_path / "tiny.r0000.mcap", 0)
     proofs = []
-    from pipeline import render_page
+    from pipeline import page_revisions
 
-    made = render_page.prove
-    monkeypatch.setattr(render_page, "prove", lambda *given: proofs.append(given) or made(*given))
+    made = page_revisions.prove
+    monkeypatch.setattr(page_revisions, "prove", lambda *given: proofs.append(given) or made(*given))
     pages = follow(log, tmp_path / "tiny.html", progress=SilentProgress(), stop=stop)
     next(pages)
     assert len(proofs) == 1
