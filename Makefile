@@ -13,13 +13,8 @@ TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-page check lint types contracts samples bench bench-voxelize bench-environment bench-render \
-<<<<<<< HEAD
 	bench-planning bench-watch bench-scale bench-many-lifts bench-generalist bench-decision train-generalist soak-watch soak-files \
 	picture docs constraints clean
-=======
-	bench-planning bench-many-lifts bench-generalist bench-decision train-generalist \
-	bench-watch bench-scale soak-watch soak-files picture docs constraints clean
->>>>>>> 436b2c3662a706179e22f432715b4c0828c25386
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
