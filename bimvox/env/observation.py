@@ -41,7 +41,7 @@ OBSERVATION_SIZE = WINDOW_SIZE * len(SCALES) + GOAL_SIZE + ACTION_COUNT
 OBSERVATION_NAME = f"pyramid-{WINDOW[0]}x{WINDOW[1]}x{WINDOW[2]}-{'-'.join(str(s) for s in SCALES)}-v1"
 """Names layout and meaning of the vector; a stored policy fits only the observation that it was trained on."""
 
-_LOG_FARTHEST = float(np.log(1024.0))
+LOG_FARTHEST = float(np.log(1024.0))
 
 
 @leaf_kernel
@@ -55,7 +55,7 @@ def observe(clearance: Clearance, target: NDArray[np.int32], state: LiftState, o
         out: (OBSERVATION_SIZE,) float32, overwritten; every entry in [-1, 1].
     """
     x, y, z = state.x, state.y, state.z
-    low, high = _bounding_box(clearance.boxes)
+    low, high = bounding_box(clearance.boxes)
     n = 0
     for scale in SCALES:
         for i in range(-(WINDOW[0] // 2), WINDOW[0] // 2 + 1):
@@ -67,14 +67,14 @@ def observe(clearance: Clearance, target: NDArray[np.int32], state: LiftState, o
                     else:
                         out[n] = _block_filled(clearance, low, high, u, v, w, scale // 2)
                     n += 1
-    _write_goal(target[0] - x, target[1] - y, target[2] - z, out[n : n + GOAL_SIZE])
+    write_goal(target[0] - x, target[1] - y, target[2] - z, out[n : n + GOAL_SIZE])
     n += GOAL_SIZE
     for action in range(ACTION_COUNT):
         out[n + action] = 1.0 if state.last_action == action else 0.0
 
 
 @leaf_kernel
-def _bounding_box(boxes: NDArray[np.int32]) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
+def bounding_box(boxes: NDArray[np.int32]) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
     """Return the lowest and highest corner of a shape's boxes, relative to its reference cell."""
     x0, y0, z0, x1, y1, z1 = boxes[0, 0], boxes[0, 1], boxes[0, 2], boxes[0, 3], boxes[0, 4], boxes[0, 5]
     for b in range(1, boxes.shape[0]):
@@ -124,12 +124,12 @@ def _block_filled(
 
 
 @leaf_kernel
-def _write_goal(dx: int, dy: int, dz: int, out: NDArray[np.float32]) -> None:
-    """Write the way to the goal: precise when near, its order of magnitude when far."""
+def write_goal(dx: int, dy: int, dz: int, out: NDArray[np.float32]) -> None:
+    """Write the way to the goal, ``GOAL_SIZE`` entries: precise when near, its order of magnitude when far."""
     total = max(1, abs(dx) + abs(dy) + abs(dz))
     for axis, d in enumerate((dx, dy, dz)):
         sign = 1.0 if d > 0 else (-1.0 if d < 0 else 0.0)
         out[axis] = sign
         out[3 + axis] = max(-1.0, min(1.0, d / 4.0))
-        out[6 + axis] = sign * min(1.0, np.log(1.0 + abs(d)) / _LOG_FARTHEST)
+        out[6 + axis] = sign * min(1.0, np.log(1.0 + abs(d)) / LOG_FARTHEST)
         out[9 + axis] = d / total

@@ -28,6 +28,8 @@ from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import ACTION_COUNT, MOVES
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT, frame_of, from_frame, to_frame
 from bimvox.env.guard import visits_of
+from bimvox.env.observation import GOAL_SIZE as WAY_SIZE
+from bimvox.env.observation import LOG_FARTHEST, bounding_box, write_goal
 from bimvox.env.state import LiftState
 from bimvox.grid.occupancy import box_sum
 from bimvox.site.clearance import Clearance, hook_is_free, placement_is_free
@@ -56,7 +58,7 @@ PARTLY = 0.2
 WIDEST_WINDOW_VOX = WINDOW[0] * LEVELS[-1][0]
 """What the widest level spans, cells: 224."""
 
-GOAL_SIZE = 13
+GOAL_SIZE = WAY_SIZE + 1
 BODY_SIZE = 6
 TRAIL_SIZE = 3 * len(TRAIL_STEPS)
 
@@ -73,7 +75,6 @@ VIEW_SIZE = INPUT_SIZE + 1
 VIEW_NAME = "framed-pyramid-7x7x5-1-32-target-5x5x5-1-8-v1"
 """Names layout and meaning of the vector; a stored policy fits only the view that it was trained on."""
 
-_LOG_FARTHEST = float(np.log(1024.0))
 _LOG_HIGHEST = float(np.log(129.0))
 
 _ABOUT = (NEAREST_WINDOW[0] // 2 * NEAREST_WINDOW[1] + NEAREST_WINDOW[1] // 2) * NEAREST_WINDOW[2] + NEAREST_WINDOW[
@@ -110,7 +111,7 @@ def look(
     x, y, z = state.x, state.y, state.z
     dx, dy, dz = target[0] - x, target[1] - y, target[2] - z
     frame = frame_of(dx, dy)
-    low, high = _bounding_box(clearance.boxes)
+    low, high = bounding_box(clearance.boxes)
     n = 0
     n = _write_level(clearance, low, high, frame, x, y, z, NEAREST_WINDOW, 1, 1, out, n)
     for scale, rise in LEVELS:
@@ -120,7 +121,9 @@ def look(
             clearance, low, high, frame, target[0], target[1], target[2], TARGET_WINDOW, scale, rise, out, n
         )
     u, v = to_frame(frame, dx, dy)
-    n = _write_goal(u, v, dz, out, n)
+    write_goal(u, v, dz, out[n : n + WAY_SIZE])
+    out[n + WAY_SIZE] = min(1.0, np.log(1.0 + abs(u) + abs(v) + abs(dz)) / LOG_FARTHEST)
+    n += GOAL_SIZE
     n = _write_body(clearance, low, high, frame, x, y, z, out, n)
     for action in range(ACTION_COUNT):
         out[n + action] = 0.0
@@ -138,16 +141,6 @@ def look(
             out[n] = max(-1.0, min(1.0, way / TRAIL_STEPS[t]))
             n += 1
     out[n] = frame / (FRAME_COUNT - 1)
-
-
-@leaf_kernel
-def _bounding_box(boxes: NDArray[np.int32]) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
-    """Return the lowest and highest corner of a shape's boxes, relative to its reference cell."""
-    x0, y0, z0, x1, y1, z1 = boxes[0, 0], boxes[0, 1], boxes[0, 2], boxes[0, 3], boxes[0, 4], boxes[0, 5]
-    for b in range(1, boxes.shape[0]):
-        x0, y0, z0 = min(x0, boxes[b, 0]), min(y0, boxes[b, 1]), min(z0, boxes[b, 2])
-        x1, y1, z1 = max(x1, boxes[b, 3]), max(y1, boxes[b, 4]), max(z1, boxes[b, 5])
-    return (x0, y0, z0), (x1, y1, z1)
 
 
 @leaf_kernel
@@ -264,20 +257,6 @@ def _clear_height(
     climb = top - z
     size = 0.9 * min(1.0, np.log(1.0 + abs(climb)) / _LOG_HIGHEST)
     return float(size if climb > 0 else -size)
-
-
-@leaf_kernel
-def _write_goal(u: int, v: int, w: int, out: NDArray[np.float32], n: int) -> int:
-    """Write the way to the goal: precise when near, its order of magnitude when far."""
-    total = abs(u) + abs(v) + abs(w)
-    for axis, d in enumerate((u, v, w)):
-        sign = 1.0 if d > 0 else (-1.0 if d < 0 else 0.0)
-        out[n + axis] = sign
-        out[n + 3 + axis] = max(-1.0, min(1.0, d / 4.0))
-        out[n + 6 + axis] = sign * min(1.0, np.log(1.0 + abs(d)) / _LOG_FARTHEST)
-        out[n + 9 + axis] = d / max(1, total)
-    out[n + 12] = min(1.0, np.log(1.0 + total) / _LOG_FARTHEST)
-    return n + GOAL_SIZE
 
 
 @leaf_kernel
