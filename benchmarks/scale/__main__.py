@@ -2,8 +2,8 @@
 
 Plans and proves buildings of 50 to 1,000 components on 200 x 200 x 60 cells, as the command does it by default and by
 search alone, each in a process of its own with an empty policy store, and writes the tables of ``docs/scale.md``, their
-data and their drawing. A first small run compiles the kernels. Wall times: let nothing else run. With ``--sizes`` or ``--policy`` nothing in ``docs`` is
-touched unless ``--docs`` names a folder.
+data and their drawing. A first small run compiles the kernels. Wall times: let nothing else run. With ``--sizes`` or
+``--policy`` nothing in ``docs`` is touched unless ``--docs`` names a folder.
 """
 
 from __future__ import annotations
