@@ -61,6 +61,7 @@ PHASE_NUMBERS: dict[PhaseName, int] = {
     PhaseName.SET: 7,
     PhaseName.RELEASE: 8,
     PhaseName.TURN: 9,
+    PhaseName.STOP: 10,
 }
 _PHASES = {"PHASE_UNSPECIFIED": 0, **{f"PHASE_{name.name}": number for name, number in PHASE_NUMBERS.items()}}
 

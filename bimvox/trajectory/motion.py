@@ -32,6 +32,8 @@ class PhaseName(StrEnum):
     """The part is aligned and fixed; the hook stands still."""
     RELEASE = "release"
     """Slings are taken off; the hook stands still."""
+    STOP = "stop"
+    """All axes brake to rest, and the crane waits; in no plan, only where one was interrupted."""
 
 
 def quarters_of(turn: int) -> int:
@@ -105,3 +107,7 @@ class LiftMotion:
             if time_ns >= phase.start_ns:
                 return phase
         return self.phases[0]
+
+    def phase_name_at(self, time_ns: int) -> PhaseName:
+        """Return the name of the phase at a time on the site's clock."""
+        return self.phase_at(time_ns).name
