@@ -81,6 +81,17 @@ class _Verifier:
         return Verification(tuple(self.checks.values()))
 
     def _check_deliveries(self) -> None:
+        """They come one after the other, and none weighs more than a truck carries, but for a single part."""
+        most_kg = self.site.rules.truckload_kg
+        loads: dict[int, list[float]] = {}
+        for lift in self.lifts:
+            if lift.place is not None:
+                loads.setdefault(lift.place.delivery, []).append(self.site.components[lift.component].mass_kg)
+        for number, masses in loads.items() if most_kg > 0.0 else ():
+            self.checks["yard"].look(
+                len(masses) == 1 or sum(masses) <= most_kg + 1e-6,
+                f"delivery {number} weighs {sum(masses):.0f} kg, more than the {most_kg:.0f} kg of a truckload",
+            )
         delivery = 0
         for lift in self.lifts:
             if lift.place is not None:

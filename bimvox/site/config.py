@@ -218,6 +218,9 @@ class RulesConfig(BaseModel):
     """Time to take the slings off."""
     turn_s: NotNegative = _RULES.turn_s
     """Time to turn a hanging part by a quarter (tag lines, or a rotator)."""
+    truckload_kg: NotNegative = _RULES.truckload_kg
+    """The most that a delivery may weigh; a heavier part comes alone. Default: as much as the yard holds. Less means
+    more deliveries and shorter ways: each takes the nearest places of the yard, as soon as they are empty."""
 
     def rules(self) -> Rules:
         """Return them as the planner takes them."""

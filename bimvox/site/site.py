@@ -32,6 +32,8 @@ class Rules:
         release_s: Time to take the slings off.
         turn_s: Time to turn a hanging part by a quarter.
         transit_clearance_m: Distance kept from everything between departure and gate, up to whole cells.
+        truckload_kg: The most that a delivery may weigh, but for a part that is heavier by itself; 0 for what the yard
+            holds.
     """
 
     clearance_m: float = 0.0
@@ -43,6 +45,7 @@ class Rules:
     release_s: float = 30.0
     turn_s: float = 30.0
     transit_clearance_m: float = 0.0
+    truckload_kg: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -169,6 +169,7 @@ def _rules(config: SiteConfig) -> str:
         _maybe("bracing_s", rules.bracing_s, "to align, fix and brace a part on the hook"),
         _maybe("release_s", rules.release_s, "to take the slings off"),
         _maybe("turn_s", rules.turn_s, "to turn a hanging part by a quarter"),
+        _maybe("truckload_kg", rules.truckload_kg, "the most that a delivery weighs; 0: what the yard holds"),
     )
 
 
