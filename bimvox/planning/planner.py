@@ -52,7 +52,7 @@ def plan_lifts(
         The plan, infeasible lifts included with their reason.
     """
     before = {lift.component: lift for lift in previous.lifts} if previous else {}
-    assembly = Assembly(site, preparation)
+    assembly = Assembly(site, preparation, one_at_a_time=True)
     lifts = []
     for order, index in enumerate(preparation.sequence.order):
         stage = assembly.begin(index)
