@@ -143,7 +143,7 @@ def _lift_from_json(record: Any, site: Site, where: str) -> tuple[Lift, bool]:
         cell = decode(IntVec, place.get("cell_vox"), _NO_ARRAYS, f"{where}.place.cell_vox")
         turn = decode(int, place.get("turn", 0), _NO_ARRAYS, f"{where}.place.turn")
         rise = decode(int, place.get("rise_vox", 1), _NO_ARRAYS, f"{where}.place.rise_vox")
-        if not 0 <= turn <= 3 or rise < 1 or (turn and pose is not StoredPose.AS_BUILT):
+        if not 0 <= turn <= 3 or rise < 1:
             raise DecodeError(f"{where}.place: turned by {turn} quarters after a rise of {rise} cells, {pose.value}")
         lift = dataclasses.replace(lift, place=yard_place(component, delivery, pose, cell, turn=turn, rise_vox=rise))
     return lift, record["carried"]

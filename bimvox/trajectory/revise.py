@@ -24,8 +24,9 @@ from bimvox.planning.insertion import SIDEWAYS_VOX
 from bimvox.planning.lift import Lift, LiftPlan, Status, same_path
 from bimvox.planning.obstruction_change import ObstructionChange, change_between
 from bimvox.planning.occupancy import stored_cells, target_cells
-from bimvox.planning.planner import Propose, plan_lift
+from bimvox.planning.planner import plan_lift
 from bimvox.planning.proof import Verification
+from bimvox.planning.propose import Propose
 from bimvox.planning.verify import verify_plan
 from bimvox.site.clearance import Clearance
 from bimvox.site.site import Site
