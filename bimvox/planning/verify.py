@@ -19,6 +19,7 @@ from bimvox.planning.marks import Marks
 from bimvox.planning.moment import Thing, cells_in_common, moments, near_and_far, passed_by
 from bimvox.planning.proof import Check, Verification, turn_to
 from bimvox.planning.shape_check import check_shape
+from bimvox.planning.site_rules_check import check_wind, check_zones
 from bimvox.planning.stands_check import check_stands
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component, StoredPose
@@ -68,6 +69,8 @@ class _Verifier:
         self.checks = {name: Check(name) for name in names}
         if self.site.rules.transit_clearance_m > 0.0:
             self.checks["margin"] = Check("margin")
+        if self.site.crane is not None and self.site.rules.wind_speed_m_s > 0.0:
+            self.checks["wind"] = Check("wind", unit="share of permitted wind")
         self.checks["triangles"].unit = "m"
         self.checks["reach"].unit = "share of capacity"
 
@@ -291,12 +294,10 @@ class _Verifier:
         reach.look(
             bool(good.all()), f"{component.id}: hook radius {radius_m[~good][:1]} m is out of reach", samples=len(hook)
         )
-        if site.prohibited is not None:
-            over = site.prohibited[hook[:, 0], hook[:, 1]]
-            reach.look(
-                not over.any(), f"{component.id}: its hook is over a prohibited zone at {hook[over][:1].tolist()}"
-            )
-        load_kg = component.mass_kg + site.crane.rigging_mass_kg
+        check_zones(reach, site, component, path)
+        if "wind" in self.checks:
+            check_wind(self.checks["wind"], site, site.crane, component)
+        load_kg = component.mass_kg + site.crane.tackle_kg
         most_kg = capacity_kg(site.crane.chart, float(radius_m.max()))
         reach.measure(load_kg / most_kg if most_kg > 0 else np.inf)
         reach.look(

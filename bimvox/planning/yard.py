@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.crane.kinematics import Axes
 from bimvox.planning.lift import YardPlace, yard_place
-from bimvox.planning.occupancy import lowest_hook
 from bimvox.planning.travel import Travel
 from bimvox.site.clearance import HOOK_FORBIDDEN
 from bimvox.site.component import Component, IntVec, StoredPose
+from bimvox.site.hook_room import hook_room
 from bimvox.site.margin import margin_vox
 from bimvox.site.shape import erection_size_vox, turned_hook, turned_shape, turning_columns
 from bimvox.site.site import Site
@@ -200,7 +200,7 @@ def _find(
     if not choices:
         return None
     margin = margin_vox(site)
-    hook = lowest_hook(site, np.zeros(site.shape[:2], np.int32), component.mass_kg) < HOOK_FORBIDDEN
+    hook = hook_room(site, np.zeros(site.shape[:2], np.int32), component).floor < HOOK_FORBIDDEN
     shape = component.shape
     for pose, turn in choices:
         size_x, size_y, size_z = erection_size_vox(turned_shape(shape, turn), pose)
