@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift
-from bimvox.planning.moment import Moment, Thing, near_and_far
+from bimvox.planning.moment import Moment, Thing, near_and_far, passed_by
 from bimvox.planning.proof import Check
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component, StoredPose
@@ -71,6 +71,7 @@ class LoadProof:
         time_s = trajectory.time_ns[way.sample] / 1e9
         tail = _is_tail(cells, lift)
         near, far = near_and_far(component, moment.present) if tail.any() else ([], list(moment.present))
+        passed: list[Thing] = []
         check = self.checks["motion_cells"]
         if with_load:
             inside = ~placements.at_positions(~self.cells.holds(placements, own))
@@ -79,8 +80,13 @@ class LoadProof:
                 check.look(False, f"{name}: leaves the site at {time_s[n]:.2f} s, cell {_text(cells[n])}")
             hit = placements.at_positions(self.cells.meets(placements, own))
             bad = hit & ~tail
-            if (hit & tail).any():
-                bad |= placements.at_positions(self.cells.without(near).meets(placements, own))
+            if (hit & tail).any() and lift is not None:
+                left = placements.at_positions(self.cells.without(near).meets(placements, own)) & tail
+                if left.any():
+                    passed = self._check_passed(component, lift, cells[tail], far)
+                    near, far = [*near, *passed], [thing for thing in far if thing not in passed]
+                    left = placements.at_positions(self.cells.without(near).meets(placements, own)) & tail
+                bad |= left
             check.look(True, "", samples=len(cells))
             if bad.any():
                 n = int(np.argmax(bad))
@@ -88,10 +94,21 @@ class LoadProof:
                 check.look(
                     False, f"{name}: at {time_s[n]:.2f} s, cell {_text(cells[n])}, the load is in cells of {met}"
                 )
-            self._check_contact(component, cells, hit & tail, near)
+            self._check_contact(component, cells, hit & tail, [thing for thing in near if thing not in passed])
         if self.site.rules.rope:
             self._check_rope(name, component, moment, cells, placements, tail, near, far, time_s)
         check_zone(self.checks["zones"], name, self.site, placements, component, cells, time_s)
+
+    def _check_passed(
+        self, component: Component, lift: Lift, cells: NDArray[np.float64], far: Sequence[Thing]
+    ) -> list[Thing]:
+        """Return what the load passes by on its last moves, in cells of it; checked not to be met at all."""
+        assert lift.path_vox is not None
+        passed = passed_by(component, far, lift.path_vox[-lift.contact_moves :])
+        offsets_m = (cells - np.array(component.target_vox)) * self.site.frame.voxel_size_m
+        for thing in passed:
+            self.triangles.check_apart(self.checks["motion_triangles"], component, offsets_m, thing.solid)
+        return passed
 
     def _check_contact(
         self, component: Component, cells: NDArray[np.float64], hit: NDArray[np.bool_], near: Sequence[Thing]
