@@ -23,7 +23,7 @@ from bimvox.site.obstruction_cells import Rasterise, obstruction_cells
 from bimvox.site.obstructions import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import component_of, entries_by_id, first_ids
-from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Rules, Site
+from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Rules, Site, SwingRule
 
 Parts = Sequence[tuple[Element, "NDArray[np.int32]"]]
 """Elements in the site's frame, each with the (N, 3) int32 cells of the site's grid that it meets."""
@@ -166,7 +166,7 @@ def _with_fixed_digests(site: Site) -> Site:
         [(c.shape.cells, c.target_vox, c.hook_offset_vox, c.erected, c.mass_kg) for c in site.components],
         replace(site.crane, name="") if site.crane else None,
         # How densely a log is sampled, and how long a crew takes, is nothing to a policy.
-        replace(site.rules, sample_period_s=0.0, bracing_s=0.0, release_s=0.0, turn_s=0.0),
+        replace(site.rules, sample_period_s=0.0, bracing_s=0.0, release_s=0.0, turn_s=0.0, swing=SwingRule.SHAPED),
     )
     fixed = digest_of(
         "fixed 1",

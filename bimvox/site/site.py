@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,13 @@ from bimvox.site.component import Component
 
 GROUND_ID = "ground"
 CRANE_ID = "crane"
+
+
+class SwingRule(StrEnum):
+    """Whether the crane's moves are shaped so that loads hang at rest when they end."""
+
+    SHAPED = "shaped"
+    OFF = "off"
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +40,7 @@ class Rules:
         release_s: Time to take the slings off.
         turn_s: Time to turn a hanging part by a quarter.
         transit_clearance_m: Distance kept from everything between departure and gate, up to whole cells.
+        swing: Whether the swing of loads is shaped, proven and kept small at the set point, or not looked at.
     """
 
     clearance_m: float = 0.0
@@ -43,6 +52,7 @@ class Rules:
     release_s: float = 30.0
     turn_s: float = 30.0
     transit_clearance_m: float = 0.0
+    swing: SwingRule = SwingRule.SHAPED
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -169,6 +169,7 @@ def _rules(config: SiteConfig) -> str:
         _maybe("bracing_s", rules.bracing_s, "to align, fix and brace a part on the hook"),
         _maybe("release_s", rules.release_s, "to take the slings off"),
         _maybe("turn_s", rules.turn_s, "to turn a hanging part by a quarter"),
+        f'swing = {_text(rules.swing)}  # "off": the swing of loads is not looked at',
     )
 
 

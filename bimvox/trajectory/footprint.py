@@ -30,6 +30,7 @@ from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
 from bimvox.trajectory.verify_hook import tallest_met
 from bimvox.trajectory.verify_space import placements_around, reference_cells, way_of
+from bimvox.trajectory.verify_swing import swung_placements
 
 _WORD = 64
 _SLINGS_END = (0, 0, 0)
@@ -162,12 +163,15 @@ def _add_motion(
     upright = place.pose is StoredPose.AS_BUILT and not place.turn
     for trajectory, with_load in ((motion.raising, upright), (motion.loaded, True)):
         placements = _placements(site, crane, trajectory, component.hook_offset_vox)
+        if trajectory is motion.loaded:
+            placements = np.concatenate([placements, swung_placements(site, crane, motion, trajectory, component)])
         if with_load:
             mask.add_placements(placements, grown_cells(component.shape.cells, margin_vox(site)))
         if site.rules.rope:
             mask.add_columns_above(placements + hook)
     if motion.approach is not None and site.rules.rope:
         mask.add_columns_above(_placements(site, crane, motion.approach, _SLINGS_END))
+        mask.add_columns_above(swung_placements(site, crane, motion, motion.approach, None))
 
 
 def _placements(site: Site, crane: TowerCrane, trajectory: Trajectory, hook_offset: IntVec) -> NDArray[np.int64]:

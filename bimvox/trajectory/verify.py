@@ -31,6 +31,7 @@ from bimvox.trajectory.verify_ends import check_ends
 from bimvox.trajectory.verify_hook import HookProof
 from bimvox.trajectory.verify_load import LoadProof
 from bimvox.trajectory.verify_space import RawCells
+from bimvox.trajectory.verify_swing import SwingProof
 
 UNITS = {
     "timeline": "",
@@ -46,6 +47,7 @@ UNITS = {
     "empty_hook": "",
     "zones": "",
     "jib": "",
+    "swing": "m",
 }
 """The checks, and what ``worst`` is measured in."""
 
@@ -79,6 +81,7 @@ class _Verifier:
         triangles, cells = TriangleCheck(self.plan), RawCells(self.site.shape)
         load = LoadProof(self.site, crane, triangles, cells, self.checks)
         hook = HookProof(self.site, crane, triangles, cells, self.checks)
+        swing = SwingProof(self.site, crane, cells, self.checks["swing"])
         previous: LiftMotion | None = None
         for moment in moments(self.plan, self.context):
             motion = by_order.get(moment.lift.order)
@@ -99,6 +102,7 @@ class _Verifier:
             cells.move_to(moment.present)
             load.check(name, moment, motion)
             hook.check(name, moment, motion)
+            swing.check(name, moment, motion)
             previous = motion
         return Verification(tuple(self.checks.values()))
 

@@ -122,6 +122,7 @@ def _site(site: Site) -> dict[str, Any]:
             "support_gap_m": site.rules.support_gap_m,
             "rope": site.rules.rope,
             "sample_period_s": site.rules.sample_period_s,
+            "swing": site.rules.swing.value,
         },
     }
 
