@@ -155,6 +155,10 @@ class _Inserter:
         hook = self.target + np.array(component.hook_offset_vox)
         self.hook_m = site.frame.centre_of(hook)
         self.highest = site.shape[2] - int(transit.boxes[:, 5].max())
+        if clearance.hook_ceiling.size:
+            # The sky begins where the crane can hold the part no higher.
+            most = int(clearance.hook_ceiling[hook[0], hook[1]]) - int(component.hook_offset_vox[2])
+            self.highest = min(self.highest, max(most, int(self.target[2])))
         origin = site.frame.origin_m
         self.hook_column = tuple(int(n) for n in (hook - self.low)[:2])
         self.hook_m[2] = origin[2] + self.step_m * hook[2]
@@ -274,6 +278,9 @@ class _Inserter:
         hook = np.array(place) + np.array(self.component.hook_offset_vox)
         if self.clearance.hook_floor[hook[0], hook[1]] == HOOK_FORBIDDEN:
             return NoInsertion("the crane's hook is not allowed above its place (reach, capacity or zone)")
+        ceiling = self.clearance.hook_ceiling
+        if ceiling.size and hook[2] > ceiling[hook[0], hook[1]]:
+            return NoInsertion("the crane cannot hold its hook that high above its place")
         column = (hook - self.low)[:2]
         above = np.flatnonzero(self.foreign[column[0], column[1], max(0, int(hook[2])) :])
         if len(above):

@@ -19,6 +19,7 @@ from bimvox.planning.marks import Marks
 from bimvox.planning.moment import Thing, cells_in_common, moments, near_and_far
 from bimvox.planning.proof import Check, Verification, turn_to
 from bimvox.planning.shape_check import check_shape
+from bimvox.planning.site_rules_check import check_wind, check_zones
 from bimvox.planning.stands_check import check_stands
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component, StoredPose
@@ -68,6 +69,8 @@ class _Verifier:
         self.checks = {name: Check(name) for name in names}
         if self.site.rules.transit_clearance_m > 0.0:
             self.checks["margin"] = Check("margin")
+        if self.site.crane is not None and self.site.rules.wind_speed_m_s > 0.0:
+            self.checks["wind"] = Check("wind", unit="share of permitted wind")
         self.checks["triangles"].unit = "m"
         self.checks["reach"].unit = "share of capacity"
 
@@ -81,6 +84,17 @@ class _Verifier:
         return Verification(tuple(self.checks.values()))
 
     def _check_deliveries(self) -> None:
+        """They come one after the other, and none weighs more than a truck carries, but for a single part."""
+        most_kg = self.site.rules.truckload_kg
+        loads: dict[int, list[float]] = {}
+        for lift in self.lifts:
+            if lift.place is not None:
+                loads.setdefault(lift.place.delivery, []).append(self.site.components[lift.component].mass_kg)
+        for number, masses in loads.items() if most_kg > 0.0 else ():
+            self.checks["yard"].look(
+                len(masses) == 1 or sum(masses) <= most_kg + 1e-6,
+                f"delivery {number} weighs {sum(masses):.0f} kg, more than the {most_kg:.0f} kg of a truckload",
+            )
         delivery = 0
         for lift in self.lifts:
             if lift.place is not None:
@@ -185,14 +199,13 @@ class _Verifier:
         self._check_turning(check, component, place, present)
 
     def _check_turning(self, check: Check, component: Component, place: YardPlace, present: Sequence[Thing]) -> None:
-        """Raised, it is turned about its hook in the way of nothing: within its corners' circle, at its height."""
+        """Upright and raised, it turns about its hook in the way of nothing: in its corners' circle, at its height."""
         check.look(
             place.rise_vox == 1 or place.turn != 0,
             f"{component.id}: is raised by {place.rise_vox} cells, yet not turned",
         )
         if place.turn == 0:
             return
-        check.look(place.pose is StoredPose.AS_BUILT, f"{component.id}: is erected and turned at once")
         shape, hook = component.shape, component.hook_offset_vox
         lies = np.array(place.cell_vox[:2]) + turned_hook(shape, hook, place.turn)[:2]
         axis = np.array(place.transit_start_vox[:2]) + hook[:2]
@@ -269,12 +282,10 @@ class _Verifier:
         reach.look(
             bool(good.all()), f"{component.id}: hook radius {radius_m[~good][:1]} m is out of reach", samples=len(hook)
         )
-        if site.prohibited is not None:
-            over = site.prohibited[hook[:, 0], hook[:, 1]]
-            reach.look(
-                not over.any(), f"{component.id}: its hook is over a prohibited zone at {hook[over][:1].tolist()}"
-            )
-        load_kg = component.mass_kg + site.crane.rigging_mass_kg
+        check_zones(reach, site, component, path)
+        if "wind" in self.checks:
+            check_wind(self.checks["wind"], site, site.crane, component)
+        load_kg = component.mass_kg + site.crane.tackle_kg
         most_kg = capacity_kg(site.crane.chart, float(radius_m.max()))
         reach.measure(load_kg / most_kg if most_kg > 0 else np.inf)
         reach.look(

@@ -119,21 +119,11 @@ def commands_along(
     rates = np.concatenate([rates, np.zeros((1, 3))])
     targets = np.concatenate([poses[1:], poses[-1:]])
     result: list[CraneCommand] = []
+    phase, until_ns = phase_at(start_ns), -1
+    borders_ns = iter([*sorted(starts_ns), end_ns + 1])
     for t, rate, target in zip(at_ns.tolist(), rates.tolist(), targets.tolist(), strict=True):
-        phase = phase_at(t)
-        result.append(
-            CraneCommand(
-                time_ns=t,
-                order=order,
-                component=component,
-                phase=phase,
-                slew_rate_rad_s=rate[0],
-                trolley_rate_m_s=rate[1],
-                hoist_rate_m_s=rate[2],
-                target_slew_rad=target[0],
-                target_radius_m=target[1],
-                target_height_m=target[2],
-                loaded=is_loaded(phase),
-            )
-        )
+        if t >= until_ns:  # the phase is asked for only where it may change
+            phase, until_ns = phase_at(t), next((border for border in borders_ns if border > t), end_ns + 1)
+        rates_and_targets = (rate[0], rate[1], rate[2], target[0], target[1], target[2])
+        result.append(CraneCommand(t, order, component, phase, *rates_and_targets, is_loaded(phase)))
     return tuple(result)

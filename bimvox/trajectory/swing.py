@@ -18,6 +18,7 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_length_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.component import Component
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site, SwingRule
 
 RESIDUAL_M = 0.05
@@ -69,7 +70,7 @@ def pendulum_of(site: Site, component: Component | None) -> Pendulum | None:
     if site.crane is None or site.rules.swing is SwingRule.OFF:
         return None
     half_m = 0.0 if component is None else 0.5 * component.shape.size_vox[2] * site.frame.voxel_size_m
-    return Pendulum(site.crane.sling_m + half_m)
+    return Pendulum(crane_for(site, site.crane, component).sling_m + half_m)
 
 
 def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendulum: Pendulum) -> Swing:

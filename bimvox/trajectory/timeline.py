@@ -17,9 +17,10 @@ from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.site.clearance import Clearance
 from bimvox.trajectory.load_frame import LoadFrame
-from bimvox.trajectory.move import Line, Move, axes_along, axes_of, share_limits
+from bimvox.trajectory.move import Line, Move, axes_along, axes_of, share_limits, slowed
 from bimvox.trajectory.profile import Profile, profile_of
 from bimvox.trajectory.shaping import Calm, ShapedProfile
+from bimvox.trajectory.slow import slow_shares
 from bimvox.trajectory.swept import samples_are_free, swaying_is_free
 from bimvox.trajectory.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, swing_of
 
@@ -104,7 +105,8 @@ def in_sequence(
     """
     given = calms if calms is not None else (Calm(),) * len(moves)
     profiles = tuple(
-        _profile(crane, move, pendulum if move.swings else None, calm) for move, calm in zip(moves, given, strict=True)
+        _profile(crane, move, share, pendulum if move.swings else None, calm)
+        for move, share, calm in zip(moves, slow_shares(crane, moves), given, strict=True)
     )
     starts = [0.0]
     for profile in profiles[:-1]:
@@ -112,8 +114,10 @@ def in_sequence(
     return Timeline(crane, tuple(moves), profiles, tuple(starts))
 
 
-def _profile(crane: TowerCrane, move: Move, pendulum: Pendulum | None, calm: Calm) -> Profile | ShapedProfile:
-    limits = share_limits(crane, move)
+def _profile(
+    crane: TowerCrane, move: Move, slow: float, pendulum: Pendulum | None, calm: Calm
+) -> Profile | ShapedProfile:
+    limits = slowed(share_limits(crane, move), slow)
     if pendulum is None:
         return profile_of(limits)
     pace = calm.pace

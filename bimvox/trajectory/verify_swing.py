@@ -21,6 +21,7 @@ from bimvox.planning.lift import Lift
 from bimvox.planning.moment import NO_SOLID, Moment, Thing, near_and_far
 from bimvox.planning.proof import Check
 from bimvox.site.component import Component
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion, PhaseName
 from bimvox.trajectory.swing import RESIDUAL_M, Pendulum, pendulum_of
@@ -108,7 +109,7 @@ class SwingProof:
         self.checked.look(True, "", samples=len(swung.time_s))
         frame = self.site.frame
         offset = _SLINGS_END if component is None else component.hook_offset_vox
-        cells = reference_cells(self.crane, frame, swung.axes, offset)
+        cells = reference_cells(crane_for(self.site, self.crane, component), frame, swung.axes, offset)
         beyond_vox = beyond_rest_m(swung.offset_m) / frame.voxel_size_m
         swings = np.abs(beyond_vox).max(axis=1) > 0.0
         tail = tail_of(cells, lift)
@@ -187,7 +188,7 @@ def swung_placements(
     found = [np.empty((0, 3), np.int64)]
     for swung in swung_parts(crane, motion, way, pendulum) if pendulum is not None else ():
         offset = _SLINGS_END if component is None else component.hook_offset_vox
-        cells = reference_cells(crane, site.frame, swung.axes, offset)
+        cells = reference_cells(crane_for(site, crane, component), site.frame, swung.axes, offset)
         beyond_vox = beyond_rest_m(swung.offset_m) / site.frame.voxel_size_m
         rows = np.flatnonzero(np.abs(beyond_vox).max(axis=1) > 0.0)
         if len(rows):

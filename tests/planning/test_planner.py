@@ -6,7 +6,10 @@ from box_sites import box_cells, box_site
 from bimvox.planning.assembly import Assembly, Stage, prepare
 from bimvox.planning.lift import Method, Status
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.rollout import proposer
 from bimvox.planning.search import shortest_path
+from bimvox.planning.verify import verify_plan
+from bimvox.policy.generalist.weights import load_generalist
 from bimvox.site.site import Blocker
 
 PORTAL = [
@@ -15,6 +18,8 @@ PORTAL = [
     ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
     ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
 ]
+WALL = ("wall", (8.0, 0.0, 0.0), (8.5, 15.0, 6.0))
+"""Between yard and building: no way is of Manhattan length."""
 
 
 def plan_of(site, **options):
@@ -45,14 +50,72 @@ def test_every_part_of_a_portal_is_planned_from_yard_to_place():
         assert lift.moves == lift.shortest_moves
 
 
+def searching(transits):
+    return [shortest_path(t.clearance, t.start_vox, t.goal_vox).path_vox for t in transits]
+
+
+def jumping(transits):
+    return [np.array([t.start_vox, t.goal_vox], np.int32) for t in transits]
+
+
+def silent(transits):
+    return [None] * len(transits)
+
+
 def test_a_policys_path_is_taken_when_it_holds_and_dropped_when_not():
     site = box_site(PORTAL)
-    good = plan_of(site, propose=lambda clearance, start, goal: shortest_path(clearance, start, goal).path_vox)
-    assert {lift.method for lift in good.lifts} == {Method.POLICY}
-    bad = plan_of(site, propose=lambda clearance, start, goal: np.array([start, goal], np.int32))
-    assert {lift.method for lift in bad.lifts} == {Method.SEARCH}
-    silent = plan_of(site, propose=lambda clearance, start, goal: None)
-    assert {lift.method for lift in silent.lifts} == {Method.SEARCH}
+    assert {lift.method for lift in plan_of(site, propose=searching).lifts} == {Method.POLICY}
+    assert {lift.method for lift in plan_of(site, propose=jumping).lifts} == {Method.SEARCH}
+    assert {lift.method for lift in plan_of(site, propose=silent).lifts} == {Method.SEARCH}
+    again = plan_of(site, propose=silent, retrained=searching)
+    assert {lift.method for lift in again.lifts} == {Method.RETRAINED}
+
+
+def test_lifts_are_asked_for_together_and_are_as_one_by_one(monkeypatch):
+    """What stands where before a lift is the same whichever way the lifts before it take."""
+    site = with_obstructions(box_site(PORTAL), WALL)
+    asked = []
+
+    def counting(transits):
+        asked.append(len(transits))
+        return policy(transits)
+
+    policy = proposer(load_generalist())
+    together = plan_of(site, propose=counting)
+    assert asked == [4]
+    monkeypatch.setattr("bimvox.planning.planner.lifts_at_once", lambda shape: 1)
+    one_by_one = plan_of(site, propose=counting)
+    assert asked == [4, 1, 1, 1, 1]
+    assert any(lift.method is Method.POLICY for lift in together.lifts)
+    for lift, alone in zip(together.lifts, one_by_one.lifts, strict=True):
+        assert (lift.order, lift.method, lift.shortest_moves) == (alone.order, alone.method, alone.shortest_moves)
+        np.testing.assert_array_equal(lift.path_vox, alone.path_vox)
+
+
+def test_a_way_known_to_be_shortest_is_not_looked_for_from_the_other_end():
+    """And what is proposed is the same with that knowledge and without."""
+    site = with_obstructions(box_site(PORTAL), WALL)
+    known, unknown = [], []
+
+    def informed(transits):
+        known.extend(transits)
+        unknown.extend(dataclasses.replace(transit, least_moves=None) for transit in transits)
+        return silent(transits)
+
+    plan_of(site, propose=informed)
+    assert all(transit.least_moves == len(way) - 1 for transit, way in zip(known, searching(known), strict=True))
+    calls = {"known": 0, "unknown": 0}
+
+    def network(name):
+        def values(observations):
+            calls[name] += len(observations)
+            return load_generalist()(observations)
+
+        return values
+
+    ways = zip(proposer(network("known"))(known), proposer(network("unknown"))(unknown), strict=True)
+    assert all(np.array_equal(a, b) for a, b in ways)
+    assert calls["known"] < calls["unknown"]
 
 
 def test_an_obstruction_on_a_target_blocks_that_lift_and_what_rests_on_it():
@@ -159,6 +222,42 @@ def test_deliveries_reuse_the_yard_and_nothing_overlaps():
         cells = [p.shape.cells + np.array(p.cell_vox) for p in preparation.places if p.delivery == delivery]
         stacked = np.concatenate(cells)
         assert len(np.unique(stacked, axis=0)) == len(stacked)
+
+
+BLOCKS = [(f"b{n}", (1.0, 1.0 + n, 0.0), (4.0, 1.4 + n, 0.5)) for n in range(12)]  # 1,440 kg each
+
+
+def test_a_delivery_weighs_no_more_than_a_truck_carries():
+    site = box_site(BLOCKS)
+    assert {place.delivery for place in prepare(site).places} == {0}
+    limited = dataclasses.replace(site, rules=dataclasses.replace(site.rules, truckload_kg=4500.0))
+    preparation = prepare(limited)
+    deliveries = [place.delivery for place in preparation.places]
+    assert sorted(deliveries) == [n // 3 for n in range(12)]
+    taken = [{place.cell_vox for place in preparation.places if place.delivery == n} for n in range(4)]
+    assert all(cells == taken[0] for cells in taken)  # each takes the places that are empty again
+    plan = plan_lifts(limited, preparation)
+    assert verify_plan(plan).verified
+    lighter = dataclasses.replace(limited, rules=dataclasses.replace(site.rules, truckload_kg=4000.0))
+    failures = verify_plan(dataclasses.replace(plan, site=lighter)).failures
+    assert "yard: delivery 0 weighs 4320 kg, more than the 4000 kg of a truckload" in failures
+    alone = dataclasses.replace(site, rules=dataclasses.replace(site.rules, truckload_kg=1000.0))
+    assert sorted(place.delivery for place in prepare(alone).places) == list(range(12))
+    assert verify_plan(plan_of(alone)).verified
+
+
+def test_a_place_that_the_site_file_gives_is_free_once_its_part_is_lifted():
+    """The yard has room for two: the first is given one, and the third lies where the first lay."""
+    parts = [(f"b{n}", (1.0, 1.0 + n, 0.0), (4.0, 1.4 + n, 0.5)) for n in range(4)]
+    name, low, high = parts[0]
+    parts[0] = (name, low, high, {"start_vox": (30, 2, 1)})
+    site = box_site(parts, yard=((30, 2), (36, 5)))
+    preparation = prepare(site)
+    places = [preparation.places[index] for index in preparation.sequence.order]
+    assert places[0].cell_vox == (30, 2, 1)
+    assert [place.delivery for place in places] == [0, 0, 1, 1]
+    assert places[2].cell_vox == (30, 2, 1)
+    assert verify_plan(plan_lifts(site, preparation)).verified
 
 
 def test_a_part_too_big_for_the_yard_is_named():
