@@ -8,6 +8,7 @@ the next good content is taken.
 
 from __future__ import annotations
 
+import gc
 import threading
 import time
 from collections.abc import Iterator
@@ -210,6 +211,9 @@ class Watcher:
 
         if self._standing is not None:
             revise_in_vain(self._standing, self._preparation, self._propose, self._known_shapes, self._segment)
+        # What is there now stays: the collector need not look through it at every change.
+        gc.collect()
+        gc.freeze()
         self.is_cold = False
 
     def close(self) -> None:

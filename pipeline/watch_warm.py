@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from bimvox.log.plan_log import PlanLog
     from bimvox.planning.assembly import Preparation
-    from bimvox.planning.planner import Propose
+    from bimvox.planning.propose import Propose
     from bimvox.site.site import Site
     from bimvox.trajectory.revise import Part, Standing
 

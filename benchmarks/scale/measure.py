@@ -19,6 +19,7 @@ STAGES = {
     "read": ("open", "geometry", "elements"),
     "site": ("site", "voxelize"),
     "order": ("contacts", "order"),
+    "policy": ("lessons", "train"),
     "plan": ("plan", "lifts"),
     "prove": ("prove",),
     "time": ("time",),
@@ -95,5 +96,5 @@ def measure(components: int, folder: Path, policy: str | None) -> Measured:
         used.ru_utime + used.ru_stime,
         used.ru_maxrss * unit / 1e6,
         log.stat().st_size / 1e6,
-        {name: round(value, 3) for name, value in stages.items() if value or name != "train"},
+        {name: round(value, 3) for name, value in stages.items() if value or name not in ("policy", "train")},
     )

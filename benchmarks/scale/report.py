@@ -16,6 +16,13 @@ _SIZE, _WALL_S, _MEMORY_MB = 500, 120.0, 4000.0
 _GROWTH = 1.25  # the largest buildings may cost so much more a component than the smaller ones
 
 
+class Way(NamedTuple):
+    """A way of planning, and its sizes."""
+
+    title: str
+    found: tuple[Measured, ...]
+
+
 class Bar(NamedTuple):
     """What must hold, and what was found."""
 
@@ -60,19 +67,29 @@ def _cost_a_component(found: Sequence[Measured]) -> float:
     return float(np.polyfit([one.components for one in found], [one.cpu_s for one in found], 1)[0])
 
 
-def as_json(found: Sequence[Measured]) -> str:
+def as_json(ways: Sequence[Way]) -> str:
     """Return everything that was measured."""
     machine = {"system": platform.system(), "processor": platform.machine(), "cores": os.cpu_count()}
     document = {
         "machine": machine | {"python": platform.python_version()},
-        "sizes": [one.as_json() for one in found],
-        "bars": [bar._asdict() for bar in bars(found)],
+        "ways": [
+            {
+                "title": way.title,
+                "sizes": [one.as_json() for one in way.found],
+                "bars": [bar._asdict() for bar in bars(way.found)],
+            }
+            for way in ways
+        ],
     }
     return json.dumps(document, indent=1) + "\n"
 
 
-def as_markdown(found: Sequence[Measured]) -> str:
+def as_markdown(ways: Sequence[Way]) -> str:
     """Return the tables."""
+    return "\n".join(f"## {way.title[0].upper()}{way.title[1:]}\n\n{_tables(way.found)}" for way in ways)
+
+
+def _tables(found: Sequence[Measured]) -> str:
     lines = [
         "| components | planned and proven | wall | processor | processor a component | memory | log |",
         "|---:|---:|---:|---:|---:|---:|---:|",
@@ -97,12 +114,17 @@ def as_markdown(found: Sequence[Measured]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def drawing(found: Sequence[Measured]) -> bytes:
-    """Return the curves as a PNG."""
+def drawing(ways: Sequence[Way]) -> bytes:
+    """Return the curves as a PNG: the whole command each way, and the stages of the first."""
     from bimvox.render.plots.scaling import Growth, draw_scaling
 
+    series = []
+    for way in ways:
+        sizes = np.array([one.components for one in way.found], np.float64)
+        label = "whole command" if way is ways[0] else "by search alone"
+        series.append(Growth(label, sizes, np.array([one.cpu_s for one in way.found])))
+    found = ways[0].found
     sizes = np.array([one.components for one in found], np.float64)
-    series = [Growth("whole command", sizes, np.array([one.cpu_s for one in found]))]
     for name in ("plan", "prove", "time", "write"):
         values = np.array([one.seconds[name] for one in found])
         if (values > 0.0).all():

@@ -57,7 +57,7 @@ class McapFile:
         self._metadata: list[MetadataIndex] = []
         self._chunks: list[ChunkIndex] = []
         self._chunk = bytearray()
-        self._entries: dict[int, list[int]] = {}
+        self._entries: defaultdict[int, list[int]] = defaultdict(list)
         self._times: list[int] = []
         self._counts: defaultdict[int, int] = defaultdict(int)
         self._first_ns: int | None = None
@@ -103,10 +103,8 @@ class McapFile:
 
     def message(self, channel: int, sequence: int, time_ns: int, data: bytes) -> None:
         """Write a message, logged when it is published."""
-        chunk, entries = self._chunk, self._entries.get(channel)
-        if entries is None:
-            entries = self._entries[channel] = []
-        entries += (time_ns, len(chunk))
+        chunk = self._chunk
+        self._entries[channel] += (time_ns, len(chunk))
         self._times.append(time_ns)
         chunk += _MESSAGE.pack(Opcode.MESSAGE, _MESSAGE_FIELDS + len(data), channel, sequence, time_ns, time_ns)
         chunk += data
@@ -190,7 +188,7 @@ class McapFile:
         self._chunks.append(index)
         self._first_ns = first_ns if self._first_ns is None else min(self._first_ns, first_ns)
         self._last_ns = max(self._last_ns, last_ns)
-        self._chunk, self._entries, self._times = bytearray(), {}, []
+        self._chunk, self._entries, self._times = bytearray(), defaultdict(list), []
 
     def _write(self, data: bytes) -> None:
         """Write into the data section, whose checksum is kept."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -31,12 +31,23 @@ def plan_to_json(plan: LiftPlan, context: Collection[Lift] = ()) -> bytes:
     marked = [(lift, True) for lift in plan.lifts] + [(lift, False) for lift in context]
     document = {
         "version": _VERSION,
-        "lifts": [_lift_to_json(plan.site, lift, carried) for lift, carried in sorted(marked, key=_order)],
         "clashes": [encode(clash, ArrayWriter()) for clash in plan.clashes],
         "notes": list(plan.notes),
         "unheld": list(plan.unheld),
     }
-    return json.dumps(document, ensure_ascii=False, indent=1).encode()
+    lifts = [_lift_to_json(plan.site, lift, carried) for lift, carried in sorted(marked, key=_order)]
+    return lines_of("lifts", lifts, document)
+
+
+def lines_of(name: str, entries: Iterable[Any], others: Mapping[str, Any] | None = None) -> bytes:
+    """Return a JSON document with a list, an entry a line: to be read by people, and quick to write."""
+    values = {key: _text(value) for key, value in (others or {}).items()}
+    values[name] = "[\n" + ",\n".join(map(_text, entries)) + "\n]"
+    return ("{\n" + ",\n".join(f'"{key}": {text}' for key, text in values.items()) + "\n}\n").encode()
+
+
+def _text(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False)
 
 
 def plan_from_json(
@@ -144,7 +155,7 @@ def _lift_from_json(record: Any, site: Site, where: str) -> tuple[Lift, bool]:
         cell = decode(IntVec, place.get("cell_vox"), _NO_ARRAYS, f"{where}.place.cell_vox")
         turn = decode(int, place.get("turn", 0), _NO_ARRAYS, f"{where}.place.turn")
         rise = decode(int, place.get("rise_vox", 1), _NO_ARRAYS, f"{where}.place.rise_vox")
-        if not 0 <= turn <= 3 or rise < 1 or (turn and pose is not StoredPose.AS_BUILT):
+        if not 0 <= turn <= 3 or rise < 1:
             raise DecodeError(f"{where}.place: turned by {turn} quarters after a rise of {rise} cells, {pose.value}")
         lift = dataclasses.replace(lift, place=yard_place(component, delivery, pose, cell, turn=turn, rise_vox=rise))
     return lift, record["carried"]

@@ -120,11 +120,12 @@ class Assembly:
     Args:
         site: The site.
         preparation: What was prepared for it.
+        one_at_a_time: Whether every stage is done with before the next one begins; see ``Occupancy``.
     """
 
-    def __init__(self, site: Site, preparation: Preparation) -> None:
+    def __init__(self, site: Site, preparation: Preparation, *, one_at_a_time: bool = False) -> None:
         self._site, self._preparation = site, preparation
-        self._occupancy = Occupancy(site)
+        self._occupancy = Occupancy(site, one_at_a_time=one_at_a_time)
         self._margin = margin_vox(site)
         count = len(site.components)
         self._present: dict[str, NDArray[np.int32]] = {b.id: b.cells for b in site.blockers}
@@ -209,6 +210,8 @@ class Assembly:
 
     def who_is_at(self, cells: NDArray[np.int32]) -> tuple[str, ...]:
         """Return the ids of everything that occupies one of the cells now."""
+        if not self._occupancy.any_at(cells):
+            return ()
         mask = np.zeros(self._site.shape, np.bool_)
         inside = ((cells >= 0) & (cells < self._site.shape)).all(axis=1)
         mask[tuple(cells[inside].T)] = True

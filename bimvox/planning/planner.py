@@ -3,11 +3,15 @@
 A path that a policy proposes is taken only if it passes the same collision rule, move by move; where it fails, search
 gives a shortest path at once. Where search finds nothing, the set of placements that can be reached is the proof, and
 what closes it in is named.
+
+What stands where before a lift depends on the order and on which lifts before it are possible, not on how they go. So
+the search runs lift by lift, and the policy is asked for the ways of many lifts at once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +19,11 @@ from numpy.typing import NDArray
 from bimvox.env.actions import MOVES
 from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Progress, Stage
 from bimvox.planning.lift import Lift, LiftPlan, Method, Status
+from bimvox.planning.propose import Propose, Transit
+from bimvox.planning.rollout import lifts_at_once
 from bimvox.planning.search import all_free, reachable, shortest_path
-from bimvox.site.clearance import Clearance, placement_is_free
-from bimvox.site.component import IntVec
+from bimvox.site.clearance import placement_is_free
 from bimvox.site.site import Site
-
-Propose = Callable[[Clearance, IntVec, IntVec], "NDArray[np.int32] | None"]
-"""A policy: (collision rule, start, goal) -> (N, 3) int32 path, or None where it did not arrive."""
 
 _FLOOD_LIMIT = 300_000
 _BORDER_LIMIT = 20_000
@@ -52,18 +54,27 @@ def plan_lifts(
         The plan, infeasible lifts included with their reason.
     """
     before = {lift.component: lift for lift in previous.lifts} if previous else {}
+    policies = _policies(propose, retrained)
     assembly = Assembly(site, preparation)
-    lifts = []
-    for order, index in enumerate(preparation.sequence.order):
+    order = preparation.sequence.order
+    lifts: list[Lift] = []
+    asked: list[tuple[Stage, Lift]] = []
+    for number, index in enumerate(order):
         stage = assembly.begin(index)
         reason = (refused or {}).get(site.components[index].id)
         if reason is not None:
             stage = Obstacle(reason)
-        lift = plan_lift(assembly, stage, order, index, preparation, before.get(index), propose, retrained)
+        lift = _searched(assembly, stage, number, index, preparation, before.get(index))
         assembly.finish(index, placed=lift.status is Status.PLANNED)
         lifts.append(lift)
+        if policies and isinstance(stage, Stage) and lift.path_vox is not None and lift is not before.get(index):
+            asked.append((stage, lift))
+        if len(asked) == lifts_at_once(site.shape) or number == len(order) - 1:
+            for better in _proposed(asked, policies):
+                lifts[better.order] = better
+            asked.clear()
         if progress is not None:
-            progress("lifts", order + 1, len(preparation.sequence.order))
+            progress("lifts", number + 1 - len(asked), len(order))
     sequence = preparation.sequence
     unheld = tuple(site.components[i].id for i in sequence.unheld)
     return LiftPlan(site, tuple(lifts), preparation.contacts.clashes, sequence.notes, unheld)
@@ -77,7 +88,6 @@ def plan_lift(
     preparation: Preparation,
     before: Lift | None,
     propose: Propose | None,
-    retrained: Propose | None = None,
 ) -> Lift:
     """Plan one lift.
 
@@ -89,34 +99,78 @@ def plan_lift(
         preparation: What was prepared for the site.
         before: An earlier lift of the component, kept as it is where its path still holds.
         propose: The policy; None for search alone.
-        retrained: The policy after more training on this very site; asked where the first one fails.
     """
+    lift = _searched(assembly, stage, order, index, preparation, before)
+    if lift is before or lift.path_vox is None or isinstance(stage, Obstacle):
+        return lift
+    return _proposed([(stage, lift)], _policies(propose))[0]
+
+
+def _policies(propose: Propose | None, retrained: Propose | None = None) -> list[tuple[Propose, Method]]:
+    """Return whom to ask, in this order, and how a way of theirs is called."""
+    both = ((propose, Method.POLICY), (retrained, Method.RETRAINED))
+    return [(ask, method) for ask, method in both if ask is not None]
+
+
+def _searched(
+    assembly: Assembly,
+    stage: Stage | Obstacle,
+    order: int,
+    index: int,
+    preparation: Preparation,
+    before: Lift | None,
+) -> Lift:
+    """Return a lift with a shortest path, the earlier one where that still holds, or why there is none."""
     place = preparation.places[index]
     if isinstance(stage, Obstacle):
         return Lift(index, order, place, Status.INFEASIBLE, reason=stage.reason, blocked_by=stage.blocked_by)
-    last, gate = stage.insertion.path_vox, stage.insertion.gate_vox
     if before is not None and before.path_vox is not None and _still_holds(before.path_vox, stage):
         return before
-    shortest = shortest_path(stage.clearance, stage.start_vox, gate).path_vox
+    shortest = shortest_path(stage.clearance, stage.start_vox, stage.insertion.gate_vox).path_vox
     if shortest is None:
         found = _why_unreachable(assembly, stage)
         return Lift(index, order, place, Status.INFEASIBLE, reason=found.reason, blocked_by=found.blocked_by)
-    transit, method = shortest, Method.SEARCH
-    for ask, by in ((propose, Method.POLICY), (retrained, Method.RETRAINED)):
-        proposed = ask(stage.clearance, stage.start_vox, gate) if ask else None
-        if proposed is not None and is_valid_transit(stage, proposed):
-            transit, method = proposed, by
-            break
     return Lift(
         index,
         order,
         place,
         Status.PLANNED,
-        method=method,
-        path_vox=_frozen(np.concatenate([transit, last[1:]]).astype(np.int32)),
+        method=Method.SEARCH,
+        path_vox=_whole_path(shortest, stage),
         shortest_moves=len(shortest) - 1 + stage.insertion.moves,
         contact_moves=stage.insertion.moves,
     )
+
+
+def _proposed(searched: Sequence[tuple[Stage, Lift]], policies: Sequence[tuple[Propose, Method]]) -> list[Lift]:
+    """Return lifts with the way of the first policy whose way holds; the search's where none does."""
+    lifts = [lift for _, lift in searched]
+    left = list(range(len(lifts)))
+    for ask, method in policies:
+        if not left:
+            break
+        ways = ask([_transit(*searched[n]) for n in left])
+        failed = []
+        for n, way in zip(left, ways, strict=True):
+            stage = searched[n][0]
+            if way is not None and is_valid_transit(stage, way):
+                lifts[n] = replace(lifts[n], method=method, path_vox=_whole_path(way, stage))
+            else:
+                failed.append(n)
+        left = failed
+    return lifts
+
+
+def _transit(stage: Stage, lift: Lift) -> Transit:
+    shortest = None if lift.shortest_moves is None else lift.shortest_moves - stage.insertion.moves
+    return Transit(stage.clearance, stage.start_vox, stage.insertion.gate_vox, shortest)
+
+
+def _whole_path(transit_vox: NDArray[np.int32], stage: Stage) -> NDArray[np.int32]:
+    """Return a transit with the last moves, read-only."""
+    path: NDArray[np.int32] = np.concatenate([transit_vox, stage.insertion.path_vox[1:]]).astype(np.int32)
+    path.flags.writeable = False
+    return path
 
 
 def is_valid_transit(stage: Stage, path_vox: NDArray[np.int32]) -> bool:
@@ -154,8 +208,3 @@ def _why_unreachable(assembly: Assembly, stage: Stage) -> Obstacle:
     return Obstacle(
         f"no way leads out of the room of {len(room)} placements around {where}, at cells of {size_m:g} m", who
     )
-
-
-def _frozen(array: NDArray[np.int32]) -> NDArray[np.int32]:
-    array.flags.writeable = False
-    return array

@@ -25,6 +25,7 @@ from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.env.state import NO_ACTION, LiftState
 from bimvox.env.view import VIEW_SIZE, look
+from bimvox.planning.propose import Propose, Transit
 from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.site.component import IntVec
 
@@ -35,7 +36,10 @@ ROLLOUT_LIMIT = StepLimit(factor=8.0, slack=200)
 """Moves allowed, from the Manhattan distance."""
 
 LIFTS_AT_ONCE = 32
-"""Lifts of different stages packed together: bounds the memory for their tables."""
+"""Lifts of different stages packed together: bounds the memory for their tables ..."""
+
+TABLES_AT_ONCE_BYTES = 320_000_000
+"""... as this does on large sites."""
 
 
 class Outcome(StrEnum):
@@ -82,8 +86,18 @@ def roll_out(values: Values, problem: LiftProblem, *, limit: StepLimit = ROLLOUT
     return roll_out_all(values, [problem], limit=limit)[0]
 
 
+def lifts_at_once(grid_shape: IntVec) -> int:
+    """Return how many lifts of different stages of a site are rolled out together."""
+    x, y, z = grid_shape
+    return max(1, min(LIFTS_AT_ONCE, TABLES_AT_ONCE_BYTES // (4 * (x + 1) * (y + 1) * (z + 1))))
+
+
 def roll_out_all(
-    values: Values, problems: Sequence[LiftProblem], *, limit: StepLimit = ROLLOUT_LIMIT
+    values: Values,
+    problems: Sequence[LiftProblem],
+    *,
+    limit: StepLimit = ROLLOUT_LIMIT,
+    least_moves: Sequence[int | None] | None = None,
 ) -> tuple[Rollout, ...]:
     """Roll a policy out on many lifts, each from its ``start_vox``.
 
@@ -91,35 +105,47 @@ def roll_out_all(
         values: The policy.
         problems: The lifts; their distance fields are neither needed nor looked at.
         limit: Moves allowed, from each lift's Manhattan distance.
+        least_moves: Per lift the fewest moves possible, where known: a way as short needs no look from the other end,
+            which could not shorten it. Paths and outcomes are the same without it.
 
     Returns:
         One roll-out per problem, in their order. Each is what it would be alone, if ``values`` is row by row.
     """
+    known = [None] * len(problems) if least_moves is None else least_moves
+    least = [_manhattan(p) if moves is None else moves for p, moves in zip(problems, known, strict=True)]
     rollouts: list[Rollout] = []
-    for first in range(0, len(problems), LIFTS_AT_ONCE):
-        rollouts += _roll_out_both_ways(values, problems[first : first + LIFTS_AT_ONCE], limit)
+    first = 0
+    while first < len(problems):
+        last = first + lifts_at_once(problems[first].grid_shape)
+        rollouts += _roll_out_both_ways(values, problems[first:last], least[first:last], limit)
+        first = last
     return tuple(rollouts)
 
 
-def _roll_out_both_ways(values: Values, problems: Sequence[LiftProblem], limit: StepLimit) -> list[Rollout]:
+def _roll_out_both_ways(
+    values: Values, problems: Sequence[LiftProblem], least: Sequence[int], limit: StepLimit
+) -> list[Rollout]:
     """Roll out from both ends; where neither arrives, once more with the guard that pushes earlier and farther."""
-    best = _from_both_ends(values, problems, limit, CALM)
+    best = _from_both_ends(values, problems, least, limit, CALM)
     lost = [n for n, rollout in enumerate(best) if rollout.outcome is Outcome.STEP_LIMIT]
     if lost:
-        for n, again in zip(lost, _from_both_ends(values, [problems[n] for n in lost], limit, RESTLESS), strict=True):
+        once_more = _from_both_ends(values, [problems[n] for n in lost], [least[n] for n in lost], limit, RESTLESS)
+        for n, again in zip(lost, once_more, strict=True):
             path = again.path_vox if again.arrived else best[n].path_vox
             best[n] = Rollout(path, again.outcome, best[n].steps + again.steps)
     return best
 
 
-def _from_both_ends(values: Values, problems: Sequence[LiftProblem], limit: StepLimit, push: Push) -> list[Rollout]:
-    """Roll out from start to target, and from target to start where that did not give a straight way."""
+def _from_both_ends(
+    values: Values, problems: Sequence[LiftProblem], least: Sequence[int], limit: StepLimit, push: Push
+) -> list[Rollout]:
+    """Roll out from start to target, and from target to start where that gave no way that is surely as short as any."""
     best = list(_forth(values, problems, limit, push))
     again = [
         n
-        for n, (problem, rollout) in enumerate(zip(problems, best, strict=True))
+        for n, (moves, rollout) in enumerate(zip(least, best, strict=True))
         if rollout.outcome in (Outcome.STEP_LIMIT, Outcome.ENCLOSED)
-        or (rollout.arrived and len(rollout.path_vox) - 1 > _manhattan(problem))
+        or (rollout.arrived and len(rollout.path_vox) - 1 > moves)
     ]
     turned = [replace(problems[n], start_vox=problems[n].target_vox, target_vox=problems[n].start_vox) for n in again]
     for n, back in zip(again, _forth(values, turned, limit, push), strict=True):
@@ -193,9 +219,7 @@ def roll_out_starts(
     )
 
 
-def proposer(
-    values: Values, *, limit: StepLimit = ROLLOUT_LIMIT
-) -> Callable[[Clearance, IntVec, IntVec], NDArray[np.int32] | None]:
+def proposer(values: Values, *, limit: StepLimit = ROLLOUT_LIMIT) -> Propose:
     """Return a policy in the form that :func:`bimvox.planning.planner.plan_lifts` takes.
 
     Args:
@@ -203,12 +227,14 @@ def proposer(
         limit: Moves allowed, from the Manhattan distance.
 
     Returns:
-        From collision rule, start and goal to a path, or None where the policy did not arrive.
+        From ways to be found to their paths, None where the policy did not arrive.
     """
 
-    def propose(clearance: Clearance, start_vox: IntVec, goal_vox: IntVec) -> NDArray[np.int32] | None:
-        rollout = roll_out(values, lift_problem(clearance, start_vox, goal_vox), limit=limit)
-        return rollout.path_vox if rollout.arrived else None
+    def propose(transits: Sequence[Transit]) -> list[NDArray[np.int32] | None]:
+        problems = [lift_problem(transit.clearance, transit.start_vox, transit.goal_vox) for transit in transits]
+        least = [transit.least_moves for transit in transits]
+        rollouts = roll_out_all(values, problems, limit=limit, least_moves=least)
+        return [rollout.path_vox if rollout.arrived else None for rollout in rollouts]
 
     return propose
 

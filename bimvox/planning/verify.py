@@ -188,14 +188,13 @@ class _Verifier:
         self._check_turning(check, component, place, present)
 
     def _check_turning(self, check: Check, component: Component, place: YardPlace, present: Sequence[Thing]) -> None:
-        """Raised, it is turned about its hook in the way of nothing: within its corners' circle, at its height."""
+        """Upright and raised, it turns about its hook in the way of nothing: in its corners' circle, at its height."""
         check.look(
             place.rise_vox == 1 or place.turn != 0,
             f"{component.id}: is raised by {place.rise_vox} cells, yet not turned",
         )
         if place.turn == 0:
             return
-        check.look(place.pose is StoredPose.AS_BUILT, f"{component.id}: is erected and turned at once")
         shape, hook = component.shape, component.hook_offset_vox
         lies = np.array(place.cell_vox[:2]) + turned_hook(shape, hook, place.turn)[:2]
         axis = np.array(place.transit_start_vox[:2]) + hook[:2]

@@ -79,6 +79,8 @@ def allocate_yard(site: Site, order: tuple[int, ...], travel: Travel | None = No
 
 def storage_poses(component: Component) -> tuple[StoredPose, ...]:
     """Return the poses in which a component may wait, the preferred one first."""
+    if component.stored_pose is not None:
+        return (component.stored_pose,)
     return (StoredPose.LYING_X, StoredPose.LYING_Y) if component.erected else (StoredPose.AS_BUILT,)
 
 
@@ -87,12 +89,11 @@ def _preferred(component: Component) -> tuple[Lying, ...]:
 
 
 def _turned(component: Component) -> tuple[Lying, ...]:
-    chosen = component.stored_turn is None and not component.erected
-    return ((StoredPose.AS_BUILT, 1),) if chosen else ()
+    return tuple((pose, 1) for pose in storage_poses(component)) if component.stored_turn is None else ()
 
 
 def _given(component: Component) -> Lying:
-    return component.stored_pose or storage_poses(component)[0], component.stored_turn or 0
+    return storage_poses(component)[0], component.stored_turn or 0
 
 
 def _risen(site: Site, order: tuple[int, ...], places: list[YardPlace | None]) -> tuple[YardPlace | None, ...]:

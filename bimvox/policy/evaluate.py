@@ -98,7 +98,8 @@ def evaluate(
         rows = np.flatnonzero((index >= first) & (index < first + LIFTS_AT_ONCE))
         part = problems[first : first + LIFTS_AT_ONCE]
         if both_ways:
-            rollouts = roll_out_all(values, [_from(problems[index[row]], cells[row]) for row in rows], limit=limit)
+            lifts = [_from(problems[index[row]], cells[row]) for row in rows]
+            rollouts = roll_out_all(values, lifts, limit=limit, least_moves=shortest[rows].tolist())
         else:
             rollouts = roll_out_starts(
                 values, part, index[rows] - first, cells[rows], limit=limit, least_moves=shortest[rows]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,27 @@ from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
 from bimvox.env.view import INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy.perceptron import Perceptron
+from bimvox.policy.sparse_layer import NO_SUMS, sparse_layer, sums_of_groups
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class QNetwork(Perceptron):
-    """Values of the six actions for an observation: a perceptron in the view's frame."""
+    """Values of the six actions for an observation: a perceptron in the view's frame; its arrays must not change."""
+
+    _sums: NDArray[np.float32] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Fold the first layer's weights; see :mod:`bimvox.policy.sparse_layer`."""
+        object.__setattr__(self, "_sums", sums_of_groups(self.weights[0]))
+
+    def outputs(self, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return (N, 6) values in the views' frames; what follows the inputs is not looked at."""
+        values, sums = inputs, self._sums
+        last = len(self.weights) - 1
+        for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
+            values = sparse_layer(values, weight, bias, sums, layer != last)
+            sums = NO_SUMS
+        return values
 
     def __call__(self, observations: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return (N, 6) float32 values of the site's actions for (N, VIEW_SIZE) float32 observations.

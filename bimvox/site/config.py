@@ -239,7 +239,8 @@ class ComponentConfig(BaseModel):
     """How it is stored: as it is built in, or lying along x or y with its foot at the lowest end, to be erected."""
     turn: Annotated[Whole, Field(ge=0, le=3)] | None = None
     """Quarter turns, counter-clockwise, by which it lies turned in the yard; it is turned back while it hangs above its
-    place there. Default: 0, or 1 where it fits the yard only so."""
+    place there, upright: one that lies is erected first (give its pose too, else it waits as built in). Default: 0, or
+    1 where it fits the yard only so."""
     before: tuple[Text, ...] = ()
     """Ids of components that must be set later than this one."""
     after: tuple[Text, ...] = ()
@@ -251,8 +252,6 @@ class ComponentConfig(BaseModel):
     def _liftable(self) -> Self:
         if self.pinned and (self.start or self.pose or self.turn or self.before or self.after):
             raise ValueError("a pinned part is not lifted: it takes no start, pose, turn, before or after")
-        if self.turn and self.pose not in (None, StoredPose.AS_BUILT):
-            raise ValueError('a part that is erected is not turned as well: turn takes pose = "as_built"')
         return self
 
 

@@ -29,7 +29,8 @@ def guess_crane(
 
     It carries every part at its place, and the heaviest part at every corner of the yard; where that takes more than
     the built-in machines, the heaviest in the yard's middle and a typical one (third quartile) at the corners; then a
-    larger machine of the same build; then one that serves all but the few parts with the largest load moment.
+    larger machine of the same build; then one that serves all but the few parts with the largest load moment; then,
+    where every part is too heavy, the largest that reaches every place: the plan then says of each what is missing.
 
     Args:
         components: What is lifted, in the site's frame.
@@ -38,7 +39,7 @@ def guess_crane(
         top_m: Height that the load's top must get up to.
 
     Raises:
-        InputError: If not even one part can be served.
+        InputError: If not even one part can be reached.
     """
     places = np.array([_hook_m(element) for element in components])
     masses = np.array([element.mass_kg for element in components])
@@ -49,10 +50,12 @@ def guess_crane(
         if site.crane(_LARGER_CRANES[-1:], left_out=left_out):
             crane = site.crane(_LARGER_CRANES, left_out=left_out)
         elif left_out == len(masses) - 1:
-            raise InputError(
-                "no crane reaches both the yard and a part's place",
-                hint="give [areas] yard closer to the building, or a [crane] of your own",
-            )
+            crane = replace(site, masses=np.zeros_like(masses)).crane(_LARGER_CRANES[-1:])
+            if crane is None:
+                raise InputError(
+                    "no crane reaches both the yard and a part's place",
+                    hint="give [areas] yard closer to the building, or a [crane] of your own",
+                )
         left_out = min(max(1, 2 * left_out), len(masses) - 1)
     return replace(crane, slewing=_short(crane.slewing), trolley=_short(crane.trolley), hoist=_short(crane.hoist))
 

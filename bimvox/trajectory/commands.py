@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bimvox.errors import InputError
 from bimvox.trajectory.motion import LiftMotion, PhaseName
@@ -63,37 +64,66 @@ def commands(motions: Sequence[LiftMotion], period_s: float) -> tuple[CraneComma
     Raises:
         InputError: If the period is not positive.
     """
-    if not period_s > 0.0:
-        raise InputError(f"a command period of {period_s:g} s", hint="give a positive time")
-    period_ns = max(1, round(period_s * NS_PER_S))
     result: list[CraneCommand] = []
     for motion in motions:
         time_ns, axes = motion.samples()
-        first = -(-motion.start_ns // period_ns) * period_ns
-        regular = np.arange(first, motion.end_ns, period_ns, dtype=np.int64)
-        starts = np.array([phase.start_ns for phase in motion.phases], np.int64)
-        at_ns = np.unique(np.concatenate([regular, starts, [motion.end_ns]]))
-        since = (at_ns - motion.start_ns).astype(np.float64)
-        own = (time_ns - motion.start_ns).astype(np.float64)
-        poses = np.stack([np.interp(since, own, axis) for axis in axes.T], axis=1)
-        rates = np.diff(poses, axis=0) / (np.diff(at_ns)[:, None] / NS_PER_S)
-        rates = np.concatenate([rates, np.zeros((1, 3))])
-        targets = np.concatenate([poses[1:], poses[-1:]])
-        for t, rate, target in zip(at_ns.tolist(), rates.tolist(), targets.tolist(), strict=True):
-            phase = motion.phase_at(t).name
-            result.append(
-                CraneCommand(
-                    time_ns=t,
-                    order=motion.order,
-                    component=motion.component,
-                    phase=phase,
-                    slew_rate_rad_s=rate[0],
-                    trolley_rate_m_s=rate[1],
-                    hoist_rate_m_s=rate[2],
-                    target_slew_rad=target[0],
-                    target_radius_m=target[1],
-                    target_height_m=target[2],
-                    loaded=phase in _LOADED,
-                )
-            )
+        result += commands_along(
+            time_ns,
+            axes,
+            period_s,
+            order=motion.order,
+            component=motion.component,
+            phase_at=motion.phase_name_at,
+            is_loaded=_LOADED.__contains__,
+            starts_ns=[phase.start_ns for phase in motion.phases],
+        )
+    return tuple(result)
+
+
+def commands_along(
+    time_ns: NDArray[np.int64],
+    axes: NDArray[np.float64],
+    period_s: float,
+    *,
+    order: int,
+    component: int,
+    phase_at: Callable[[int], PhaseName],
+    is_loaded: Callable[[PhaseName], bool],
+    starts_ns: Sequence[int] = (),
+) -> tuple[CraneCommand, ...]:
+    """Return the commands along one series of samples: one at every multiple of the period, the last with zero rates.
+
+    Args:
+        time_ns: (N,) int64 on the site's clock, ascending.
+        axes: (N, 3) slew (rad), radius (m), height (m).
+        period_s: Time between commands.
+        order: The lift's position in the assembly order.
+        component: Index into ``Site.components``.
+        phase_at: The phase at a time.
+        is_loaded: Whether the part hangs on the hook in a phase.
+        starts_ns: Other times of a command.
+
+    Raises:
+        InputError: If the period is not positive.
+    """
+    if not period_s > 0.0:
+        raise InputError(f"a command period of {period_s:g} s", hint="give a positive time")
+    period_ns = max(1, round(period_s * NS_PER_S))
+    start_ns, end_ns = int(time_ns[0]), int(time_ns[-1])
+    regular = np.arange(-(-start_ns // period_ns) * period_ns, end_ns, period_ns, dtype=np.int64)
+    at_ns = np.unique(np.concatenate([regular, np.array([start_ns, *starts_ns, end_ns], np.int64)]))
+    since = (at_ns - start_ns).astype(np.float64)
+    own = (time_ns - start_ns).astype(np.float64)
+    poses = np.stack([np.interp(since, own, axis) for axis in axes.T], axis=1)
+    rates = np.diff(poses, axis=0) / (np.diff(at_ns)[:, None] / NS_PER_S)
+    rates = np.concatenate([rates, np.zeros((1, 3))])
+    targets = np.concatenate([poses[1:], poses[-1:]])
+    result: list[CraneCommand] = []
+    phase, until_ns = phase_at(start_ns), -1
+    borders_ns = iter([*sorted(starts_ns), end_ns + 1])
+    for t, rate, target in zip(at_ns.tolist(), rates.tolist(), targets.tolist(), strict=True):
+        if t >= until_ns:  # the phase is asked for only where it may change
+            phase, until_ns = phase_at(t), next((border for border in borders_ns if border > t), end_ns + 1)
+        rates_and_targets = (rate[0], rate[1], rate[2], target[0], target[1], target[2])
+        result.append(CraneCommand(t, order, component, phase, *rates_and_targets, is_loaded(phase)))
     return tuple(result)

@@ -29,7 +29,7 @@ from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
-from bimvox.trajectory.verify_hook import tallest_met
+from bimvox.trajectory.verify_hook import jib_cell, reaches_jib, tallest_met
 from bimvox.trajectory.verify_space import placements_around, reference_cells, way_of
 
 _WORD = 64
@@ -97,6 +97,23 @@ class CellMask:
         """Return whether any cell is in both."""
         return not self.empty and bool(_meet(self._words, footprint.columns, footprint.heights))
 
+    def without(self, other: CellMask) -> CellMask:
+        """Return the cells that are not in another set."""
+        left = CellMask(self._shape)
+        left._words = self._words & ~other._words
+        left.empty = not left._words.any()
+        return left
+
+    def reaches_jib(self, site: Site) -> bool:
+        """Return whether any cell is as high as the site's jib."""
+        if self.empty or site.crane is None:
+            return False
+        lowest = jib_cell(site, site.crane)
+        bits = np.zeros(self._words.shape[1] * _WORD, np.bool_)
+        bits[max(lowest, 0) :] = True
+        high = np.packbits(bits, bitorder="little").view(np.uint64)
+        return bool((self._words & high).any())
+
     def footprint(self) -> Footprint:
         """Return the set as a footprint."""
         columns = np.flatnonzero(self._words.any(axis=1)).astype(np.int32)
@@ -129,7 +146,9 @@ def motion_footprint(site: Site, lift: Lift, motion: LiftMotion) -> Footprint:
 
 def jib_meets(site: Site, motion: LiftMotion, cells: NDArray[np.int32]) -> bool:
     """Return whether the jib turns into any of the cells ((N, 3)) during a lift."""
-    return site.crane is not None and bool(tallest_met(site, site.crane, cells, motion.samples()[1][:, 0]))
+    if site.crane is None or not reaches_jib(site, site.crane, cells):
+        return False
+    return bool(tallest_met(site, site.crane, cells, motion.samples()[1][:, 0]))
 
 
 def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox: int) -> Footprint:

@@ -32,6 +32,8 @@ class PhaseName(StrEnum):
     """The part is aligned and fixed; the hook stands still."""
     RELEASE = "release"
     """Slings are taken off; the hook stands still."""
+    STOP = "stop"
+    """All axes brake to rest, and the crane waits; in no plan, only where one was interrupted."""
 
 
 def quarters_of(turn: int) -> int:
@@ -96,6 +98,10 @@ class LiftMotion:
         axes = [np.stack([part.slew_rad, part.radius_m, part.height_m], axis=1) for part in self.trajectories]
         time_ns = np.concatenate([[0], *times, [self.end_ns - self.start_ns]])
         whole = np.concatenate([axes[0][:1], *axes, axes[-1][-1:]])
+        steps = np.diff(time_ns)
+        if (steps >= 0).all():
+            once = np.concatenate([[True], steps > 0])
+            return time_ns[once] + self.start_ns, whole[once]
         time_ns, first = np.unique(time_ns, return_index=True)
         return time_ns + self.start_ns, whole[first]
 
@@ -105,3 +111,7 @@ class LiftMotion:
             if time_ns >= phase.start_ns:
                 return phase
         return self.phases[0]
+
+    def phase_name_at(self, time_ns: int) -> PhaseName:
+        """Return the name of the phase at a time on the site's clock."""
+        return self.phase_at(time_ns).name

@@ -24,8 +24,9 @@ from bimvox.planning.insertion import SIDEWAYS_VOX
 from bimvox.planning.lift import Lift, LiftPlan, Status, same_path
 from bimvox.planning.obstruction_change import ObstructionChange, change_between
 from bimvox.planning.occupancy import stored_cells, target_cells
-from bimvox.planning.planner import Propose, plan_lift
+from bimvox.planning.planner import plan_lift
 from bimvox.planning.proof import Verification
+from bimvox.planning.propose import Propose
 from bimvox.planning.verify import verify_plan
 from bimvox.site.clearance import Clearance
 from bimvox.site.site import Site
@@ -38,6 +39,7 @@ from bimvox.trajectory.footprint import (
     path_footprint,
 )
 from bimvox.trajectory.motion import LiftMotion
+from bimvox.trajectory.recall import Memory, Recall, Version, obstructed_cells, remembered
 from bimvox.trajectory.shift import joined_on
 from bimvox.trajectory.time_plan import time_lift
 from bimvox.trajectory.verify import verify_motions
@@ -57,6 +59,7 @@ class Standing:
         examined: Of infeasible lifts, by order: the cells that decided; a lift that is missing is tried again whenever
             anything changes.
         pending: Orders of the planned lifts that are not timed and proven yet.
+        memory: How lifts that were changed stood before.
     """
 
     plan: LiftPlan
@@ -65,6 +68,7 @@ class Standing:
     ways: Mapping[int, Footprint]
     examined: Mapping[int, Footprint] = field(default_factory=dict)
     pending: frozenset[int] = frozenset()
+    memory: Memory = field(default_factory=dict)
 
     @property
     def chain(self) -> tuple[LiftMotion, ...]:
@@ -202,13 +206,20 @@ class _Walk:
         self.new_paths: set[int] = set()
         self.new_motions: set[int] = set()
         self.new_verdicts: set[int] = set()
+        self.recalled_paths: dict[int, Version] = {}
+        self.recalled_motions: dict[int, Version] = {}
         self.pending: set[int] = set()
+        self.recall = Recall(standing.memory, site)
+        self.memory = dict(standing.memory)
+        self.was_obstructed: CellMask | None = None
+        self.done = 0
 
     def run(self) -> None:
         """Keep or make every lift."""
-        assembly = Assembly(self.site, self.preparation)
+        assembly = Assembly(self.site, self.preparation, one_at_a_time=True)
         before: Lift | None = None
         was_before: int | None = None
+        was_done = 0
         for was in self.was.plan.lifts:
             if was.place is not None and was.place.delivery != self.delivery:
                 self.in_yard, self.delivery = CellMask(self.site.shape), was.place.delivery
@@ -219,11 +230,15 @@ class _Walk:
                 lift = self._timed(assembly, lift, was, before, clearance, same_start=same_start)
             if lift.status is Status.PLANNED:
                 before = lift
-            if was.status is Status.PLANNED:
-                was_before = was.component
             assembly.finish(lift.component, placed=lift.status is Status.PLANNED)
             self._follow_up(was, lift)
+            self._remember(was, lift, was_done, was_before)
             self.lifts.append(lift)
+            if lift.status is Status.PLANNED:
+                self.done |= 1 << lift.order
+            if was.status is Status.PLANNED:
+                was_before = was.component
+                was_done |= 1 << was.order
 
     def _lift(self, assembly: Assembly, was: Lift) -> tuple[Lift, Clearance | None]:
         """Return the lift, the earlier object itself where its path is kept; and its collision rule where known."""
@@ -239,6 +254,11 @@ class _Walk:
             return self._planned(assembly, obstacle, was), None
         if not self._must_be_examined(was):
             return was, None
+        known = self.recall.path(was.order, self.done)
+        if known is not None:
+            self.new_paths.add(was.order)
+            self.recalled_paths[was.order] = known
+            return known.lift, None
         stage = assembly.begin(was.component)
         lift = self._planned(assembly, stage, was)
         if lift.status is Status.INFEASIBLE:
@@ -307,6 +327,12 @@ class _Walk:
             return lift
         if crane is None:
             return lift
+        known = self.recall.motion(lift, self.done, before.component if before else None)
+        if known is not None and known.motion is not None:
+            self.motions[order] = joined_on(known.motion, self.motions[before.order] if before is not None else None)
+            self.new_motions.add(order)
+            self.recalled_motions[order] = known
+            return lift
         rule = _with_last_moves(clearance or assembly.clearance(lift.component), lift)
         last = self.motions[before.order] if before is not None else None
         try:
@@ -321,6 +347,7 @@ class _Walk:
             )
         except MotionError as error:
             self.new_paths.discard(order)
+            self.recalled_paths.pop(order, None)
             obstacle = Obstacle(f"the crane cannot drive its path: {error.message}")
             return self._planned(assembly, obstacle, was)
         self.new_motions.add(order)
@@ -353,11 +380,25 @@ class _Walk:
         neighbours = self.preparation.contacts.neighbours
         self.lean_on |= {n for n in range(len(self.site.components)) if component.index in neighbours[n]}
 
+    def _remember(self, was: Lift, lift: Lift, done: int, before: int | None) -> None:
+        """Keep how a lift stood that is changed; ``done`` and ``before`` as they were then."""
+        order = was.order
+        if was.status is not Status.PLANNED or order in self.was.pending or order not in self.was.paths:
+            return
+        if lift is was and order not in self.new_motions | self.pending:
+            return
+        if self.was_obstructed is None:
+            self.was_obstructed = obstructed_cells(self.was.plan.site)
+        motion, way = self.was.motions.get(order), self.was.ways.get(order)
+        version = Version(was, self.was.paths[order], motion, way, done, before, self.was_obstructed)
+        self.memory[order] = remembered(self.memory, version)
+
     def prove(self, known_shapes: set[int]) -> dict[str, str]:
         """Prove what was made; return which lifts to refuse, and why."""
         plan = LiftPlan(self.site, tuple(self.lifts), self.was.plan.clashes, self.was.plan.notes, self.was.plan.unheld)
         reasons: dict[str, str] = {}
-        for orders, timed in ((self.new_paths - self.pending, False), (self.new_motions, True)):
+        paths, motions = self.new_paths - self.recalled_paths.keys(), self.new_motions - self.recalled_motions.keys()
+        for orders, timed in ((paths - self.pending, False), (motions, True)):
             if orders:
                 part, context = _split(plan, orders)
                 if timed:
@@ -375,9 +416,12 @@ class _Walk:
         paths = {order: self.was.paths[order] for order in planned if order in self.was.paths}
         ways = {order: self.was.ways[order] for order in planned if order in self.was.ways}
         for order in made_paths:
-            paths[order] = path_footprint(self.site, planned[order])
+            known = self.recalled_paths.get(order)
+            paths[order] = known.path if known is not None else path_footprint(self.site, planned[order])
         for order in self.new_motions:
-            ways[order] = motion_footprint(self.site, planned[order], self.motions[order])
+            known = self.recalled_motions.get(order)
+            way = None if known is None else known.way
+            ways[order] = motion_footprint(self.site, planned[order], self.motions[order]) if way is None else way
         for order in self.pending:
             ways.pop(order, None)
             if order in self.new_paths or order in self.was.pending - self.was.paths.keys():
@@ -386,7 +430,7 @@ class _Walk:
         before = {lift.order: lift for lift in self.was.plan.lifts}
         replanned = {order for order in made_paths if not same_path(before[order], planned[order])}
         return Part(
-            Standing(plan, self.motions, paths, ways, self.examined, frozenset(self.pending)),
+            Standing(plan, self.motions, paths, ways, self.examined, frozenset(self.pending), self.memory),
             made=tuple(sorted(made_paths | self.new_motions | self.new_verdicts)),
             replanned=tuple(sorted(replanned)),
             retimed=tuple(sorted(self.new_motions - replanned)),

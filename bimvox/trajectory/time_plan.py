@@ -130,7 +130,7 @@ def _motion(
         loaded_crane, clearance, load, lift.path_vox, lift.contact_moves, float(raising.slew_rad[-1])
     )
     loaded = _later(sampled(timeline, needed_m, period_s, size_m), _total(spans))
-    spans += _carrying(timeline, _length_ns(loaded))
+    spans += carrying_phases(timeline, _length_ns(loaded))
     spans.append((PhaseName.SET, round(site.rules.bracing_s * NS_PER_S)))
     spans.append((PhaseName.RELEASE, round(site.rules.release_s * NS_PER_S)))
     phases = []
@@ -142,8 +142,8 @@ def _motion(
     return LiftMotion(lift.order, lift.component, approach, raising, loaded, tuple(phases), clock_ns, at_ns)
 
 
-def _carrying(timeline: Timeline, length_ns: int) -> list[tuple[PhaseName, int]]:
-    """Cut the loaded motion into hoist, traverse and lower at the starts of moves."""
+def carrying_phases(timeline: Timeline, length_ns: int) -> list[tuple[PhaseName, int]]:
+    """Cut a loaded motion into hoist, traverse and lower at the starts of moves: names and lengths, ns."""
     flat = [i for i, move in enumerate(timeline.moves) if not move.is_vertical]
     down = [i for i, move in enumerate(timeline.moves) if move.is_vertical and move.difference[2] < 0.0]
     if flat:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.kinematics import hook_of
-from bimvox.crane.tower_crane import CranePose
+from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.trajectory.timeline import Timeline
 from bimvox.trajectory.trajectory import Trajectory
 
@@ -22,6 +22,21 @@ _DENSE_VOX = 0.05
 _SPACING_VOX = 0.4
 # Samples closer together than this to one that must be there say nothing.
 _SAME_NS = 1_000_000
+
+
+class Motion(Protocol):
+    """What can be sampled: the axes as a function of time."""
+
+    @property
+    def crane(self) -> TowerCrane:
+        """The crane."""
+
+    @property
+    def top_speed_m_s(self) -> float:
+        """No less than the highest speed of the hook."""
+
+    def axes_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (N, 3) float64 slew, radius and height at times."""
 
 
 def sampled(timeline: Timeline, clearance_height_m: float, sample_period_s: float, voxel_size_m: float) -> Trajectory:
@@ -39,16 +54,16 @@ def sampled(timeline: Timeline, clearance_height_m: float, sample_period_s: floa
     crane = timeline.crane
     end_ns = int(np.ceil(timeline.duration_s * NS_PER_S))
     rests_ns = np.round(np.array(_rests_s(timeline)) * NS_PER_S).astype(np.int64)
-    time_ns = _sample_times(timeline, end_ns, rests_ns, sample_period_s, voxel_size_m)
+    time_ns = sample_times(timeline, end_ns, rests_ns, sample_period_s, voxel_size_m)
     axes = timeline.axes_at(time_ns / NS_PER_S)
     corner = np.searchsorted(time_ns, rests_ns)
     first, last = (CranePose(*(float(value) for value in axes[i])) for i in (0, -1))
     return Trajectory(
-        time_ns=_frozen(time_ns),
-        slew_rad=_frozen(axes[:, 0].copy()),
-        radius_m=_frozen(axes[:, 1].copy()),
-        height_m=_frozen(axes[:, 2].copy()),
-        corner=_frozen(corner.astype(np.int64)),
+        time_ns=frozen(time_ns),
+        slew_rad=frozen(axes[:, 0].copy()),
+        radius_m=frozen(axes[:, 1].copy()),
+        height_m=frozen(axes[:, 2].copy()),
+        corner=frozen(corner.astype(np.int64)),
         bound_s=point_to_point_s(crane, first, last, clearance_height_m),
     )
 
@@ -63,21 +78,36 @@ def _rests_s(timeline: Timeline) -> list[float]:
     ]
 
 
-def _sample_times(
-    timeline: Timeline, end_ns: int, rests_ns: NDArray[np.int64], sample_period_s: float, voxel_size_m: float
+def sample_times(
+    motion: Motion, end_ns: int, must_ns: NDArray[np.int64], sample_period_s: float, voxel_size_m: float
 ) -> NDArray[np.int64]:
-    """(N,) int64, ascending."""
-    must = np.unique(np.concatenate([np.array([0, end_ns]), rests_ns]))
+    """Return when a motion is sampled so that neighbours are half a cell apart at most: (N,) int64, ascending.
+
+    Args:
+        motion: The motion; it starts at 0.
+        end_ns: When it ends.
+        must_ns: (M,) int64 other times at which there is a sample.
+        sample_period_s: Largest time between samples.
+        voxel_size_m: Edge of a cell.
+    """
+    must = _ascending(np.array([0, end_ns]), must_ns)
     period_ns = max(1, round(sample_period_s * NS_PER_S))
     regular = _apart(np.arange(0, end_ns, period_ns, dtype=np.int64), must)
-    must = np.unique(np.concatenate([must, regular]))
-    steps = int(np.ceil(end_ns / NS_PER_S * timeline.top_speed_m_s / (_DENSE_VOX * voxel_size_m))) + 1
-    dense = np.unique(np.concatenate([np.linspace(0, end_ns, steps + 1).astype(np.int64), must]))
-    hook_m = hook_of(timeline.crane, *timeline.axes_at(dense / NS_PER_S).T)
+    must = _ascending(must, regular)
+    steps = int(np.ceil(end_ns / NS_PER_S * motion.top_speed_m_s / (_DENSE_VOX * voxel_size_m))) + 1
+    dense = _ascending(np.linspace(0, end_ns, steps + 1).astype(np.int64), must)
+    hook_m = hook_of(motion.crane, *motion.axes_at(dense / NS_PER_S).T)
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(hook_m, axis=0), axis=1))])
     stride = np.floor(way / (_SPACING_VOX * voxel_size_m))
     passing = dense[1:][np.diff(stride) > 0]
-    return np.unique(np.concatenate([must, _apart(passing, must)]))
+    return _ascending(must, _apart(passing, must))
+
+
+def _ascending(*times_ns: NDArray[np.int64]) -> NDArray[np.int64]:
+    """All times, each once. ``np.unique`` puts them through a hash table first: they are almost in order."""
+    together = np.sort(np.concatenate(times_ns), kind="stable")
+    ascending: NDArray[np.int64] = together[np.concatenate([[True], np.diff(together) > 0])]
+    return ascending
 
 
 def _apart(times_ns: NDArray[np.int64], taken_ns: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -88,6 +118,7 @@ def _apart(times_ns: NDArray[np.int64], taken_ns: NDArray[np.int64]) -> NDArray[
     return apart
 
 
-def _frozen(array: NDArray[T]) -> NDArray[T]:
+def frozen(array: NDArray[T]) -> NDArray[T]:
+    """Return the array, made read-only."""
     array.flags.writeable = False
     return array

@@ -86,16 +86,25 @@ class HookProof:
 
         What sticks out of the grid's top is cut off there, and not seen.
         """
-        frame, crane, check = self.site.frame, self.crane, self.checks["jib"]
+        crane, check = self.crane, self.checks["jib"]
         check.look(True, "", samples=len(axes))
-        highest = int(np.floor((crane.jib_height_m - frame.origin_m[2]) / frame.voxel_size_m + 1e-6))
-        if highest >= self.site.shape[2]:
+        if jib_cell(self.site, crane) >= self.site.shape[2]:
             return
         for thing in present:
             met = thing.name != CRANE_ID and tallest_met(self.site, crane, thing.cells, axes[:, 0])
             check.look(
                 not met, f"{name}: the jib at {crane.jib_height_m:g} m turns into {thing.name}, which is as high"
             )
+
+
+def jib_cell(site: Site, crane: TowerCrane) -> int:
+    """Return the lowest height, in cells, at which something is as high as the jib."""
+    return int(np.floor((crane.jib_height_m - site.frame.origin_m[2]) / site.frame.voxel_size_m + 1e-6))
+
+
+def reaches_jib(site: Site, crane: TowerCrane, cells: NDArray[np.int32]) -> bool:
+    """Return whether any of the cells ((N, 3)) is as high as the jib."""
+    return bool((cells[:, 2] >= jib_cell(site, crane)).any())
 
 
 def tallest_met(site: Site, crane: TowerCrane, cells: NDArray[np.int32], slew_rad: NDArray[np.float64]) -> bool:
@@ -108,8 +117,7 @@ def tallest_met(site: Site, crane: TowerCrane, cells: NDArray[np.int32], slew_ra
         slew_rad: (M,) every slewing angle that the jib takes, unwrapped.
     """
     frame = site.frame
-    highest = int(np.floor((crane.jib_height_m - frame.origin_m[2]) / frame.voxel_size_m + 1e-6))
-    tall = cells[cells[:, 2] >= highest]
+    tall = cells[cells[:, 2] >= jib_cell(site, crane)]
     if not len(tall):
         return False
     from_axis_m = frame.centre_of(tall)[:, :2] - np.array(crane.base_m[:2])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
 
 from benchmarks.scale.building import boxes, lines_for, write_site
 from benchmarks.scale.measure import Measured
-from benchmarks.scale.report import as_markdown, bars
+from benchmarks.scale.report import Way, as_json, as_markdown, bars
 
 
 def measured(components: int, seconds: float, memory_mb: float = 500.0) -> Measured:
@@ -52,6 +53,8 @@ def test_bars_are_met_by_a_linear_cost_and_not_by_a_quadratic_one():
     assert all(bar.passed for bar in bars(linear))
     quadratic = [measured(n, 5.0 + 0.001 * n * n, 5000.0) for n in (50, 100, 200, 500, 1000)]
     assert [bar.passed for bar in bars(quadratic)] == [False, False, False]
-    assert "**not met**" in as_markdown(quadratic)
-    assert "| 1,000 |" in as_markdown(linear)
+    told = as_markdown([Way("one way", tuple(quadratic)), Way("another", tuple(linear))])
+    assert told.index("## One way") < told.index("**not met**") < told.index("## Another")
+    assert told.count("| 1,000 |") == 4
+    assert [way["title"] for way in json.loads(as_json([Way("a", tuple(linear))]))["ways"]] == ["a"]
     assert len(bars(linear[:2])) == 0

@@ -170,3 +170,12 @@ sys.exit(run(["schema", "site"]))
     done = run_python(code)
     assert done.returncode == 128 + signal.SIGTERM
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_package_is_the_command_where_no_script_is_on_the_path() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "cli", "schema", "nosuch"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert "nosuch" in done.stderr
+    assert done.stderr.count("\n") < 12

@@ -47,6 +47,7 @@ def test_numbers_that_were_given_out_stay() -> None:
         "set": 7,
         "release": 8,
         "turn": 9,
+        "stop": 10,
     }
 
 

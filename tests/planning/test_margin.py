@@ -1,6 +1,5 @@
 import dataclasses
 
-import numpy as np
 from box_sites import box_site, test_crane
 
 from bimvox.planning.assembly import prepare, replay
@@ -64,9 +63,8 @@ def test_a_policys_path_without_the_margin_is_not_taken():
     _, _, close = planned(0.0)
     paths = {tuple(lift.path_vox[-1]): lift.path_vox for lift in close.lifts}
 
-    def propose(clearance, start, goal):
-        path = paths.get(goal)
-        return None if path is None else np.asarray(path)
+    def propose(transits):
+        return [paths.get(transit.goal_vox) for transit in transits]
 
     plan = plan_lifts(site, preparation, propose=propose)
     assert verify_plan(plan).verified

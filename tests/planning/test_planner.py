@@ -6,7 +6,9 @@ from box_sites import box_cells, box_site
 from bimvox.planning.assembly import Assembly, Stage, prepare
 from bimvox.planning.lift import Method, Status
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.rollout import proposer
 from bimvox.planning.search import shortest_path
+from bimvox.policy.generalist.weights import load_generalist
 from bimvox.site.site import Blocker
 
 PORTAL = [
@@ -15,6 +17,8 @@ PORTAL = [
     ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
     ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
 ]
+WALL = ("wall", (8.0, 0.0, 0.0), (8.5, 15.0, 6.0))
+"""Between yard and building: no way is of Manhattan length."""
 
 
 def plan_of(site, **options):
@@ -45,14 +49,72 @@ def test_every_part_of_a_portal_is_planned_from_yard_to_place():
         assert lift.moves == lift.shortest_moves
 
 
+def searching(transits):
+    return [shortest_path(t.clearance, t.start_vox, t.goal_vox).path_vox for t in transits]
+
+
+def jumping(transits):
+    return [np.array([t.start_vox, t.goal_vox], np.int32) for t in transits]
+
+
+def silent(transits):
+    return [None] * len(transits)
+
+
 def test_a_policys_path_is_taken_when_it_holds_and_dropped_when_not():
     site = box_site(PORTAL)
-    good = plan_of(site, propose=lambda clearance, start, goal: shortest_path(clearance, start, goal).path_vox)
-    assert {lift.method for lift in good.lifts} == {Method.POLICY}
-    bad = plan_of(site, propose=lambda clearance, start, goal: np.array([start, goal], np.int32))
-    assert {lift.method for lift in bad.lifts} == {Method.SEARCH}
-    silent = plan_of(site, propose=lambda clearance, start, goal: None)
-    assert {lift.method for lift in silent.lifts} == {Method.SEARCH}
+    assert {lift.method for lift in plan_of(site, propose=searching).lifts} == {Method.POLICY}
+    assert {lift.method for lift in plan_of(site, propose=jumping).lifts} == {Method.SEARCH}
+    assert {lift.method for lift in plan_of(site, propose=silent).lifts} == {Method.SEARCH}
+    again = plan_of(site, propose=silent, retrained=searching)
+    assert {lift.method for lift in again.lifts} == {Method.RETRAINED}
+
+
+def test_lifts_are_asked_for_together_and_are_as_one_by_one(monkeypatch):
+    """What stands where before a lift is the same whichever way the lifts before it take."""
+    site = with_obstructions(box_site(PORTAL), WALL)
+    asked = []
+
+    def counting(transits):
+        asked.append(len(transits))
+        return policy(transits)
+
+    policy = proposer(load_generalist())
+    together = plan_of(site, propose=counting)
+    assert asked == [4]
+    monkeypatch.setattr("bimvox.planning.planner.lifts_at_once", lambda shape: 1)
+    one_by_one = plan_of(site, propose=counting)
+    assert asked == [4, 1, 1, 1, 1]
+    assert any(lift.method is Method.POLICY for lift in together.lifts)
+    for lift, alone in zip(together.lifts, one_by_one.lifts, strict=True):
+        assert (lift.order, lift.method, lift.shortest_moves) == (alone.order, alone.method, alone.shortest_moves)
+        np.testing.assert_array_equal(lift.path_vox, alone.path_vox)
+
+
+def test_a_way_known_to_be_shortest_is_not_looked_for_from_the_other_end():
+    """And what is proposed is the same with that knowledge and without."""
+    site = with_obstructions(box_site(PORTAL), WALL)
+    known, unknown = [], []
+
+    def informed(transits):
+        known.extend(transits)
+        unknown.extend(dataclasses.replace(transit, least_moves=None) for transit in transits)
+        return silent(transits)
+
+    plan_of(site, propose=informed)
+    assert all(transit.least_moves == len(way) - 1 for transit, way in zip(known, searching(known), strict=True))
+    calls = {"known": 0, "unknown": 0}
+
+    def network(name):
+        def values(observations):
+            calls[name] += len(observations)
+            return load_generalist()(observations)
+
+        return values
+
+    ways = zip(proposer(network("known"))(known), proposer(network("unknown"))(unknown), strict=True)
+    assert all(np.array_equal(a, b) for a, b in ways)
+    assert calls["known"] < calls["unknown"]
 
 
 def test_an_obstruction_on_a_target_blocks_that_lift_and_what_rests_on_it():

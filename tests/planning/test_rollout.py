@@ -10,8 +10,11 @@ from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
 from bimvox.env.limits import StepLimit
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.env.view import GOAL_SIZE, GOAL_START, VIEW_SIZE
+from bimvox.planning.propose import Transit
 from bimvox.planning.rollout import (
+    LIFTS_AT_ONCE,
     Outcome,
+    lifts_at_once,
     proposer,
     roll_out,
     roll_out_all,
@@ -124,11 +127,16 @@ def test_no_lifts_no_rollouts():
 
 
 def test_proposer_gives_a_path_or_nothing():
-    problem = lift_problem(clearance_of(empty()), (1, 1, 1), (9, 8, 4))
-    path = proposer(beeline)(problem.clearance, problem.start_vox, problem.target_vox)
-    np.testing.assert_array_equal(path, roll_out(beeline, problem).path_vox)
-    gap = wall_with_a_gap()
-    assert proposer(beeline, limit=StepLimit(1.0, 0))(gap.clearance, gap.start_vox, gap.target_vox) is None
+    problem, gap = lift_problem(clearance_of(empty()), (1, 1, 1), (9, 8, 4)), wall_with_a_gap()
+    transits = [Transit(p.clearance, p.start_vox, p.target_vox) for p in (problem, gap)]
+    np.testing.assert_array_equal(proposer(beeline)(transits)[0], roll_out(beeline, problem).path_vox)
+    assert proposer(beeline, limit=StepLimit(1.0, 0))(transits)[1] is None
+
+
+def test_a_large_site_takes_fewer_lifts_at_once():
+    assert lifts_at_once((200, 200, 60)) == LIFTS_AT_ONCE
+    assert 1 <= lifts_at_once((400, 400, 100)) < LIFTS_AT_ONCE
+    assert lifts_at_once((4000, 4000, 1000)) == 1
 
 
 @pytest.mark.parametrize(

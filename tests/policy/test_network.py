@@ -33,7 +33,18 @@ def sparse_observations(count: int) -> np.ndarray:
     return rows
 
 
-def test_equal_to_torch():
+def mostly_blocked(count: int) -> np.ndarray:
+    """Inputs as lifts come by them: most of them 1, some 0, some between."""
+    random = np.random.default_rng(2)
+    rows = sparse_observations(count)
+    inputs = rows[:, :INPUT_SIZE]
+    inputs[random.random(inputs.shape) < 0.6] = 1.0
+    inputs[0], inputs[1] = 1.0, 0.0
+    return rows
+
+
+@pytest.mark.parametrize("observations_of", [sparse_observations, mostly_blocked])
+def test_equal_to_torch(observations_of):
     torch = pytest.importorskip("torch")
     network = random_network(hidden=(64, 32))
     layers = []
@@ -42,7 +53,7 @@ def test_equal_to_torch():
         layer.weight.data = torch.from_numpy(weight.T.copy())
         layer.bias.data = torch.from_numpy(bias.copy())
         layers += [layer, torch.nn.ReLU()]
-    observations = sparse_observations(50)
+    observations = observations_of(50)
     with torch.no_grad():
         in_frame = torch.nn.Sequential(*layers[:-1])(torch.from_numpy(observations[:, :INPUT_SIZE])).numpy()
     frames = np.rint(observations[:, -1] * (FRAME_COUNT - 1)).astype(int)
@@ -50,10 +61,11 @@ def test_equal_to_torch():
     np.testing.assert_allclose(network(observations), expected, atol=1e-5)
 
 
-def test_a_row_does_not_depend_on_the_others():
-    network, observations = random_network(), sparse_observations(9)
+@pytest.mark.parametrize("observations_of", [sparse_observations, mostly_blocked])
+def test_a_row_does_not_depend_on_the_others(observations_of):
+    network, observations = random_network(), observations_of(35)
     together = network(observations)
-    for n in range(9):
+    for n in range(35):
         np.testing.assert_array_equal(network(observations[n : n + 1])[0], together[n])
 
 

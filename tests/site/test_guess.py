@@ -73,6 +73,19 @@ def test_the_crane_serves_every_place_and_the_yard(building):
     assert crane.jib_height_m - crane.sling_m > highest + 3.0
 
 
+def test_parts_too_heavy_for_any_crane_still_give_a_site_file_to_edit():
+    storeys = building_of(*(box_element(f"s{n}", (0, 0, 3 * n), (20, 20, 3 * n + 3), mass_kg=5e6) for n in range(3)))
+    config = guess_site(storeys, Path("a.ifc"))
+    crane = crane_of(config)
+    placed, _ = place_building(config, storeys)
+    base = np.array(crane.base_m[:2])
+    assert LARGER in crane.name
+    for element in placed.elements:
+        radius = float(np.hypot(*(centre_of_mass_m(element.mesh)[:2] - base)))
+        assert crane.min_radius_m <= radius <= crane.jib_length_m
+        assert capacity_kg(crane.chart, radius) < element.mass_kg
+
+
 def test_areas_keep_apart():
     building = shapely.box(-0.5, -0.5, 8.5, 5.5)
     construction = shapely.Polygon(HOUSE.areas.construction)

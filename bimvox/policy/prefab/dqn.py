@@ -20,7 +20,8 @@ from stable_baselines3.common.logger import Logger
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.policy.prefab.config import PrefabDqnConfig
-from bimvox.policy.prefab.gradient import CompiledLearner, Memory, copy_of, move_towards
+from bimvox.policy.prefab.gradient import CompiledLearner, copy_of, move_towards
+from bimvox.policy.prefab.gradient_arrays import Memory
 from bimvox.policy.prefab.network import PrefabNetwork
 from bimvox.policy.prefab.priorities import Priorities
 from bimvox.policy.prefab.symmetry import IMAGES, symmetry, write_images

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import ACTION_COUNT, MOVES
 from bimvox.env.observation import GOAL_SIZE, OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE
-from bimvox.policy.prefab.gradient import Memory
+from bimvox.policy.prefab.gradient_arrays import Memory
 
 IMAGES = 8
 

@@ -9,7 +9,8 @@ from torch import nn
 from torch.nn import functional
 
 from bimvox.policy.perceptron import Perceptron
-from bimvox.policy.prefab.gradient import CompiledLearner, Memory, copy_of, move_towards
+from bimvox.policy.prefab.gradient import CompiledLearner, copy_of, move_towards
+from bimvox.policy.prefab.gradient_arrays import Memory
 from bimvox.policy.prefab.network import PrefabNetwork
 
 INPUTS, ACTIONS, ROWS, BATCH = 30, 6, 200, 16

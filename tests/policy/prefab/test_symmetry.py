@@ -8,7 +8,7 @@ import pytest
 from bimvox.env.prefab.batched import BatchedPrefabSite
 from bimvox.env.prefab.component import YardPlace, beam
 from bimvox.env.prefab.spec import PrefabSpec
-from bimvox.policy.prefab.gradient import Memory
+from bimvox.policy.prefab.gradient_arrays import Memory
 from bimvox.policy.prefab.symmetry import IMAGES, symmetry, write_images
 
 SIDE = 9

@@ -1,0 +1,94 @@
+"""A lift that was stopped with its load in the air and went on from there, as one motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.errors import InputError
+from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName
+from bimvox.trajectory.stop import Stop
+from bimvox.trajectory.time_plan import carrying_phases
+from bimvox.trajectory.timeline import Timeline
+from bimvox.trajectory.timing import NS_PER_S, frozen, sampled
+from bimvox.trajectory.trajectory import Trajectory
+
+_CARRYING = (PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER, PhaseName.STOP)
+
+
+def interrupted(
+    motion: LiftMotion,
+    stop: Stop,
+    resume_ns: int,
+    onward: Timeline,
+    clearance_height_m: float,
+    *,
+    sample_period_s: float,
+    voxel_size_m: float,
+) -> LiftMotion:
+    """Return the lift as it is driven when it is stopped while its load is carried.
+
+    Up to the stop it is as it was; then the crane brakes, holds until it may go on, and goes on from where it rests.
+    Setting and releasing take as long as before. A lift may be interrupted more than once.
+
+    Args:
+        motion: The lift as it would have been.
+        stop: Its stop (``stop_motion``), begun while the load was carried.
+        resume_ns: When the crane goes on, on the site's clock, not before it is at rest.
+        onward: From there to the place (``go_on``).
+        clearance_height_m: Height of the hook that the way on needs, for its bound.
+        sample_period_s: Largest time between samples.
+        voxel_size_m: Edge of a cell.
+
+    Raises:
+        InputError: If the stop does not begin while the load is carried, or the crane goes on before it is at rest.
+    """
+    loaded = motion.loaded
+    told_ns, rest_ns = stop.start_ns - motion.start_ns, stop.end_ns - motion.start_ns
+    if not loaded.time_ns[0] < told_ns < loaded.time_ns[-1]:
+        raise InputError(f"lift {motion.order} carries nothing at {stop.start_ns / NS_PER_S:g} s")
+    if resume_ns < stop.end_ns:
+        raise InputError(f"lift {motion.order} is not at rest before {stop.end_ns / NS_PER_S:g} s")
+    later = sampled(onward, clearance_height_m, sample_period_s, voxel_size_m)
+    driven = loaded.time_ns < told_ns
+    again_ns = resume_ns - motion.start_ns
+    skip = 1 if again_ns == rest_ns else 0
+    pieces = [
+        (loaded.time_ns[driven], [axis[driven] for axis in _axes(loaded)]),
+        (stop.trajectory.time_ns + told_ns, _axes(stop.trajectory)),
+        (later.time_ns[skip:] + again_ns, [axis[skip:] for axis in _axes(later)]),
+    ]
+    first, before = int(driven.sum()), int(driven.sum()) + len(stop.trajectory.time_ns)
+    rests = {before - 1, before - skip}
+    corner = sorted(
+        {int(n) for n in loaded.corner if n < first} | rests | {int(n) + before - skip for n in later.corner}
+    )
+    slew, radius, height = (np.concatenate([axes[i] for _, axes in pieces]) for i in range(3))
+    whole = Trajectory(
+        time_ns=frozen(np.concatenate([time_ns for time_ns, _ in pieces])),
+        slew_rad=frozen(slew),
+        radius_m=frozen(radius),
+        height_m=frozen(height),
+        corner=frozen(np.array(corner, np.int64)),
+        bound_s=loaded.bound_s,
+    )
+    phases = [
+        replace(phase, end_ns=min(phase.end_ns, stop.start_ns))
+        for phase in motion.phases
+        if phase.start_ns < stop.start_ns
+    ]
+    spans = [(PhaseName.STOP, resume_ns - stop.start_ns), *carrying_phases(onward, int(later.time_ns[-1]))]
+    carried = max(i for i, phase in enumerate(motion.phases) if phase.name in _CARRYING)
+    spans += [(phase.name, phase.end_ns - phase.start_ns) for phase in motion.phases[carried + 1 :]]
+    at_ns = stop.start_ns
+    for name, length_ns in spans:
+        if length_ns > 0:
+            phases.append(Phase(name, at_ns, at_ns + length_ns))
+            at_ns += length_ns
+    return replace(motion, loaded=whole, phases=tuple(phases), end_ns=at_ns)
+
+
+def _axes(trajectory: Trajectory) -> list[NDArray[np.float64]]:
+    return [trajectory.slew_rad, trajectory.radius_m, trajectory.height_m]
