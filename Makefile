@@ -62,6 +62,9 @@ samples: setup ## write the sample models again (they are byte-identical each ti
 bench: setup ## plan and prove every sample model: the table of docs/measured.md
 	$(BIN)/python benchmarks/samples.py
 
+bench-motion: setup ## how the crane drives the samples: time over the bound, swing, limits: docs/measured.md
+	$(BIN)/python -m benchmarks.motion $(ARGS)
+
 bench-environment: setup ## steps a second of the paper's environment, through each interface
 	$(BIN)/python benchmarks/environment.py
 
