@@ -106,6 +106,20 @@ def plan_lift(
     return _proposed([(stage, lift)], _policies(propose))[0]
 
 
+def proposed_again(stage: Stage, lift: Lift, retrained: Propose) -> Lift:
+    """Return a planned lift with the way of a policy that was trained further; the lift itself where that is no better.
+
+    Args:
+        stage: What holds for it now.
+        lift: The lift; its path is taken as free.
+        retrained: The policy.
+    """
+    (found,) = _proposed([(stage, lift)], [(retrained, Method.RETRAINED)])
+    if found.path_vox is None or lift.path_vox is None or len(found.path_vox) > len(lift.path_vox):
+        return lift
+    return found
+
+
 def _policies(propose: Propose | None, retrained: Propose | None = None) -> list[tuple[Propose, Method]]:
     """Return whom to ask, in this order, and how a way of theirs is called."""
     both = ((propose, Method.POLICY), (retrained, Method.RETRAINED))
