@@ -131,7 +131,7 @@ docs: setup ## write the pages of commands and formats again, from help and sche
 constraints: $(UV) ## resolve the pinned versions again
 	echo 'torch==2.13.0' > $(VENV)/pins.txt
 	$(UV) pip compile --quiet --universal --python-version 3.11 $(if $(FIND_LINKS),--find-links $(FIND_LINKS)) \
-	  -c $(VENV)/pins.txt --group dev --group browser pyproject.toml --no-header --no-annotate --upgrade -o $(VENV)/resolved.txt
+	  -c $(VENV)/pins.txt --all-extras --group dev --group browser pyproject.toml --no-header --no-annotate --upgrade -o $(VENV)/resolved.txt
 	{ head -1 constraints.txt; grep -vE '^(nvidia-|cuda-|triton|torch==)' $(VENV)/resolved.txt; echo 'torch==2.13.0'; } > $(VENV)/constraints.txt
 	mv $(VENV)/constraints.txt constraints.txt
 
