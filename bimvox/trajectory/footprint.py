@@ -208,8 +208,9 @@ def _add_motion(
         if site.rules.rope:
             mask.add_columns_above(placements + hook)
     approach = None if motion.approach is None else _rest_of(motion.approach, rest_ns)
-    if approach is not None and motion.approach is not None and site.rules.rope:
+    if approach is not None and site.rules.rope:
         mask.add_columns_above(_placements(site, crane, approach, _SLINGS_END))
+        assert motion.approach is not None
         mask.add_columns_above(swung_placements(site, crane, motion, motion.approach, None, rest_ns))
 
 

@@ -177,10 +177,10 @@ def release(
         return held
     loaded = crane_for(site, crane, rule.component)
     load = load_frame(loaded, site.frame, rule.component.hook_offset_vox)
-    pendulum = pendulum_of(site, rule.component)
+    hanging = pendulum_of(site, rule.component)
     moves, resume_ns = rule.insertion.moves, max(held.stop.end_ns, time_ns) + round(hold_s * NS_PER_S)
     try:
-        onward, needed_m = go_on(loaded, rule.clearance_with_insertion, load, held.stop.pose, path_vox, moves, pendulum)
+        onward, needed_m = go_on(loaded, rule.clearance_with_insertion, load, held.stop.pose, path_vox, moves, hanging)
     except PlanningError as error:
         return replace(held, reason=error.message)
     period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
@@ -190,7 +190,7 @@ def release(
         resume_ns,
         onward,
         needed_m,
-        pendulum=pendulum,
+        pendulum=hanging,
         sample_period_s=period_s,
         voxel_size_m=size_m,
     )
@@ -218,7 +218,7 @@ def _approached(
     if approach is None or before is None or time_ns >= motion.start_ns + int(approach.time_ns[-1]):
         return motion
     crane = crane_for(site, crane, None)
-    hook, pendulum = load_frame(crane, site.frame, HOOK_OFFSET), pendulum_of(site, None)
+    hook, empty = load_frame(crane, site.frame, HOOK_OFFSET), pendulum_of(site, None)
     free = empty_hook_clearance(site, rule.clearance, rule.place, left_cells(site, before))
     if way_is_free(motion, approach, time_ns, motion.end_ns, free, hook):
         return motion
@@ -233,10 +233,10 @@ def _approached(
         if path_vox is None or len(path_vox) < 2:
             continue
         try:
-            onward, needed_m = go_on(crane, free, hook, found.stop.pose, path_vox, 0, pendulum)
+            onward, needed_m = go_on(crane, free, hook, found.stop.pose, path_vox, 0, empty)
         except PlanningError:
             continue
-        later = sampled(onward, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, pendulum)
+        later = sampled(onward, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, empty)
         again_ns = max(found.stop.end_ns, time_ns + round(hold_s * NS_PER_S))
         told_ns = found.stop.start_ns - motion.start_ns
         other = spliced(approach, found.stop, later, told_ns, again_ns - motion.start_ns)
@@ -297,12 +297,13 @@ def _other_way(
     loaded_crane = crane_for(site, crane, stage.component)
     load = load_frame(loaded_crane, site.frame, stage.component.hook_offset_vox)
     slew_rad = float(motion.raising.slew_rad[-1])
-    rule, moves, pendulum = stage.clearance_with_insertion, stage.insertion.moves, pendulum_of(site, stage.component)
+    rule, moves = stage.clearance_with_insertion, stage.insertion.moves
+    hanging = pendulum_of(site, stage.component)
     try:
-        timeline, needed_m = drive_path(loaded_crane, rule, load, path_vox, moves, slew_rad, pendulum)
+        timeline, needed_m = drive_path(loaded_crane, rule, load, path_vox, moves, slew_rad, hanging)
     except PlanningError as error:
         return replace(held, reason=f"the crane cannot drive its path: {error.message}")
-    trajectory = sampled(timeline, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, pendulum)
+    trajectory = sampled(timeline, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, hanging)
     raised_ns, length_ns = motion.start_ns + int(motion.loaded.time_ns[0]), int(trajectory.time_ns[-1])
     again_ns = max(raised_ns, ready_ns)
     loaded = replace(trajectory, time_ns=trajectory.time_ns + np.int64(again_ns - motion.start_ns))

@@ -1,7 +1,8 @@
 """The proof that loads hang at rest where they are set, and swing into nothing on the way.
 
 By other means than the motions were made: from the samples alone, a cubic through them between, and a pendulum that is
-turned exactly from step to step. After a stop the crane waits until the load hangs still.
+turned exactly from step to step. A stop is braking in need: how far its load swings is not looked at, and the crane
+waits until it hangs still.
 """
 
 from __future__ import annotations
@@ -59,15 +60,18 @@ class SwingProof:
         crane: Its crane.
         cells: What stands where now; moved on to what it needs.
         check: Where the result goes.
-        window_ns: The time on the site's clock for which what stands on the site was there; nothing is met outside.
+        window_ns: What is there is met in this span of the site's clock only.
     """
 
     def __init__(
-        self, site: Site, crane: TowerCrane, cells: RawCells, check: Check, window_ns: tuple[int, int] = ALWAYS_NS
+        self,
+        site: Site,
+        crane: TowerCrane,
+        cells: RawCells,
+        check: Check,
+        window_ns: tuple[int, int] = ALWAYS_NS,
     ) -> None:
-        self.site, self.crane, self.cells, self.checked = site, crane, cells, check
-        self.window_ns = window_ns
-        self.start_ns = 0
+        self.site, self.crane, self.cells, self.checked, self.window_ns = site, crane, cells, check, window_ns
 
     def check(self, name: str, moment: Moment, motion: LiftMotion) -> None:
         """Check the loaded motion of a lift, and its approach."""
@@ -75,7 +79,6 @@ class SwingProof:
         loaded, empty = pendulum_of(self.site, component), pendulum_of(self.site, None)
         if loaded is None or empty is None:
             return
-        self.start_ns = motion.start_ns
         self.cells.move_to(moment.present)
         self._check_way(name, component, motion, motion.loaded, loaded, moment.lift)
         if motion.approach is None or moment.before is None:
@@ -106,10 +109,16 @@ class SwingProof:
                     at_end_m <= RESIDUAL_M,
                     f"{name}: at its end the load still swings by {at_end_m:.3f} m, allowed are {RESIDUAL_M:g} m",
                 )
-            self._check_clear(name, component, swung, lift, left)
+            self._check_clear(name, component, swung, lift, left, motion.start_ns)
 
     def _check_clear(
-        self, name: str, component: Component | None, swung: Swung, lift: Lift | None, left: Sequence[Thing]
+        self,
+        name: str,
+        component: Component | None,
+        swung: Swung,
+        lift: Lift | None,
+        left: Sequence[Thing],
+        start_ns: int,
     ) -> None:
         """A load that swings further than what counts as rest meets nothing, to either side."""
         self.checked.look(True, "", samples=len(swung.time_s))
@@ -117,8 +126,9 @@ class SwingProof:
         offset = _SLINGS_END if component is None else component.hook_offset_vox
         cells = reference_cells(crane_for(self.site, self.crane, component), frame, swung.axes, offset)
         beyond_vox = beyond_rest_m(swung.offset_m) / frame.voxel_size_m
-        at_ns = self.start_ns + swung.time_s * 1e9
-        swings = (np.abs(beyond_vox).max(axis=1) > 0.0) & (at_ns >= self.window_ns[0]) & (at_ns <= self.window_ns[1])
+        clock_ns = swung.time_s * 1e9 + float(start_ns)
+        now = (clock_ns >= self.window_ns[0] - _STEP_NS) & (clock_ns <= self.window_ns[1] + _STEP_NS)
+        swings = (np.abs(beyond_vox).max(axis=1) > 0.0) & now
         tail = tail_of(cells, lift)
         if (swings & tail).any():
             self._check_on_line(name, swung, cells, beyond_vox, swings & tail, lift)
@@ -173,32 +183,31 @@ class SwingProof:
 
 
 def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, pendulum: Pendulum) -> Iterator[Swung]:
-    """Yield how a load swings on its way, anew after every stop."""
-    stops = [phase.end_ns - motion.start_ns for phase in motion.phases if phase.name is PhaseName.STOP]
-    borders = [
-        int(way.time_ns[0]),
-        *(ns for ns in stops if way.time_ns[0] < ns < way.time_ns[-1]),
-        int(way.time_ns[-1]),
-    ]
+    """Yield how a load swings on its way, anew after every stop; while it stops not."""
+    stops = [phase for phase in motion.phases if phase.name is PhaseName.STOP]
+    spans = [(phase.start_ns - motion.start_ns, phase.end_ns - motion.start_ns) for phase in stops]
+    spans = [span for span in spans if span[0] < way.time_ns[-1] and span[1] > way.time_ns[0]]
+    ends = [int(way.time_ns[0]), *(end for _, end in spans)]
+    begins = [*(begin for begin, _ in spans), int(way.time_ns[-1])]
     axes = axes_of_samples(way)
-    for low_ns, high_ns in pairwise(borders):
+    for low_ns, high_ns in zip(ends, begins, strict=True):
         part = (way.time_ns >= low_ns) & (way.time_ns <= high_ns)
         if part.sum() >= 2:
             yield _swung(crane, way.time_ns[part], axes[part], pendulum)
 
 
 def swung_placements(
-    site: Site, crane: TowerCrane, motion: LiftMotion, way: Trajectory, component: Component | None, from_ns: int = 0
+    site: Site, crane: TowerCrane, motion: LiftMotion, way: Trajectory, component: Component | None, rest_ns: int
 ) -> NDArray[np.int64]:
-    """Return (N, 3) the placements into which a load (None: the empty hook) swings on its way; none where it is off.
+    """Return (N, 3) the placements into which a load swings on its way; none where swing is off.
 
     Args:
         site: The site.
         crane: Its crane.
         motion: The lift.
-        way: A part of its motion, from its beginning.
-        component: What hangs on the hook.
-        from_ns: Only from then on, since the start of the lift.
+        way: One of its trajectories.
+        component: The load; None for the empty hook.
+        rest_ns: From when on, since the start of the lift.
     """
     pendulum = pendulum_of(site, component)
     found = [np.empty((0, 3), np.int64)]
@@ -206,7 +215,7 @@ def swung_placements(
         offset = _SLINGS_END if component is None else component.hook_offset_vox
         cells = reference_cells(crane_for(site, crane, component), site.frame, swung.axes, offset)
         beyond_vox = beyond_rest_m(swung.offset_m) / site.frame.voxel_size_m
-        rows = np.flatnonzero((np.abs(beyond_vox).max(axis=1) > 0.0) & (swung.time_s * 1e9 >= from_ns))
+        rows = np.flatnonzero((np.abs(beyond_vox).max(axis=1) > 0.0) & (swung.time_s * 1e9 >= rest_ns - _STEP_NS))
         if len(rows):
             _, positions = across(cells, beyond_vox, thinned(cells, rows))
             found.append(placements_around(positions, np.full(len(positions), BETWEEN_VOX)).cells)
