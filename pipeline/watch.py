@@ -27,10 +27,12 @@ from pipeline.progress import Progress, SilentProgress
 from pipeline.prove import Planned, plan_and_prove
 from pipeline.simulate import NOW_NS, Execution, PlanClock
 from pipeline.watch_documents import blocked, event_fields, outcome, stop_events, transit
+from pipeline.watch_live import LiveView, address_of
 from pipeline.watch_log import WholeLog, read_newest, segment_file, segments_on_disk
 from pipeline.watch_retrain import Retraining
 
 if TYPE_CHECKING:
+    from bimvox.log.live import LiveServer
     from bimvox.log.plan_log import LogEvent, PlanLog
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.lift import LiftPlan
@@ -60,6 +62,7 @@ def watch(
     poll_s: float | None = None,
     speed: float | None = None,
     retrain: int = 0,
+    serve: str | None = None,
     progress: Progress,
     stop: threading.Event | None = None,
 ) -> Iterator[dict[str, Any]]:
@@ -77,6 +80,7 @@ def watch(
         poll_s: Look at the file this often instead of waiting for events: for network shares.
         speed: Carry the plan out against a clock that goes so many times as fast as the wall's.
         retrain: Budget, in environment steps, of more training beside the watch, where the policy fails lifts; 0: none.
+        serve: ``[HOST:]PORT`` of a websocket on which viewers follow.
         progress: Told of the stages of the first plan.
         stop: Ends the watch.
 
@@ -84,6 +88,7 @@ def watch(
         One document per change, see ``bimvox watch --json``.
     """
     target = out or default_output(site, ".mcap")
+    server = None if serve is None else _server(serve, progress)
     check_output(target, inputs=[site, obstructions])
     loaded = load_site(site, progress)
     check_output(target, inputs=[site, obstructions, loaded.config.model.path])
@@ -94,6 +99,8 @@ def watch(
     clock = None if speed is None else PlanClock(speed)
     watcher = Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress, clock)
     watcher.retrain(retrain)
+    if server is not None:
+        watcher.live = LiveView(server, clock)
     yield from follow(watcher, once=once, poll_s=poll_s, stop=stop or threading.Event())
 
 
@@ -118,6 +125,14 @@ def follow(watcher: Watcher, *, once: bool, poll_s: float | None, stop: threadin
         watcher.close()
 
 
+def _server(address: str, progress: Progress) -> LiveServer:
+    from bimvox.log.live import LiveServer
+
+    server = LiveServer(*address_of(address))
+    progress.note(f"viewers may look on at ws://{server.address}")
+    return server
+
+
 class Watcher:
     """Keeps the plan that stands, and revises it.
 
@@ -137,6 +152,7 @@ class Watcher:
         progress: Told of the stages of a change.
         files: What the obstruction file refers to.
         is_cold: Whether the first change would be slower than the others.
+        live: Shows the plan to viewers, where there are any.
     """
 
     def __init__(
@@ -151,6 +167,7 @@ class Watcher:
         clock: PlanClock | None = None,
     ) -> None:
         self._retraining: Retraining | None = None
+        self.live: LiveView | None = None
         self._execution = None if clock is None else Execution(clock)
         self._carried_out_ns = 0
         self._taken: str | None = None
@@ -250,9 +267,12 @@ class Watcher:
         """Begin to carry the plan out, where it is; from where it was left."""
         if self._execution is not None:
             self._execution.clock.start(self._carried_out_ns)
+        self._show()
 
     def close(self) -> None:
         """End what goes on beside, and write the whole log if it is behind."""
+        if self.live is not None:
+            self.live.close()
         if self._retraining is not None:
             self._retraining.cancel()
         self._whole.close()
@@ -265,7 +285,10 @@ class Watcher:
 
     def _change(self, state: FileState) -> Iterator[dict[str, Any]]:
         if self._execution is not None:
-            for news in self._execution.news(self._standing):
+            passed = self._execution.news(self._standing)
+            if passed:
+                self._show()
+            for news in passed:
                 yield news | {"revision": self._revision, "log": str(self._target)}
             pending = self._standing is not None and self._standing.pending and self._standing.held is None
             if state.digest == self._taken and self._taken is not None and not pending and self._retry_at_s is None:
@@ -435,6 +458,7 @@ class Watcher:
                 self._whole.offer(self._record(part.standing))
                 if self._retraining is not None and better is None:
                     self._retraining.begin(site, searched)
+            self._show()
             yield document
             event = "continued"
             if part.standing.held is not None:
@@ -452,6 +476,13 @@ class Watcher:
         write_log_file(target, record, inputs=[])
         self._revision, self._standing, self._content = revision, part.standing, content
         return target
+
+    def _show(self) -> None:
+        """Show viewers what stands."""
+        from bimvox.log.plan_log import PlanLog
+
+        if self.live is not None and self._standing is not None:
+            self.live.show(PlanLog(plan=self._standing.plan, motions=self._standing.chain, revision=self._revision))
 
     def _segment(
         self,
