@@ -44,6 +44,8 @@ _FIRST = 20
 """Lifts made anew that are written first."""
 _MOST_BYTES = 512 << 20
 """A larger obstruction file is refused: reading it would take all memory."""
+_APART_NS = 1_000_000
+"""Changes are at least so far apart on the site's clock, which stands while a plan is taken up."""
 _SETTLE_S = 0.05
 """A file that cannot be used may be half written: it is looked at again after this time before it is refused."""
 _RETRY_S = (1.0, 30.0)
@@ -209,6 +211,8 @@ class Watcher:
             self._revision = max(self._revision, log.revision)
             self._standing = standing_of(log.plan, log.motions)
             self._carried_out_ns = int(log.metadata.get(NOW_NS, 0))
+            if self._execution is not None:
+                self._execution.clock.stand_at(self._carried_out_ns)
             self._content = {name: log.attachments[name] for name in log.attachments if name not in self._loaded.files}
             if not before.behind:
                 self._keep(log.revision)
@@ -395,7 +399,7 @@ class Watcher:
         marks = [started_s, time.monotonic()]  # noticed, read
         verdict_s: list[float] = []
         clock = None if self._execution is None else self._execution.clock
-        now_ns = None if clock is None else clock.at_ns(started_s)
+        now_ns = None if clock is None else max(clock.at_ns(started_s), _after_all(before))
         parts = revise(
             self._standing,
             site,
@@ -558,6 +562,11 @@ class Watcher:
         else:
             document |= outcome(plan, before, retimed or ())
         return document | {"log": str(self._target), "latency_ms": _ms_since(started_s)}
+
+
+def _after_all(plan: LiftPlan) -> int:
+    """The earliest time on the site's clock at which another change counts: after those that were before it."""
+    return plan.history[-1].until_ns + _APART_NS if plan.history else 0
 
 
 def _left_to_search(part: Part) -> set[int]:
