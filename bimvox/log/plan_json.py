@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bimvox.errors import LogFileError
 from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, encode
 from bimvox.planning.lift import Epoch, LeftPath, Lift, LiftPlan, ModelledClash, Status, yard_place
-from bimvox.site.component import IntVec, StoredPose
+from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.site import Blocker, Site
 
 _VERSION = 1
@@ -161,13 +161,25 @@ def _lift_to_json(site: Site, lift: Lift, carried: bool) -> dict[str, Any]:
         "place": place
         and {"delivery": place.delivery, "pose": place.pose.value, "cell_vox": [int(n) for n in place.cell_vox]}
         | ({"turn": place.turn, "rise_vox": place.rise_vox} if place.turn else {}),
+        "lifting": lifting_record(site, component),
+    }
+
+
+def lifting_record(site: Site, component: Component) -> dict[str, Any]:
+    """Return where and how a part hangs, for the reader: points in site metres, and the hook's height above its top."""
+    rise_m = component.lifting.sling_rise_vox * site.frame.voxel_size_m
+    return {
+        "points_m": [list(point) for point in component.lifting.points_m],
+        "source": component.lifting.source,
+        "sling_m": None if site.crane is None else round(site.crane.sling_m + rise_m, 6),
+        "sail_area_m2": component.sail_area_m2,
     }
 
 
 def _lift_from_json(record: Any, site: Site, where: str) -> tuple[Lift, bool]:
     if not isinstance(record, dict) or not isinstance(record.get("carried"), bool) or "moves" not in record:
         raise DecodeError(f"{where}: not a lift")
-    added = {"id", "global_id", "carried", "moves", "place", "left"}
+    added = {"id", "global_id", "carried", "moves", "place", "lifting", "left"}
     lift: Lift = decode(
         Lift, {key: value for key, value in record.items() if key not in added} | {"place": None}, _NO_ARRAYS, where
     )

@@ -154,6 +154,10 @@ def _own_attachments(record: PlanLog) -> Iterator[tuple[str, bytes]]:
             "radius_m": crane.chart.radius_m,
             "capacity_kg": crane.chart.capacity_kg,
             "rigging_mass_kg": crane.rigging_mass_kg,
+            "hook_block_kg": crane.hook_block_kg,
+            "falls": crane.falls,
+            "gears": crane.gears,
+            "max_wind_m_s": crane.max_wind_m_s,
         }
         yield topics.URDF_FILE, urdf(crane).encode()
         yield topics.CHART_FILE, json.dumps(chart, ensure_ascii=False, indent=1).encode()

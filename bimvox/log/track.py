@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bimvox.planning.lift import Lift
 from bimvox.planning.tipping import from_box_to_origin_m, lying_width_vox
 from bimvox.site.component import StoredPose
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.trajectory.load_frame import cells_of_axes, load_frame
 from bimvox.trajectory.motion import LiftMotion, PhaseName
@@ -77,7 +78,7 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
     time_ns, axes = _with_turn(motion, *motion.samples())
     held = (time_ns >= lifted_ns) & (time_ns <= assembled_ns)
     time_ns, axes = time_ns[held], axes[held]
-    load = load_frame(site.crane, site.frame, component.hook_offset_vox)
+    load = load_frame(crane_for(site, site.crane, component), site.frame, component.hook_offset_vox)
     corner_m = site.frame.corner_of(cells_of_axes(load, axes))
     angle_rad = np.zeros(len(time_ns))
     size_m = site.frame.voxel_size_m

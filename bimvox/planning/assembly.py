@@ -13,11 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.reach import allowed_radii_m
 from bimvox.errors import VerificationError
 from bimvox.planning.contact import Contacts
 from bimvox.planning.insertion import Insertion, NoInsertion, find_insertion
 from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
+from bimvox.planning.refusal import refused_by_crane
 from bimvox.planning.relations import Precedence, precedence
 from bimvox.planning.sequence import Sequence, Sequencer
 from bimvox.planning.shorten import order_and_yard
@@ -151,6 +153,9 @@ class Assembly:
 
         Takes no look at any cell; None where its way decides.
         """
+        refused = refused_by_crane(self._site, self._site.components[index])
+        if refused is not None:
+            return Obstacle(refused)
         if self._preparation.places[index] is None:
             return self._no_place(self._site.components[index])
         relations = self._preparation.relations
@@ -188,7 +193,11 @@ class Assembly:
 
     def _no_place(self, component: Component) -> Obstacle:
         size = "x".join(f"{n * self._site.frame.voxel_size_m:g}" for n in component.shape.size_vox)
-        return Obstacle(f"the yard has no place for it ({size} m) within the crane's reach and capacity")
+        reason = f"the yard has no place for it ({size} m) within the crane's reach and capacity"
+        if self._site.crane is not None:
+            low_m, high_m = allowed_radii_m(self._site.crane, component.mass_kg)
+            reason += f": {component.mass_kg:.0f} kg are carried from {low_m:.1f} to {high_m:.1f} m"
+        return Obstacle(reason)
 
     def clearance(self, index: int) -> Clearance:
         """Return the collision rule for the transit of component ``index`` now, its departure cleared."""

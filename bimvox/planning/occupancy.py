@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.reach import hook_floor
 from bimvox.grid.occupancy import summed_area_table, top_of_columns, update_table
 from bimvox.planning.lift import YardPlace
-from bimvox.site.clearance import HOOK_FORBIDDEN, NOTHING_CLEARED, Clearance
+from bimvox.site.clearance import NOTHING_CLEARED, Clearance
 from bimvox.site.component import Component, IntVec
+from bimvox.site.hook_room import hook_room
 from bimvox.site.site import Site
 
 
@@ -56,12 +56,14 @@ class Occupancy:
     def clearance(self, component: Component) -> Clearance:
         """Return the collision rule for lifting ``component`` now."""
         table, top = self._table_and_top()
+        room = hook_room(self._site, top, component)
         return Clearance(
             table,
             component.shape.boxes,
             np.array(component.hook_offset_vox, np.int32),
-            lowest_hook(self._site, top, component.mass_kg),
+            room.floor,
             *NOTHING_CLEARED,
+            room.ceiling,
         )
 
     def _table_and_top(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
@@ -77,23 +79,6 @@ class Occupancy:
         if self._kept is not None and len(cells):
             low = np.minimum(self._lowest, cells.min(axis=0)).tolist()
             self._lowest = (low[0], low[1], low[2])
-
-
-def lowest_hook(site: Site, top: NDArray[np.int32], mass_kg: float) -> NDArray[np.int32]:
-    """Return the lowest admissible hook cell of every column: rope, reach, capacity and zones in one map.
-
-    Args:
-        site: The site.
-        top: (X, Y) int32, one above the highest occupied cell of each column.
-        mass_kg: The load.
-
-    Returns:
-        (X, Y) int32; ``HOOK_FORBIDDEN`` where no hook may be.
-    """
-    floor = hook_floor(site.crane, site.frame, top, mass_kg, site.rules.rope)
-    if site.prohibited is not None:
-        floor = np.where(site.prohibited, HOOK_FORBIDDEN, floor)
-    return floor
 
 
 def target_cells(component: Component) -> NDArray[np.int32]:

@@ -218,7 +218,7 @@ def _why_unreachable(assembly: Assembly, stage: Stage) -> Obstacle:
     blocked = np.array([not placement_is_free(stage.clearance, *(int(n) for n in p)) for p in border[:_BORDER_LIMIT]])
     cells = (border[:_BORDER_LIMIT][blocked][:, None, :] + stage.component.shape.cells[None, :, :]).reshape(-1, 3)
     who = tuple(name for name in assembly.who_is_at(np.unique(cells, axis=0).astype(np.int32)) if name != "ground")
-    size_m = assembly.voxel_size_m
-    return Obstacle(
-        f"no way leads out of the room of {len(room)} placements around {where}, at cells of {size_m:g} m", who
-    )
+    by = f"at cells of {assembly.voxel_size_m:g} m"
+    if stage.insertion.enclosed:
+        by += " and by the true shapes around its place"
+    return Obstacle(f"no way leads out of the room of {len(room)} placements around {where}, {by}", who)

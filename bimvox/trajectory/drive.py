@@ -102,7 +102,7 @@ def _with_set_down(
         split = max(0, len(path_vox) - 1 - contact_moves)
         return path_vox[: split + 1], path_vox[split:]
     x, y, z = (int(n) for n in path_vox[-1])
-    highest = int(np.floor((crane.jib_height_m - load.zero_height_m) / load.voxel_size_m))
+    highest = int(np.floor((crane.highest_hook_m - load.zero_height_m) / load.voxel_size_m))
     above = z
     while above < min(highest, z + max(1, round(SET_DOWN_M / load.voxel_size_m))):
         if not placement_is_free(clearance, x, y, above + 1):

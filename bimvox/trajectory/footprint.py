@@ -23,6 +23,7 @@ from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift, YardPlace
 from bimvox.site.component import Component, IntVec, StoredPose
+from bimvox.site.lifting import crane_for
 from bimvox.site.margin import grown_cells, margin_vox
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
@@ -197,7 +198,7 @@ def _add_motion(
         trajectory = _rest_of(whole, rest_ns)
         if trajectory is None:
             continue
-        placements = _placements(site, crane, trajectory, component.hook_offset_vox)
+        placements = _placements(site, crane_for(site, crane, component), trajectory, component.hook_offset_vox)
         if with_load:
             mask.add_placements(placements, grown_cells(component.shape.cells, margin_vox(site)))
         if site.rules.rope:

@@ -6,7 +6,7 @@ sideways in contact); along an arc it follows the head of a component that is ti
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import hypot, pi
 
@@ -117,6 +117,11 @@ def share_limits(crane: TowerCrane, move: Move) -> AxisLimits:
         if second > 0.0:
             tightest[1] = min(tightest[1], limits.jerk / (9.0 * second * tightest[0]))
     return AxisLimits(*tightest)
+
+
+def slowed(limits: AxisLimits, share: float) -> AxisLimits:
+    """Return limits with a share of their rate."""
+    return limits if share == 1.0 else replace(limits, rate=limits.rate * share)
 
 
 def move_time_s(crane: TowerCrane, move: Move) -> float:

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.clearance import Clearance
 from bimvox.trajectory.load_frame import LoadFrame
-from bimvox.trajectory.move import Line, Move, axes_along, axes_of, share_limits
+from bimvox.trajectory.move import Line, Move, axes_along, axes_of, share_limits, slowed
 from bimvox.trajectory.profile import Profile, profile_of
+from bimvox.trajectory.slow import slow_shares
 from bimvox.trajectory.swept import samples_are_free
 
 _CHECK_SPACING_VOX = 0.125
@@ -83,7 +84,10 @@ class Timeline:
 
 def in_sequence(crane: TowerCrane, moves: Sequence[Move]) -> Timeline:
     """Return the timeline on which every move waits for the end of the one before it."""
-    profiles = tuple(profile_of(share_limits(crane, move)) for move in moves)
+    slow = slow_shares(crane, moves)
+    profiles = tuple(
+        profile_of(slowed(share_limits(crane, move), share)) for move, share in zip(moves, slow, strict=True)
+    )
     starts = [0.0]
     for profile in profiles[:-1]:
         starts.append(starts[-1] + profile.duration_s)

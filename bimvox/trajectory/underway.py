@@ -17,6 +17,7 @@ from bimvox.errors import PlanningError
 from bimvox.planning.assembly import Obstacle, Stage
 from bimvox.planning.lift import LeftPath, Lift, Method, Status
 from bimvox.planning.search import shortest_path
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.trajectory.drive import drive_path
 from bimvox.trajectory.empty_hook import HOOK_OFFSET, empty_hook_clearance
@@ -134,10 +135,11 @@ def redirect(
         motion = approached
         held = Held(lift, motion, None, _NOT_CARRIED, True, *_why(blocked))
         return release(site, crane, held, rule, blocked, time_ns, hold_s)
-    load = load_frame(crane, site.frame, rule.component.hook_offset_vox)
+    loaded = crane_for(site, crane, rule.component)
+    load = load_frame(loaded, site.frame, rule.component.hook_offset_vox)
     # Where the end is blocked the last moves are cleared for nothing any more.
     now = rule.clearance_with_insertion if blocked is None else rule.clearance
-    found = manoeuvre(site, crane, motion, motion.loaded, time_ns, now, load)
+    found = manoeuvre(site, loaded, motion, motion.loaded, time_ns, now, load)
     held = Held(lift, motion, found.stop, found.kind, found.is_free, *_why(blocked))
     return release(site, crane, held, rule, blocked, time_ns, hold_s)
 
@@ -172,10 +174,11 @@ def release(
     path_vox = _path_from(site, crane, rule, held.stop.pose)
     if path_vox is None:
         return held
-    load = load_frame(crane, site.frame, rule.component.hook_offset_vox)
+    loaded = crane_for(site, crane, rule.component)
+    load = load_frame(loaded, site.frame, rule.component.hook_offset_vox)
     moves, resume_ns = rule.insertion.moves, max(held.stop.end_ns, time_ns) + round(hold_s * NS_PER_S)
     try:
-        onward, needed_m = go_on(crane, rule.clearance_with_insertion, load, held.stop.pose, path_vox, moves)
+        onward, needed_m = go_on(loaded, rule.clearance_with_insertion, load, held.stop.pose, path_vox, moves)
     except PlanningError as error:
         return replace(held, reason=error.message)
     period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
@@ -205,10 +208,9 @@ def _approached(
     approach = motion.approach
     if approach is None or before is None or time_ns >= motion.start_ns + int(approach.time_ns[-1]):
         return motion
+    crane = crane_for(site, crane, None)
     hook = load_frame(crane, site.frame, HOOK_OFFSET)
-    free = empty_hook_clearance(
-        crane, site.frame, rule.clearance, site.rules.rope, rule.place, left_cells(site, before), site.prohibited
-    )
+    free = empty_hook_clearance(site, rule.clearance, rule.place, left_cells(site, before))
     if way_is_free(motion, approach, time_ns, motion.end_ns, free, hook):
         return motion
     found = manoeuvre(site, crane, motion, approach, time_ns, free, hook)
@@ -263,7 +265,7 @@ def _with_approach(motion: LiftMotion, approach: Trajectory, stopped_ns: int, ag
 
 def _path_from(site: Site, crane: TowerCrane, stage: Stage, pose: CranePose) -> NDArray[np.int32] | None:
     """A shortest path from beside a pose to the part's place."""
-    load = load_frame(crane, site.frame, stage.component.hook_offset_vox)
+    load = load_frame(crane_for(site, crane, stage.component), site.frame, stage.component.hook_offset_vox)
     for cell in go_on_cells(stage.clearance, load, pose):
         transit = shortest_path(stage.clearance, cell, stage.insertion.gate_vox).path_vox
         if transit is None:
@@ -283,11 +285,12 @@ def _other_way(
     if transit is None:
         return held
     path_vox = np.concatenate([transit, stage.insertion.path_vox[1:]]).astype(np.int32)
-    load = load_frame(crane, site.frame, stage.component.hook_offset_vox)
+    loaded_crane = crane_for(site, crane, stage.component)
+    load = load_frame(loaded_crane, site.frame, stage.component.hook_offset_vox)
     slew_rad = float(motion.raising.slew_rad[-1])
     rule, moves = stage.clearance_with_insertion, stage.insertion.moves
     try:
-        timeline, needed_m = drive_path(crane, rule, load, path_vox, moves, slew_rad)
+        timeline, needed_m = drive_path(loaded_crane, rule, load, path_vox, moves, slew_rad)
     except PlanningError as error:
         return replace(held, reason=f"the crane cannot drive its path: {error.message}")
     trajectory = sampled(timeline, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m)

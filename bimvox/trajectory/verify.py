@@ -19,7 +19,6 @@ from bimvox.planning.proof import Check, Verification, turn_to
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.verify_axes import (
-    check_capacity,
     check_limits,
     check_phases,
     check_range,
@@ -27,6 +26,7 @@ from bimvox.trajectory.verify_axes import (
     check_spacing,
     is_sound,
 )
+from bimvox.trajectory.verify_capacity import check_capacity
 from bimvox.trajectory.verify_ends import check_ends
 from bimvox.trajectory.verify_hook import HookProof
 from bimvox.trajectory.verify_load import LoadProof
@@ -151,7 +151,7 @@ class _Verifier:
         crane = self.site.crane
         assert crane is not None
         mass_kg = self.site.components[moment.lift.component].mass_kg
-        check_limits(self.checks["axis_limits"], name, crane, motion)
+        check_limits(self.checks["axis_limits"], name, crane, motion, mass_kg)
         check_range(self.checks["axis_range"], name, crane, motion.samples()[1], self.site.frame.voxel_size_m)
         masses = {id(motion.approach): 0.0}
         for what, part in (

@@ -73,7 +73,7 @@ class HookProof:
         cells = reference_cells(self.crane, frame, way.axes, _SLINGS_END)
         placements = placements_around(cells, way.slack_vox)
         time_s = approach.time_ns[way.sample] / 1e9
-        check_zone(self.checks["zones"], f"{name}, approach", self.site, placements, np.zeros(3, np.int64), time_s)
+        check_zone(self.checks["zones"], f"{name}, approach", self.site, placements, None, cells, time_s)
         if not self.site.rules.rope:
             return
         present = list(moment.present)

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift
-from bimvox.planning.moment import Moment, Thing, near_and_far
+from bimvox.planning.moment import Moment, Thing, near_and_far, passed_by
 from bimvox.planning.proof import Check
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component, StoredPose
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
@@ -74,7 +75,8 @@ class LoadProof:
         with_load: bool,
     ) -> None:
         way = way_of(self.crane, axes_of_samples(trajectory), self.site.frame.voxel_size_m)
-        cells = reference_cells(self.crane, self.site.frame, way.axes, component.hook_offset_vox)
+        crane = crane_for(self.site, self.crane, component)
+        cells = reference_cells(crane, self.site.frame, way.axes, component.hook_offset_vox)
         placements = placements_around(cells, way.slack_vox)
         own = component.shape.cells
         time_s = trajectory.time_ns[way.sample] / 1e9
@@ -82,6 +84,7 @@ class LoadProof:
         if not now.any():
             return
         near, far = near_and_far(component, moment.present) if tail.any() else ([], list(moment.present))
+        passed: list[Thing] = []
         check = self.checks["motion_cells"]
         if with_load:
             inside = ~placements.at_positions(~self.cells.holds(placements, own))
@@ -90,8 +93,13 @@ class LoadProof:
                 check.look(False, f"{name}: leaves the site at {time_s[n]:.2f} s, cell {_text(cells[n])}")
             hit = placements.at_positions(self.cells.meets(placements, own))
             bad = hit & ~tail
-            if (hit & tail).any():
-                bad |= placements.at_positions(self.cells.without(near).meets(placements, own))
+            if (hit & tail).any() and lift is not None:
+                left = placements.at_positions(self.cells.without(near).meets(placements, own)) & tail
+                if (left & now).any():
+                    passed = self._check_passed(component, lift, cells[tail & now], far)
+                    near, far = [*near, *passed], [thing for thing in far if thing not in passed]
+                    left = placements.at_positions(self.cells.without(near).meets(placements, own)) & tail
+                bad |= left
             check.look(True, "", samples=int(now.sum()))
             bad &= now
             if bad.any():
@@ -100,10 +108,21 @@ class LoadProof:
                 check.look(
                     False, f"{name}: at {time_s[n]:.2f} s, cell {_text(cells[n])}, the load is in cells of {met}"
                 )
-            self._check_contact(component, cells, hit & tail & now, near)
+            self._check_contact(component, cells, hit & tail & now, [thing for thing in near if thing not in passed])
         if self.site.rules.rope:
             self._check_rope(name, component, moment, cells, placements, tail, near, far, time_s, now)
-        self._check_zone(name, component, placements, time_s)
+        check_zone(self.checks["zones"], name, self.site, placements, component, cells, time_s)
+
+    def _check_passed(
+        self, component: Component, lift: Lift, cells: NDArray[np.float64], far: Sequence[Thing]
+    ) -> list[Thing]:
+        """Return what the load passes by on its last moves, in cells of it; checked not to be met at all."""
+        assert lift.path_vox is not None
+        passed = passed_by(component, far, lift.path_vox[-lift.contact_moves :])
+        offsets_m = (cells - np.array(component.target_vox)) * self.site.frame.voxel_size_m
+        for thing in passed:
+            self.triangles.check_apart(self.checks["motion_triangles"], component, offsets_m, thing.solid)
+        return passed
 
     def _check_contact(
         self, component: Component, cells: NDArray[np.float64], hit: NDArray[np.bool_], near: Sequence[Thing]
@@ -145,31 +164,61 @@ class LoadProof:
             met = ", ".join(things_over(moment.present, placements, n, np.array(component.hook_offset_vox)))
             check.look(False, f"{name}: at {time_s[n]:.2f} s, cell {_text(cells[n])}, the hoist rope meets {met}")
 
-    def _check_zone(self, name: str, component: Component, placements: Placements, time_s: NDArray[np.float64]) -> None:
-        check_zone(self.checks["zones"], name, self.site, placements, np.array(component.hook_offset_vox), time_s)
-
 
 def check_zone(
     check: Check,
     name: str,
     site: Site,
     placements: Placements,
-    hook_offset_vox: NDArray[np.int64],
+    component: Component | None,
+    cells: NDArray[np.float64],
     time_s: NDArray[np.float64],
 ) -> None:
-    """Check that the hook is over no column that a zone forbids."""
-    if site.prohibited is None:
-        return
-    hook = placements.cells[:, :2] + hook_offset_vox[:2]
-    inside = ((hook >= 0) & (hook < site.prohibited.shape)).all(axis=1)
-    over = np.zeros(len(hook), np.bool_)
-    over[inside] = site.prohibited[hook[inside, 0], hook[inside, 1]]
-    bad = placements.at_positions(over)
-    check.look(
-        not bad.any(),
-        f"{name}: the hook is over a prohibited zone at {time_s[int(np.argmax(bad))]:.2f} s",
-        samples=len(bad),
-    )
+    """Check that hook and load are over no column that a zone forbids them, and the hook as high as limiters want it.
+
+    Args:
+        check: Where the result goes.
+        name: The lift, for messages.
+        site: The site.
+        placements: Whole placements around every position.
+        component: The load; None for the empty hook.
+        cells: (N, 3) the positions, in reference cells.
+        time_s: (N,) their times.
+    """
+    offset = np.array((0, 0, 0) if component is None else component.hook_offset_vox)
+
+    def over(zone: NDArray[np.bool_], offsets: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Which placements have one of these columns, relative to the reference cell, over a zone."""
+        found = np.zeros(len(placements.cells), np.bool_)
+        for column in offsets:
+            at = placements.cells[:, :2] + column
+            inside = ((at >= 0) & (at < zone.shape)).all(axis=1)
+            found[inside] |= zone[at[inside, 0], at[inside, 1]]
+        return found
+
+    def look(bad: NDArray[np.bool_], what: str) -> None:
+        check.look(not bad.any(), f"{name}: {what} at {time_s[int(np.argmax(bad))]:.2f} s", samples=len(bad))
+
+    if site.prohibited is not None:
+        look(placements.at_positions(over(site.prohibited, offset[None, :2])), "the hook is over a prohibited zone")
+    if site.no_load is not None and component is not None:
+        columns = np.unique(component.shape.cells[:, :2], axis=0).astype(np.int64)
+        look(placements.at_positions(over(site.no_load, columns)), "the load is over a zone that is closed to it")
+    if site.hook_heights is not None and site.crane is not None:
+        sling_m = crane_for(site, site.crane, component).sling_m
+        hook_m = site.frame.origin_m[2] + (cells[:, 2] + offset[2]) * site.frame.voxel_size_m + sling_m
+        columns = placements.cells[:, :2] + offset[:2]
+        shape = site.hook_heights.low_m.shape
+        inside = ((columns >= 0) & (columns < shape)).all(axis=1)
+        low, high = np.full(len(columns), -np.inf), np.full(len(columns), np.inf)
+        low[inside] = site.hook_heights.low_m[columns[inside, 0], columns[inside, 1]]
+        high[inside] = site.hook_heights.high_m[columns[inside, 0], columns[inside, 1]]
+        slack_m = BETWEEN_VOX * site.frame.voxel_size_m
+        wrong = hook_m < low[placements.around].max(axis=0) - slack_m
+        look(
+            wrong | (hook_m > high[placements.around].min(axis=0) + slack_m),
+            "the hook is not as high as a limiter wants it",
+        )
 
 
 def things_over(
