@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -35,6 +36,7 @@ from bimvox.log.track import LoadTrack, crane_track, nominal_track
 from bimvox.log.transforms import crane_transforms, load_transforms
 from bimvox.log.voxels import voxel_grid
 from bimvox.trajectory.commands import commands
+from bimvox.trajectory.motion import LiftMotion
 
 _BLOCK = 8
 """Lifts whose messages are held in memory at once."""
@@ -90,6 +92,19 @@ def tracks_of(record: PlanLog) -> tuple[LoadTrack, ...]:
     for lift in record.planned:
         tracks.append(nominal_track(site, lift, tracks[-1].end_ns if tracks else 0))
     return tuple(tracks)
+
+
+def lift_rows(record: PlanLog, motion: LiftMotion) -> list[Rows]:
+    """Return the messages of what moves in one lift: frames, load, joints, commands.
+
+    Args:
+        record: The plan.
+        motion: One of its motions.
+    """
+    (lift,) = (lift for lift in record.planned if lift.order == motion.order)
+    own = replace(record, plan=replace(record.plan, lifts=(lift,)), motions=(motion,))
+    track = crane_track(record.plan.site, lift, motion)
+    return [*_transforms(own, [track]), *_load([track]), *_joints(own), *_commands(own)]
 
 
 def _check(record: PlanLog) -> None:
