@@ -31,7 +31,9 @@ def report(
     critical: Annotated[
         float | None,
         typer.Option(
-            "--critical", metavar="SHARE", help="Share of the capacity from which a lift is critical. Default: 0.75."
+            "--critical",
+            metavar="SHARE",
+            help="Share of the capacity from which a lift is critical. Default: the site's (0.75).",
         ),
     ] = None,
     pictures: Annotated[

@@ -40,7 +40,7 @@ def report(
         out: ``.html``, or ``.pdf`` where a browser is installed; default: the log's name with ``.report.html``, in the
             current folder.
         proven: Whether the log is proven again now; else the report says that it is not.
-        critical_share: From which share of the capacity on a lift is critical; default 0.75.
+        critical_share: From which share of the capacity on a lift is critical; default: as the site's rules say.
         pictures: How many pictures of what blocks infeasible parts, at most; 0 leaves out every picture.
         figures: Folder for the figures as PNG and SVG, and every lift as CSV; None for none.
         progress: Told of the stages.
@@ -53,7 +53,6 @@ def report(
         LogFileError: If it is damaged.
     """
     from bimvox.render.report.record import record_of
-    from bimvox.trajectory.figures import CRITICAL_SHARE
 
     target = out or default_output(log, ".report.html")
     suffix = target.suffix.lower()
@@ -67,14 +66,13 @@ def report(
         from pipeline.report_pdf import find_browser
 
         browser = find_browser()
-    share = CRITICAL_SHARE if critical_share is None else critical_share
-    if not 0.0 < share <= 1.0:
+    if critical_share is not None and not 0.0 < critical_share <= 1.0:
         raise InputError(
-            f"a lift cannot be critical from {share:g} of the capacity on", hint="give a share from 0 to 1"
+            f"a lift cannot be critical from {critical_share:g} of the capacity on", hint="give a share from 0 to 1"
         )
     revision = _revision(log, proven, progress)
     progress.stage("figures")
-    record = record_of(revision, critical_share=share)
+    record = record_of(revision, critical_share=critical_share)
     page = _page(revision, record, pictures, progress)
     if browser is not None:
         from pipeline.report_pdf import pdf_of

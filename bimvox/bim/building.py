@@ -76,6 +76,7 @@ class Element:
         assembly: GlobalId of the innermost assembly that it was taken out of, if any.
         task: Name of the task that sets it, where the file holds a schedule.
         task_rank: Place of that task among all, from 0.
+        lifting_points_m: (x, y, z) of its lifting anchors, metres in the building's frame; none where none are drawn.
     """
 
     id: str
@@ -94,6 +95,7 @@ class Element:
     assembly: str | None = None
     task: str | None = None
     task_rank: int | None = None
+    lifting_points_m: tuple[tuple[float, float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bimvox.bim.building import Element, Role, TriangleMesh
+from bimvox.bim.ifc_anchors import anchors_without_mesh, points_of_group
 from bimvox.bim.ifc_assembly import Aggregation, Extent, Group
 from bimvox.bim.ifc_open import OpenedIfc
 from bimvox.bim.ifc_properties import Properties, weakest
@@ -39,6 +41,7 @@ class ElementBuilder:
         parts: Mapping[int, Part],
         selected: frozenset[int] | None,
         properties: Properties,
+        origin_m: NDArray[np.float64],
     ) -> None:
         self._file = opened.file
         self._schema = opened.schema
@@ -54,6 +57,7 @@ class ElementBuilder:
         self._storeys = Storeys(opened.file)
         self._tasks, self._task_notes = tasks_of_products(opened.file)
         self._element_of: dict[int, str] = {}
+        self._anchors = anchors_without_mesh(opened.file, parts, opened.metres_per_unit, origin_m)
 
     def groups(self, assemblies: str) -> list[Group]:
         """Return the lifts, in file order."""
@@ -98,6 +102,7 @@ class ElementBuilder:
             assembly=None if opened is None else str(self._file.by_id(opened).GlobalId),
             task=None if task is None else task.name,
             task_rank=None if task is None else task.rank,
+            lifting_points_m=self._lifting_points(group),
         )
 
     def connections(self) -> tuple[tuple[str, str], ...]:
@@ -132,6 +137,14 @@ class ElementBuilder:
                 return self._tasks[step_id]
         inside = [self._tasks[step_id] for step_id in group.members if step_id in self._tasks]
         return max(inside, key=lambda task: task.rank) if inside else None
+
+    def _lifting_points(self, group: Group) -> tuple[tuple[float, float, float], ...]:
+        """The anchors of the lift: of its members, and of the assembly above it where that holds one part alone."""
+        above = [group.owner]
+        if group.ancestors and len(group.members) == 1 and group.owner == group.members[0]:
+            above.append(group.ancestors[-1])
+        meshes = {step_id: self._parts[step_id].mesh for step_id in group.members}
+        return points_of_group(self._file, group.members, above, meshes, self._anchors)
 
     def _unique(self, owner: Any) -> str:
         global_id = str(owner.GlobalId)

@@ -74,7 +74,7 @@ def read_ifc(
         raise IfcError(
             path, f"holds nothing solid ({reasons or 'no product has geometry'})", hint="export it with 3D bodies"
         )
-    builder = ElementBuilder(opened, parts, selected, properties)
+    builder = ElementBuilder(opened, parts, selected, properties, origin_m)
     lifts = builder.groups(options.assemblies)
     elements = []
     for index, group in enumerate(lifts):

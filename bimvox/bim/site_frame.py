@@ -48,7 +48,16 @@ def in_site_frame(building: Building, *, ground_m: float, yaw_rad: float = 0.0) 
         vertices = mesh.vertices_m @ local_to_site.T - np.array([0.0, 0.0, ground_m]) + 0.0
         return TriangleMesh(vertices, mesh.faces)
 
-    elements = tuple(replace(element, mesh=moved(element.mesh)) for element in building.elements)
+    def moved_points(points: tuple[tuple[float, float, float], ...]) -> tuple[tuple[float, float, float], ...]:
+        if not points:
+            return points
+        at = np.round(np.array(points) @ local_to_site.T - np.array([0.0, 0.0, ground_m]), 6) + 0.0
+        return tuple((x, y, z) for x, y, z in at.tolist())
+
+    elements = tuple(
+        replace(element, mesh=moved(element.mesh), lifting_points_m=moved_points(element.lifting_points_m))
+        for element in building.elements
+    )
     return replace(building, elements=elements), site_to_local
 
 

@@ -1,9 +1,9 @@
 """Default machines: four hammerhead tower cranes with rates and load charts of data-sheet class.
 
 They are no maker's product: rates are the ones data sheets of that size give (hoist 43 m/min up to about 8 t, 27 m/min
-up to about 12 t; trolley 76 m/min on two falls, 38 m/min on four; slewing 0.8 rpm), one rate per machine whatever the
-load; the charts follow a constant tipping moment, rounded down to 50 kg. Replace them by the real machine's data in the
-site file.
+up to about 12 t, 67 m/min up to 5 t; trolley 76 m/min on two falls, 38 m/min on four; slewing 0.8 rpm); the charts
+follow a constant tipping moment, rounded down to 50 kg. The two large ones can be reeved with two falls too: half the
+load, twice as fast (``DEFAULT_REEVINGS``). Replace them by the real machine's data in the site file.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from __future__ import annotations
 from dataclasses import replace
 from math import pi
 
-from bimvox.crane.tower_crane import AxisLimits, LoadChart, TowerCrane
+from bimvox.crane.rigging import reeving_of
+from bimvox.crane.tower_crane import AxisLimits, LoadChart, Reeving, TowerCrane
 from bimvox.errors import InputError
 
 _PER_MIN = 1.0 / 60.0
@@ -27,6 +28,12 @@ HOIST_HEAVY = AxisLimits(rate=27.0 * _PER_MIN, acceleration=0.3, jerk=0.3)
 HOOK_BLOCK_M = 2.0
 """Room between the highest hook and the rope exit: hook block and limit switch."""
 
+
+def _gears(*pairs: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+    """From (kg, m/min) to (kg, m/s)."""
+    return tuple((most_kg, round(rate * _PER_MIN, 4)) for most_kg, rate in pairs)
+
+
 DEFAULT_CRANES: tuple[TowerCrane, ...] = (
     TowerCrane(
         name="hammerhead-30",
@@ -36,7 +43,10 @@ DEFAULT_CRANES: tuple[TowerCrane, ...] = (
         jib_length_m=30.0,
         min_radius_m=2.5,
         sling_m=2.5,
-        rigging_mass_kg=250.0,
+        rigging_mass_kg=100.0,
+        hook_block_kg=150.0,
+        falls=2,
+        gears=_gears((1250.0, 100.0), (2500.0, 67.0), (5000.0, 43.0)),
         slewing=SLEWING,
         trolley=TROLLEY_2_FALLS,
         hoist=HOIST_MEDIUM,
@@ -53,7 +63,10 @@ DEFAULT_CRANES: tuple[TowerCrane, ...] = (
         jib_length_m=45.0,
         min_radius_m=2.8,
         sling_m=3.0,
-        rigging_mass_kg=300.0,
+        rigging_mass_kg=120.0,
+        hook_block_kg=180.0,
+        falls=2,
+        gears=_gears((2000.0, 100.0), (4000.0, 67.0), (8000.0, 43.0)),
         slewing=SLEWING,
         trolley=TROLLEY_2_FALLS,
         hoist=HOIST_MEDIUM,
@@ -70,7 +83,10 @@ DEFAULT_CRANES: tuple[TowerCrane, ...] = (
         jib_length_m=65.0,
         min_radius_m=3.2,
         sling_m=3.0,
-        rigging_mass_kg=450.0,
+        rigging_mass_kg=200.0,
+        hook_block_kg=250.0,
+        falls=4,
+        gears=_gears((5000.0, 67.0), (8400.0, 43.0), (10000.0, 27.0)),
         slewing=SLEWING,
         trolley=TROLLEY_4_FALLS,
         hoist=HOIST_MEDIUM,
@@ -87,7 +103,10 @@ DEFAULT_CRANES: tuple[TowerCrane, ...] = (
         jib_length_m=75.0,
         min_radius_m=3.6,
         sling_m=3.5,
-        rigging_mass_kg=900.0,
+        rigging_mass_kg=400.0,
+        hook_block_kg=500.0,
+        falls=4,
+        gears=_gears((8400.0, 43.0), (12500.0, 27.0), (20000.0, 17.0)),
         slewing=SLEWING,
         trolley=TROLLEY_4_FALLS,
         hoist=HOIST_HEAVY,
@@ -111,7 +130,36 @@ DEFAULT_CRANES: tuple[TowerCrane, ...] = (
         ),
     ),
 )
-"""Ascending by size."""
+"""Ascending by size, each with the reeving that carries most."""
+
+_TWO_FALLS: dict[str, Reeving] = {
+    "hammerhead-65": Reeving(
+        falls=2,
+        chart=LoadChart(
+            (32.0, 35.0, 40.0, 45.0, 50.0, 55.0, 60.0, 65.0),
+            (5000.0, 4650.0, 4000.0, 3450.0, 3050.0, 2700.0, 2400.0, 2200.0),
+        ),
+        hook_block_kg=150.0,
+        trolley_rate_m_s=TROLLEY_2_FALLS.rate,
+        gears=_gears((2500.0, 134.0), (4200.0, 86.0), (5000.0, 54.0)),
+    ),
+    "hammerhead-75": Reeving(
+        falls=2,
+        chart=LoadChart(
+            (36.0, 40.0, 45.0, 50.0, 55.0, 60.0, 65.0, 70.0, 75.0),
+            (10000.0, 9100.0, 7900.0, 7000.0, 6200.0, 5600.0, 5050.0, 4600.0, 4200.0),
+        ),
+        hook_block_kg=300.0,
+        trolley_rate_m_s=TROLLEY_2_FALLS.rate,
+        gears=_gears((4200.0, 86.0), (6250.0, 54.0), (10000.0, 34.0)),
+    ),
+}
+
+DEFAULT_REEVINGS: dict[str, tuple[Reeving, ...]] = {
+    crane.name: (reeving_of(crane), *((_TWO_FALLS[crane.name],) if crane.name in _TWO_FALLS else ()))
+    for crane in DEFAULT_CRANES
+}
+"""Per machine every reeving that it has, the one that carries most first."""
 
 
 def default_crane(

@@ -86,7 +86,7 @@ def _no_crane(
     worst = int(np.argmax(np.where(served[best], -np.inf, masses * radii[best])))
     x, y = points[worst]
     radius = float(radii[best, worst])
-    able = max(0.0, capacity_kg(crane.chart, radius) - crane.rigging_mass_kg)
+    able = max(0.0, capacity_kg(crane.chart, radius) - crane.tackle_kg)
     reached = int(served[best].sum())
     return InputError(
         f"no default crane serves every point: {crane.name} would carry {able:.0f} kg at {radius:.1f} m, where "

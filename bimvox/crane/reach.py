@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.crane.load_chart import max_radius_m
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.working_range import columns_in_range
 
 HOOK_FORBIDDEN = np.int32(2**30)
 """Entry of a hook floor where no hook may be."""
@@ -39,7 +40,7 @@ def allowed_radii_m(crane: TowerCrane, mass_kg: float) -> tuple[float, float]:
 
     The crane's rigging is counted with the load.
     """
-    carried = max_radius_m(crane.chart, mass_kg + crane.rigging_mass_kg)
+    carried = max_radius_m(crane.chart, mass_kg + crane.tackle_kg)
     return crane.min_radius_m, min(crane.jib_length_m, carried) if carried > 0.0 else -np.inf
 
 
@@ -81,7 +82,7 @@ def hook_floor(
     if crane is None:
         return np.zeros(top.shape, np.int32)
     low_m, high_m = allowed_radii_m(crane, mass_kg)
-    highest = (crane.jib_height_m - crane.sling_m - frame.origin_m[2]) / frame.voxel_size_m
+    highest = (crane.highest_hook_m - crane.sling_m - frame.origin_m[2]) / frame.voxel_size_m
     floor: NDArray[np.int32] = _hook_floor(
         top,
         bool(rope),
@@ -92,7 +93,29 @@ def hook_floor(
         int(np.floor(highest + 1e-6)),
         HOOK_FORBIDDEN,
     )
+    given = crane.working_range
+    if given.slew_rad is not None or given.radius_m is not None:
+        shape = (floor.shape[0], floor.shape[1])
+        outside = ~columns_in_range(given, crane.base_m, frame.origin_m, frame.voxel_size_m, shape)
+        floor[outside] = HOOK_FORBIDDEN
     return floor
+
+
+def hook_top(crane: TowerCrane, frame: ColumnFrame, shape: tuple[int, int, int]) -> NDArray[np.int32]:
+    """Return the highest cell at which the foot of the hook line may be, per column.
+
+    Args:
+        crane: The crane, with the slings of the load.
+        frame: Metres to cells.
+        shape: (X, Y, Z) of the grid.
+
+    Returns:
+        (X, Y) int32, or an array of size 0 where the hook can be as high as the grid is.
+    """
+    highest = int(np.floor((crane.highest_hook_m - crane.sling_m - frame.origin_m[2]) / frame.voxel_size_m + 1e-6))
+    if highest >= shape[2]:
+        return np.zeros((0, 0), np.int32)
+    return np.full(shape[:2], highest, np.int32)
 
 
 @kernel

@@ -27,6 +27,9 @@ class ProblemPool(NamedTuple):
         hook_offset: (P, 3) int32.
         hook_floors: (sum of X * Y,) int32.
         hook_floor_start: (P,) int64.
+        hook_ceilings: (sum of X * Y,) int32; nothing of a problem that has no ceiling.
+        hook_ceiling_start: (P,) int64.
+        hook_ceiling_shape: (P, 2) int64.
         cleared_low: (P, 3) int32.
         cleared: (sum of window sizes,) bool.
         cleared_start: (P,) int64.
@@ -46,6 +49,9 @@ class ProblemPool(NamedTuple):
     hook_offset: NDArray[np.int32]
     hook_floors: NDArray[np.int32]
     hook_floor_start: NDArray[np.int64]
+    hook_ceilings: NDArray[np.int32]
+    hook_ceiling_start: NDArray[np.int64]
+    hook_ceiling_shape: NDArray[np.int64]
     cleared_low: NDArray[np.int32]
     cleared: NDArray[np.bool_]
     cleared_start: NDArray[np.int64]
@@ -74,6 +80,7 @@ def pool_of(problems: Sequence[LiftProblem], *, with_distances: bool) -> Problem
     clearances = [problem.clearance for problem in problems]
     tables, table_start = _packed([c.table for c in clearances], np.int32)
     floors, floor_start = _packed([c.hook_floor for c in clearances], np.int32)
+    ceilings, ceiling_start = _packed([c.hook_ceiling for c in clearances], np.int32)
     cleared, cleared_start = _packed([c.cleared for c in clearances], np.bool_)
     fields = [p.distance for p in problems if p.distance is not None] if with_distances else []
     distances, distance_start = _packed(fields, np.int16)
@@ -86,6 +93,9 @@ def pool_of(problems: Sequence[LiftProblem], *, with_distances: bool) -> Problem
         hook_offset=np.array([c.hook_offset for c in clearances], np.int32),
         hook_floors=floors,
         hook_floor_start=floor_start,
+        hook_ceilings=ceilings,
+        hook_ceiling_start=ceiling_start,
+        hook_ceiling_shape=np.array([c.hook_ceiling.shape for c in clearances], np.int64),
         cleared_low=np.array([c.cleared_low for c in clearances], np.int32),
         cleared=cleared,
         cleared_start=cleared_start,
@@ -109,8 +119,11 @@ def pooled_clearance(pool: ProblemPool, p: int) -> Clearance:
     a, b, c = pool.cleared_shape[p]
     start = pool.cleared_start[p]
     cleared = pool.cleared[start : start + a * b * c].reshape((a, b, c))
+    a, b = pool.hook_ceiling_shape[p]
+    start = pool.hook_ceiling_start[p]
+    hook_ceiling = pool.hook_ceilings[start : start + a * b].reshape((a, b))
     boxes = pool.boxes[pool.boxes_start[p] : pool.boxes_start[p + 1]]
-    return Clearance(table, boxes, pool.hook_offset[p], hook_floor, pool.cleared_low[p], cleared)
+    return Clearance(table, boxes, pool.hook_offset[p], hook_floor, pool.cleared_low[p], cleared, hook_ceiling)
 
 
 @leaf_kernel

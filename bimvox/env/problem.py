@@ -102,6 +102,7 @@ def plain_clearance(clearance: Clearance) -> Clearance:
         hook_floor=_plain(clearance.hook_floor, np.int32),
         cleared_low=_plain(clearance.cleared_low, np.int32),
         cleared=_plain(clearance.cleared, np.bool_),
+        hook_ceiling=_plain(clearance.hook_ceiling, np.int32),
     )
 
 

@@ -26,6 +26,38 @@ def summed_area_table(occupied: NDArray[np.bool_]) -> NDArray[np.int32]:
     return table
 
 
+@kernel
+def update_table(
+    table: NDArray[np.int32], top: NDArray[np.int32], counts: NDArray[np.uint16], x0: int, y0: int, z0: int
+) -> None:
+    """Bring a summed-area table and the height map of its columns up to date, in place.
+
+    Only entries beyond the lowest changed cell differ: the fewer, the nearer it is to the grid's far corner.
+
+    Args:
+        table: (X + 1, Y + 1, Z + 1) int32, right for all cells below (x0, y0, z0).
+        top: (X, Y) int32, right for all columns before x0 or before y0.
+        counts: (X, Y, Z) uint16, a cell is occupied where it is not 0.
+        x0: No cell with a smaller x changed.
+        y0: No cell with a smaller y changed.
+        z0: No cell with a smaller z changed.
+    """
+    nx, ny, nz = counts.shape
+    for i in range(x0, nx):
+        for j in range(y0, ny):
+            run = table[i + 1, j + 1, z0] - table[i, j + 1, z0] - table[i + 1, j, z0] + table[i, j, z0]
+            highest = min(top[i, j], z0)
+            for k in range(z0, nz):
+                if counts[i, j, k]:
+                    run += np.int32(1)
+                    highest = k + 1
+                table[i + 1, j + 1, k + 1] = run + table[i, j + 1, k + 1] + table[i + 1, j, k + 1] - table[i, j, k + 1]
+            if highest == z0:
+                while highest > 0 and not counts[i, j, highest - 1]:
+                    highest -= 1
+            top[i, j] = highest
+
+
 @leaf_kernel
 def box_sum(table: NDArray[np.int32], x0: int, y0: int, z0: int, x1: int, y1: int, z1: int) -> int:
     """Return how many cells of the half-open box [x0, x1) x [y0, y1) x [z0, z1) are occupied; it must lie inside."""

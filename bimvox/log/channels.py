@@ -38,7 +38,15 @@ class LogWriter:
 
     def __exit__(self, error: object, *_: object) -> None:
         if error is None:
-            self._file.finish()
+            self.finish()
+
+    def end_chunk(self) -> None:
+        """Write what has come so far: a reader of the file finds it, whatever happens next."""
+        self._file.end_chunk()
+
+    def finish(self) -> None:
+        """Write what is left, and the index."""
+        self._file.finish()
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write a metadata record, keys in ascending order."""
@@ -51,9 +59,14 @@ class LogWriter:
 
     def message(self, topic: str, time_ns: int, message: Any) -> None:
         """Write a message; its sequence number counts the messages of its topic."""
+        self.serialized(topic, time_ns, message.SerializeToString(deterministic=True))
+
+    def serialized(self, topic: str, time_ns: int, data: bytes) -> None:
+        """Write a message that is serialized already; it is numbered as others are."""
         sequence = self._sequence.get(topic, 0)
         self._sequence[topic] = sequence + 1
-        self.raw(topic, sequence, time_ns, message.SerializeToString(deterministic=True))
+        self._file.message(self._channels[topic], sequence, time_ns, data)
+        self.messages += 1
 
     def raw(self, topic: str, sequence: int, time_ns: int, data: bytes) -> None:
         """Write a message that is numbered and serialized already."""

@@ -13,12 +13,16 @@ import types
 import typing
 from collections.abc import Mapping, Sequence
 from enum import Enum
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 DTYPES = ("bool", "uint8", "int32", "int64", "float32", "float64")
+
+
+_PLAIN = frozenset((str, int, float, bool, types.NoneType))
 
 
 class DecodeError(ValueError):
@@ -71,8 +75,11 @@ class ArrayReader:
 
 def encode(value: Any, arrays: ArrayWriter) -> Any:
     """Return ``value`` as plain JSON values; its arrays go to ``arrays``."""
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: encode(getattr(value, field.name), arrays) for field in dataclasses.fields(value)}
+    kind = type(value)
+    if kind in _PLAIN:
+        return value
+    if dataclasses.is_dataclass(kind):
+        return {name: encode(getattr(value, name), arrays) for name in _names_of(kind)}
     if isinstance(value, np.ndarray):
         return arrays.put(value)
     if isinstance(value, Enum):
@@ -86,6 +93,11 @@ def encode(value: Any, arrays: ArrayWriter) -> Any:
     if value is None or isinstance(value, str | bool | int | float):
         return value
     raise TypeError(f"values of {type(value).__name__} are not stored")
+
+
+@lru_cache
+def _names_of(kind: type) -> tuple[str, ...]:
+    return tuple(field.name for field in dataclasses.fields(kind))
 
 
 def decode(hint: Any, value: Any, arrays: ArrayReader, where: str) -> Any:

@@ -6,19 +6,25 @@ prints are both made from them. Fields are only ever added, never renumbered.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
 from typing import Any, NamedTuple
 
+import numpy as np
 from google.protobuf import descriptor_pool, message_factory, timestamp_pb2
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto
 
 from bimvox.log.messages import stamp
+from bimvox.log.rows import Rows, rows_of
 from bimvox.trajectory.commands import CraneCommand
 from bimvox.trajectory.motion import PhaseName
 
 PACKAGE = "bimvox"
 MESSAGE = "CraneCommand"
 PROTO_FILE = "bimvox/CraneCommand.proto"
+
+COMMAND = "/crane/command"
+"""Its topic."""
 
 _TIMESTAMP = "google.protobuf.Timestamp"
 _SCALARS = {
@@ -50,6 +56,8 @@ FIELDS = (
     _Field(11, "double", "rope_length_m", "Rope below the jib at the next command."),
     _Field(12, "bool", "loaded", "Whether the component hangs on the hook."),
 )
+
+_VALUES = tuple(field.name for field in FIELDS if field.type == "double")
 
 PHASE_NUMBERS: dict[PhaseName, int] = {
     PhaseName.APPROACH: 1,
@@ -132,3 +140,38 @@ def to_messages(commands: Iterable[CraneCommand], component_ids: list[str], jib_
             rope_length_m=jib_height_m - command.target_height_m,
             loaded=command.loaded,
         )
+
+
+def command_rows(commands: Sequence[CraneCommand], component_ids: list[str], jib_height_m: float) -> Iterator[Rows]:
+    """Yield the messages of one lift's commands, serialized, phase by phase.
+
+    Args:
+        commands: In order.
+        component_ids: Id of every component, by its index.
+        jib_height_m: Height of the rope's exit, for the rope length.
+    """
+    for _, group in groupby(commands, key=lambda command: (command.phase, command.loaded)):
+        of_phase = list(group)
+        (message,) = to_messages(of_phase[:1], component_ids, jib_height_m)
+
+        def command(time_ns: int, row: Sequence[float], message: Any = message) -> Any:
+            message.time.CopyFrom(stamp(time_ns))
+            for name, value in zip(_VALUES, row, strict=True):
+                setattr(message, name, value)
+            return message
+
+        values = np.array(
+            [
+                (
+                    c.slew_rate_rad_s,
+                    c.trolley_rate_m_s,
+                    c.hoist_rate_m_s,
+                    c.target_slew_rad,
+                    c.target_radius_m,
+                    c.target_height_m,
+                    jib_height_m - c.target_height_m,
+                )
+                for c in of_phase
+            ]
+        )
+        yield rows_of(COMMAND, np.array([c.time_ns for c in of_phase], np.int64), values, command)

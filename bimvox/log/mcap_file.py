@@ -57,7 +57,7 @@ class McapFile:
         self._metadata: list[MetadataIndex] = []
         self._chunks: list[ChunkIndex] = []
         self._chunk = bytearray()
-        self._entries: dict[int, list[int]] = {}
+        self._entries: defaultdict[int, list[int]] = defaultdict(list)
         self._times: list[int] = []
         self._counts: defaultdict[int, int] = defaultdict(int)
         self._first_ns: int | None = None
@@ -103,19 +103,17 @@ class McapFile:
 
     def message(self, channel: int, sequence: int, time_ns: int, data: bytes) -> None:
         """Write a message, logged when it is published."""
-        chunk, entries = self._chunk, self._entries.get(channel)
-        if entries is None:
-            entries = self._entries[channel] = []
-        entries += (time_ns, len(chunk))
+        chunk = self._chunk
+        self._entries[channel] += (time_ns, len(chunk))
         self._times.append(time_ns)
         chunk += _MESSAGE.pack(Opcode.MESSAGE, _MESSAGE_FIELDS + len(data), channel, sequence, time_ns, time_ns)
         chunk += data
         if len(chunk) > self._chunk_bytes:
-            self._end_chunk()
+            self.end_chunk()
 
     def finish(self) -> None:
         """Write what is left, the summary and the footer."""
-        self._end_chunk()
+        self.end_chunk()
         self._write(_bytes_of(DataEnd(self._crc)))
         start = self._stream.tell()
         statistics = Statistics(
@@ -150,7 +148,8 @@ class McapFile:
         self._stream.write(_bytes_of(Footer(start, offset_start, crc)))
         self._stream.write(MAGIC)
 
-    def _end_chunk(self) -> None:
+    def end_chunk(self) -> None:
+        """Write what has come since the last chunk as one of its own; nothing where no message has."""
         if not self._times:
             return
         first_ns, last_ns = min(self._times), max(self._times)
@@ -190,7 +189,7 @@ class McapFile:
         self._chunks.append(index)
         self._first_ns = first_ns if self._first_ns is None else min(self._first_ns, first_ns)
         self._last_ns = max(self._last_ns, last_ns)
-        self._chunk, self._entries, self._times = bytearray(), {}, []
+        self._chunk, self._entries, self._times = bytearray(), defaultdict(list), []
 
     def _write(self, data: bytes) -> None:
         """Write into the data section, whose checksum is kept."""

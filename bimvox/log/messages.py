@@ -13,17 +13,17 @@ from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
-_NS = 1_000_000_000
+NS_PER_S = 1_000_000_000
 
 
 def stamp(time_ns: int) -> Timestamp:
     """Return nanoseconds since the start of the log as a timestamp."""
-    return Timestamp(seconds=time_ns // _NS, nanos=time_ns % _NS)
+    return Timestamp(seconds=time_ns // NS_PER_S, nanos=time_ns % NS_PER_S)
 
 
 def nanoseconds(timestamp: Any) -> int:
     """Return a timestamp as nanoseconds since the start of the log."""
-    return int(timestamp.seconds) * _NS + int(timestamp.nanos)
+    return int(timestamp.seconds) * NS_PER_S + int(timestamp.nanos)
 
 
 def vector(xyz: Sequence[float]) -> Any:

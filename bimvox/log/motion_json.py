@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from bimvox.errors import LogFileError
 from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, encode
+from bimvox.log.plan_json import lines_of
 from bimvox.trajectory.motion import LiftMotion, Phase
 from bimvox.trajectory.trajectory import Trajectory
 
@@ -78,7 +79,7 @@ def motions_to_json(motions: Sequence[LiftMotion]) -> bytes:
             )
         )
         first += count
-    return json.dumps({"motions": encode(records, ArrayWriter())}, indent=1).encode()
+    return lines_of("motions", encode(records, ArrayWriter()))
 
 
 def motions_from_json(data: bytes, joints: JointSamples, name: str, *, partial: bool = False) -> tuple[LiftMotion, ...]:

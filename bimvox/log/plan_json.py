@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from bimvox.errors import LogFileError
 from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, encode
-from bimvox.planning.lift import Lift, LiftPlan, ModelledClash, Status, yard_place
-from bimvox.site.component import IntVec, StoredPose
-from bimvox.site.site import Site
+from bimvox.planning.lift import Epoch, LeftPath, Lift, LiftPlan, ModelledClash, Status, yard_place
+from bimvox.site.component import Component, IntVec, StoredPose
+from bimvox.site.site import Blocker, Site
 
 _VERSION = 1
 _NO_ARRAYS = ArrayReader({})
@@ -31,12 +31,25 @@ def plan_to_json(plan: LiftPlan, context: Collection[Lift] = ()) -> bytes:
     marked = [(lift, True) for lift in plan.lifts] + [(lift, False) for lift in context]
     document = {
         "version": _VERSION,
-        "lifts": [_lift_to_json(plan.site, lift, carried) for lift, carried in sorted(marked, key=_order)],
         "clashes": [encode(clash, ArrayWriter()) for clash in plan.clashes],
         "notes": list(plan.notes),
         "unheld": list(plan.unheld),
     }
-    return json.dumps(document, ensure_ascii=False, indent=1).encode()
+    if plan.history:
+        document["history"] = [_epoch_to_json(epoch) for epoch in plan.history]
+    lifts = [_lift_to_json(plan.site, lift, carried) for lift, carried in sorted(marked, key=_order)]
+    return lines_of("lifts", lifts, document)
+
+
+def lines_of(name: str, entries: Iterable[Any], others: Mapping[str, Any] | None = None) -> bytes:
+    """Return a JSON document with a list, an entry a line: to be read by people, and quick to write."""
+    values = {key: _text(value) for key, value in (others or {}).items()}
+    values[name] = "[\n" + ",\n".join(map(_text, entries)) + "\n]"
+    return ("{\n" + ",\n".join(f'"{key}": {text}' for key, text in values.items()) + "\n}\n").encode()
+
+
+def _text(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False)
 
 
 def plan_from_json(
@@ -88,7 +101,41 @@ def _read(
     clashes = decode(tuple[ModelledClash, ...], document.get("clashes"), _NO_ARRAYS, "clashes")
     notes = decode(tuple[str, ...], document.get("notes"), _NO_ARRAYS, "notes")
     unheld = decode(tuple[str, ...], document.get("unheld", []), _NO_ARRAYS, "unheld")
-    return LiftPlan(site, tuple(carried), clashes, notes, unheld), tuple(context)
+    history = tuple(_epoch_from_json(one, site, f"history[{n}]") for n, one in enumerate(document.get("history", ())))
+    if [epoch.until_ns for epoch in history] != sorted({epoch.until_ns for epoch in history}):
+        raise DecodeError("history: its times do not ascend")
+    return LiftPlan(site, tuple(carried), clashes, notes, unheld, history), tuple(context)
+
+
+def _epoch_to_json(epoch: Epoch) -> dict[str, Any]:
+    obstructions = [{"id": blocker.id, "cells": blocker.cells.tolist()} for blocker in epoch.obstructions]
+    return {"until_ns": epoch.until_ns, "obstructions": obstructions}
+
+
+def _epoch_from_json(record: Any, site: Site, where: str) -> Epoch:
+    if not isinstance(record, dict) or type(record.get("until_ns")) is not int:
+        raise DecodeError(f"{where}: not a time and obstructions")
+    found = []
+    for n, one in enumerate(record.get("obstructions") or ()):
+        if not isinstance(one, dict) or not isinstance(one.get("id"), str):
+            raise DecodeError(f"{where}.obstructions[{n}]: not an obstruction")
+        cells = _cells(one.get("cells"), f"{where}.obstructions[{n}].cells")
+        if cells.size and (cells.min() < 0 or (cells >= site.shape).any()):
+            raise DecodeError(f"{where}.obstructions[{n}].cells: not cells of the grid")
+        found.append(Blocker(one["id"], "obstruction", cells))
+    return Epoch(record["until_ns"], tuple(found))
+
+
+def _cells(value: Any, where: str) -> NDArray[np.int32]:
+    """(N, 3) int32 from a JSON list."""
+    if not isinstance(value, list) or not all(
+        isinstance(cell, list) and len(cell) == 3 and all(type(n) is int and abs(n) < 2**30 for n in cell)
+        for cell in value
+    ):
+        raise DecodeError(f"{where}: not a list of cells")
+    cells = np.array(value, np.int32).reshape(-1, 3)
+    cells.flags.writeable = False
+    return cells
 
 
 def _order(entry: tuple[Lift, bool]) -> int:
@@ -98,8 +145,13 @@ def _order(entry: tuple[Lift, bool]) -> int:
 def _lift_to_json(site: Site, lift: Lift, carried: bool) -> dict[str, Any]:
     component = site.components[lift.component]
     place = lift.place
-    bare = encode(dataclasses.replace(lift, place=None, path_vox=None), ArrayWriter())
-    del bare["path_vox"]
+    bare = encode(dataclasses.replace(lift, place=None, path_vox=None, left=()), ArrayWriter())
+    del bare["path_vox"], bare["left"]
+    if lift.left:
+        bare["left"] = [
+            {"path_vox": one.path_vox.tolist(), "contact_moves": one.contact_moves, "until_ns": one.until_ns}
+            for one in lift.left
+        ]
     return {
         "id": component.id,
         "global_id": component.global_id,
@@ -109,16 +161,30 @@ def _lift_to_json(site: Site, lift: Lift, carried: bool) -> dict[str, Any]:
         "place": place
         and {"delivery": place.delivery, "pose": place.pose.value, "cell_vox": [int(n) for n in place.cell_vox]}
         | ({"turn": place.turn, "rise_vox": place.rise_vox} if place.turn else {}),
+        "lifting": lifting_record(site, component),
+    }
+
+
+def lifting_record(site: Site, component: Component) -> dict[str, Any]:
+    """Return where and how a part hangs, for the reader: points in site metres, and the hook's height above its top."""
+    rise_m = component.lifting.sling_rise_vox * site.frame.voxel_size_m
+    return {
+        "points_m": [list(point) for point in component.lifting.points_m],
+        "source": component.lifting.source,
+        "sling_m": None if site.crane is None else round(site.crane.sling_m + rise_m, 6),
+        "sail_area_m2": component.sail_area_m2,
     }
 
 
 def _lift_from_json(record: Any, site: Site, where: str) -> tuple[Lift, bool]:
     if not isinstance(record, dict) or not isinstance(record.get("carried"), bool) or "moves" not in record:
         raise DecodeError(f"{where}: not a lift")
-    added = {"id", "global_id", "carried", "moves", "place"}
+    added = {"id", "global_id", "carried", "moves", "place", "lifting", "left"}
     lift: Lift = decode(
         Lift, {key: value for key, value in record.items() if key not in added} | {"place": None}, _NO_ARRAYS, where
     )
+    if left := record.get("left"):
+        lift = dataclasses.replace(lift, left=_left_from_json(left, f"{where}.left"))
     if not 0 <= lift.component < len(site.components):
         raise DecodeError(f"{where}.component: the site has no component {lift.component}")
     component = site.components[lift.component]
@@ -132,7 +198,20 @@ def _lift_from_json(record: Any, site: Site, where: str) -> tuple[Lift, bool]:
         cell = decode(IntVec, place.get("cell_vox"), _NO_ARRAYS, f"{where}.place.cell_vox")
         turn = decode(int, place.get("turn", 0), _NO_ARRAYS, f"{where}.place.turn")
         rise = decode(int, place.get("rise_vox", 1), _NO_ARRAYS, f"{where}.place.rise_vox")
-        if not 0 <= turn <= 3 or rise < 1 or (turn and pose is not StoredPose.AS_BUILT):
+        if not 0 <= turn <= 3 or rise < 1:
             raise DecodeError(f"{where}.place: turned by {turn} quarters after a rise of {rise} cells, {pose.value}")
         lift = dataclasses.replace(lift, place=yard_place(component, delivery, pose, cell, turn=turn, rise_vox=rise))
     return lift, record["carried"]
+
+
+def _left_from_json(value: Any, where: str) -> tuple[LeftPath, ...]:
+    found = []
+    for n, one in enumerate(value if isinstance(value, list) else [None]):
+        if (
+            not isinstance(one, dict)
+            or type(one.get("until_ns")) is not int
+            or type(one.get("contact_moves")) is not int
+        ):
+            raise DecodeError(f"{where}[{n}]: not a path that was left")
+        found.append(LeftPath(_cells(one.get("path_vox"), f"{where}[{n}]"), one["contact_moves"], one["until_ns"]))
+    return tuple(found)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import heapq
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -22,20 +22,24 @@ from bimvox.errors import InputError
 from bimvox.log import topics
 from bimvox.log.bundle import site_to_bytes
 from bimvox.log.channels import LogWriter
-from bimvox.log.crane_command import to_messages
-from bimvox.log.messages import nanoseconds, pose, stamp
+from bimvox.log.crane_command import command_rows
+from bimvox.log.layout import layout_bytes
+from bimvox.log.merge import Timed, merged
+from bimvox.log.messages import pose, stamp
 from bimvox.log.motion_json import motions_to_json
 from bimvox.log.narration import OWN_EVENTS, event_messages, log_messages
 from bimvox.log.plan_json import plan_to_json
 from bimvox.log.plan_log import PlanLog
+from bimvox.log.rows import Rows, rows_of
 from bimvox.log.scene import scene_messages
 from bimvox.log.track import LoadTrack, crane_track, nominal_track
 from bimvox.log.transforms import crane_transforms, load_transforms
 from bimvox.log.voxels import voxel_grid
 from bimvox.trajectory.commands import commands
+from bimvox.trajectory.motion import LiftMotion
 
-Timed = tuple[int, str, Any]
-"""Time on the site's clock (ns), topic, message."""
+_BLOCK = 8
+"""Lifts whose messages are held in memory at once."""
 
 
 def write_log(stream: BinaryIO, record: PlanLog) -> int:
@@ -61,7 +65,7 @@ def write_log(stream: BinaryIO, record: PlanLog) -> int:
             writer.attachment(name, data)
         for name in sorted(record.attachments):
             writer.attachment(name, record.attachments[name])
-        streams: list[Iterable[Timed]] = [
+        streams: list[Iterable[Timed | Rows]] = [
             [(start_ns, topics.VOXELS, voxel_grid(record.plan.site, start_ns))],
             scene_messages(record.plan.site, record.all_lifts, tracks, start_ns),
             _planned(record, tracks),
@@ -72,8 +76,8 @@ def write_log(stream: BinaryIO, record: PlanLog) -> int:
             _joints(record),
             _commands(record),
         ]
-        for time_ns, topic, message in heapq.merge(*streams, key=lambda timed: timed[0]):
-            writer.message(topic, time_ns, message)
+        for time_ns, topic, data in merged(streams, [track.start_ns for track in tracks[_BLOCK::_BLOCK]]):
+            writer.serialized(topic, time_ns, data)
         return writer.messages
 
 
@@ -88,6 +92,19 @@ def tracks_of(record: PlanLog) -> tuple[LoadTrack, ...]:
     for lift in record.planned:
         tracks.append(nominal_track(site, lift, tracks[-1].end_ns if tracks else 0))
     return tuple(tracks)
+
+
+def lift_rows(record: PlanLog, motion: LiftMotion) -> list[Rows]:
+    """Return the messages of what moves in one lift: frames, load, joints, commands.
+
+    Args:
+        record: The plan.
+        motion: One of its motions.
+    """
+    (lift,) = (lift for lift in record.planned if lift.order == motion.order)
+    own = replace(record, plan=replace(record.plan, lifts=(lift,)), motions=(motion,))
+    track = crane_track(record.plan.site, lift, motion)
+    return [*_transforms(own, [track]), *_load([track]), *_joints(own), *_commands(own)]
 
 
 def _check(record: PlanLog) -> None:
@@ -138,9 +155,14 @@ def _own_attachments(record: PlanLog) -> Iterator[tuple[str, bytes]]:
             "radius_m": crane.chart.radius_m,
             "capacity_kg": crane.chart.capacity_kg,
             "rigging_mass_kg": crane.rigging_mass_kg,
+            "hook_block_kg": crane.hook_block_kg,
+            "falls": crane.falls,
+            "gears": crane.gears,
+            "max_wind_m_s": crane.max_wind_m_s,
         }
         yield topics.URDF_FILE, urdf(crane).encode()
         yield topics.CHART_FILE, json.dumps(chart, ensure_ascii=False, indent=1).encode()
+    yield topics.LAYOUT_FILE, layout_bytes(record.plan.site)
     yield topics.SITE_FILE, site_to_bytes(record.plan.site)
 
 
@@ -153,44 +175,53 @@ def _planned(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Timed]:
         yield track.start_ns, topics.PLANNED, message
 
 
-def _load(tracks: Iterable[LoadTrack]) -> Iterator[Timed]:
+def _load(tracks: Iterable[LoadTrack]) -> Iterator[Rows]:
+    at = PoseInFrame(frame_id="site", pose=Pose(position=Vector3(), orientation=Quaternion()))
+    position, turn = at.pose.position, at.pose.orientation
+
+    def load_pose(time_ns: int, row: Sequence[float]) -> Any:
+        at.timestamp.CopyFrom(stamp(time_ns))
+        position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w = row
+        return at
+
     for track in tracks:
-        rows = zip(track.time_ns.tolist(), track.corner_m.tolist(), track.tilt.tolist(), strict=True)
-        for time_ns, (x, y, z), (qx, qy, qz, qw) in rows:
-            at = Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))
-            yield time_ns, topics.LOAD, PoseInFrame(timestamp=stamp(time_ns), frame_id="site", pose=at)
+        yield rows_of(topics.LOAD, track.time_ns, np.concatenate([track.corner_m, track.tilt], axis=1), load_pose)
 
 
-def _transforms(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Timed]:
+def _transforms(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Rows]:
     site = record.plan.site
     motions = {motion.order: motion for motion in record.motions}
     for track in tracks:
         component_id = site.components[track.lift.component].id
         if site.crane is not None and (motion := motions.get(track.lift.order)) is not None:
-            chain = crane_transforms(site.crane, *motion.samples(), track, component_id)
+            yield from crane_transforms(site.crane, *motion.samples(), track, component_id)
         else:
-            chain = load_transforms(track, component_id)
-        for time_ns, message in chain:
-            yield time_ns, topics.TF, message
+            yield from load_transforms(track, component_id)
 
 
-def _joints(record: PlanLog) -> Iterator[Timed]:
+def _joints(record: PlanLog) -> Iterator[Rows]:
     crane = record.plan.site.crane
     if crane is None:
         return
+    states = JointStates(joints=[JointState(name=name) for name in JOINTS])
+
+    def joints(time_ns: int, row: Sequence[float]) -> Any:
+        states.timestamp.CopyFrom(stamp(time_ns))
+        for state, value in zip(states.joints, row, strict=True):
+            state.position = value
+        return states
+
     for motion in record.motions:
         times, axes = motion.samples()
-        joints = axes * np.array([1.0, 1.0, -1.0]) + np.array([0.0, 0.0, crane.jib_height_m])
-        for time_ns, values in zip(times.tolist(), joints.tolist(), strict=True):
-            states = [JointState(name=name, position=value) for name, value in zip(JOINTS, values, strict=True)]
-            yield time_ns, topics.JOINTS, JointStates(timestamp=stamp(time_ns), joints=states)
+        values = axes * np.array([1.0, 1.0, -1.0]) + np.array([0.0, 0.0, crane.jib_height_m])
+        yield rows_of(topics.JOINTS, times, values, joints)
 
 
-def _commands(record: PlanLog) -> Iterator[Timed]:
+def _commands(record: PlanLog) -> Iterator[Rows]:
     crane = record.plan.site.crane
     if crane is None:
         return
-    told = commands(record.motions, record.plan.site.rules.sample_period_s)
     ids = [component.id for component in record.plan.site.components]
-    for message in to_messages(told, ids, crane.jib_height_m):
-        yield nanoseconds(message.time), topics.COMMAND, message
+    for motion in record.motions:
+        told = commands([motion], record.plan.site.rules.sample_period_s)
+        yield from command_rows(told, ids, crane.jib_height_m)

@@ -15,6 +15,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.VoxelGrid_pb2 import VoxelGrid
 from mcap_protobuf.schema import build_file_descriptor_set
 
+from bimvox.log.crane_command import COMMAND as COMMAND
 from bimvox.log.crane_command import CraneCommandMessage
 
 SCHEMA_VERSION = 1
@@ -25,7 +26,6 @@ VOXELS = "/site/voxels"
 PLANNED = "/crane/path/planned"
 LOAD = "/crane/load/pose"
 JOINTS = "/crane/joint_states"
-COMMAND = "/crane/command"
 SCENE = "/scene"
 LOG = "/log"
 EVENTS = "/events"
@@ -35,12 +35,14 @@ PLAN_FILE = "plan.json"
 URDF_FILE = "crane.urdf"
 CHART_FILE = "load_chart.json"
 MOTION_FILE = "motions.json"
+LAYOUT_FILE = "foxglove.layout.json"
 MEDIA_TYPES = {
     SITE_FILE: "application/zip",
     PLAN_FILE: "application/json",
     MOTION_FILE: "application/json",
     URDF_FILE: "application/xml",
     CHART_FILE: "application/json",
+    LAYOUT_FILE: "application/json",
 }
 OTHER_MEDIA_TYPE = "application/octet-stream"
 OWN_ATTACHMENTS = frozenset(MEDIA_TYPES)

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.planning.lift import Lift
+from bimvox.planning.tipping import from_box_to_origin_m, lying_width_vox
 from bimvox.site.component import StoredPose
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.trajectory.load_frame import cells_of_axes, load_frame
 from bimvox.trajectory.motion import LiftMotion, PhaseName
@@ -76,31 +78,33 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
     time_ns, axes = _with_turn(motion, *motion.samples())
     held = (time_ns >= lifted_ns) & (time_ns <= assembled_ns)
     time_ns, axes = time_ns[held], axes[held]
-    load = load_frame(site.crane, site.frame, component.hook_offset_vox)
+    load = load_frame(crane_for(site, site.crane, component), site.frame, component.hook_offset_vox)
     corner_m = site.frame.corner_of(cells_of_axes(load, axes))
     angle_rad = np.zeros(len(time_ns))
+    size_m = site.frame.voxel_size_m
     if place.pose is not StoredPose.AS_BUILT:
-        size_m = site.frame.voxel_size_m
         upright_m = load.zero_height_m + size_m * place.cell_vox[2]
         tipping = time_ns < motion.start_ns + int(motion.raising.time_ns[-1])
         low_m = float(motion.raising.height_m[0])
         raised = np.clip((axes[:, 2] - low_m) / max(upright_m - low_m, 1e-9), 0.0, 1.0)
         angle_rad = np.where(tipping, np.pi / 2 - np.arcsin(raised), 0.0)
-        # Turned with its lowest and its foot-side corner held: the origin's corner is lifted by the part's width.
-        width = component.shape.size_vox[0 if place.pose is StoredPose.LYING_X else 1]
-        turned = site.frame.corner_of(np.repeat(np.array(place.cell_vox)[None], len(time_ns), axis=0))
-        turned[:, 2] += size_m * width * np.sin(angle_rad) + np.maximum(0.0, axes[:, 2] - upright_m)
-        corner_m = np.where(tipping[:, None], turned, corner_m)
     tilt = _quaternions(angle_rad, place.pose)
     if place.turn:
         yaw_rad = _yaw_rad(motion, place.turn, time_ns)
-        tilt[:, 2], tilt[:, 3] = np.sin(yaw_rad / 2), np.cos(yaw_rad / 2)
+        tilt = _turned_before(tilt, yaw_rad)
         # Turned about its hook: the origin's corner goes round it.
         arm_m = -site.frame.voxel_size_m * (np.array(component.hook_offset_vox[:2]) + 0.5)
         axis_m = corner_m[:, :2] - arm_m
         cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
         corner_m[:, 0] = axis_m[:, 0] + cos * arm_m[0] - sin * arm_m[1]
         corner_m[:, 1] = axis_m[:, 1] + sin * arm_m[0] + cos * arm_m[1]
+    if place.pose is not StoredPose.AS_BUILT:
+        # Tipped with its lowest and its foot-side corner held: the corner of its box is lifted by its width.
+        width = lying_width_vox(component, place)
+        tipped = site.frame.corner_of(np.repeat(np.array(place.cell_vox)[None], len(time_ns), axis=0))
+        tipped[:, 2] += size_m * width * np.sin(angle_rad) + np.maximum(0.0, axes[:, 2] - upright_m)
+        tipped += from_box_to_origin_m(site, component, place, angle_rad)
+        corner_m = np.where(tipping[:, None], tipped, corner_m)
     return LoadTrack(
         lift=lift,
         start_ns=motion.start_ns,
@@ -112,6 +116,13 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
         corner_m=corner_m,
         tilt=tilt,
     )
+
+
+def _turned_before(tilt: NDArray[np.float64], yaw_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 4) quaternions of a part turned about z, then tipped ((N, 4), about x or y)."""
+    x, y, _, w = tilt.T
+    cos, sin = np.cos(yaw_rad / 2), np.sin(yaw_rad / 2)
+    return np.stack([x * cos + y * sin, y * cos - x * sin, w * sin, w * cos], axis=1)
 
 
 def _turn_ns(motion: LiftMotion) -> tuple[int, int]:

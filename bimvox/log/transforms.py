@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,14 +15,18 @@ from numpy.typing import NDArray
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.messages import stamp
+from bimvox.log.rows import Rows, rows_of
 from bimvox.log.scene import component_frame
+from bimvox.log.topics import TF
 from bimvox.log.track import LoadTrack
+
+_OF_CRANE = 4
 
 
 def crane_transforms(
     crane: TowerCrane, time_ns: NDArray[np.int64], axes: NDArray[np.float64], track: LoadTrack, component_id: str
-) -> Iterator[tuple[int, Any]]:
-    """Yield (time, FrameTransforms) for every sample of a lift.
+) -> Iterator[Rows]:
+    """Yield the FrameTransforms of every sample of a lift, in spans without and with the load.
 
     Args:
         crane: The crane.
@@ -33,7 +37,6 @@ def crane_transforms(
     """
     base_m, height_m = crane.base_m, crane.jib_height_m - crane.base_m[2]
     slew, radius, height = axes.T
-    held_at = {int(t): n for n, t in enumerate(track.time_ns)}
     # The load keeps its orientation while the jib turns under it, so its frame turns back against the hook's.
     position, turn = _in_hook_frame(crane, time_ns, axes, track)
     # Made once, and set anew for each sample: a message that takes them in copies them.
@@ -41,28 +44,26 @@ def crane_transforms(
     jib = _frame("crane_base", "jib", Vector3(z=height_m))
     trolley, hook = _frame("jib", "trolley", Vector3()), _frame("trolley", "hook", Vector3())
     load = _frame("hook", component_frame(component_id), Vector3())
-    unloaded, loaded = [base, jib, trolley, hook], [base, jib, trolley, hook, load]
-    rows = zip(
-        time_ns.tolist(),
-        np.sin(slew / 2.0).tolist(),
-        np.cos(slew / 2.0).tolist(),
-        radius.tolist(),
-        (height - crane.jib_height_m).tolist(),
-        strict=True,
-    )
-    for t, sine, cosine, reach_m, below_m in rows:
-        chain = unloaded
-        if (held := held_at.get(t)) is not None:
-            chain = loaded
+
+    def chain(t: int, row: Sequence[float]) -> Any:
+        frames, when = [base, jib, trolley, hook], stamp(t)
+        jib.rotation.z, jib.rotation.w, trolley.translation.x, hook.translation.z = row[:4]
+        if len(row) > _OF_CRANE:
             at, turned = load.translation, load.rotation
-            at.x, at.y, at.z = position[held]
-            turned.x, turned.y, turned.z, turned.w = turn[held]
-        when = stamp(t)
-        for frame in chain:
+            at.x, at.y, at.z, turned.x, turned.y, turned.z, turned.w = row[_OF_CRANE:]
+            frames.append(load)
+        for frame in frames:
             frame.timestamp.CopyFrom(when)
-        jib.rotation.z, jib.rotation.w = sine, cosine
-        trolley.translation.x, hook.translation.z = reach_m, below_m
-        yield t, FrameTransforms(transforms=chain)
+        return FrameTransforms(transforms=frames)
+
+    rows = np.stack([np.sin(slew / 2.0), np.cos(slew / 2.0), radius, height - crane.jib_height_m], axis=1)
+    first = int(np.searchsorted(time_ns, track.time_ns[0]))
+    held = np.isin(time_ns, track.time_ns)
+    last = first + int(held[first:].argmin()) if not held[first:].all() else len(time_ns)
+    own = np.isin(track.time_ns, time_ns)  # while it is turned the load has samples of its own
+    loaded = np.concatenate([rows[first:last], position[own], turn[own]], axis=1)
+    for span, values in ((slice(0, first), rows), (slice(first, last), loaded), (slice(last, None), rows)):
+        yield rows_of(TF, time_ns[span], values if values is loaded else values[span], chain)
 
 
 def _frame(parent: str, child: str, translation: Any) -> Any:
@@ -71,23 +72,21 @@ def _frame(parent: str, child: str, translation: Any) -> Any:
     )
 
 
-def load_transforms(track: LoadTrack, component_id: str) -> Iterator[tuple[int, Any]]:
-    """Yield (time, FrameTransforms) for every sample of a lift without a crane: the load in the site's frame."""
-    child = component_frame(component_id)
-    for t, corner in zip(track.time_ns.tolist(), track.corner_m.tolist(), strict=True):
-        transform = FrameTransform(
-            timestamp=stamp(t),
-            parent_frame_id="site",
-            child_frame_id=child,
-            translation=_vector(corner),
-            rotation=Quaternion(w=1.0),
-        )
-        yield t, FrameTransforms(transforms=[transform])
+def load_transforms(track: LoadTrack, component_id: str) -> Iterator[Rows]:
+    """Yield the FrameTransforms of every sample of a lift without a crane: the load in the site's frame."""
+    load = _frame("site", component_frame(component_id), Vector3())
+
+    def transform(t: int, corner: Sequence[float]) -> Any:
+        load.timestamp.CopyFrom(stamp(t))
+        load.translation.x, load.translation.y, load.translation.z = corner
+        return FrameTransforms(transforms=[load])
+
+    yield rows_of(TF, track.time_ns, track.corner_m, transform)
 
 
 def _in_hook_frame(
     crane: TowerCrane, time_ns: NDArray[np.int64], axes: NDArray[np.float64], track: LoadTrack
-) -> tuple[list[list[float]], list[list[float]]]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Position and quaternion of the load in the hook's frame, at the track's samples."""
     slew, radius, height = axes[np.searchsorted(time_ns, track.time_ns)].T
     away = track.corner_m - hook_of(crane, slew, radius, height)
@@ -96,7 +95,7 @@ def _in_hook_frame(
     x, y, z, w = track.tilt.T
     c, s = np.cos(slew / 2.0), -np.sin(slew / 2.0)
     turn = np.stack([c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z], axis=1)
-    return position.tolist(), turn.tolist()
+    return position, turn
 
 
 def _vector(xyz: Any) -> Any:

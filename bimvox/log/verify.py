@@ -16,6 +16,7 @@ from bimvox.log.messages import nanoseconds
 from bimvox.log.plan_log import PlanLog
 from bimvox.planning.proof import Check
 from bimvox.site.build import with_digests
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.verify_axes import axes_of_samples
@@ -139,8 +140,10 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
 def _corners_m(site: Site, motion: LiftMotion) -> NDArray[np.float64]:
     """(N, 3) lowest corner of the reference cell at every sample with the load, metres."""
     assert site.crane is not None
-    offset = site.components[motion.component].hook_offset_vox
-    return site.frame.corner_of(reference_cells(site.crane, site.frame, axes_of_samples(motion.loaded), offset))
+    component = site.components[motion.component]
+    crane = crane_for(site, site.crane, component)
+    cells = reference_cells(crane, site.frame, axes_of_samples(motion.loaded), component.hook_offset_vox)
+    return site.frame.corner_of(cells)
 
 
 def _file_digests(files: Mapping[str, bytes]) -> Iterator[tuple[str, str]]:

@@ -13,11 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.reach import allowed_radii_m
 from bimvox.errors import VerificationError
 from bimvox.planning.contact import Contacts
 from bimvox.planning.insertion import Insertion, NoInsertion, find_insertion
 from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
+from bimvox.planning.refusal import refused_by_crane
 from bimvox.planning.relations import Precedence, precedence
 from bimvox.planning.sequence import Sequence, Sequencer
 from bimvox.planning.shorten import order_and_yard
@@ -118,11 +120,12 @@ class Assembly:
     Args:
         site: The site.
         preparation: What was prepared for it.
+        one_at_a_time: Whether every stage is done with before the next one begins; see ``Occupancy``.
     """
 
-    def __init__(self, site: Site, preparation: Preparation) -> None:
+    def __init__(self, site: Site, preparation: Preparation, *, one_at_a_time: bool = False) -> None:
         self._site, self._preparation = site, preparation
-        self._occupancy = Occupancy(site)
+        self._occupancy = Occupancy(site, one_at_a_time=one_at_a_time)
         self._margin = margin_vox(site)
         count = len(site.components)
         self._present: dict[str, NDArray[np.int32]] = {b.id: b.cells for b in site.blockers}
@@ -150,6 +153,9 @@ class Assembly:
 
         Takes no look at any cell; None where its way decides.
         """
+        refused = refused_by_crane(self._site, self._site.components[index])
+        if refused is not None:
+            return Obstacle(refused)
         if self._preparation.places[index] is None:
             return self._no_place(self._site.components[index])
         relations = self._preparation.relations
@@ -187,7 +193,11 @@ class Assembly:
 
     def _no_place(self, component: Component) -> Obstacle:
         size = "x".join(f"{n * self._site.frame.voxel_size_m:g}" for n in component.shape.size_vox)
-        return Obstacle(f"the yard has no place for it ({size} m) within the crane's reach and capacity")
+        reason = f"the yard has no place for it ({size} m) within the crane's reach and capacity"
+        if self._site.crane is not None:
+            low_m, high_m = allowed_radii_m(self._site.crane, component.mass_kg)
+            reason += f": {component.mass_kg:.0f} kg are carried from {low_m:.1f} to {high_m:.1f} m"
+        return Obstacle(reason)
 
     def clearance(self, index: int) -> Clearance:
         """Return the collision rule for the transit of component ``index`` now, its departure cleared."""
@@ -200,6 +210,8 @@ class Assembly:
 
     def who_is_at(self, cells: NDArray[np.int32]) -> tuple[str, ...]:
         """Return the ids of everything that occupies one of the cells now."""
+        if not self._occupancy.any_at(cells):
+            return ()
         mask = np.zeros(self._site.shape, np.bool_)
         inside = ((cells >= 0) & (cells < self._site.shape)).all(axis=1)
         mask[tuple(cells[inside].T)] = True
@@ -235,7 +247,41 @@ class Assembly:
         departure, is_out = _departure(clearance, transit, start)
         if not is_out:
             return self._too_near(component, departure)
-        insertion = find_insertion(
+        insertion = self._insertion(component, clearance, transit)
+        if isinstance(insertion, Obstacle):
+            return insertion
+        return Stage(component, place, with_cleared(transit, departure), start, insertion)
+
+    def on_the_way(self, index: int, last_vox: NDArray[np.int32]) -> tuple[Stage, Obstacle | None]:
+        """Say what is left of the lift of component ``index``, which is under way already.
+
+        What is in the way at its place in the yard, or above it, does not count any more.
+
+        Args:
+            index: The component.
+            last_vox: (N, 3) the last moves that it had.
+
+        Returns:
+            What holds for the rest of its way, and what is in the way at its end, if anything is: then the last moves
+            are the given ones.
+        """
+        component, place = self._site.components[index], self._preparation.places[index]
+        self.skip(index)
+        assert place is not None
+        clearance = self._occupancy.clearance(component)
+        transit = in_transit(clearance, self._margin)
+        insertion = self._insertion(component, clearance, transit)
+        blocked = insertion if isinstance(insertion, Obstacle) else None
+        last = Insertion(last_vox) if isinstance(insertion, Obstacle) else insertion
+        rule = (
+            with_cleared(transit, _departure(clearance, transit, place.transit_start_vox)[0])
+            if self._margin
+            else transit
+        )
+        return Stage(component, place, rule, place.transit_start_vox, last), blocked
+
+    def _insertion(self, component: Component, clearance: Clearance, transit: Clearance) -> Insertion | Obstacle:
+        found = find_insertion(
             self._site,
             self._preparation.contacts,
             self._occupancy.counts,
@@ -244,9 +290,7 @@ class Assembly:
             self._standing,
             transit,
         )
-        if isinstance(insertion, NoInsertion):
-            return self._blocked_target(insertion)
-        return Stage(component, place, with_cleared(transit, departure), start, insertion)
+        return self._blocked_target(found) if isinstance(found, NoInsertion) else found
 
     def _blocked_start(self, component: Component, clearance: Clearance, start: IntVec) -> Obstacle:
         who = self.who_is_at(component.shape.cells + np.array(start, np.int32))

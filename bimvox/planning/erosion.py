@@ -9,7 +9,7 @@ other one makes up for the rest as far as it bears that. Every vertex moves so t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,9 @@ def thickness_m(mesh: TriangleMesh) -> float:
     return min(smallest, 2.0 * abs(mesh.signed_volume_m3) / area_m2) if area_m2 > 0.0 else smallest
 
 
-def pair_depths_m(first: int, second: int, thicknesses_m: Sequence[float], tolerance_m: float) -> tuple[float, float]:
+def pair_depths_m(
+    first: int, second: int, thicknesses_m: Sequence[float] | Mapping[int, float], tolerance_m: float
+) -> tuple[float, float]:
     """Return how far the surfaces of two numbered solids are moved inward to test their contact.
 
     The same for either order of the two; of equally thick ones the lower number goes first.
@@ -37,7 +39,7 @@ def pair_depths_m(first: int, second: int, thicknesses_m: Sequence[float], toler
     Args:
         first: One solid.
         second: The other.
-        thicknesses_m: Of all solids, see :func:`thickness_m`.
+        thicknesses_m: Of both solids by their numbers, see :func:`thickness_m`.
         tolerance_m: How deep the two may touch.
     """
     if (thicknesses_m[first], -first) < (thicknesses_m[second], -second):

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.reach import hook_floor
-from bimvox.grid.occupancy import summed_area_table, top_of_columns
+from bimvox.grid.occupancy import summed_area_table, top_of_columns, update_table
 from bimvox.planning.lift import YardPlace
-from bimvox.site.clearance import HOOK_FORBIDDEN, NOTHING_CLEARED, Clearance
-from bimvox.site.component import Component
+from bimvox.site.clearance import NOTHING_CLEARED, Clearance
+from bimvox.site.component import Component, IntVec
+from bimvox.site.hook_room import hook_room
 from bimvox.site.site import Site
 
 
@@ -20,13 +20,20 @@ class Occupancy:
 
     Args:
         site: The site; its fixed blockers are there from the start.
+        one_at_a_time: Whether a clearance is used only until the next one is asked for: its table is then brought up
+            to date in place, beyond the lowest cell that changed since the last one, and not made anew.
 
     Attributes:
         counts: (X, Y, Z) uint16.
     """
 
-    def __init__(self, site: Site) -> None:
+    def __init__(self, site: Site, *, one_at_a_time: bool = False) -> None:
         self._site = site
+        self._lowest: IntVec = (0, 0, 0)
+        self._kept: tuple[NDArray[np.int32], NDArray[np.int32]] | None = None
+        if one_at_a_time:
+            x, y, z = site.shape
+            self._kept = np.zeros((x + 1, y + 1, z + 1), np.int32), np.zeros((x, y), np.int32)
         self.counts: NDArray[np.uint16] = np.zeros(site.shape, np.uint16)
         for blocker in site.blockers:
             self.add(blocker.cells)
@@ -34,39 +41,44 @@ class Occupancy:
     def add(self, cells: NDArray[np.int32]) -> None:
         """Something now stands on ``cells`` ((N, 3) int32, each once)."""
         self.counts[tuple(cells.T)] += 1
+        self._changed(cells)
 
     def remove(self, cells: NDArray[np.int32]) -> None:
         """It no longer stands there."""
         self.counts[tuple(cells.T)] -= 1
+        self._changed(cells)
+
+    def any_at(self, cells: NDArray[np.int32]) -> bool:
+        """Return whether anything occupies one of the cells ((N, 3); those outside the grid are passed over)."""
+        inside = ((cells >= 0) & (cells < self.counts.shape)).all(axis=1)
+        return bool(self.counts[tuple(cells[inside].T)].any())
 
     def clearance(self, component: Component) -> Clearance:
         """Return the collision rule for lifting ``component`` now."""
-        site = self._site
-        occupied = self.counts > 0
+        table, top = self._table_and_top()
+        room = hook_room(self._site, top, component)
         return Clearance(
-            summed_area_table(occupied),
+            table,
             component.shape.boxes,
             np.array(component.hook_offset_vox, np.int32),
-            lowest_hook(site, top_of_columns(occupied), component.mass_kg),
+            room.floor,
             *NOTHING_CLEARED,
+            room.ceiling,
         )
 
+    def _table_and_top(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        if self._kept is None:
+            occupied = self.counts > 0
+            return summed_area_table(occupied), top_of_columns(occupied)
+        if self._lowest != self._site.shape:
+            update_table(*self._kept, self.counts, *self._lowest)
+            self._lowest = self._site.shape
+        return self._kept
 
-def lowest_hook(site: Site, top: NDArray[np.int32], mass_kg: float) -> NDArray[np.int32]:
-    """Return the lowest admissible hook cell of every column: rope, reach, capacity and zones in one map.
-
-    Args:
-        site: The site.
-        top: (X, Y) int32, one above the highest occupied cell of each column.
-        mass_kg: The load.
-
-    Returns:
-        (X, Y) int32; ``HOOK_FORBIDDEN`` where no hook may be.
-    """
-    floor = hook_floor(site.crane, site.frame, top, mass_kg, site.rules.rope)
-    if site.prohibited is not None:
-        floor = np.where(site.prohibited, HOOK_FORBIDDEN, floor)
-    return floor
+    def _changed(self, cells: NDArray[np.int32]) -> None:
+        if self._kept is not None and len(cells):
+            low = np.minimum(self._lowest, cells.min(axis=0)).tolist()
+            self._lowest = (low[0], low[1], low[2])
 
 
 def target_cells(component: Component) -> NDArray[np.int32]:

@@ -37,13 +37,14 @@ class TriangleCheck:
     def __init__(self, plan: LiftPlan) -> None:
         site = plan.site
         self._site = site
+        structure_cells: list[NDArray[np.int32]] = []
+        self._structure_cells = structure_cells
         self._meshes: list[TriangleMesh] = [c.mesh for c in site.components]
-        self._cells = [c.shape.cells + np.array(c.target_vox, np.int32) for c in site.components]
         ids = [c.id for c in site.components]
         for blocker in site.blockers:
             if blocker.mesh is not None:
                 self._meshes.append(blocker.mesh)
-                self._cells.append(blocker.cells)
+                structure_cells.append(blocker.cells)
                 ids.append(blocker.id)
         numbers = {name: n for n, name in enumerate(ids)}
         self._ids = ids
@@ -54,7 +55,7 @@ class TriangleCheck:
         }
         self._boxes = [mesh.bounds_m for mesh in self._meshes]
         self._bounds = np.array(self._boxes, np.float64).reshape(-1, 2, 3)
-        self._thickness_m = [thickness_m(mesh) for mesh in self._meshes]
+        self._known_thickness_m: dict[int, float] = {}
         self._raw: _Objects = {}
         self._movable: _Objects = {}
 
@@ -89,7 +90,7 @@ class TriangleCheck:
             self._check_no_fuller(check, component, offsets_m, other)
             return
         tolerance_m = self._site.rules.contact_tolerance_m
-        depths_m = pair_depths_m(component.index, other, self._thickness_m, tolerance_m)
+        depths_m = pair_depths_m(component.index, other, self._thickness_m(component.index, other), tolerance_m)
         part = self._eroded(check, component.index, depths_m[0], self._movable)
         fixed = self._eroded(check, other, depths_m[1], self._raw)
         for offset_m in _finely(offsets_m, self._spacing_m(component.index, other)):
@@ -103,6 +104,33 @@ class TriangleCheck:
                 f"{component.id}: meets {self._ids[other]} deeper than it may, at {_metres(offset_m)}",
             )
         check.measure(float(np.abs(way_m).sum()) + self._site.rules.contact_tolerance_m)
+
+    def check_apart(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
+        """Check that a part does not meet another at all along straight pieces between positions.
+
+        For what it does not touch in the finished building: true surfaces, nothing is allowed for. It comes from where
+        it is free, so surfaces cross on its way into another.
+
+        Args:
+            check: Where the result goes.
+            component: The part.
+            offsets_m: (N, 3) where it is, relative to its place in the building; metres. The first is known to be free.
+            other: Number of the other solid.
+        """
+        low, high = self._boxes[component.index]
+        other_low, other_high = self._boxes[other]
+        if (low + offsets_m.min(axis=0) > other_high).any() or (high + offsets_m.max(axis=0) < other_low).any():
+            return
+        part, fixed = self._moved(component.index), self._fixed(other)
+        for offset_m in _finely(offsets_m, self._spacing_m(component.index, other)):
+            if (low + offset_m > other_high).any() or (high + offset_m < other_low).any():
+                check.look(True, "")
+                continue
+            part.setTranslation(offset_m)
+            check.look(
+                not fcl.collide(part, fixed),
+                f"{component.id}: meets {self._ids[other]}, which it passes by, at {_metres(offset_m)}",
+            )
 
     def rope_is_clear(self, component: Component, offset_m: NDArray[np.float64], other: int) -> bool:
         """Return whether a rope above the part's hook line misses another solid's triangles."""
@@ -169,7 +197,7 @@ class TriangleCheck:
         moved = offsets_m / self._site.frame.voxel_size_m
         around = np.concatenate([np.floor(moved + _AT_CELL_VOX), np.ceil(moved - _AT_CELL_VOX)]).astype(np.int32)
         path = np.unique(around, axis=0) + np.array(component.target_vox, np.int32)
-        there = {tuple(c) for c in self._cells[other].tolist()}
+        there = {tuple(c) for c in self._cells(other).tolist()}
         own = component.shape.cells
         drawn = sum(tuple(c) in there for c in (own + np.array(component.target_vox)).tolist())
         for place in path:
@@ -179,6 +207,21 @@ class TriangleCheck:
                 f"{component.id}: overlaps {self._ids[other]} in {shared} cells at {tuple(place.tolist())}, "
                 f"drawn are {drawn}",
             )
+
+    def _thickness_m(self, *numbers: int) -> dict[int, float]:
+        """Thickness of the solids that are asked for; of many only a few ever touch."""
+        for number in numbers:
+            if number not in self._known_thickness_m:
+                self._known_thickness_m[number] = thickness_m(self._meshes[number])
+        return self._known_thickness_m
+
+    def _cells(self, number: int) -> NDArray[np.int32]:
+        """(N, 3) cells of a solid at its place."""
+        components = self._site.components
+        if number >= len(components):
+            return self._structure_cells[number - len(components)]
+        component = components[number]
+        return component.shape.cells + np.array(component.target_vox, np.int32)
 
     def _spacing_m(self, first: int, second: int) -> float:
         """Fine enough that the thinner of the two cannot slip through between two samples."""

@@ -16,9 +16,10 @@ from scipy.ndimage import maximum_filter
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.planning.marks import Marks
-from bimvox.planning.moment import Thing, cells_in_common, moments, near_and_far
+from bimvox.planning.moment import Thing, cells_in_common, moments, near_and_far, passed_by
 from bimvox.planning.proof import Check, Verification, turn_to
 from bimvox.planning.shape_check import check_shape
+from bimvox.planning.site_rules_check import check_wind, check_zones
 from bimvox.planning.stands_check import check_stands
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component, StoredPose
@@ -68,6 +69,8 @@ class _Verifier:
         self.checks = {name: Check(name) for name in names}
         if self.site.rules.transit_clearance_m > 0.0:
             self.checks["margin"] = Check("margin")
+        if self.site.crane is not None and self.site.rules.wind_speed_m_s > 0.0:
+            self.checks["wind"] = Check("wind", unit="share of permitted wind")
         self.checks["triangles"].unit = "m"
         self.checks["reach"].unit = "share of capacity"
 
@@ -81,6 +84,17 @@ class _Verifier:
         return Verification(tuple(self.checks.values()))
 
     def _check_deliveries(self) -> None:
+        """They come one after the other, and none weighs more than a truck carries, but for a single part."""
+        most_kg = self.site.rules.truckload_kg
+        loads: dict[int, list[float]] = {}
+        for lift in self.lifts:
+            if lift.place is not None:
+                loads.setdefault(lift.place.delivery, []).append(self.site.components[lift.component].mass_kg)
+        for number, masses in loads.items() if most_kg > 0.0 else ():
+            self.checks["yard"].look(
+                len(masses) == 1 or sum(masses) <= most_kg + 1e-6,
+                f"delivery {number} weighs {sum(masses):.0f} kg, more than the {most_kg:.0f} kg of a truckload",
+            )
         delivery = 0
         for lift in self.lifts:
             if lift.place is not None:
@@ -119,7 +133,7 @@ class _Verifier:
             return
         self.marks.move_to(present)
         self._check_yard(lift, component, present)
-        self._check_cells(component, path, present)
+        self._check_cells(lift, component, path, present)
         self._check_margin(lift, component, path, present)
         self._check_hook(component, path, present)
         self._check_support(component, placed)
@@ -138,7 +152,10 @@ class _Verifier:
         if place is None:
             return
         start = place.transit_start_vox
-        check.look(tuple(path[0]) == start, f"{component.id}: its path starts at {tuple(path[0])}, not above its place")
+        check.look(
+            bool(lift.left) or tuple(path[0]) == start,
+            f"{component.id}: its path starts at {tuple(path[0])}, not above its place",
+        )
         check.look(
             tuple(path[-1]) == component.target_vox,
             f"{component.id}: its path ends at {tuple(path[-1])}, not at its place {component.target_vox}",
@@ -146,7 +163,7 @@ class _Verifier:
         steps = np.abs(np.diff(path.astype(np.int64), axis=0))
         bad = np.flatnonzero((steps.sum(axis=1) != 1) | (steps.max(axis=1, initial=0) != 1))
         check.look(not len(bad), f"{component.id}: move {bad[:1]} is not one cell along one axis", samples=len(steps))
-        if lift.shortest_moves is not None:
+        if lift.shortest_moves is not None and not lift.left:
             check.look(lift.shortest_moves <= len(steps), f"{component.id}: shorter than the shortest path")
 
     def _check_boundary(self, component: Component, path: NDArray[np.int32]) -> bool:
@@ -157,7 +174,7 @@ class _Verifier:
 
     def _check_yard(self, lift: Lift, component: Component, present: Sequence[Thing]) -> None:
         check, place = self.checks["yard"], lift.place
-        if place is None:
+        if place is None or lift.left:  # it left the yard on another path, which is proven by itself
             return
         cells = place.shape.cells + np.array(place.cell_vox)
         turned = stored_shape(component.shape, place.pose, place.turn)
@@ -185,14 +202,13 @@ class _Verifier:
         self._check_turning(check, component, place, present)
 
     def _check_turning(self, check: Check, component: Component, place: YardPlace, present: Sequence[Thing]) -> None:
-        """Raised, it is turned about its hook in the way of nothing: within its corners' circle, at its height."""
+        """Upright and raised, it turns about its hook in the way of nothing: in its corners' circle, at its height."""
         check.look(
             place.rise_vox == 1 or place.turn != 0,
             f"{component.id}: is raised by {place.rise_vox} cells, yet not turned",
         )
         if place.turn == 0:
             return
-        check.look(place.pose is StoredPose.AS_BUILT, f"{component.id}: is erected and turned at once")
         shape, hook = component.shape, component.hook_offset_vox
         lies = np.array(place.cell_vox[:2]) + turned_hook(shape, hook, place.turn)[:2]
         axis = np.array(place.transit_start_vox[:2]) + hook[:2]
@@ -209,13 +225,25 @@ class _Verifier:
             away = np.hypot(*np.maximum(np.abs(cells[:, :2] - axis) - 0.5, 0.0).T)
             check.look(bool((away >= radius - 1e-9).all()), f"{component.id}: meets {thing.name} while it is turned")
 
-    def _check_cells(self, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
-        """Raw cells, placement by placement; where only neighbours are hit, on the last moves, the triangles decide."""
+    def _check_cells(self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
+        """Raw cells, placement by placement; where only neighbours are hit, on the last moves, the triangles decide.
+
+        After the gate, on the moves that the plan says were made in contact, they also decide about what has triangles
+        and is no neighbour: the part must not meet it at all.
+        """
         check = self.checks["cells"]
         own = component.shape.cells
         near, far = near_and_far(component, present)
         with self.marks.without(near):
             hits_far = self._hits(own, path, self.marks.counts)
+        gate = max(0, len(path) - 1 - lift.contact_moves)
+        if hits_far[gate + 1 :].any() and not hits_far[gate]:
+            passed = passed_by(component, far, path[gate + 1 :])
+            with self.marks.without([*near, *passed]):
+                hits_far[gate + 1 :] = self._hits(own, path[gate + 1 :], self.marks.counts)
+            offsets_m = (path[gate:] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
+            for thing in passed:
+                self.triangles.check_apart(self.checks["triangles"], component, offsets_m, thing.solid)
         for n in np.flatnonzero(hits_far)[:1]:
             cells = own + path[n]
             names = [t.name for t in far if len(cells_in_common(cells, t.cells))]
@@ -269,12 +297,10 @@ class _Verifier:
         reach.look(
             bool(good.all()), f"{component.id}: hook radius {radius_m[~good][:1]} m is out of reach", samples=len(hook)
         )
-        if site.prohibited is not None:
-            over = site.prohibited[hook[:, 0], hook[:, 1]]
-            reach.look(
-                not over.any(), f"{component.id}: its hook is over a prohibited zone at {hook[over][:1].tolist()}"
-            )
-        load_kg = component.mass_kg + site.crane.rigging_mass_kg
+        check_zones(reach, site, component, path)
+        if "wind" in self.checks:
+            check_wind(self.checks["wind"], site, site.crane, component)
+        load_kg = component.mass_kg + site.crane.tackle_kg
         most_kg = capacity_kg(site.crane.chart, float(radius_m.max()))
         reach.measure(load_kg / most_kg if most_kg > 0 else np.inf)
         reach.look(

@@ -27,6 +27,7 @@ from bimvox.render.site_scene import boxes_strokes, parked_pose, site_canvas, si
 from bimvox.render.solids import Canvas
 from bimvox.render.words import clock, counted, hours
 from bimvox.site.component import Component, IntVec
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.trajectory.load_frame import cells_of_axes, load_frame
 from bimvox.trajectory.motion import LiftMotion
@@ -170,7 +171,9 @@ def path_m(site: Site, lift: Lift, motion: LiftMotion | None) -> NDArray[np.floa
     if motion is not None and site.crane is not None:
         loaded = motion.loaded
         axes = np.stack([loaded.slew_rad, loaded.radius_m, loaded.height_m], axis=1)
-        cells = cells_of_axes(load_frame(site.crane, site.frame, component.hook_offset_vox), axes)
+        cells = cells_of_axes(
+            load_frame(crane_for(site, site.crane, component), site.frame, component.hook_offset_vox), axes
+        )
     else:
         assert lift.path_vox is not None
         cells = lift.path_vox.astype(np.float64)
@@ -204,7 +207,7 @@ def _load_at(site: Site, lift: Lift, motion: LiftMotion | None, share: float) ->
     slew, radius, height = (
         float(np.interp(time, loaded.time_ns, axis)) for axis in (loaded.slew_rad, loaded.radius_m, loaded.height_m)
     )
-    load = load_frame(site.crane, site.frame, component.hook_offset_vox)
+    load = load_frame(crane_for(site, site.crane, component), site.frame, component.hook_offset_vox)
     x, y, z = (round(float(n)) for n in cells_of_axes(load, np.array([slew, radius, height])))
     return (x, y, z), CranePose(slew, radius, height)
 

@@ -14,16 +14,18 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import SelectionError
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
-from bimvox.site.areas import columns_centred_in, columns_met_by
+from bimvox.site.areas import columns_centred_in
 from bimvox.site.checks import check_component, check_mast, check_yard
 from bimvox.site.component import Component, IntVec
 from bimvox.site.config import SiteConfig
 from bimvox.site.digest import digest_of
+from bimvox.site.lifting import hung
 from bimvox.site.obstruction_cells import Rasterise, obstruction_cells
 from bimvox.site.obstructions import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import component_of, entries_by_id, first_ids
-from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Rules, Site
+from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Rules, Site, SwingRule
+from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
 
 Parts = Sequence[tuple[Element, "NDArray[np.int32]"]]
 """Elements in the site's frame, each with the (N, 3) int32 cells of the site's grid that it meets."""
@@ -72,7 +74,8 @@ def build_site(
         entry = entries.get(element.id)
         if element.role is Role.COMPONENT and not (entry and entry.pinned):
             check_component(config, element, cells, frame, shape)
-            components.append(component_of(len(components), element, cells, entry, frame, hints[element.id]))
+            component = component_of(len(components), element, cells, entry, frame, hints[element.id])
+            components.append(hung(component, element, crane, rules.sling_angle_rad, frame))
         elif element.role in (Role.COMPONENT, Role.STRUCTURE):
             if len(cells):
                 blockers.append(Blocker(element.id, "structure", _frozen(cells), element.mesh))
@@ -92,7 +95,7 @@ def build_site(
     construction = columns_centred_in([config.areas.construction] if config.areas.construction else [], frame, columns)
     yard = columns_centred_in(config.areas.yard or (), frame, columns) & ~construction
     check_yard(config, yard, components, shape)
-    zones = [zone.polygon for zone in config.zone if zone.kind == "prohibited"]
+    prohibited, no_load = (columns_without(kinds, config.zone, frame, columns) for kinds in (NO_HOOK, NO_LOAD))
     slab = np.full(columns, Label.GROUND, np.uint8)
     slab[yard] = Label.YARD
     slab[construction] = Label.CONSTRUCTION_AREA
@@ -106,7 +109,9 @@ def build_site(
         rules=rules,
         yard=_frozen(yard),
         site_to_ifc=np.eye(4) if site_to_ifc is None else site_to_ifc,
-        prohibited=_frozen(columns_met_by(zones, frame, columns)) if zones else None,
+        prohibited=None if prohibited is None else _frozen(prohibited),
+        no_load=None if no_load is None else _frozen(no_load),
+        hook_heights=hook_heights(config.zone, frame, columns),
         source=dict(source or {}),
         notes=tuple(notes),
     )
@@ -162,11 +167,23 @@ def _with_fixed_digests(site: Site) -> Site:
         site.labels[:, :, 0],
         site.yard,
         site.prohibited,
+        site.no_load,
+        site.hook_heights,
         [blocker.cells for blocker in blockers[1:]],
         [(c.shape.cells, c.target_vox, c.hook_offset_vox, c.erected, c.mass_kg) for c in site.components],
         replace(site.crane, name="") if site.crane else None,
-        # How densely a log is sampled, and how long a crew takes, is nothing to a policy.
-        replace(site.rules, sample_period_s=0.0, bracing_s=0.0, release_s=0.0, turn_s=0.0),
+        # How densely a log is sampled, how long a crew takes and what a truck carries is nothing to a policy.
+        replace(
+            site.rules,
+            sample_period_s=0.0,
+            bracing_s=0.0,
+            release_s=0.0,
+            turn_s=0.0,
+            truckload_kg=0.0,
+            wind_speed_m_s=0.0,
+            critical_share=0.0,
+            swing=SwingRule.SHAPED,
+        ),
     )
     fixed = digest_of(
         "fixed 1",
@@ -174,7 +191,18 @@ def _with_fixed_digests(site: Site) -> Site:
         site.crane,
         site.rules,
         [
-            (c.id, c.mesh, c.start_vox, c.stored_pose, c.stored_turn, c.before, c.after, c.hints)
+            [
+                c.id,
+                c.mesh,
+                c.start_vox,
+                c.stored_pose,
+                c.stored_turn,
+                c.before,
+                c.after,
+                c.hints,
+                c.lifting,
+                c.sail_area_m2,
+            ]
             for c in site.components
         ],
         [(blocker.id, blocker.kind, blocker.mesh) for blocker in blockers],

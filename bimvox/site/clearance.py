@@ -21,6 +21,9 @@ from bimvox.compiled import leaf_kernel
 from bimvox.crane.reach import HOOK_FORBIDDEN as HOOK_FORBIDDEN
 from bimvox.grid.occupancy import box_sum
 
+NO_CEILING = np.zeros((0, 0), np.int32)
+"""``hook_ceiling`` where nothing but the grid's top limits the height."""
+
 
 class Clearance(NamedTuple):
     """Everything that decides whether a component may be somewhere; a plain tuple, so that kernels take it.
@@ -33,6 +36,8 @@ class Clearance(NamedTuple):
             be; zeros where no rope rule holds.
         cleared_low: (3,) int32 lowest corner of the window of placements that the narrow phase looked at.
         cleared: (A, B, C) bool, placements that it cleared; size 0 where there are none.
+        hook_ceiling: (X, Y) int32 highest cell at which the hook line's foot may be (limiters, long slings, a luffing
+            jib); size 0 where the jib is above all of the grid.
     """
 
     table: NDArray[np.int32]
@@ -41,6 +46,7 @@ class Clearance(NamedTuple):
     hook_floor: NDArray[np.int32]
     cleared_low: NDArray[np.int32]
     cleared: NDArray[np.bool_]
+    hook_ceiling: NDArray[np.int32] = NO_CEILING
 
 
 NOTHING_CLEARED = (np.zeros(3, np.int32), np.zeros((0, 0, 0), np.bool_))
@@ -69,7 +75,10 @@ def hook_is_free(clearance: Clearance, x: int, y: int, z: int) -> bool:
     floor = clearance.hook_floor
     if hook_x < 0 or hook_y < 0 or hook_x >= floor.shape[0] or hook_y >= floor.shape[1]:
         return False
-    return bool(z + clearance.hook_offset[2] >= floor[hook_x, hook_y])
+    foot = z + clearance.hook_offset[2]
+    if clearance.hook_ceiling.size > 0 and foot > clearance.hook_ceiling[hook_x, hook_y]:
+        return False
+    return bool(foot >= floor[hook_x, hook_y])
 
 
 @leaf_kernel

@@ -70,6 +70,25 @@ class OrderHints:
 NO_HINTS = OrderHints()
 
 
+@dataclass(frozen=True, slots=True)
+class Lifting:
+    """How a component hangs.
+
+    Attributes:
+        points_m: (x, y, z) where the slings hold it, at its place in the building; metres in the site's frame.
+        source: ``anchors`` where the model has them, else ``centre_of_mass``: one point on its top above that.
+        sling_rise_vox: By how many cells the hook hangs higher above its top than the crane's usual slings put it, so
+            that the legs lean no more than the rules allow.
+    """
+
+    points_m: tuple[tuple[float, float, float], ...] = ()
+    source: str = "centre_of_mass"
+    sling_rise_vox: int = 0
+
+
+USUAL_LIFTING = Lifting()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Component:
     """One part to be lifted.
@@ -91,6 +110,8 @@ class Component:
         stored_pose: Pose in the yard for an explicit ``start_vox``.
         stored_turn: Quarter turns, counter-clockwise, by which it lies turned in the yard against how it is built in;
             None where the packer may choose.
+        lifting: Where the slings hold it, and how high they are.
+        sail_area_m2: The largest area that it shows the wind.
         before: Ids of components that must come later than this one (the planner's own constraint).
         after: Ids of components that must come earlier than this one.
         type_name: Name of its IFC type, if any.
@@ -121,3 +142,5 @@ class Component:
     mass_source: str = ""
     hints: OrderHints = NO_HINTS
     stored_turn: int | None = None
+    lifting: Lifting = USUAL_LIFTING
+    sail_area_m2: float = 0.0

@@ -5,6 +5,8 @@ Everything but the path of the model may be left out; :mod:`bimvox.site.guess` f
 
 from __future__ import annotations
 
+import math
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -13,7 +15,7 @@ from pydantic import AfterValidator, BaseModel, Field, PrivateAttr, model_valida
 
 from bimvox.errors import ConfigError
 from bimvox.site.component import StoredPose
-from bimvox.site.site import Rules
+from bimvox.site.site import Rules, SwingRule
 from bimvox.site.validation import STRICT, Flag, NotNegative, Number, Point2, Point2or3, Point3, Positive, Text, Whole
 
 _RULES = Rules()
@@ -107,6 +109,55 @@ class TravelConfig(BaseModel):
     jerk_m_s3: Positive
 
 
+def _falling(pairs: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    for (near, more), (far, less) in pairwise(pairs):
+        if far <= near or less > more:
+            raise ValueError("must have ascending radii and no ascending capacity")
+    return pairs
+
+
+Chart = Annotated[tuple[tuple[Positive, Positive], ...], Field(min_length=1), AfterValidator(_falling)]
+"""[radius in m, capacity in kg] pairs."""
+
+
+class ReevingConfig(BaseModel):
+    """One way in which the hoist rope is reeved."""
+
+    model_config = STRICT
+
+    falls: Annotated[Whole, Field(ge=1)]
+    """Parts of rope that carry the hook."""
+    chart: Chart
+    """Load chart: [radius in m, capacity in kg] pairs, load, rigging and hook block together."""
+    hook_block_kg: NotNegative = 0.0
+    """Its hook block, counted with every load."""
+    trolley_rate_m_s: Positive | None = None
+    """Highest speed of the trolley with it. Default: the ``trolley``'s."""
+    gears: tuple[tuple[Positive, Positive], ...] = ()
+    """How fast it hoists what: [mass on the rope in kg up to which, rate in m/s]."""
+
+
+class WorkingRangeConfig(BaseModel):
+    """What the crane's limiters are set to on this site (EN 17076)."""
+
+    model_config = STRICT
+
+    slew_rad: tuple[Number, Number] | None = None
+    """From where to where the jib may turn, counter-clockwise from the x axis: [first, last], at most once round."""
+    radius_m: tuple[NotNegative, Positive] | None = None
+    """Smallest and largest hook radius."""
+    highest_hook_m: Positive | None = None
+    """Highest hook above z = 0."""
+
+    @model_validator(mode="after")
+    def _ranges(self) -> Self:
+        if self.slew_rad is not None and not 0.0 < self.slew_rad[1] - self.slew_rad[0] <= 2.0 * math.pi:
+            raise ValueError("slew_rad goes counter-clockwise from the first angle to the second, at most once round")
+        if self.radius_m is not None and self.radius_m[0] >= self.radius_m[1]:
+            raise ValueError("radius_m is the smallest radius, then the largest")
+        return self
+
+
 class CraneConfig(BaseModel):
     """The crane. Without this table one is chosen; ``kind = "none"`` plans without one: no rope, no reach."""
 
@@ -129,15 +180,42 @@ class CraneConfig(BaseModel):
     sling_m: NotNegative | None = None
     """Height of the slings: hook above the load's top."""
     rigging_mass_kg: NotNegative | None = None
-    """Hook block, slings and spreader, counted with every load."""
+    """Slings and spreader, counted with every load."""
+    hook_block_kg: NotNegative | None = None
+    """Hook block, counted with every load. Default: the built-in machine's; 0 where a ``chart`` is given."""
+    falls: Annotated[Whole, Field(ge=1)] | None = None
+    """Parts of rope that carry the hook, all through the job. Default: the reeving that carries most."""
+    gears: tuple[tuple[Positive, Positive], ...] | None = None
+    """How fast it hoists what: [mass on the rope in kg, hook block and rigging included, up to which; rate in m/s].
+    Above the last mass the rate of ``hoist`` holds."""
+    working_range: WorkingRangeConfig | None = None
+    """What its limiters are set to."""
+    max_wind_m_s: Positive | None = None
+    """Wind (gust of 3 s) up to which the crane works; 20 m/s for tower cranes (EN 14439)."""
     slewing: SlewingConfig | None = None
     """Limits of the slewing axis."""
     trolley: TravelConfig | None = None
     """Limits of the trolley."""
     hoist: TravelConfig | None = None
     """Limits of the hoist."""
-    chart: Annotated[tuple[tuple[Positive, Positive], ...], Field(min_length=1)] | None = None
-    """Load chart: [radius in m, capacity in kg] pairs, load and rigging together."""
+    chart: Chart | None = None
+    """Load chart: [radius in m, capacity in kg] pairs, load, rigging and hook block together."""
+    reeving: Annotated[tuple[ReevingConfig, ...], Field(min_length=1)] | None = None
+    """Load chart, hook block and rates per reeving, in place of one ``chart``; ``falls`` says which is used."""
+
+    @model_validator(mode="after")
+    def _one_reeving(self) -> Self:
+        if self.reeving is None:
+            return self
+        for key in ("chart", "gears", "hook_block_kg"):
+            if getattr(self, key) is not None:
+                raise ValueError(f"{key} is given per reeving: leave it out, or leave [[crane.reeving]] out")
+        counts = [one.falls for one in self.reeving]
+        if len(set(counts)) < len(counts):
+            raise ValueError("two reevings have the same falls")
+        if self.falls is not None and self.falls not in counts:
+            raise ValueError(f"no reeving has {self.falls} falls: {', '.join(map(str, sorted(counts)))}")
+        return self
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -145,9 +223,6 @@ class CraneConfig(BaseModel):
             raise ValueError('kind = "none" takes no other key')
         if self.min_radius_m is not None and self.jib_length_m is not None and self.min_radius_m >= self.jib_length_m:
             raise ValueError("min_radius_m must be smaller than jib_length_m")
-        for (near, more), (far, less) in zip(self.chart or (), (self.chart or ())[1:], strict=False):
-            if far <= near or less > more:
-                raise ValueError("chart must have ascending radii and no ascending capacity")
         return self
 
 
@@ -164,7 +239,8 @@ class ComponentConfig(BaseModel):
     """How it is stored: as it is built in, or lying along x or y with its foot at the lowest end, to be erected."""
     turn: Annotated[Whole, Field(ge=0, le=3)] | None = None
     """Quarter turns, counter-clockwise, by which it lies turned in the yard; it is turned back while it hangs above its
-    place there. Default: 0, or 1 where it fits the yard only so."""
+    place there, upright: one that lies is erected first (give its pose too, else it waits as built in). Default: 0, or
+    1 where it fits the yard only so."""
     before: tuple[Text, ...] = ()
     """Ids of components that must be set later than this one."""
     after: tuple[Text, ...] = ()
@@ -176,8 +252,6 @@ class ComponentConfig(BaseModel):
     def _liftable(self) -> Self:
         if self.pinned and (self.start or self.pose or self.turn or self.before or self.after):
             raise ValueError("a pinned part is not lifted: it takes no start, pose, turn, before or after")
-        if self.turn and self.pose not in (None, StoredPose.AS_BUILT):
-            raise ValueError('a part that is erected is not turned as well: turn takes pose = "as_built"')
         return self
 
 
@@ -186,13 +260,35 @@ class ZoneConfig(BaseModel):
 
     model_config = STRICT
 
-    kind: Literal["prohibited", "assembly"] = "prohibited"
-    """``prohibited``: the hook may not be above it (EN 17076). ``assembly``: parts whose centre lies in it are set
-    together, zone by zone in the order of the file, before parts that lie in none."""
+    kind: Literal["prohibited", "no_load", "public", "slow", "limiter", "assembly"] = "prohibited"
+    """``prohibited``: the hook may not be above it (EN 17076). ``no_load``: nothing of a load may; the empty hook may.
+    ``public``: people who are not of the site; neither load nor hook may be above it. ``slow``: while the hook is above
+    it no axis goes faster than ``share`` of its highest rate. ``limiter``: the hook keeps between ``lowest_hook_m`` and
+    ``highest_hook_m`` above it. ``assembly``: parts whose centre lies in it are set together, zone by zone in the order
+    of the file, before parts that lie in none."""
     polygon: Polygon
     """Its corners."""
     name: Text | None = None
     """For the reader."""
+    share: Annotated[Number, Field(gt=0.0, le=1.0)] | None = None
+    """Of the highest rates, in a ``slow`` zone. Default: 0.5."""
+    lowest_hook_m: Number | None = None
+    """Lowest hook above z = 0, over a ``limiter``."""
+    highest_hook_m: Number | None = None
+    """Highest hook above z = 0, over a ``limiter``."""
+
+    @model_validator(mode="after")
+    def _own_keys(self) -> Self:
+        low, high = self.lowest_hook_m, self.highest_hook_m
+        if self.kind != "slow" and self.share is not None:
+            raise ValueError('share is for kind = "slow"')
+        if self.kind != "limiter" and (low is not None or high is not None):
+            raise ValueError('lowest_hook_m and highest_hook_m are for kind = "limiter"')
+        if self.kind == "limiter" and low is None and high is None:
+            raise ValueError("a limiter needs lowest_hook_m or highest_hook_m")
+        if low is not None and high is not None and low >= high:
+            raise ValueError("lowest_hook_m must be below highest_hook_m")
+        return self
 
 
 class RulesConfig(BaseModel):
@@ -219,10 +315,25 @@ class RulesConfig(BaseModel):
     """Time to take the slings off."""
     turn_s: NotNegative = _RULES.turn_s
     """Time to turn a hanging part by a quarter (tag lines, or a rotator)."""
+    swing: Literal["shaped", "off"] = _RULES.swing.value
+    """`shaped`: the crane's moves are shaped so that no load swings where it is set, and how far it swings on the way
+    is proven clear. `off`: swing is not looked at."""
+    truckload_kg: NotNegative = _RULES.truckload_kg
+    """The most that a delivery may weigh; a heavier part comes alone. Default: as much as the yard holds. Less means
+    more deliveries and shorter ways: each takes the nearest places of the yard, as soon as they are empty."""
+    wind_speed_m_s: NotNegative = _RULES.wind_speed_m_s
+    """Wind (gust of 3 s at the height of the jib) in which every lift must be possible. A part whose sail area allows
+    less (EN 13000: 1.2 m2 a tonne, drag included) is not lifted. 0: no wind."""
+    drag_coefficient: Positive = _RULES.drag_coefficient
+    """Drag coefficient of the parts in that wind: 1.1 for a cube to 2.0 for a long plate."""
+    sling_angle_rad: Annotated[Number, Field(gt=0.0, le=2.0943951023931957)] = _RULES.sling_angle_rad
+    """Largest angle between two legs of a sling to the part's lifting anchors."""
+    critical_share: Annotated[Number, Field(gt=0.0, le=1.0)] = _RULES.critical_share
+    """Share of the crane's capacity from which a lift counts as critical."""
 
     def rules(self) -> Rules:
         """Return them as the planner takes them."""
-        return Rules(**self.model_dump())
+        return Rules(**(self.model_dump() | {"swing": SwingRule(self.swing)}))
 
 
 class SequenceConfig(BaseModel):

@@ -123,6 +123,7 @@ def _larger(reach: float, capacity: float) -> TowerCrane:
         name=f"{crane.name} {LARGER} {reach:g} x {capacity:g}",
         jib_length_m=round(crane.jib_length_m * reach, 2),
         chart=chart,
+        gears=tuple((round(mass * capacity, 0), rate) for mass, rate in crane.gears),
     )
 
 

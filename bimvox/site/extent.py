@@ -86,7 +86,7 @@ def _around(
     highest = top_m(building) + config.rules.transit_clearance_m
     if crane is not None:
         corners.append(np.array(mast_box_m(crane))[:, :2])
-        highest = max(min(highest, crane.jib_height_m - crane.sling_m), float(bounds[1, 2]))
+        highest = max(min(highest, crane.highest_hook_m - crane.sling_m), float(bounds[1, 2]))
     points = np.concatenate(corners)
     margin = MARGIN_VOX + int(np.ceil(config.rules.transit_clearance_m / size_m - 1e-9))
     low = (np.floor(points.min(axis=0) / size_m + 1e-6) - margin) * size_m

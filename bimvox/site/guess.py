@@ -74,7 +74,7 @@ def cast_in_place(building: Building) -> tuple[str, ...]:
     (footings) was there before it.
     """
     ground_m = lowest_m(building)
-    most_kg = max(crane.chart.capacity_kg[0] - crane.rigging_mass_kg for crane in DEFAULT_CRANES)
+    most_kg = max(crane.chart.capacity_kg[0] - crane.tackle_kg for crane in DEFAULT_CRANES)
     parts = [element for element in building.elements if element.role is Role.COMPONENT]
     bounds = {element.id: element.mesh.bounds_m for element in parts}
     heavy = [

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import difflib
-from dataclasses import fields, replace
+from dataclasses import MISSING, fields, replace
 from typing import Any
 
-from bimvox.crane.defaults import DEFAULT_CRANES
-from bimvox.crane.tower_crane import AxisLimits, LoadChart, TowerCrane
-from bimvox.site.config import CraneConfig, SiteConfig, SlewingConfig, TravelConfig
+from bimvox.crane.defaults import DEFAULT_CRANES, DEFAULT_REEVINGS
+from bimvox.crane.rigging import with_reeving
+from bimvox.crane.tower_crane import AxisLimits, LoadChart, Reeving, TowerCrane
+from bimvox.crane.working_range import UNLIMITED, SlowZone, WorkingRange
+from bimvox.site.config import CraneConfig, SiteConfig, SlewingConfig, TravelConfig, WorkingRangeConfig
+
+_SLOW = 0.5
 
 
 def crane_of(config: SiteConfig) -> TowerCrane | None:
@@ -24,7 +28,7 @@ def crane_of(config: SiteConfig) -> TowerCrane | None:
         return None
     values = _values(given)
     machine = next((crane for crane in DEFAULT_CRANES if crane.name == given.name), None)
-    missing = [key.name for key in fields(TowerCrane) if key.name not in values]
+    missing = [key.name for key in fields(TowerCrane) if key.default is MISSING and key.name not in values]
     if machine is None and missing:
         names = [crane.name for crane in DEFAULT_CRANES]
         near = difflib.get_close_matches(given.name or "", names, n=1)
@@ -37,12 +41,23 @@ def crane_of(config: SiteConfig) -> TowerCrane | None:
         )
     if machine is not None and "base_m" not in values:
         raise config.error("crane.base_m", "is missing", hint="say where the crane stands, or leave [crane] out")
-    crane = replace(machine, **values) if machine else TowerCrane(**values)
+    crane = replace(_reeved(config, machine, given), **values) if machine else TowerCrane(**values)
+    if (chosen := _reeving_given(given)) is not None:
+        crane = with_reeving(crane, chosen)
+    crane = replace(crane, slow_zones=_slow_zones(config))
     if crane.min_radius_m >= crane.jib_length_m:
         raise config.error("crane.min_radius_m", f"must be smaller than the jib of {crane.jib_length_m:g} m")
     if crane.jib_height_m - crane.sling_m <= crane.base_m[2]:
         raise config.error("crane.jib_height_m", "leaves no room for the slings above the crane's foot")
     return crane
+
+
+def _slow_zones(config: SiteConfig) -> tuple[SlowZone, ...]:
+    return tuple(
+        SlowZone(zone.polygon, _SLOW if zone.share is None else zone.share)
+        for zone in config.zone
+        if zone.kind == "slow"
+    )
 
 
 def crane_config(crane: TowerCrane | None) -> CraneConfig:
@@ -67,7 +82,18 @@ def crane_config(crane: TowerCrane | None) -> CraneConfig:
         trolley=_travel(crane.trolley),
         hoist=_travel(crane.hoist),
         chart=tuple(zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True)),
+        hook_block_kg=crane.hook_block_kg,
+        falls=crane.falls,
+        gears=crane.gears,
+        max_wind_m_s=crane.max_wind_m_s,
+        working_range=_range_config(crane.working_range),
     )
+
+
+def _range_config(given: WorkingRange) -> WorkingRangeConfig | None:
+    if given == UNLIMITED:
+        return None
+    return WorkingRangeConfig(slew_rad=given.slew_rad, radius_m=given.radius_m, highest_hook_m=given.highest_hook_m)
 
 
 def _travel(axis: AxisLimits) -> TravelConfig:
@@ -90,7 +116,46 @@ def _values(given: CraneConfig) -> dict[str, Any]:
     for key, travel in (("trolley", given.trolley), ("hoist", given.hoist)):
         if travel is not None:
             values[key] = AxisLimits(travel.rate_m_s, travel.acceleration_m_s2, travel.jerk_m_s3)
-    if given.chart is not None:
-        radii, capacities = zip(*given.chart, strict=True)
-        values["chart"] = LoadChart(radii, capacities)
+    for key in ("hook_block_kg", "falls", "gears", "max_wind_m_s"):
+        if getattr(given, key) is not None:
+            values[key] = getattr(given, key)
+    if (given_range := given.working_range) is not None:
+        values["working_range"] = WorkingRange(given_range.slew_rad, given_range.radius_m, given_range.highest_hook_m)
+    chosen = _reeving_given(given)
+    if chosen is not None:
+        values["chart"] = chosen.chart
+    elif given.chart is not None:
+        # A chart of one's own is one reeving of one's own: nothing of the built-in machine's comes with it.
+        values = {"hook_block_kg": 0.0, "gears": (), **values, "chart": _chart(given.chart)}
     return values
+
+
+def _reeving_given(given: CraneConfig) -> Reeving | None:
+    """The reeving of the file that is used: the one with the falls asked for, else the one that carries most."""
+    if given.reeving is None:
+        return None
+    one = next((r for r in given.reeving if r.falls == given.falls), None)
+    one = one or max(given.reeving, key=lambda r: (r.chart[0][1], r.falls))
+    return Reeving(one.falls, _chart(one.chart), one.hook_block_kg, one.trolley_rate_m_s, one.gears)
+
+
+def _reeved(config: SiteConfig, machine: TowerCrane, given: CraneConfig) -> TowerCrane:
+    """A built-in machine with the falls asked for."""
+    if given.falls is None or given.chart is not None or given.reeving is not None:
+        return machine
+    known = DEFAULT_REEVINGS[machine.name]
+    for reeving in known:
+        if reeving.falls == given.falls:
+            return with_reeving(machine, reeving)
+    falls = [reeving.falls for reeving in known]
+    raise config.error(
+        "crane.falls",
+        f"{machine.name} has no reeving of {given.falls} falls",
+        available=[str(count) for count in falls],
+        hint=f"it has {' and '.join(map(str, sorted(falls)))}; another one needs a chart of its own",
+    )
+
+
+def _chart(pairs: tuple[tuple[float, float], ...]) -> LoadChart:
+    radii, capacities = zip(*pairs, strict=True)
+    return LoadChart(radii, capacities)

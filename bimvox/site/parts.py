@@ -12,6 +12,7 @@ from bimvox.bim.building import Element, Role, TriangleMesh
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import NO_HINTS, Component, IntVec, OrderHints, StoredPose
 from bimvox.site.config import ComponentConfig, SiteConfig
+from bimvox.site.sail import sail_area_m2
 from bimvox.site.shape import shape_of
 from bimvox.site.validation import nearest
 
@@ -89,6 +90,7 @@ def component_of(
     if entry is not None and entry.start is not None:
         x, y, z = (int(n) for n in frame.cell_of((*entry.start, 0.0)[:3]))
         start_vox = (x, y, z)
+    erected = is_erected(element) and not turn if pose is None else pose is not StoredPose.AS_BUILT
     return Component(
         index=index,
         id=element.id,
@@ -100,7 +102,7 @@ def component_of(
         mesh=element.mesh,
         mass_kg=element.mass_kg,
         hook_offset_vox=_hook_offset(element.mesh, target_vox, shape.size_vox, frame, shape.cells),
-        erected=is_erected(element) and not turn if pose is None else pose is not StoredPose.AS_BUILT,
+        erected=erected,
         start_vox=start_vox,
         stored_pose=pose,
         before=entry.before if entry else (),
@@ -111,6 +113,7 @@ def component_of(
         mass_source=element.mass_source,
         hints=hints,
         stored_turn=turn,
+        sail_area_m2=round(sail_area_m2(element.mesh, tipped=erected), 6),
     )
 
 

@@ -58,8 +58,8 @@ def turning_columns(shape: Shape, hook_offset_vox: IntVec) -> NDArray[np.int32]:
 def stored_shape(shape: Shape, pose: StoredPose, turn: int = 0) -> Shape:
     """Return the shape as it lies in the yard.
 
-    A lying component has its foot (lowest z as built in) at the lowest-index end of the axis it lies along. One that
-    lies as built in may be turned by quarters.
+    A lying component has its foot (lowest z as built in) at the lowest-index end of the axis it lies along. It may be
+    turned by quarters: standing, before it is laid down.
     """
     shape = turned_shape(shape, turn)
     if pose is StoredPose.AS_BUILT:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +17,13 @@ from bimvox.site.component import Component
 
 GROUND_ID = "ground"
 CRANE_ID = "crane"
+
+
+class SwingRule(StrEnum):
+    """Whether the crane's moves are shaped so that loads hang at rest when they end."""
+
+    SHAPED = "shaped"
+    OFF = "off"
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +40,15 @@ class Rules:
             for a practised crew, not measured ones.
         release_s: Time to take the slings off.
         turn_s: Time to turn a hanging part by a quarter.
+        wind_speed_m_s: Wind (gust of 3 s, at the height of the jib) in which the site must be able to work; 0: none.
+        drag_coefficient: c_w of the parts: 1.1 for a cube to 2.0 for a long plate.
+        sling_angle_rad: Largest angle between two legs of a sling.
+        critical_share: Share of the capacity from which a lift is critical: 29 CFR 1926.751 (OSHA) counts a lift above
+            75 percent so.
         transit_clearance_m: Distance kept from everything between departure and gate, up to whole cells.
+        swing: Whether the swing of loads is shaped, proven and kept small at the set point, or not looked at.
+        truckload_kg: The most that a delivery may weigh, but for a part that is heavier by itself; 0 for what the yard
+            holds.
     """
 
     clearance_m: float = 0.0
@@ -43,6 +60,12 @@ class Rules:
     release_s: float = 30.0
     turn_s: float = 30.0
     transit_clearance_m: float = 0.0
+    swing: SwingRule = SwingRule.SHAPED
+    truckload_kg: float = 0.0
+    wind_speed_m_s: float = 0.0
+    drag_coefficient: float = 2.0
+    sling_angle_rad: float = pi / 3.0
+    critical_share: float = 0.75
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,6 +87,19 @@ class Blocker:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class HookHeights:
+    """Between which heights the hook has to be over each column (working-range limiters).
+
+    Attributes:
+        low_m: (X, Y) float64 lowest hook above the site's z = 0; -inf where there is no limit.
+        high_m: (X, Y) float64 highest hook; inf where there is no limit.
+    """
+
+    low_m: NDArray[np.float64]
+    high_m: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Site:
     """Everything that a plan depends on.
 
@@ -79,6 +115,8 @@ class Site:
         yard: (X, Y) bool, columns whose slab cell is yard.
         site_to_ifc: (4, 4) float64 transform from the site's frame to the model's own coordinates.
         prohibited: (X, Y) bool, columns above which a zone forbids the hook; None where there is no zone.
+        no_load: (X, Y) bool, columns above which a zone forbids the load; None where there is no such zone.
+        hook_heights: Limits of the hook's height over columns; None where there are none.
         source: Plain values about the model (``name``, ``sha256`` ...).
         notes: What a reader should know about the site, one sentence each.
         obstruction_notes: The same about the obstructions (clipped, outside).
@@ -97,6 +135,8 @@ class Site:
     yard: NDArray[np.bool_]
     site_to_ifc: NDArray[np.float64]
     prohibited: NDArray[np.bool_] | None = None
+    no_load: NDArray[np.bool_] | None = None
+    hook_heights: HookHeights | None = None
     source: Mapping[str, str | float | bool] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     obstruction_notes: tuple[str, ...] = ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
-from bimvox.site.config import AreasConfig, ComponentConfig, CraneConfig, Polygon, SiteConfig, ZoneConfig
+from bimvox.site.config import AreasConfig, ComponentConfig, CraneConfig, Polygon, ReevingConfig, SiteConfig, ZoneConfig
 from bimvox.site.crane_guess import LARGER
 
 _HEAD = """\
@@ -94,16 +94,44 @@ def _crane(crane: CraneConfig | None) -> str:
         _maybe("min_radius_m", crane.min_radius_m, "smallest hook radius"),
         _maybe("mast_size_m", crane.mast_size_m, "edge of the square mast"),
         _maybe("sling_m", crane.sling_m, "hook above the load's top"),
-        _maybe("rigging_mass_kg", crane.rigging_mass_kg, "hook block, slings and spreader, counted with every load"),
+        _maybe("rigging_mass_kg", crane.rigging_mass_kg, "slings and spreader, counted with every load"),
+        _maybe("hook_block_kg", crane.hook_block_kg, "hook block, counted with every load"),
+        _maybe("falls", crane.falls, "parts of rope that carry the hook, all through the job"),
+        _maybe("max_wind_m_s", crane.max_wind_m_s, "wind (gust) up to which it works"),
     ]
     for key, axis in (("slewing", crane.slewing), ("trolley", crane.trolley), ("hoist", crane.hoist)):
         if axis is not None:
             inside = ", ".join(f"{name} = {_number(value)}" for name, value in axis.model_dump().items())
             lines.append(f"{key} = {{ {inside} }}")
+    if crane.working_range:
+        ranges = crane.working_range
+        limits = [
+            ranges.slew_rad and f"slew_rad = {_numbers(ranges.slew_rad)}",
+            ranges.radius_m and f"radius_m = {_numbers(ranges.radius_m)}",
+            ranges.highest_hook_m and f"highest_hook_m = {_number(ranges.highest_hook_m)}",
+        ]
+        lines.append(f"working_range = {{ {', '.join(entry for entry in limits if entry)} }}  # limiters")
+    if crane.gears:
+        lines.append(f"gears = [{', '.join(map(_numbers, crane.gears))}]  # up to so many kg on the rope: so many m/s")
+    if crane.reeving:
+        lines += ["# Per reeving: load chart, hook block and rates; `falls` says which is used."]
+        lines += ["reeving = [", *(f"  {_reeving(reeving)}," for reeving in crane.reeving), "]"]
     if crane.chart:
         lines += ["# Load chart: [radius in m, capacity in kg], load and rigging together.", "chart = ["]
         lines += [f"  {_numbers(pair)}," for pair in crane.chart] + ["]"]
     return _lines(*lines)
+
+
+def _reeving(reeving: ReevingConfig) -> str:
+    """One inline table on one line, as TOML wants it."""
+    entries = [
+        f"falls = {reeving.falls}",
+        f"hook_block_kg = {_number(reeving.hook_block_kg)}",
+        reeving.trolley_rate_m_s and f"trolley_rate_m_s = {_number(reeving.trolley_rate_m_s)}",
+        f"gears = [{', '.join(map(_numbers, reeving.gears))}]",
+        f"chart = [{', '.join(map(_numbers, reeving.chart))}]",
+    ]
+    return f"{{ {', '.join(entry for entry in entries if entry)} }}"
 
 
 def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) -> str:
@@ -135,7 +163,8 @@ def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) 
 
 def _zones(zones: Sequence[ZoneConfig], yards: Sequence[Polygon] | None) -> str:
     lines: list[object] = [
-        '# Where the hook may not be (EN 17076): streets, neighbours, a school. Or kind "assembly": set zone by zone.'
+        '# Zones (EN 17076): "prohibited" (no hook above), "no_load" (no load), "public" (neither), "slow" (a share of',
+        '# the rates), "limiter" (lowest_hook_m, highest_hook_m). Or "assembly": set zone by zone.',
     ]
     if not zones:
         x, y = yards[0][0] if yards else (0.0, 0.0)
@@ -147,6 +176,9 @@ def _zones(zones: Sequence[ZoneConfig], yards: Sequence[Polygon] | None) -> str:
             f"kind = {_text(zone.kind)}",
             zone.name and f"name = {_text(zone.name)}",
             f"polygon = {_polygon(zone.polygon)}",
+            zone.share is not None and f"share = {_number(zone.share)}  # of the axes' highest rates",
+            zone.lowest_hook_m is not None and f"lowest_hook_m = {_number(zone.lowest_hook_m)}",
+            zone.highest_hook_m is not None and f"highest_hook_m = {_number(zone.highest_hook_m)}",
         ]
     lines += [
         "",
@@ -169,6 +201,12 @@ def _rules(config: SiteConfig) -> str:
         _maybe("bracing_s", rules.bracing_s, "to align, fix and brace a part on the hook"),
         _maybe("release_s", rules.release_s, "to take the slings off"),
         _maybe("turn_s", rules.turn_s, "to turn a hanging part by a quarter"),
+        f'swing = {_text(rules.swing)}  # "off": the swing of loads is not looked at',
+        _maybe("truckload_kg", rules.truckload_kg, "the most that a delivery weighs; 0: what the yard holds"),
+        _maybe("wind_speed_m_s", rules.wind_speed_m_s, "gust in which every lift must be possible; 0: no wind"),
+        _maybe("drag_coefficient", rules.drag_coefficient, "of the parts in that wind: 1.1 a cube, 2.0 a long plate"),
+        _maybe("sling_angle_rad", rules.sling_angle_rad, "largest angle between two legs of a sling"),
+        _maybe("critical_share", rules.critical_share, "share of the capacity from which a lift is critical"),
     )
 
 

@@ -10,41 +10,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.reach import hook_floor
-from bimvox.crane.tower_crane import TowerCrane
-from bimvox.grid.frame import GridFrame
 from bimvox.grid.occupancy import box_sum
 from bimvox.planning.lift import YardPlace
-from bimvox.site.clearance import HOOK_FORBIDDEN, NOTHING_CLEARED, Clearance
+from bimvox.site.clearance import NOTHING_CLEARED, Clearance
+from bimvox.site.hook_room import hook_room
+from bimvox.site.site import Site
 
 HOOK_CELL = np.array([[0, 0, 0, 1, 1, 1]], np.int32)
 HOOK_OFFSET = np.zeros(3, np.int32)
 
 
 def empty_hook_clearance(
-    crane: TowerCrane,
-    frame: GridFrame,
+    site: Site,
     clearance: Clearance,
-    rope: bool,
     place: YardPlace,
     left_vox: NDArray[np.int32],
-    prohibited: NDArray[np.bool_] | None = None,
 ) -> Clearance:
     """Return the collision rule for the empty hook on its way to the next part.
 
     Args:
-        crane: The crane; the hook alone may go as far as the jib does.
-        frame: Metres to cells.
+        site: The site; the hook alone may go as far as the jib does.
         clearance: The rule for the next part's own lift: its table holds the part just set, not the next part itself.
-        rope: Whether the column above the hook must be free.
         place: Where the next part waits; the hook comes onto it from above.
         left_vox: (N, 3) cells of the slings' end on the last moves to the set point: the hook may leave by the way by
             which it came, also where neighbours share those cells.
-        prohibited: (X, Y) columns above which a zone forbids the hook, or None.
     """
-    floor = hook_floor(crane, frame, _top_of_table(clearance.table), 0.0, rope)
-    if prohibited is not None:
-        floor[prohibited] = HOOK_FORBIDDEN
+    floor, ceiling = hook_room(site, _top_of_table(clearance.table), None)
+    floor = floor.copy()
     # The next part is not in the table: keep the hook above it.
     cells = place.shape.cells + np.array(place.cell_vox, np.int32)
     np.maximum.at(floor, (cells[:, 0], cells[:, 1]), cells[:, 2] + np.int32(1))
@@ -53,7 +45,7 @@ def empty_hook_clearance(
         low = left_vox.min(axis=0).astype(np.int32)
         cleared = np.zeros(left_vox.max(axis=0) - low + 1, np.bool_)
         cleared[tuple((left_vox - low).T)] = True
-    return Clearance(clearance.table, HOOK_CELL, HOOK_OFFSET, floor, low, cleared)
+    return Clearance(clearance.table, HOOK_CELL, HOOK_OFFSET, floor, low, cleared, ceiling)
 
 
 @kernel

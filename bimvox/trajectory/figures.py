@@ -10,11 +10,8 @@ import numpy as np
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import utilisation
 from bimvox.planning.lift import LiftPlan, Method, Status
-from bimvox.site.site import Site
+from bimvox.site.site import Site, SwingRule
 from bimvox.trajectory.motion import LiftMotion
-
-CRITICAL_SHARE = 0.75
-"""From this share of the capacity on a lift is critical: 29 CFR 1926.751 (OSHA) counts a lift above 75 percent so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +29,7 @@ class PlanFigures:
         hook_travel_m: Length of the hook's way, empty and loaded, along the samples of the motions.
         critical: Lifts that use ``critical_share`` of the crane's capacity or more.
         critical_share: 0..1.
+        swing: Whether the crane's moves are shaped against the swing of loads; None without a crane.
     """
 
     lifts: int
@@ -44,6 +42,7 @@ class PlanFigures:
     hook_travel_m: float | None
     critical: int | None
     critical_share: float
+    swing: SwingRule | None = None
 
     @property
     def length_ratio(self) -> float | None:
@@ -55,16 +54,15 @@ class PlanFigures:
         return self.methods[method] / self.planned if self.planned else 0.0
 
 
-def plan_figures(
-    plan: LiftPlan, motions: Sequence[LiftMotion], *, critical_share: float = CRITICAL_SHARE
-) -> PlanFigures:
+def plan_figures(plan: LiftPlan, motions: Sequence[LiftMotion], *, critical_share: float | None = None) -> PlanFigures:
     """Return the figures of a plan.
 
     Args:
         plan: The plan.
         motions: Its motions; none without a crane.
-        critical_share: From which share of the capacity on a lift is critical, 0..1.
+        critical_share: From which share of the capacity on a lift is critical, 0..1; None: as the site's rules say.
     """
+    share = plan.site.rules.critical_share if critical_share is None else critical_share
     planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
     return PlanFigures(
         lifts=len(plan.lifts),
@@ -75,8 +73,9 @@ def plan_figures(
         crane_s=(motions[-1].end_ns - motions[0].start_ns) / 1e9 if motions else None,
         loaded_s=sum(motion.loaded.duration_s for motion in motions) if motions else None,
         hook_travel_m=sum(hook_travel_m(plan.site, motion) for motion in motions) if motions else None,
-        critical=sum(capacity_used(plan.site, motion) >= critical_share for motion in motions) if motions else None,
-        critical_share=critical_share,
+        critical=sum(capacity_used(plan.site, motion) >= share for motion in motions) if motions else None,
+        critical_share=share,
+        swing=plan.site.rules.swing if plan.site.crane is not None else None,
     )
 
 
@@ -91,6 +90,6 @@ def hook_travel_m(site: Site, motion: LiftMotion) -> float:
 def capacity_used(site: Site, motion: LiftMotion) -> float:
     """Return the largest share of its capacity that the crane uses in a lift, rigging included; infinite beyond it."""
     assert site.crane is not None
-    mass_kg = site.components[motion.component].mass_kg + site.crane.rigging_mass_kg
+    mass_kg = site.components[motion.component].mass_kg + site.crane.tackle_kg
     radius_m = np.concatenate([motion.raising.radius_m, motion.loaded.radius_m])
     return float(utilisation(site.crane.chart, radius_m, mass_kg).max())

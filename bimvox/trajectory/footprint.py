@@ -14,7 +14,7 @@ new ones if no cell that was added is in the footprint; a removed cell can break
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +23,15 @@ from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift, YardPlace
 from bimvox.site.component import Component, IntVec, StoredPose
+from bimvox.site.lifting import crane_for
 from bimvox.site.margin import grown_cells, margin_vox
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
-from bimvox.trajectory.verify_hook import tallest_met
+from bimvox.trajectory.verify_hook import jib_cell, reaches_jib, tallest_met
 from bimvox.trajectory.verify_space import placements_around, reference_cells, way_of
+from bimvox.trajectory.verify_swing import swung_placements
 
 _WORD = 64
 _SLINGS_END = (0, 0, 0)
@@ -96,6 +98,23 @@ class CellMask:
         """Return whether any cell is in both."""
         return not self.empty and bool(_meet(self._words, footprint.columns, footprint.heights))
 
+    def without(self, other: CellMask) -> CellMask:
+        """Return the cells that are not in another set."""
+        left = CellMask(self._shape)
+        left._words = self._words & ~other._words
+        left.empty = not left._words.any()
+        return left
+
+    def reaches_jib(self, site: Site) -> bool:
+        """Return whether any cell is as high as the site's jib."""
+        if self.empty or site.crane is None:
+            return False
+        lowest = jib_cell(site, site.crane)
+        bits = np.zeros(self._words.shape[1] * _WORD, np.bool_)
+        bits[max(lowest, 0) :] = True
+        high = np.packbits(bits, bitorder="little").view(np.uint64)
+        return bool((self._words & high).any())
+
     def footprint(self) -> Footprint:
         """Return the set as a footprint."""
         columns = np.flatnonzero(self._words.any(axis=1)).astype(np.int32)
@@ -117,18 +136,28 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     return mask.footprint()
 
 
-def motion_footprint(site: Site, lift: Lift, motion: LiftMotion) -> Footprint:
-    """Return the cells that ``verify_motions`` looks at for a lift: what load, hook line and empty hook sweep."""
+def motion_footprint(site: Site, lift: Lift, motion: LiftMotion, since_ns: int | None = None) -> Footprint:
+    """Return the cells that ``verify_motions`` looks at for a lift: what load, hook line and empty hook sweep.
+
+    Args:
+        site: The site.
+        lift: The lift.
+        motion: Its motion.
+        since_ns: Only what is swept from this time on, on the site's clock.
+    """
     assert lift.place is not None
     assert site.crane is not None
     mask = CellMask(site.shape)
-    _add_motion(mask, site, site.crane, site.components[lift.component], lift.place, motion)
+    rest_ns = 0 if since_ns is None else since_ns - motion.start_ns
+    _add_motion(mask, site, site.crane, site.components[lift.component], lift.place, motion, rest_ns)
     return mask.footprint()
 
 
 def jib_meets(site: Site, motion: LiftMotion, cells: NDArray[np.int32]) -> bool:
     """Return whether the jib turns into any of the cells ((N, 3)) during a lift."""
-    return site.crane is not None and bool(tallest_met(site, site.crane, cells, motion.samples()[1][:, 0]))
+    if site.crane is None or not reaches_jib(site, site.crane, cells):
+        return False
+    return bool(tallest_met(site, site.crane, cells, motion.samples()[1][:, 0]))
 
 
 def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox: int) -> Footprint:
@@ -155,19 +184,51 @@ def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox
 
 
 def _add_motion(
-    mask: CellMask, site: Site, crane: TowerCrane, component: Component, place: YardPlace, motion: LiftMotion
+    mask: CellMask,
+    site: Site,
+    crane: TowerCrane,
+    component: Component,
+    place: YardPlace,
+    motion: LiftMotion,
+    rest_ns: int,
 ) -> None:
     """What the load, its hook line and the empty hook's line sweep, by the definitions of the verifier."""
     hook = np.array(component.hook_offset_vox)
     upright = place.pose is StoredPose.AS_BUILT and not place.turn
-    for trajectory, with_load in ((motion.raising, upright), (motion.loaded, True)):
-        placements = _placements(site, crane, trajectory, component.hook_offset_vox)
+    for whole, with_load in ((motion.raising, upright), (motion.loaded, True)):
+        trajectory = _rest_of(whole, rest_ns)
+        if trajectory is None:
+            continue
+        placements = _placements(site, crane_for(site, crane, component), trajectory, component.hook_offset_vox)
+        if whole is motion.loaded:
+            swung = swung_placements(site, crane, motion, whole, component, rest_ns)
+            placements = np.concatenate([placements, swung])
         if with_load:
             mask.add_placements(placements, grown_cells(component.shape.cells, margin_vox(site)))
         if site.rules.rope:
             mask.add_columns_above(placements + hook)
-    if motion.approach is not None and site.rules.rope:
-        mask.add_columns_above(_placements(site, crane, motion.approach, _SLINGS_END))
+    approach = None if motion.approach is None else _rest_of(motion.approach, rest_ns)
+    if approach is not None and site.rules.rope:
+        mask.add_columns_above(_placements(site, crane, approach, _SLINGS_END))
+        assert motion.approach is not None
+        mask.add_columns_above(swung_placements(site, crane, motion, motion.approach, None, rest_ns))
+
+
+def _rest_of(trajectory: Trajectory, rest_ns: int) -> Trajectory | None:
+    """What is left of a trajectory from a time on, a sample more than less; None where it is over."""
+    time_ns = trajectory.time_ns
+    if rest_ns <= time_ns[0]:
+        return trajectory
+    if rest_ns > time_ns[-1]:
+        return None
+    first = min(max(int(np.searchsorted(time_ns, rest_ns)) - 1, 0), len(time_ns) - 2)
+    return replace(
+        trajectory,
+        time_ns=time_ns[first:],
+        slew_rad=trajectory.slew_rad[first:],
+        radius_m=trajectory.radius_m[first:],
+        height_m=trajectory.height_m[first:],
+    )
 
 
 def _placements(site: Site, crane: TowerCrane, trajectory: Trajectory, hook_offset: IntVec) -> NDArray[np.int64]:

@@ -98,6 +98,10 @@ class LiftMotion:
         axes = [np.stack([part.slew_rad, part.radius_m, part.height_m], axis=1) for part in self.trajectories]
         time_ns = np.concatenate([[0], *times, [self.end_ns - self.start_ns]])
         whole = np.concatenate([axes[0][:1], *axes, axes[-1][-1:]])
+        steps = np.diff(time_ns)
+        if (steps >= 0).all():
+            once = np.concatenate([[True], steps > 0])
+            return time_ns[once] + self.start_ns, whole[once]
         time_ns, first = np.unique(time_ns, return_index=True)
         return time_ns + self.start_ns, whole[first]
 

@@ -6,7 +6,7 @@ sideways in contact); along an arc it follows the head of a component that is ti
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import hypot, pi
 
@@ -60,6 +60,11 @@ class Move:
         slew, radius, height = (difference != 0.0 for difference in self.difference)
         flat = self.line is not Line.JOINT
         return (slew or flat, radius or flat, height)
+
+    @property
+    def swings(self) -> bool:
+        """Whether it moves what hangs on the hook sideways; a part that is tipped up stands on its foot."""
+        return not self.is_vertical and self.line is not Line.ARC
 
     @property
     def is_vertical(self) -> bool:
@@ -117,6 +122,11 @@ def share_limits(crane: TowerCrane, move: Move) -> AxisLimits:
         if second > 0.0:
             tightest[1] = min(tightest[1], limits.jerk / (9.0 * second * tightest[0]))
     return AxisLimits(*tightest)
+
+
+def slowed(limits: AxisLimits, share: float) -> AxisLimits:
+    """Return limits with a share of their rate."""
+    return limits if share == 1.0 else replace(limits, rate=limits.rate * share)
 
 
 def move_time_s(crane: TowerCrane, move: Move) -> float:

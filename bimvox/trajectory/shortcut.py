@@ -93,7 +93,7 @@ def _open_heights(
     """Hook heights, ascending, up to which the columns over both placements are free."""
     for z in range(min(int(start_vox[2]), int(end_vox[2])), clearance.table.shape[2]):
         height_m = load.zero_height_m + z * load.voxel_size_m
-        if height_m > crane.jib_height_m:
+        if height_m > crane.highest_hook_m:
             return
         for x, y, low in (start_vox, end_vox):
             if z >= low and not placement_is_free(clearance, x, y, z):
@@ -203,9 +203,9 @@ def check_path(crane: TowerCrane, clearance: Clearance, load: LoadFrame, path_vo
         if not placement_is_free(clearance, cell[0], cell[1], cell[2]):
             raise PlanningError(f"the path is not free at {cell.tolist()}", hint="plan the lift again")
     highest_m = load.zero_height_m + int(path_vox[:, 2].max()) * load.voxel_size_m
-    if highest_m > crane.jib_height_m:
+    if highest_m > crane.highest_hook_m:
         raise PlanningError(
-            f"the path takes the hook up to {highest_m:.2f} m, above the jib at {crane.jib_height_m:.2f} m",
+            f"the path takes the hook up to {highest_m:.2f} m, above the jib at {crane.highest_hook_m:.2f} m",
             hint="raise [crane] jib_height_m, or shorten the slings",
         )
 

@@ -14,12 +14,14 @@ from bimvox.errors import InputError, MotionError, PlanningError
 from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.site.component import Component, StoredPose
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.trajectory.drive import drive_free, drive_path
 from bimvox.trajectory.empty_hook import HOOK_OFFSET, empty_hook_clearance
 from bimvox.trajectory.load_frame import LoadFrame, axes_of_cells, load_frame
 from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName, quarters_of
 from bimvox.trajectory.move import Line, Move
+from bimvox.trajectory.swing import pendulum_of
 from bimvox.trajectory.timeline import Timeline, in_sequence
 from bimvox.trajectory.timing import NS_PER_S, sampled
 from bimvox.trajectory.trajectory import Trajectory
@@ -104,28 +106,32 @@ def _motion(
 ) -> LiftMotion:
     component = site.components[lift.component]
     assert lift.path_vox is not None
+    # The empty hook goes with the usual slings, longer ones hooked back; the load in its gear, with its own slings.
+    loaded_crane = crane_for(site, crane, component)
+    crane = crane_for(site, crane, None)
     hook = load_frame(crane, site.frame, HOOK_OFFSET)
     period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
+    empty, hanging = pendulum_of(site, None), pendulum_of(site, component)
     spans: list[tuple[PhaseName, int]] = []
     approach: Trajectory | None = None
     hook_on_vox = _hook_on_cell(component, place, clearance)
     if before is not None:
-        left_vox = _left_cells(site, before)
-        rule = empty_hook_clearance(crane, site.frame, clearance, site.rules.rope, place, left_vox, site.prohibited)
-        timeline, needed_m = drive_free(crane, rule, hook, left_vox[-1], hook_on_vox, slew_rad)
-        approach = sampled(timeline, needed_m, period_s, size_m)
+        left_vox = left_cells(site, before)
+        rule = empty_hook_clearance(site, clearance, place, left_vox)
+        timeline, needed_m = drive_free(crane, rule, hook, left_vox[-1], hook_on_vox, slew_rad, empty)
+        approach = sampled(timeline, needed_m, period_s, size_m, empty)
         slew_rad = float(approach.slew_rad[-1])
         spans.append((PhaseName.APPROACH, int(approach.time_ns[-1])))
     spans.append((PhaseName.HOOK_ON, round(HOOK_ON_S * NS_PER_S)))
-    load = load_frame(crane, site.frame, component.hook_offset_vox)
-    raise_timeline = _raising(crane, component, place, hook, load, hook_on_vox, slew_rad)
+    load = load_frame(loaded_crane, site.frame, component.hook_offset_vox)
+    raise_timeline = _raising(loaded_crane, component, place, hook, load, hook_on_vox, slew_rad)
     raising = _later(sampled(raise_timeline, 0.0, period_s, size_m), _total(spans))
     spans.append((PhaseName.RAISE, _length_ns(raising) + round(TRIAL_LIFT_S * NS_PER_S)))
     spans.append((PhaseName.TURN, round(quarters_of(place.turn) * site.rules.turn_s * NS_PER_S)))
     timeline, needed_m = drive_path(
-        crane, clearance, load, lift.path_vox, lift.contact_moves, float(raising.slew_rad[-1])
+        loaded_crane, clearance, load, lift.path_vox, lift.contact_moves, float(raising.slew_rad[-1]), hanging
     )
-    loaded = _later(sampled(timeline, needed_m, period_s, size_m), _total(spans))
+    loaded = _later(sampled(timeline, needed_m, period_s, size_m, hanging), _total(spans))
     spans += carrying_phases(timeline, _length_ns(loaded))
     spans.append((PhaseName.SET, round(site.rules.bracing_s * NS_PER_S)))
     spans.append((PhaseName.RELEASE, round(site.rules.release_s * NS_PER_S)))
@@ -164,7 +170,7 @@ def _hook_on_cell(component: Component, place: YardPlace, clearance: Clearance) 
     x, y, z = place.cell_vox
     size_x, size_y, size_z = place.shape.size_vox
     foot = np.add(place.transit_start_vox, component.hook_offset_vox).astype(np.int32)
-    foot[2] = z + size_z
+    foot[2] = z + size_z + component.lifting.sling_rise_vox
     head = foot.copy()
     if place.pose is StoredPose.LYING_X:
         head[0] = x + size_x - 1
@@ -176,11 +182,13 @@ def _hook_on_cell(component: Component, place: YardPlace, clearance: Clearance) 
     return head if inside and all(placement_is_free(above, *cell) for cell in way) else foot
 
 
-def _left_cells(site: Site, lift: Lift) -> NDArray[np.int32]:
+def left_cells(site: Site, lift: Lift) -> NDArray[np.int32]:
     """(N, 3) cells of the slings' lower end on the last moves of a lift, its place last."""
     assert lift.path_vox is not None
     tail = lift.path_vox[max(0, len(lift.path_vox) - 1 - lift.contact_moves) :]
-    cells: NDArray[np.int32] = tail + np.array(site.components[lift.component].hook_offset_vox, np.int32)
+    component = site.components[lift.component]
+    rise = np.array([0, 0, component.lifting.sling_rise_vox], np.int32)
+    cells: NDArray[np.int32] = tail + np.array(component.hook_offset_vox, np.int32) + rise
     return cells
 
 

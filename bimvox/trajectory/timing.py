@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.kinematics import hook_of
+from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.trajectory.swing import Pendulum
 from bimvox.trajectory.timeline import Timeline
 from bimvox.trajectory.trajectory import Trajectory
 
@@ -39,7 +41,13 @@ class Motion(Protocol):
         """Return (N, 3) float64 slew, radius and height at times."""
 
 
-def sampled(timeline: Timeline, clearance_height_m: float, sample_period_s: float, voxel_size_m: float) -> Trajectory:
+def sampled(
+    timeline: Timeline,
+    clearance_height_m: float,
+    sample_period_s: float,
+    voxel_size_m: float,
+    pendulum: Pendulum | None = None,
+) -> Trajectory:
     """Return a trajectory's samples.
 
     There is a sample at the start, at the end, at every corner at which the axes rest, at every multiple of the period,
@@ -50,6 +58,7 @@ def sampled(timeline: Timeline, clearance_height_m: float, sample_period_s: floa
         clearance_height_m: Height of the hook that the lift needs, for its bound.
         sample_period_s: Largest time between samples.
         voxel_size_m: Edge of a cell.
+        pendulum: What hangs on the hook where its moves are shaped, for the bound.
     """
     crane = timeline.crane
     end_ns = int(np.ceil(timeline.duration_s * NS_PER_S))
@@ -57,6 +66,9 @@ def sampled(timeline: Timeline, clearance_height_m: float, sample_period_s: floa
     time_ns = sample_times(timeline, end_ns, rests_ns, sample_period_s, voxel_size_m)
     axes = timeline.axes_at(time_ns / NS_PER_S)
     corner = np.searchsorted(time_ns, rests_ns)
+    shaping_s = 0.0
+    if pendulum is not None:
+        shaping_s = half_period_s(pendulum_length_m(crane, float(axes[:, 2].max()), pendulum.below_hook_m))
     first, last = (CranePose(*(float(value) for value in axes[i])) for i in (0, -1))
     return Trajectory(
         time_ns=frozen(time_ns),
@@ -64,7 +76,7 @@ def sampled(timeline: Timeline, clearance_height_m: float, sample_period_s: floa
         radius_m=frozen(axes[:, 1].copy()),
         height_m=frozen(axes[:, 2].copy()),
         corner=frozen(corner.astype(np.int64)),
-        bound_s=point_to_point_s(crane, first, last, clearance_height_m),
+        bound_s=point_to_point_s(crane, first, last, clearance_height_m, shaping_s),
     )
 
 
@@ -90,17 +102,24 @@ def sample_times(
         sample_period_s: Largest time between samples.
         voxel_size_m: Edge of a cell.
     """
-    must = np.unique(np.concatenate([np.array([0, end_ns]), must_ns]))
+    must = _ascending(np.array([0, end_ns]), must_ns)
     period_ns = max(1, round(sample_period_s * NS_PER_S))
     regular = _apart(np.arange(0, end_ns, period_ns, dtype=np.int64), must)
-    must = np.unique(np.concatenate([must, regular]))
+    must = _ascending(must, regular)
     steps = int(np.ceil(end_ns / NS_PER_S * motion.top_speed_m_s / (_DENSE_VOX * voxel_size_m))) + 1
-    dense = np.unique(np.concatenate([np.linspace(0, end_ns, steps + 1).astype(np.int64), must]))
+    dense = _ascending(np.linspace(0, end_ns, steps + 1).astype(np.int64), must)
     hook_m = hook_of(motion.crane, *motion.axes_at(dense / NS_PER_S).T)
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(hook_m, axis=0), axis=1))])
     stride = np.floor(way / (_SPACING_VOX * voxel_size_m))
     passing = dense[1:][np.diff(stride) > 0]
-    return np.unique(np.concatenate([must, _apart(passing, must)]))
+    return _ascending(must, _apart(passing, must))
+
+
+def _ascending(*times_ns: NDArray[np.int64]) -> NDArray[np.int64]:
+    """All times, each once. ``np.unique`` puts them through a hash table first: they are almost in order."""
+    together = np.sort(np.concatenate(times_ns), kind="stable")
+    ascending: NDArray[np.int64] = together[np.concatenate([[True], np.diff(together) > 0])]
+    return ascending
 
 
 def _apart(times_ns: NDArray[np.int64], taken_ns: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of
-from bimvox.crane.load_chart import utilisation
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.proof import Check
 from bimvox.trajectory.motion import LiftMotion, PhaseName
@@ -18,6 +18,8 @@ _OVER_LIMIT = 1e-3
 """Share by which a rate, acceleration or jerk may exceed its limit: times are rounded to nanoseconds."""
 _ROUNDING = 8.0 * np.finfo(np.float64).eps
 _RANGE_M = 1e-6
+_RANGE_RAD = 1e-6
+_HOIST = 2
 _NAMES = ("slewing", "trolley", "hoist")
 _MOST_SPACING_VOX = 0.5
 
@@ -80,14 +82,21 @@ def check_phases(check: Check, name: str, motion: LiftMotion) -> None:
         check.look(fits, f"{name}: its {what} does not fit its phases")
 
 
-def check_limits(check: Check, name: str, crane: TowerCrane, motion: LiftMotion) -> None:
+def check_limits(check: Check, name: str, crane: TowerCrane, motion: LiftMotion, mass_kg: float) -> None:
     """Check that no axis exceeds its rate, acceleration or jerk, by divided differences of the samples.
+
+    The hoist's rate is the one for what hangs on it: nothing on the approach, the load from then on. Between two
+    samples over a slow zone every rate is that share of it.
 
     The k-th divided difference times k! is a value of the k-th derivative somewhere between the samples, or an average
     of it, so a motion within its limits cannot fail, wherever the samples are.
     """
     time_ns, axes = motion.samples()
     time_s = (time_ns - time_ns[0]) / 1e9
+    empty_ns = 0 if motion.approach is None else int(motion.approach.time_ns[-1])
+    is_empty = time_ns[1:] - time_ns[0] <= empty_ns
+    hoist_rate = np.where(is_empty, _hoist_rate(crane, 0.0), _hoist_rate(crane, mass_kg))
+    slow = _slow_between(crane, axes)
     for axis, limits in enumerate((crane.slewing, crane.trolley, crane.hoist)):
         values = axes[:, axis]
         noise = np.full(len(values), _ROUNDING * (float(np.abs(values).max()) + crane.jib_height_m))
@@ -98,14 +107,39 @@ def check_limits(check: Check, name: str, crane: TowerCrane, motion: LiftMotion)
                 break
             span_s = (time_s[order:] - time_s[:-order]) / order
             values, noise = np.diff(values) / span_s, (noise[1:] + noise[:-1]) / span_s
-            share = np.maximum(np.abs(values) - noise, 0.0) / limit
+            allowed = np.full(len(values), limit)
+            if order == 1:
+                allowed = slow * (hoist_rate if axis == _HOIST else allowed)
+            share = np.maximum(np.abs(values) - noise, 0.0) / allowed
             worst = int(np.argmax(share))
             check.measure(float(share[worst]))
             check.look(
                 bool(share[worst] <= 1.0 + _OVER_LIMIT),
-                f"{name}: {_NAMES[axis]} {what} {abs(values[worst]):.4g} at {time_s[worst]:.2f} s, allowed {limit:.4g}",
+                f"{name}: {_NAMES[axis]} {what} {abs(values[worst]):.4g} at {time_s[worst]:.2f} s, "
+                f"allowed {allowed[worst]:.4g}",
                 samples=len(values),
             )
+
+
+def _hoist_rate(crane: TowerCrane, load_kg: float) -> float:
+    """The rate of the slowest gear that is needed for a load, looked up from the heaviest down."""
+    hung_kg = load_kg + crane.hook_block_kg + crane.rigging_mass_kg
+    rate = min([crane.hoist.rate] + [last for _, last in crane.gears[-1:]])
+    for most_kg, faster in reversed(crane.gears):
+        if hung_kg > most_kg:
+            break
+        rate = faster
+    return rate
+
+
+def _slow_between(crane: TowerCrane, axes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N - 1,) share of the rates allowed between samples: less where both are over a slow zone."""
+    allowed = np.ones(len(axes) - 1)
+    hook_m = hook_of(crane, *axes.T)
+    for zone in crane.slow_zones:
+        over = shapely.contains_xy(shapely.Polygon(zone.polygon), hook_m[:, 0], hook_m[:, 1])
+        allowed = np.where(over[:-1] & over[1:], np.minimum(allowed, zone.share), allowed)
+    return allowed
 
 
 def check_rests(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, what: str) -> None:
@@ -137,30 +171,31 @@ def check_range(check: Check, name: str, crane: TowerCrane, axes: NDArray[np.flo
     h^2 / (8 r) for cells of h: so much is allowed.
     """
     nearest_m = np.sqrt(max(crane.min_radius_m**2 - (voxel_size_m / 2.0) ** 2, 0.0))
+    given = crane.working_range
+    near_m, far_m = given.radius_m or (0.0, np.inf)
+    nearest_m, furthest_m = max(nearest_m, near_m), min(crane.jib_length_m, far_m)
+    highest_m = min(crane.jib_height_m, np.inf if given.highest_hook_m is None else given.highest_hook_m)
     lowest = np.array([nearest_m, crane.sling_m]) - _RANGE_M
-    highest = np.array([crane.jib_length_m, crane.jib_height_m]) + _RANGE_M
+    highest = np.array([furthest_m, highest_m]) + _RANGE_M
     bad = ((axes[:, 1:] < lowest) | (axes[:, 1:] > highest)).any(axis=1)
     worst = axes[bad][:1, 1:].ravel()
     where = f"radius {worst[0]:.3f} m, height {worst[1]:.3f} m" if bad.any() else ""
     check.look(
         not bad.any(),
-        f"{name}: the hook is at {where}; allowed are radii {crane.min_radius_m:g} to {crane.jib_length_m:g} m, "
-        f"heights {crane.sling_m:g} to {crane.jib_height_m:g} m",
+        f"{name}: the hook is at {where}; allowed are radii {nearest_m:g} to {furthest_m:g} m, "
+        f"heights {crane.sling_m:g} to {highest_m:g} m",
         samples=len(axes),
     )
-
-
-def check_capacity(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, mass_kg: float) -> None:
-    """Check that load and rigging together are within the load chart at the radius of every sample."""
-    used = utilisation(crane.chart, trajectory.radius_m, mass_kg + crane.rigging_mass_kg)
-    worst = int(np.argmax(used))
-    check.measure(float(used[worst]))
-    check.look(
-        bool(used[worst] <= 1.0 + 1e-9),
-        f"{name}: {mass_kg + crane.rigging_mass_kg:.0f} kg at {trajectory.radius_m[worst]:.2f} m is "
-        f"{used[worst]:.3f} of the capacity",
-        samples=len(used),
-    )
+    if given.slew_rad is not None:
+        first, last = given.slew_rad
+        turned = np.remainder(axes[:, 0] - (first + last) / 2.0 + np.pi, 2.0 * np.pi) - np.pi
+        out = np.abs(turned) > (last - first) / 2.0 + _RANGE_RAD
+        worst_rad = float(axes[int(np.argmax(out)), 0])
+        check.look(
+            not out.any(),
+            f"{name}: the jib is at {worst_rad:.4f} rad; its limiter is set to {first:g} to {last:g} rad",
+            samples=len(axes),
+        )
 
 
 def check_spacing(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, voxel_size_m: float) -> None:

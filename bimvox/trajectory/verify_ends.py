@@ -10,6 +10,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.moment import Moment
 from bimvox.planning.proof import Check
 from bimvox.site.component import Component, IntVec
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion, PhaseName, quarters_of
 from bimvox.trajectory.verify_axes import axes_of_samples
@@ -39,6 +40,7 @@ def check_ends(
         previous: The motion of the planned lift before it, if that is known.
     """
     component, place = site.components[moment.lift.component], moment.lift.place
+    usual, crane = crane, crane_for(site, crane, component)
     if place is None:
         check.look(False, f"{name}: it has no place in the yard")
         return
@@ -65,7 +67,7 @@ def check_ends(
     )
     if moment.before is not None:
         left = site.components[moment.before.component]
-        same("the empty hook starts", first, _hook_over(site, crane, left, left.target_vox))
+        same("the empty hook starts", first, _hook_over(site, crane_for(site, usual, left), left, left.target_vox))
     turned = [phase for phase in motion.phases if phase.name is PhaseName.TURN]
     wanted_ns = round(quarters_of(place.turn) * site.rules.turn_s * 1e9)
     check.look(

@@ -17,7 +17,14 @@ from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
 from bimvox.trajectory.verify_load import check_zone, things_over
-from bimvox.trajectory.verify_space import RawCells, placements_around, reference_cells, way_of
+from bimvox.trajectory.verify_space import (
+    ALWAYS_NS,
+    RawCells,
+    placements_around,
+    reference_cells,
+    way_of,
+    within,
+)
 
 _SLINGS_END = (0, 0, 0)
 
@@ -31,18 +38,29 @@ class HookProof:
         triangles: The test of real triangles.
         cells: What stands where now; moved on by the caller.
         checks: ``empty_hook``, ``zones`` and ``jib``.
+        window_ns: Positions outside this span of the site's clock are not looked at.
     """
 
     def __init__(
-        self, site: Site, crane: TowerCrane, triangles: TriangleCheck, cells: RawCells, checks: Mapping[str, Check]
+        self,
+        site: Site,
+        crane: TowerCrane,
+        triangles: TriangleCheck,
+        cells: RawCells,
+        checks: Mapping[str, Check],
+        window_ns: tuple[int, int] = ALWAYS_NS,
     ) -> None:
+        self.window_ns, self.start_ns = window_ns, 0
         self.site, self.crane, self.triangles, self.cells, self.checks = site, crane, triangles, cells, checks
 
     def check(self, name: str, moment: Moment, motion: LiftMotion) -> None:
         """Check the approach of a lift, and the jib over all of it."""
+        self.start_ns = motion.start_ns
         if motion.approach is not None and moment.before is not None:
             self._check_approach(name, moment, motion.approach, self.site.components[moment.before.component])
-        self._check_jib(name, moment.present, motion.samples()[1])
+        time_ns, axes = motion.samples()
+        first, last = np.searchsorted(time_ns, self.window_ns)
+        self._check_jib(name, moment.present, axes[max(int(first) - 1, 0) : int(last) + 1])
 
     def _check_approach(self, name: str, moment: Moment, approach: Trajectory, left: Component) -> None:
         """A cell at the slings' end and the line above it are free, the next part in the yard included.
@@ -55,7 +73,7 @@ class HookProof:
         cells = reference_cells(self.crane, frame, way.axes, _SLINGS_END)
         placements = placements_around(cells, way.slack_vox)
         time_s = approach.time_ns[way.sample] / 1e9
-        check_zone(self.checks["zones"], f"{name}, approach", self.site, placements, np.zeros(3, np.int64), time_s)
+        check_zone(self.checks["zones"], f"{name}, approach", self.site, placements, None, cells, time_s)
         if not self.site.rules.rope:
             return
         present = list(moment.present)
@@ -74,6 +92,7 @@ class HookProof:
             for n in np.flatnonzero(leaving & ~bad).tolist():
                 offset_m = (cells[n] - set_at) * frame.voxel_size_m
                 bad[n] = not all(self.triangles.rope_is_clear(left, offset_m, thing.solid) for thing in near)
+        bad &= within(approach, way, self.start_ns, self.window_ns)
         if bad.any():
             n = int(np.argmax(bad))
             met = ", ".join(things_over(present, placements, n, np.zeros(3, np.int64)))
@@ -86,16 +105,27 @@ class HookProof:
 
         What sticks out of the grid's top is cut off there, and not seen.
         """
-        frame, crane, check = self.site.frame, self.crane, self.checks["jib"]
+        crane, check = self.crane, self.checks["jib"]
+        if not len(axes):
+            return
         check.look(True, "", samples=len(axes))
-        highest = int(np.floor((crane.jib_height_m - frame.origin_m[2]) / frame.voxel_size_m + 1e-6))
-        if highest >= self.site.shape[2]:
+        if jib_cell(self.site, crane) >= self.site.shape[2]:
             return
         for thing in present:
             met = thing.name != CRANE_ID and tallest_met(self.site, crane, thing.cells, axes[:, 0])
             check.look(
                 not met, f"{name}: the jib at {crane.jib_height_m:g} m turns into {thing.name}, which is as high"
             )
+
+
+def jib_cell(site: Site, crane: TowerCrane) -> int:
+    """Return the lowest height, in cells, at which something is as high as the jib."""
+    return int(np.floor((crane.jib_height_m - site.frame.origin_m[2]) / site.frame.voxel_size_m + 1e-6))
+
+
+def reaches_jib(site: Site, crane: TowerCrane, cells: NDArray[np.int32]) -> bool:
+    """Return whether any of the cells ((N, 3)) is as high as the jib."""
+    return bool((cells[:, 2] >= jib_cell(site, crane)).any())
 
 
 def tallest_met(site: Site, crane: TowerCrane, cells: NDArray[np.int32], slew_rad: NDArray[np.float64]) -> bool:
@@ -108,8 +138,7 @@ def tallest_met(site: Site, crane: TowerCrane, cells: NDArray[np.int32], slew_ra
         slew_rad: (M,) every slewing angle that the jib takes, unwrapped.
     """
     frame = site.frame
-    highest = int(np.floor((crane.jib_height_m - frame.origin_m[2]) / frame.voxel_size_m + 1e-6))
-    tall = cells[cells[:, 2] >= highest]
+    tall = cells[cells[:, 2] >= jib_cell(site, crane)]
     if not len(tall):
         return False
     from_axis_m = frame.centre_of(tall)[:, :2] - np.array(crane.base_m[:2])

@@ -9,21 +9,25 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift
-from bimvox.planning.moment import Moment, Thing, near_and_far
+from bimvox.planning.moment import Moment, Thing, near_and_far, passed_by
 from bimvox.planning.proof import Check
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component, StoredPose
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
 from bimvox.trajectory.verify_space import (
+    ALWAYS_NS,
     BETWEEN_VOX,
     Placements,
     RawCells,
     placements_around,
     reference_cells,
+    tail_of,
     way_of,
+    within,
 )
 
 
@@ -36,16 +40,25 @@ class LoadProof:
         triangles: The test of real triangles.
         cells: What stands where now; moved on by the caller.
         checks: ``motion_cells``, ``motion_triangles``, ``motion_rope`` and ``zones``.
+        window_ns: Positions outside this span of the site's clock are not looked at.
     """
 
     def __init__(
-        self, site: Site, crane: TowerCrane, triangles: TriangleCheck, cells: RawCells, checks: Mapping[str, Check]
+        self,
+        site: Site,
+        crane: TowerCrane,
+        triangles: TriangleCheck,
+        cells: RawCells,
+        checks: Mapping[str, Check],
+        window_ns: tuple[int, int] = ALWAYS_NS,
     ) -> None:
+        self.window_ns, self.start_ns = window_ns, 0
         self.site, self.crane, self.triangles, self.cells, self.checks = site, crane, triangles, cells, checks
 
     def check(self, name: str, moment: Moment, motion: LiftMotion) -> None:
         """Check raising and loaded motion of a lift."""
         component, place = self.site.components[moment.lift.component], moment.lift.place
+        self.start_ns = motion.start_ns
         upright = place is not None and place.pose is StoredPose.AS_BUILT and not place.turn
         # What a part sweeps while it is tipped up, or raised turned, is checked with its place in the yard; here its
         # hook line is.
@@ -63,12 +76,16 @@ class LoadProof:
         with_load: bool,
     ) -> None:
         way = way_of(self.crane, axes_of_samples(trajectory), self.site.frame.voxel_size_m)
-        cells = reference_cells(self.crane, self.site.frame, way.axes, component.hook_offset_vox)
+        crane = crane_for(self.site, self.crane, component)
+        cells = reference_cells(crane, self.site.frame, way.axes, component.hook_offset_vox)
         placements = placements_around(cells, way.slack_vox)
         own = component.shape.cells
         time_s = trajectory.time_ns[way.sample] / 1e9
-        tail = _is_tail(cells, lift)
+        tail, now = tail_of(cells, lift), within(trajectory, way, self.start_ns, self.window_ns)
+        if not now.any():
+            return
         near, far = near_and_far(component, moment.present) if tail.any() else ([], list(moment.present))
+        passed: list[Thing] = []
         check = self.checks["motion_cells"]
         if with_load:
             inside = ~placements.at_positions(~self.cells.holds(placements, own))
@@ -77,19 +94,36 @@ class LoadProof:
                 check.look(False, f"{name}: leaves the site at {time_s[n]:.2f} s, cell {_text(cells[n])}")
             hit = placements.at_positions(self.cells.meets(placements, own))
             bad = hit & ~tail
-            if (hit & tail).any():
-                bad |= placements.at_positions(self.cells.without(near).meets(placements, own))
-            check.look(True, "", samples=len(cells))
+            if (hit & tail).any() and lift is not None:
+                left = placements.at_positions(self.cells.without(near).meets(placements, own)) & tail
+                if (left & now).any():
+                    passed = self._check_passed(component, lift, cells[tail & now], far)
+                    near, far = [*near, *passed], [thing for thing in far if thing not in passed]
+                    left = placements.at_positions(self.cells.without(near).meets(placements, own)) & tail
+                bad |= left
+            check.look(True, "", samples=int(now.sum()))
+            bad &= now
             if bad.any():
                 n = int(np.argmax(bad))
                 met = ", ".join(_met(moment.present if not tail[n] else far, placements, n, own))
                 check.look(
                     False, f"{name}: at {time_s[n]:.2f} s, cell {_text(cells[n])}, the load is in cells of {met}"
                 )
-            self._check_contact(component, cells, hit & tail, near)
+            self._check_contact(component, cells, hit & tail & now, [thing for thing in near if thing not in passed])
         if self.site.rules.rope:
-            self._check_rope(name, component, moment, cells, placements, tail, near, far, time_s)
-        self._check_zone(name, component, placements, time_s)
+            self._check_rope(name, component, moment, cells, placements, tail, near, far, time_s, now)
+        check_zone(self.checks["zones"], name, self.site, placements, component, cells, time_s)
+
+    def _check_passed(
+        self, component: Component, lift: Lift, cells: NDArray[np.float64], far: Sequence[Thing]
+    ) -> list[Thing]:
+        """Return what the load passes by on its last moves, in cells of it; checked not to be met at all."""
+        assert lift.path_vox is not None
+        passed = passed_by(component, far, lift.path_vox[-lift.contact_moves :])
+        offsets_m = (cells - np.array(component.target_vox)) * self.site.frame.voxel_size_m
+        for thing in passed:
+            self.triangles.check_apart(self.checks["motion_triangles"], component, offsets_m, thing.solid)
+        return passed
 
     def _check_contact(
         self, component: Component, cells: NDArray[np.float64], hit: NDArray[np.bool_], near: Sequence[Thing]
@@ -113,15 +147,16 @@ class LoadProof:
         near: Sequence[Thing],
         far: Sequence[Thing],
         time_s: NDArray[np.float64],
+        now: NDArray[np.bool_],
     ) -> None:
         """A hook line one cell wide is free; in the tail the rope itself must miss the triangles of neighbours."""
         check = self.checks["motion_rope"]
-        check.look(True, "", samples=len(cells))
-        hit = placements.at_positions(self.cells.over(placements, component.hook_offset_vox))
+        check.look(True, "", samples=int(now.sum()))
+        hit = placements.at_positions(self.cells.over(placements, component.hook_offset_vox)) & now
         bad = hit & ~tail
         doubtful = hit & tail
         if doubtful.any():
-            bad |= placements.at_positions(self.cells.without(near).over(placements, component.hook_offset_vox))
+            bad |= now & placements.at_positions(self.cells.without(near).over(placements, component.hook_offset_vox))
         for n in np.flatnonzero(doubtful & ~bad).tolist():
             offset_m = (cells[n] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
             bad[n] = not all(self.triangles.rope_is_clear(component, offset_m, thing.solid) for thing in near)
@@ -130,31 +165,61 @@ class LoadProof:
             met = ", ".join(things_over(moment.present, placements, n, np.array(component.hook_offset_vox)))
             check.look(False, f"{name}: at {time_s[n]:.2f} s, cell {_text(cells[n])}, the hoist rope meets {met}")
 
-    def _check_zone(self, name: str, component: Component, placements: Placements, time_s: NDArray[np.float64]) -> None:
-        check_zone(self.checks["zones"], name, self.site, placements, np.array(component.hook_offset_vox), time_s)
-
 
 def check_zone(
     check: Check,
     name: str,
     site: Site,
     placements: Placements,
-    hook_offset_vox: NDArray[np.int64],
+    component: Component | None,
+    cells: NDArray[np.float64],
     time_s: NDArray[np.float64],
 ) -> None:
-    """Check that the hook is over no column that a zone forbids."""
-    if site.prohibited is None:
-        return
-    hook = placements.cells[:, :2] + hook_offset_vox[:2]
-    inside = ((hook >= 0) & (hook < site.prohibited.shape)).all(axis=1)
-    over = np.zeros(len(hook), np.bool_)
-    over[inside] = site.prohibited[hook[inside, 0], hook[inside, 1]]
-    bad = placements.at_positions(over)
-    check.look(
-        not bad.any(),
-        f"{name}: the hook is over a prohibited zone at {time_s[int(np.argmax(bad))]:.2f} s",
-        samples=len(bad),
-    )
+    """Check that hook and load are over no column that a zone forbids them, and the hook as high as limiters want it.
+
+    Args:
+        check: Where the result goes.
+        name: The lift, for messages.
+        site: The site.
+        placements: Whole placements around every position.
+        component: The load; None for the empty hook.
+        cells: (N, 3) the positions, in reference cells.
+        time_s: (N,) their times.
+    """
+    offset = np.array((0, 0, 0) if component is None else component.hook_offset_vox)
+
+    def over(zone: NDArray[np.bool_], offsets: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Which placements have one of these columns, relative to the reference cell, over a zone."""
+        found = np.zeros(len(placements.cells), np.bool_)
+        for column in offsets:
+            at = placements.cells[:, :2] + column
+            inside = ((at >= 0) & (at < zone.shape)).all(axis=1)
+            found[inside] |= zone[at[inside, 0], at[inside, 1]]
+        return found
+
+    def look(bad: NDArray[np.bool_], what: str) -> None:
+        check.look(not bad.any(), f"{name}: {what} at {time_s[int(np.argmax(bad))]:.2f} s", samples=len(bad))
+
+    if site.prohibited is not None:
+        look(placements.at_positions(over(site.prohibited, offset[None, :2])), "the hook is over a prohibited zone")
+    if site.no_load is not None and component is not None:
+        columns = np.unique(component.shape.cells[:, :2], axis=0).astype(np.int64)
+        look(placements.at_positions(over(site.no_load, columns)), "the load is over a zone that is closed to it")
+    if site.hook_heights is not None and site.crane is not None:
+        sling_m = crane_for(site, site.crane, component).sling_m
+        hook_m = site.frame.origin_m[2] + (cells[:, 2] + offset[2]) * site.frame.voxel_size_m + sling_m
+        columns = placements.cells[:, :2] + offset[:2]
+        shape = site.hook_heights.low_m.shape
+        inside = ((columns >= 0) & (columns < shape)).all(axis=1)
+        low, high = np.full(len(columns), -np.inf), np.full(len(columns), np.inf)
+        low[inside] = site.hook_heights.low_m[columns[inside, 0], columns[inside, 1]]
+        high[inside] = site.hook_heights.high_m[columns[inside, 0], columns[inside, 1]]
+        slack_m = BETWEEN_VOX * site.frame.voxel_size_m
+        wrong = hook_m < low[placements.around].max(axis=0) - slack_m
+        look(
+            wrong | (hook_m > high[placements.around].min(axis=0) + slack_m),
+            "the hook is not as high as a limiter wants it",
+        )
 
 
 def things_over(
@@ -175,17 +240,6 @@ def _met(things: Sequence[Thing], placements: Placements, position: int, own: ND
     """Return the names of what is in the load's cells at one position."""
     cells = {tuple(cell) for place in placements.at(position) for cell in (own + place).tolist()}
     return [thing.name for thing in things if any(tuple(cell) in cells for cell in thing.cells.tolist())]
-
-
-def _is_tail(cells: NDArray[np.float64], lift: Lift | None) -> NDArray[np.bool_]:
-    """Return which positions are on the last moves: at the end, and within the placements that were in contact."""
-    if lift is None or lift.path_vox is None or lift.contact_moves <= 0:
-        return np.zeros(len(cells), np.bool_)
-    placements = lift.path_vox[-1 - min(lift.contact_moves, len(lift.path_vox) - 1) :]
-    low, high = placements.min(axis=0) - BETWEEN_VOX, placements.max(axis=0) + BETWEEN_VOX
-    within = ((cells >= low) & (cells <= high)).all(axis=1)
-    tail: NDArray[np.bool_] = np.logical_and.accumulate(within[::-1])[::-1]
-    return tail
 
 
 def _text(cell: NDArray[np.float64]) -> str:

@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
+from bimvox.planning.lift import Lift
 from bimvox.planning.moment import Thing
 from bimvox.site.component import IntVec
+from bimvox.trajectory.trajectory import Trajectory
 
 _SPACING_VOX = 0.125
 _MOST_BETWEEN = 4096
@@ -26,6 +28,8 @@ BETWEEN_VOX = 0.05
 """How far into a cell a position between two samples may reach: where one axis speeds up while another slows down the
 motion is curved, and the chord between two of its samples cuts that much off (a t^2 / 8; measured up to 0.05)."""
 _CHUNK = 4_000_000
+ALWAYS_NS = (-(2**62), 2**62)
+"""A span of time that holds every motion."""
 
 
 class Way(NamedTuple):
@@ -40,6 +44,23 @@ class Way(NamedTuple):
     axes: NDArray[np.float64]
     sample: NDArray[np.int64]
     slack_vox: NDArray[np.float64]
+
+
+def within(trajectory: Trajectory, way: Way, start_ns: int, window_ns: tuple[int, int]) -> NDArray[np.bool_]:
+    """Return (N,) which positions of a way belong to a span of time.
+
+    A position belongs to all of the time between the samples around it, so that a span's border is on the safe side.
+
+    Args:
+        trajectory: Whose positions they are.
+        way: The positions.
+        start_ns: When its lift starts, on the site's clock.
+        window_ns: From when until when.
+    """
+    time_ns = trajectory.time_ns + np.int64(start_ns)
+    next_ns = np.append(time_ns[1:], time_ns[-1])
+    inside: NDArray[np.bool_] = (next_ns[way.sample] >= window_ns[0]) & (time_ns[way.sample] <= window_ns[1])
+    return inside
 
 
 def way_of(crane: TowerCrane, axes: NDArray[np.float64], voxel_size_m: float) -> Way:
@@ -78,6 +99,20 @@ def reference_cells(
     hook = (foot_m - np.array(frame.origin_m)) / frame.voxel_size_m
     cells: NDArray[np.float64] = hook - [0.5, 0.5, 0.0] - np.array(hook_offset_vox, np.float64)
     return cells
+
+
+def tail_of(cells: NDArray[np.float64], lift: Lift | None) -> NDArray[np.bool_]:
+    """Return (N,) which positions ((N, 3) reference cells) are on the last moves of a lift.
+
+    They are at the end, and within the placements that were in contact.
+    """
+    if lift is None or lift.path_vox is None or lift.contact_moves <= 0:
+        return np.zeros(len(cells), np.bool_)
+    placements = lift.path_vox[-1 - min(lift.contact_moves, len(lift.path_vox) - 1) :]
+    low, high = placements.min(axis=0) - BETWEEN_VOX, placements.max(axis=0) + BETWEEN_VOX
+    within = ((cells >= low) & (cells <= high)).all(axis=1)
+    tail: NDArray[np.bool_] = np.logical_and.accumulate(within[::-1])[::-1]
+    return tail
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,7 +20,7 @@ def test_the_smallest_crane_that_serves_every_point_is_chosen_clear_of_everythin
     assert crane.jib_height_m == 18.0 + HOOK_BLOCK_M
     radii = np.hypot(*(points - np.array(crane.base_m[:2])).T)
     assert (radii >= crane.min_radius_m).all()
-    assert (capacity_kg(crane.chart, radii) >= 1500.0 + crane.rigging_mass_kg).all()
+    assert (capacity_kg(crane.chart, radii) >= 1500.0 + crane.tackle_kg).all()
     low, high = np.array(mast_box_m(crane))
     for area in (BUILDING, YARD):
         gap = np.maximum(area.min(axis=0) - high[:2], low[:2] - area.max(axis=0)).max()

@@ -20,7 +20,7 @@ def brute_force(crane, frame, top, mass_kg, rope):
         slings_end_m = frame.corner_of((i, j, lowest))[2] + crane.sling_m
         if (
             crane.min_radius_m <= radius <= crane.jib_length_m
-            and capacity_kg(crane.chart, radius) >= mass_kg + crane.rigging_mass_kg
+            and capacity_kg(crane.chart, radius) >= mass_kg + crane.tackle_kg
             and slings_end_m <= crane.jib_height_m + 1e-6
         ):
             floor[i, j] = lowest

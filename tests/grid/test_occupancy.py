@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from bimvox.grid.occupancy import box_sum, summed_area_table, top_of_columns
+from bimvox.grid.occupancy import box_sum, summed_area_table, top_of_columns, update_table
 
 grids = hnp.arrays(np.bool_, hnp.array_shapes(min_dims=3, max_dims=3, min_side=1, max_side=7))
 
@@ -38,3 +38,17 @@ def test_the_top_is_one_above_the_highest_occupied_cell(occupied: np.ndarray) ->
     for i, j in np.ndindex(occupied.shape[:2]):
         filled = np.flatnonzero(occupied[i, j])
         assert top[i, j] == (filled[-1] + 1 if filled.size else 0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(hnp.arrays(np.uint16, st.tuples(*[st.integers(1, 7)] * 3), elements=st.integers(0, 2)), st.data())
+def test_a_table_brought_up_to_date_is_the_one_made_anew(counts: np.ndarray, data: st.DataObject) -> None:
+    table, top = summed_area_table(counts > 0), top_of_columns(counts > 0)
+    for _ in range(3):
+        low = [data.draw(st.integers(0, size - 1)) for size in counts.shape]
+        high = [data.draw(st.integers(at + 1, size)) for at, size in zip(low, counts.shape, strict=True)]
+        box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
+        counts[box] = data.draw(hnp.arrays(np.uint16, counts[box].shape, elements=st.integers(0, 2)))
+        update_table(table, top, counts, *low)
+        assert np.array_equal(table, summed_area_table(counts > 0))
+        assert np.array_equal(top, top_of_columns(counts > 0))

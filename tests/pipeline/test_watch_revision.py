@@ -216,3 +216,52 @@ def test_a_plan_taken_up_halfway_is_finished(frame):
     assert not last.standing.pending
     assert verify_plan(last.standing.plan).verified
     assert verify_motions(last.standing.plan, last.standing.chain).verified
+
+
+def test_what_is_taken_back_is_known_and_proven_still(frame, monkeypatch):
+    log, preparation = frame
+    first = standing_of(log.plan, log.motions)
+    site = first.plan.site
+    low = site.frame.corner_of(np.array(site.components[0].target_vox)) + 0.1
+    blocked = with_obstructions(
+        site, ObstructionSet.of([Obstruction("box", Box(tuple(low), tuple(low + 0.3)))]), rasterise
+    )
+    *_, with_box = revise(first, blocked, preparation)
+    lost = {lift.order for lift in with_box.standing.plan.lifts if lift.status is Status.INFEASIBLE}
+    assert lost, "what rests on the blocked part is impossible, too"
+
+    def never(*_: Any, **__: Any) -> Any:
+        raise AssertionError("it is known already")
+
+    free = with_obstructions(site, EMPTY, rasterise)
+    with monkeypatch.context() as known:
+        known.setattr("bimvox.trajectory.revise.plan_lift", never)
+        known.setattr("bimvox.trajectory.revise.time_lift", never)
+        parts = list(revise(with_box.standing, free, preparation, first=3))
+    last = parts[-1].standing
+    assert lost <= {order for part in parts for order in part.made}
+    assert all(one is other for one, other in zip(last.plan.lifts, first.plan.lifts, strict=True))
+    assert verify_plan(last.plan).verified
+    assert verify_motions(last.plan, last.chain).verified
+    assert [motion.end_ns for motion in last.chain] == [motion.end_ns for motion in first.chain]
+
+
+def test_a_version_is_not_taken_where_something_else_is_in_its_way(frame):
+    log, preparation = frame
+    first = standing_of(log.plan, log.motions)
+    site, path = first.plan.site, first.plan.lifts[0].path_vox
+    assert path is not None
+
+    def box(name: str, cell: Any) -> Obstruction:
+        low = site.frame.corner_of(np.array(cell)) + 0.1
+        return Obstruction(name, Box(tuple(low), tuple(low + 0.3)))
+
+    on_target = box("on target", site.components[first.plan.lifts[0].component].target_vox)
+    on_path = box("on path", path[len(path) // 2])
+    *_, blocked = revise(first, with_obstructions(site, ObstructionSet.of([on_target]), rasterise), preparation)
+    *_, other = revise(blocked.standing, with_obstructions(site, ObstructionSet.of([on_path]), rasterise), preparation)
+    lift = other.standing.plan.lifts[0]
+    assert lift.status is Status.PLANNED
+    assert not np.array_equal(lift.path_vox, path)
+    assert verify_plan(other.standing.plan).verified
+    assert verify_motions(other.standing.plan, other.standing.chain).verified

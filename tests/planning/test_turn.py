@@ -1,8 +1,10 @@
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
 from box_sites import box_cells, box_site, test_crane
+from scipy.spatial.transform import Rotation
 
 from bimvox.log.plan_json import plan_from_json, plan_to_json
 from bimvox.log.track import crane_track
@@ -10,7 +12,8 @@ from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.lift import Status
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.verify import verify_plan
-from bimvox.site.site import Blocker
+from bimvox.site.component import StoredPose
+from bimvox.site.site import Blocker, Rules
 from bimvox.trajectory.motion import PhaseName
 from bimvox.trajectory.time_plan import time_plan
 from bimvox.trajectory.verify import verify_motions
@@ -104,3 +107,102 @@ def test_a_turn_that_the_log_does_not_time_is_found():
         dataclasses.replace(p, name=PhaseName.RAISE if p.name is PhaseName.TURN else p.name) for p in motion.phases
     )
     assert not verify_motions(plan, (dataclasses.replace(motion, phases=phases),)).verified
+
+
+PANEL = ("panel", (2.0, 2.0, 0.0), (2.5, 4.0, 6.0), {"erected": True})  # 6 m high, 2 m wide, half a metre thick
+STRIP = ((24.0, 4.0), (38.0, 7.0))  # 1.5 m wide in y: it lies along x, its width can only be the panel's thickness
+
+
+def panel_site(**more):
+    name, low, high, options = PANEL
+    return box_site(
+        [(name, low, high, {**options, **more})],
+        yard=STRIP,
+        crane=test_crane(base=(13.0, 13.0, 0.0)),
+        shape=(44, 30, 24),
+    )
+
+
+def test_a_part_is_erected_and_turned_in_one_lift():
+    site = panel_site()
+    preparation, plan = planned(site)
+    (lift,) = plan.lifts
+    assert (lift.status, lift.place.pose, lift.place.turn) == (Status.PLANNED, StoredPose.LYING_X, 1)
+    assert lift.place.shape.size_vox == (12, 1, 4)
+    assert verify_plan(plan).verified
+    (motion,) = time_plan(plan, replay(site, preparation, plan))
+    assert verify_motions(plan, (motion,)).verified
+    assert {PhaseName.RAISE, PhaseName.TURN} <= {phase.name for phase in motion.phases}
+    assert motion.raising.slew_rad[0] != motion.raising.slew_rad[-1]  # hooked at its head, set upright over its foot
+    again, _ = plan_from_json(plan_to_json(plan), site, {0: lift.path_vox}, "log")
+    assert again.lifts[0].place.transit_start_vox == lift.place.transit_start_vox
+
+
+def test_its_box_is_seen_to_lie_to_stand_up_and_to_turn():
+    """The track's frame puts the panel's corners where it is: in its yard cells, then upright, then as built in."""
+    site = panel_site()
+    preparation, plan = planned(site)
+    (motion,) = time_plan(plan, replay(site, preparation, plan))
+    track = crane_track(site, plan.lifts[0], motion)
+    size_m = site.frame.voxel_size_m * np.array(site.components[0].shape.size_vox)
+    corners = np.array(list(itertools.product(*zip(np.zeros(3), size_m, strict=True))))
+
+    def box(n):
+        there = Rotation.from_quat(track.tilt[n]).apply(corners) + track.corner_m[n]
+        return there.min(axis=0), there.max(axis=0)
+
+    place = plan.lifts[0].place
+    low_m = site.frame.corner_of(place.cell_vox)
+    np.testing.assert_allclose(box(0), [low_m, low_m + np.array([6.0, 0.5, 2.0])], atol=1e-6)
+    raised = int(np.searchsorted(track.time_ns, motion.start_ns + int(motion.raising.time_ns[-1])))
+    up_m = low_m + np.array([0, 0, place.rise_vox * site.frame.voxel_size_m])
+    np.testing.assert_allclose(box(raised), [up_m, up_m + np.array([2.0, 0.5, 6.0])], atol=0.02)
+    steps_m = np.linalg.norm(np.diff(track.corner_m[: raised + 2], axis=0), axis=1)
+    assert steps_m.max() < 0.8  # nothing jumps on the way
+    np.testing.assert_allclose(box(-1)[0], site.frame.corner_of(site.components[0].target_vox), atol=1e-6)
+
+
+@pytest.mark.parametrize(("pose", "turn"), [(StoredPose.LYING_X, 3), (StoredPose.LYING_Y, 2), (StoredPose.LYING_X, 2)])
+def test_pose_and_turn_of_the_site_file_are_kept(pose, turn):
+    site = dataclasses.replace(panel_site(stored_pose=pose, stored_turn=turn), yard=np.ones((44, 30), bool))
+    preparation, plan = planned(site)
+    (lift,) = plan.lifts
+    assert (lift.status, lift.place.pose, lift.place.turn) == (Status.PLANNED, pose, turn)
+    assert verify_plan(plan).verified
+    assert verify_motions(plan, time_plan(plan, replay(site, preparation, plan))).verified
+
+
+def test_a_post_where_it_is_erected_or_turned_is_found_by_the_verifier():
+    site = panel_site()
+    _, plan = planned(site)
+    (lift,) = plan.lifts
+    x, y, _ = lift.place.cell_vox
+    lows = {"erected": (x + 2, y, 7), "turned": (x + 2, y - 2, 1 + lift.place.rise_vox)}
+    for word, cell in lows.items():
+        post = Blocker("post", "obstruction", np.array([cell], np.int32))
+        spoiled = dataclasses.replace(plan, site=dataclasses.replace(site, blockers=(*site.blockers, post)))
+        failures = " ".join(verify_plan(spoiled).failures)
+        assert f"meets post while it is {word}" in failures
+
+
+GATE = [
+    ("left", (8.0, 0.0, 0.0), (8.5, 4.5, 8.5)),
+    ("right", (8.0, 6.0, 0.0), (8.5, 15.0, 8.5)),
+]
+
+
+def test_a_long_beam_passes_lengthwise_through_a_narrow_place():
+    """A wall up to the site's top with a gap of 1.5 m; the beam is 6 m long and waits turned across its way."""
+    beam = ("beam", (1.0, 5.0, 0.0), (7.0, 5.5, 0.5))
+    site = box_site(
+        [beam], structure=GATE, yard=((30.0, 2.0), (32.0, 28.0)), shape=(40, 30, 18), rules=Rules(rope=False)
+    )
+    _, plan = planned(site)
+    (lift,) = plan.lifts
+    assert (lift.status, lift.place.turn) == (Status.PLANNED, 1)
+    assert verify_plan(plan).verified
+    # Across, it does not pass: the same beam along y has no way through.
+    across = ("beam", (1.0, 3.0, 0.0), (1.5, 9.0, 0.5))
+    _, plan = planned(box_site([across], structure=GATE, shape=(40, 30, 18), rules=Rules(rope=False)))
+    assert plan.lifts[0].status is Status.INFEASIBLE
+    assert set(plan.lifts[0].blocked_by) >= {"left", "right"}

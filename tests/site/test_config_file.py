@@ -53,7 +53,7 @@ def test_a_misspelt_required_key_is_reported_as_such_not_as_missing():
         (MODEL + "[grid]\nlow_m = [0, 0]\nhigh_m = [1, -1, 1]\n", "grid", "above low_m"),
         (MODEL + '[crane]\nkind = "luffing"\n', "crane.kind", "'hammerhead' or 'none'"),
         (MODEL + '[crane]\nkind = "none"\nsling_m = 1\n', "crane", "no other key"),
-        (MODEL + "[crane]\nchart = [[10, 100], [5, 50]]\n", "crane", "ascending"),
+        (MODEL + "[crane]\nchart = [[10, 100], [5, 50]]\n", "crane.chart", "ascending"),
         (MODEL + '[[component]]\nglobal_id = "a"\npose = "up"\n', "component[0].pose", "lying_x"),
         (MODEL + '[[component]]\nglobal_id = "a"\npinned = true\nstart = [1, 2]\n', "component[0]", "pinned"),
         (MODEL + '[[component]]\nglobal_id = "a"\n[[component]]\nglobal_id = "a"\n', None, "component[1].global_id"),

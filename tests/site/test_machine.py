@@ -1,4 +1,4 @@
-from dataclasses import fields, replace
+from dataclasses import MISSING, fields, replace
 
 import pytest
 from box_sites import test_crane as some_crane
@@ -6,7 +6,7 @@ from box_sites import test_crane as some_crane
 from bimvox.crane.defaults import DEFAULT_CRANES, default_crane
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError
-from bimvox.site.config import CraneConfig, ModelConfig, SiteConfig
+from bimvox.site.config import CraneConfig, ModelConfig, ReevingConfig, SiteConfig
 from bimvox.site.machine import crane_config, crane_of
 
 
@@ -34,7 +34,7 @@ def test_a_built_in_machine_fills_in_what_is_left_out():
 def test_a_machine_of_ones_own_needs_every_key():
     complete = crane_config(some_crane()).model_dump()
     for field in fields(TowerCrane):
-        if field.name == "name":
+        if field.name == "name" or field.default is not MISSING:
             continue
         with pytest.raises(ConfigError, match="is missing") as caught:
             crane_of(site(**{key: value for key, value in complete.items() if key != field.name}))
@@ -59,3 +59,42 @@ def test_a_machine_that_makes_no_sense_is_refused(values, key):
     with pytest.raises(ConfigError) as caught:
         crane_of(site(**values))
     assert caught.value.key == key
+
+
+REEVINGS = (
+    ReevingConfig(falls=2, chart=((10.0, 3000.0), (30.0, 900.0)), hook_block_kg=90.0, trolley_rate_m_s=1.2),
+    ReevingConfig(falls=4, chart=((10.0, 6000.0), (30.0, 800.0)), hook_block_kg=200.0, gears=((2000.0, 0.8),)),
+)
+
+
+def test_the_reeving_asked_for_is_used_else_the_one_that_carries_most():
+    two = crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), reeving=REEVINGS, falls=2))
+    assert (two.falls, two.hook_block_kg, two.gears, two.trolley.rate) == (2, 90.0, (), 1.2)
+    four = crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), reeving=REEVINGS))
+    assert (four.falls, four.chart.capacity_kg, four.gears) == (4, (6000.0, 800.0), ((2000.0, 0.8),))
+    built_in = crane_of(site(name="hammerhead-65", base_m=(0.0, 0.0), falls=2))
+    assert (built_in.falls, built_in.chart.capacity_kg[0]) == (2, 5000.0)
+
+
+def test_a_chart_of_ones_own_brings_no_gears_and_hook_block_of_the_built_in_machine():
+    own = crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), chart=((10.0, 3000.0),)))
+    assert (own.gears, own.hook_block_kg, own.tackle_kg) == ((), 0.0, own.rigging_mass_kg)
+
+
+def test_a_reeving_that_a_built_in_machine_has_not_is_refused():
+    with pytest.raises(ConfigError, match="no reeving of 4 falls") as caught:
+        crane_of(site(name="hammerhead-30", base_m=(0.0, 0.0), falls=4))
+    assert caught.value.key == "crane.falls"
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"reeving": REEVINGS, "chart": ((10.0, 1.0),)}, "given per reeving"),
+        ({"reeving": REEVINGS, "falls": 3}, "no reeving has 3 falls"),
+        ({"reeving": (*REEVINGS, REEVINGS[0])}, "the same falls"),
+    ],
+)
+def test_reevings_that_contradict_each_other_are_refused(values, said):
+    with pytest.raises(ValueError, match=said):
+        CraneConfig(**values)

@@ -10,8 +10,10 @@ from bimvox.site.config import (
     GridConfig,
     ModelConfig,
     PolicyConfig,
+    ReevingConfig,
     RulesConfig,
     SiteConfig,
+    WorkingRangeConfig,
     ZoneConfig,
 )
 from bimvox.site.config_file import load_site_config, parse_site_config
@@ -33,10 +35,21 @@ def full() -> SiteConfig:
             ComponentConfig(global_id="a", start=(1.0, 2.0), pose=StoredPose.LYING_Y, before=("b", "c"), after=("d",)),
             ComponentConfig(global_id="b", pinned=True),
         ),
-        zone=(ZoneConfig(polygon=TRIANGLE, name="street"), ZoneConfig(polygon=TRIANGLE)),
+        zone=(
+            ZoneConfig(polygon=TRIANGLE, name="street"), ZoneConfig(polygon=TRIANGLE),
+            ZoneConfig(kind="slow", polygon=TRIANGLE, share=0.3), ZoneConfig(kind="public", polygon=TRIANGLE),
+            ZoneConfig(kind="limiter", polygon=TRIANGLE, lowest_hook_m=3.0, highest_hook_m=9.5),
+        ),
         rules=RulesConfig(clearance_m=0.5, rope=False, sample_period_s=0.2),
         policy=PolicyConfig(id="p-1", steps=20_000, seed=7, required_success=0.9),
-        crane=CraneConfig(name="hammerhead-30", base_m=(1.0, 2.0)),
+        crane=CraneConfig(
+            name="hammerhead-30", base_m=(1.0, 2.0), falls=4, max_wind_m_s=15.0,
+            working_range=WorkingRangeConfig(slew_rad=(0.5, 3.5), radius_m=(4.0, 20.0), highest_hook_m=18.0),
+            reeving=(
+                ReevingConfig(falls=2, chart=((10.0, 3000.0), (20.0, 1500.0)), hook_block_kg=9.0, gears=((50.0, 2.0),)),
+                ReevingConfig(falls=4, chart=((10.0, 6000.0),), trolley_rate_m_s=0.5),
+            ),
+        ),
     )  # fmt: skip
 
 

@@ -33,6 +33,7 @@ def may_be(rules: Rules, site: Site, component: int, x: int, y: int, z: int) -> 
             rules.hook_floor,
             rules.zeros,
             rules.cleared,
+            rules.no_ceiling,
         ),
         x,
         y,
@@ -50,6 +51,7 @@ def clearance_of(rules: Rules, site: Site, component: int) -> Clearance:
         rules.hook_floor,
         rules.zeros,
         rules.cleared,
+        rules.no_ceiling,
     )
 
 

@@ -22,6 +22,7 @@ class Rules(NamedTuple):
         zeros: (3,) int32 zeros: what a clearance without a rope rule or narrow phase says of its offsets.
         hook_floor: (X, Y) int32 zeros: no rope rule.
         cleared: (0, 0, 0) bool: no narrow phase.
+        no_ceiling: (0, 0) int32: no limit of the hook's height.
     """
 
     boxes: NDArray[np.int32]
@@ -30,6 +31,7 @@ class Rules(NamedTuple):
     zeros: NDArray[np.int32]
     hook_floor: NDArray[np.int32]
     cleared: NDArray[np.bool_]
+    no_ceiling: NDArray[np.int32]
 
 
 class Drawing(NamedTuple):
@@ -82,6 +84,7 @@ def rules_of(spec: PrefabSpec) -> Rules:
         zeros=np.zeros(3, np.int32),
         hook_floor=np.zeros(spec.shape[:2], np.int32),
         cleared=np.zeros((0, 0, 0), np.bool_),
+        no_ceiling=np.zeros((0, 0), np.int32),
     )
 
 

@@ -60,7 +60,7 @@ def crane_record(crane: TowerCrane, blob: Blob) -> dict[str, Any]:
         "min_radius_m": crane.min_radius_m,
         "mast_size_m": crane.mast_size_m,
         "sling_m": crane.sling_m,
-        "rigging_mass_kg": crane.rigging_mass_kg,
+        "rigging_mass_kg": crane.tackle_kg,
         "chart": {"radius_m": list(crane.chart.radius_m), "capacity_kg": list(crane.chart.capacity_kg)},
         "lines": {
             "points": blob.put(segments.astype(np.float32)),

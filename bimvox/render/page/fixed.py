@@ -25,8 +25,9 @@ def slab_map(site: Site) -> NDArray[np.uint8]:
     columns[slab == Label.CONSTRUCTION_AREA] = AREA
     # The yard is what `Site.yard` says; labels of the slab need not repeat it.
     columns[(slab == Label.YARD) | (site.yard & (columns == GROUND))] = YARD
-    if site.prohibited is not None:
-        columns[site.prohibited] += PROHIBITED
+    closed = [zone for zone in (site.prohibited, site.no_load) if zone is not None]
+    if closed:
+        columns[np.logical_or.reduce(closed)] += PROHIBITED
     return np.ascontiguousarray(columns.T)
 
 

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg, utilisation
+from bimvox.crane.wind import permitted_wind_m_s
 from bimvox.planning.lift import Lift
 from bimvox.render.page.source import Revision
+from bimvox.site.component import Component
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
 
@@ -39,6 +41,7 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "turn": place.turn if place else 0,
         "start_m": _point(site.frame.corner_of(place.cell_vox)) if place else None,
         "start_size_m": [round(n * site.frame.voxel_size_m, 6) for n in place.shape.size_vox] if place else None,
+        "lifting": _lifting(site, component),
         "proven": None if revision.proof is None or lift.path_vox is None else component.id not in culprits,
         "duration_s": motion.loaded.duration_s if motion else None,
         "bound_s": motion.loaded.bound_s if motion else None,
@@ -49,11 +52,28 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
     }
 
 
+def _lifting(site: Site, component: Component) -> dict[str, Any]:
+    """Where the slings hold the part, how high they are, and which wind its sail area allows."""
+    crane, rules = site.crane, site.rules
+    wind = None
+    if crane is not None:
+        hung_kg = component.mass_kg + crane.tackle_kg
+        wind = permitted_wind_m_s(crane.max_wind_m_s, hung_kg, component.sail_area_m2, rules.drag_coefficient)
+    rise_m = component.lifting.sling_rise_vox * site.frame.voxel_size_m
+    return {
+        "source": component.lifting.source,
+        "points_m": [list(point) for point in component.lifting.points_m],
+        "sling_m": None if crane is None else round(crane.sling_m + rise_m, 6),
+        "sail_area_m2": component.sail_area_m2,
+        "permitted_wind_m_s": None if wind is None else round(wind, 3),
+    }
+
+
 def _governing(site: Site, motion: LiftMotion) -> dict[str, Any] | None:
     """The sample at which the part uses most of the crane's capacity, load and rigging together."""
     crane = site.crane
     assert crane is not None
-    mass_kg = site.components[motion.component].mass_kg + crane.rigging_mass_kg
+    mass_kg = site.components[motion.component].mass_kg + crane.tackle_kg
     held = (motion.raising, motion.loaded)
     time_ns = np.concatenate([part.time_ns for part in held])
     radius_m = np.concatenate([part.radius_m for part in held])

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of
+from bimvox.planning.tipping import from_box_to_origin_m
 from bimvox.render.page.blob import Blob
 from bimvox.render.page.keyframes import keyframes
 from bimvox.render.page.source import Track
@@ -83,8 +84,10 @@ def _tip(site: Site, track: Track, motion: LiftMotion, blob: Blob) -> dict[str, 
     during = track.time_ns < end_ns
     time_ns = track.time_ns[during]
     part = track.tilt[during]
-    angle_rad = 2.0 * np.arctan2(np.abs(part[:, 0]) + np.abs(part[:, 1]), part[:, 3])
-    values = np.stack([track.corner_m[during, 2], angle_rad], axis=1)
+    angle_rad = 2.0 * np.arctan2(np.hypot(part[:, 0], part[:, 1]), np.hypot(part[:, 2], part[:, 3]))
+    component = site.components[track.lift.component]
+    box_m = track.corner_m[during] - from_box_to_origin_m(site, component, place, angle_rad)
+    values = np.stack([box_m[:, 2], angle_rad], axis=1)
     arm_m = max(place.shape.size_vox) * site.frame.voxel_size_m
 
     def far_end_m(at: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -95,7 +98,8 @@ def _tip(site: Site, track: Track, motion: LiftMotion, blob: Blob) -> dict[str, 
     scale = np.array([LENGTH_STEPS_PER_M, ANGLE_STEPS_PER_RAD])
     return {
         "keys": blob.put_steps(_rows(time_ns[chosen] - motion.start_ns, values[chosen] * scale)),
-        "corner_m": _metres(track.corner_m[0]),
+        "corner_m": _metres(box_m[0] if len(box_m) else track.corner_m[0]),
+        "offset_m": _metres(from_box_to_origin_m(site, component, place, np.zeros(1))[0]),
         "end_s": _seconds(end_ns - motion.start_ns),
     }
 

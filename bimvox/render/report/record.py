@@ -13,7 +13,7 @@ from bimvox.planning.proof import Check, Verification
 from bimvox.render.page.lifts import lift_record
 from bimvox.render.page.source import Revision
 from bimvox.site.site import Site
-from bimvox.trajectory.figures import CRITICAL_SHARE, hook_travel_m
+from bimvox.trajectory.figures import hook_travel_m
 from bimvox.trajectory.motion import LiftMotion, PhaseName
 
 FORMAT = 1
@@ -24,12 +24,12 @@ _VALUES = ("policy", "policy_steps", "seed", "bimvox", "schema_version")
 """Metadata that says how the plan was made, besides files."""
 
 
-def record_of(revision: Revision, *, critical_share: float = CRITICAL_SHARE) -> dict[str, Any]:
+def record_of(revision: Revision, *, critical_share: float | None = None) -> dict[str, Any]:
     """Return the record of a plan, as JSON values.
 
     Args:
         revision: The plan as its log holds it.
-        critical_share: From which share of the capacity on a lift is critical, 0..1.
+        critical_share: From which share of the capacity on a lift is critical, 0..1; None: as the site's rules say.
 
     Returns:
         ``log, site, crane, totals, methods, lifts, critical, infeasible, deliveries, proof, inputs, clashes, notes``;
@@ -37,6 +37,8 @@ def record_of(revision: Revision, *, critical_share: float = CRITICAL_SHARE) -> 
         are not blocked only by other infeasible ones.
     """
     site = revision.plan.site
+    if critical_share is None:
+        critical_share = site.rules.critical_share
     motions = {motion.order: motion for motion in revision.motions}
     lifts = [_lift(revision, lift, motions.get(lift.order), critical_share) for lift in revision.lifts]
     critical = sorted((lift for lift in lifts if lift["critical"]), key=_most_used)
@@ -115,6 +117,7 @@ def _site(site: Site) -> dict[str, Any]:
         "yard_m2": float(np.count_nonzero(site.yard)) * size_m**2,
         "obstructions": [blocker.id for blocker in site.blockers if blocker.kind == "obstruction"],
         "structure": sum(blocker.kind == "structure" for blocker in site.blockers),
+        "no_load_m2": 0.0 if site.no_load is None else float(np.count_nonzero(site.no_load)) * size_m**2,
         "prohibited_m2": 0.0 if site.prohibited is None else float(np.count_nonzero(site.prohibited)) * size_m**2,
         "rules": {
             "clearance_m": site.rules.clearance_m,
@@ -122,6 +125,10 @@ def _site(site: Site) -> dict[str, Any]:
             "support_gap_m": site.rules.support_gap_m,
             "rope": site.rules.rope,
             "sample_period_s": site.rules.sample_period_s,
+            "swing": site.rules.swing.value,
+            "wind_speed_m_s": site.rules.wind_speed_m_s,
+            "drag_coefficient": site.rules.drag_coefficient,
+            "sling_angle_rad": site.rules.sling_angle_rad,
         },
     }
 
@@ -135,6 +142,16 @@ def _crane(crane: TowerCrane) -> dict[str, Any]:
         "min_radius_m": crane.min_radius_m,
         "sling_m": crane.sling_m,
         "rigging_mass_kg": crane.rigging_mass_kg,
+        "hook_block_kg": crane.hook_block_kg,
+        "falls": crane.falls,
+        "gears": [list(gear) for gear in crane.gears],
+        "max_wind_m_s": crane.max_wind_m_s,
+        "working_range": {
+            "slew_rad": crane.working_range.slew_rad,
+            "radius_m": crane.working_range.radius_m,
+            "highest_hook_m": crane.working_range.highest_hook_m,
+        },
+        "slow_zones": [zone.share for zone in crane.slow_zones],
         "slewing": _axis(crane.slewing),
         "trolley": _axis(crane.trolley),
         "hoist": _axis(crane.hoist),

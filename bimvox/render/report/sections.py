@@ -12,7 +12,7 @@ from bimvox.render.report.chart import load_chart
 from bimvox.render.report.gantt import gantt_charts
 from bimvox.render.report.html import number, paragraph, row, table, tag, terms
 from bimvox.render.report.lifts import critical_first, lift_table
-from bimvox.render.report.words import CHECKS, METHODS, clock, fixed, named, span, tonnes
+from bimvox.render.report.words import CHECKS, METHODS, SWING, clock, fixed, named, span, tonnes
 from bimvox.render.words import counted
 
 _LISTED = 12
@@ -164,6 +164,18 @@ def gantt(record: dict[str, Any]) -> str:
     )
 
 
+def _working_range(given: dict[str, Any]) -> str:
+    """What the limiters are set to; nothing where none is."""
+    words = []
+    if given["slew_rad"] is not None:
+        words.append("slewing {:.1f}° to {:.1f}°".format(*(math.degrees(angle) for angle in given["slew_rad"])))
+    if given["radius_m"] is not None:
+        words.append("radius {:g} to {:g} m".format(*given["radius_m"]))
+    if given["highest_hook_m"] is not None:
+        words.append(f"hook up to {given['highest_hook_m']:g} m")
+    return ", ".join(words)
+
+
 def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
     """Return site and crane with its load chart."""
     site, machine = record["site"], record["crane"]
@@ -174,6 +186,7 @@ def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
     pairs = [
         ("Extent", f"{extent} m, {cells} cells of {number(size_m, f'{size_m:g}', 'voxel_size_m')} m"),
         ("Yard", f"{fixed(site['yard_m2'], 0)} m²"),
+        ("No load above", f"{fixed(site['no_load_m2'], 0)} m²" if site["no_load_m2"] else ""),
         ("No hook above", f"{fixed(site['prohibited_m2'], 0)} m²" if site["prohibited_m2"] else ""),
         ("Obstructions", escape(", ".join(site["obstructions"])) or "none"),
         ("Standing structure", fixed(site["structure"], 0)),
@@ -181,6 +194,8 @@ def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
         ("Contact tolerance", f"{rules['contact_tolerance_m'] * 1000:g} mm"),
         ("Samples", f"every {rules['sample_period_s']:g} s or closer"),
     ]
+    if machine is not None:
+        pairs.append(("Swing", SWING[rules["swing"]]))
     if machine is None:
         pairs.append(("Crane", "none: paths are proven cell by cell, times are nominal"))
         return tag("section", "<h2>Site</h2>" + terms(pairs))
@@ -188,12 +203,17 @@ def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
     slew = math.degrees(machine["slewing"]["rate"])
     rigging = number(machine["rigging_mass_kg"], tonnes(machine["rigging_mass_kg"]), "rigging_mass_kg")
     trolley, hoist = machine["trolley"]["rate"], machine["hoist"]["rate"]
+    gears = "".join(f"; up to {tonnes(most)} t {fixed(rate * 60, 0)} m/min" for most, rate in machine["gears"])
     jib = f"{machine['jib_length_m']:g} m long, {machine['jib_height_m']:g} m high"
     own = [
         ("Crane", f"<b>{escape(machine['name'])}</b>, foot at x, y, z {base} m"),
         ("Jib", f"{jib}, hook from {machine['min_radius_m']:g} m on"),
         ("Rigging", f"{rigging} t, slings {machine['sling_m']:g} m high"),
+        ("Reeving", f"{machine['falls']} falls, hook block {tonnes(machine['hook_block_kg'])} t{gears}"),
         ("Highest rates", f"slewing {fixed(slew, 2)} °/s, trolley {trolley:g} m/s, hoist {hoist:g} m/s"),
+        ("Wind", f"works up to {machine['max_wind_m_s']:g} m/s; planned for {rules['wind_speed_m_s']:g} m/s"),
+        ("Working range", escape(_working_range(machine["working_range"]))),
+        ("Slow zones", ", ".join(f"{share * 100:g} % of the rates" for share in machine["slow_zones"])),
     ]
     chart = tag(
         "tr", "<th scope='row'>Radius m</th>" + "".join(f"<td>{number(r, f'{r:g}')}</td>" for r, _ in machine["chart"])

@@ -12,6 +12,10 @@ MASS_SOURCES = {
     "density": "volume x density of its material",
     "default": "volume x 2,400 kg/m³",
 }
+SWING = {
+    "shaped": "moves are shaped so that loads hang at rest where they are set; the swing on the way is proven clear",
+    "off": "NOT LOOKED AT: loads may still swing where they are set, and into things on the way",
+}
 CHECKS = {
     "complete": "every part has exactly one lift, numbered without gaps; what is infeasible says why",
     "shapes": "a part's cells cover all of its triangles",
@@ -20,7 +24,8 @@ CHECKS = {
     "cells": "no cell of the part meets a filled cell, by raw boolean grids rebuilt for every lift",
     "triangles": "where neighbours share cells, the real triangles stay within the tolerance (FCL, finely sampled)",
     "rope": "everything above the hook is free up to the jib",
-    "reach": "the hook stays within reach, its load within the load chart, and out of prohibited zones",
+    "reach": "the hook stays within reach, its load within the load chart, both out of zones closed to them",
+    "wind": "the sail area of every part allows the wind that the site is to work in",
     "support": "what a part rests on was set before it",
     "yard": "parts wait in the yard without meeting each other, one delivery at a time",
     "timeline": "lifts follow each other on one clock without gaps, phases in their order",
@@ -34,8 +39,9 @@ CHECKS = {
     "motion_triangles": "on the last moves the real triangles stay apart within the tolerance",
     "motion_rope": "the moving rope is free up to the jib",
     "empty_hook": "the empty hook meets nothing on its way to the next part",
-    "zones": "the hook stays out of prohibited zones",
+    "zones": "hook and load stay out of zones that are closed to them, and the hook as high as limiters want it",
     "jib": "the jib meets nothing as it slews",
+    "swing": "loads hang at rest at the end of their way (pendulum from the samples) and swing into nothing before",
     "digests": "the hashes in the log are those of its content",
     "load_poses": "the poses that a viewer shows are where the crane's axes put the load",
     "commands": "a crane that holds the commanded rates goes where the motion goes",

@@ -46,11 +46,24 @@ export function tiltOf(stored, angle) {
   return [0, 0, 0, 1];
 }
 
+/** The frame of a part that was turned about z, then tipped: `offset` leads from its box's lowest corner to its own. */
+function tipped(box, offset, stored, angle, yaw) {
+  const [x, y] = offset;
+  const cosine = Math.cos(angle);
+  const sine = Math.sin(angle);
+  const along = stored === "lying_x" ? [x * cosine, y, -x * sine] : [x, y * cosine, -y * sine];
+  const [a, b, , w] = tiltOf(stored, angle);
+  const c = Math.cos(yaw / 2);
+  const s = Math.sin(yaw / 2);
+  return { corner: box.map((value, n) => value + along[n]), tilt: [a * c + b * s, b * c - a * s, w * s, w * c] };
+}
+
 /** The frame of a hanging load: lowest corner of its reference cell, and its turn. */
 export function loadAt(motion, baseM, stored, at) {
   if (motion.tip && at < motion.tip.end_s) {
     const [z, angle] = valuesAt(motion.tip.time, motion.tip.columns, at);
-    return { corner: [motion.tip.corner_m[0], motion.tip.corner_m[1], z], tilt: tiltOf(stored, angle) };
+    const box = [motion.tip.corner_m[0], motion.tip.corner_m[1], z];
+    return tipped(box, motion.tip.offset_m, stored, angle, motion.yaw ? motion.yaw.rad : 0);
   }
   const values = axesAt(motion, at);
   if (motion.kind === "carried") return { corner: values, tilt: [0, 0, 0, 1] };
@@ -77,16 +90,15 @@ function yawed([x, y, z], angle) {
 
 /** The frame of a part as it waits in the yard. */
 export function storedAt(lift, part) {
+  const [x, y] = lift.turn % 2 ? [part.size_m[1], part.size_m[0]] : part.size_m;
+  const offset = [lift.turn === 1 || lift.turn === 2 ? x : 0, lift.turn > 1 ? y : 0];
+  const yaw = (lift.turn * Math.PI) / 2;
   const corner = lift.start_m.slice();
-  if (lift.stored === "lying_x") corner[2] += part.size_m[0];
-  if (lift.stored === "lying_y") corner[2] += part.size_m[1];
-  if (lift.turn) {
-    const [x, y] = lift.start_size_m;
-    if (lift.turn < 3) corner[0] += x;
-    if (lift.turn > 1) corner[1] += y;
-    return { corner, tilt: yawTilt((lift.turn * Math.PI) / 2) };
+  if (lift.stored === "as_built") {
+    return { corner: [corner[0] + offset[0], corner[1] + offset[1], corner[2]], tilt: yawTilt(yaw) };
   }
-  return { corner, tilt: tiltOf(lift.stored, Math.PI / 2) };
+  corner[2] += lift.stored === "lying_x" ? x : y;
+  return tipped(corner, offset, lift.stored, Math.PI / 2, yaw);
 }
 
 /** Points of a load's way from hooking on to its place, close enough for a smooth line: the middle of the part. */

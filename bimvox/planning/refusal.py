@@ -1,0 +1,72 @@
+"""What the crane refuses before any way is looked for: too heavy, out of reach, too much sail for the wind.
+
+The reason says the figure that decides, and the radius that governs.
+"""
+
+from __future__ import annotations
+
+from math import hypot
+
+from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.reach import allowed_radii_m
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.wind import permitted_wind_m_s, wind_force_n
+from bimvox.site.component import Component
+from bimvox.site.site import Site
+
+_SLACK_M = 1e-6
+
+
+def refused_by_crane(site: Site, component: Component) -> str | None:
+    """Return why the crane may not lift a part to its place, whatever the way; None where it may.
+
+    Args:
+        site: The site.
+        component: The part.
+    """
+    crane = site.crane
+    if crane is None:
+        return None
+    return _by_wind(site, crane, component) or _by_radius(site, crane, component)
+
+
+def place_radius_m(site: Site, crane: TowerCrane, component: Component) -> float:
+    """Return the radius of the hook when a part is set."""
+    x, y = (component.target_vox[axis] + component.hook_offset_vox[axis] + 0.5 for axis in (0, 1))
+    at = site.frame.corner_of([x, y, 0])
+    return hypot(float(at[0]) - crane.base_m[0], float(at[1]) - crane.base_m[1])
+
+
+def _by_wind(site: Site, crane: TowerCrane, component: Component) -> str | None:
+    wind, drag, area = site.rules.wind_speed_m_s, site.rules.drag_coefficient, component.sail_area_m2
+    if wind <= 0.0:
+        return None
+    if wind > crane.max_wind_m_s:
+        return f"the site is to work in wind of {wind:g} m/s, but {crane.name} only up to {crane.max_wind_m_s:g} m/s"
+    permitted = permitted_wind_m_s(crane.max_wind_m_s, component.mass_kg + crane.tackle_kg, area, drag)
+    if wind <= permitted:
+        return None
+    force_kn = wind_force_n(wind, area, drag) / 1000.0
+    return (
+        f"its sail area of {area:.1f} m2 (drag {drag:g}, {component.mass_kg:.0f} kg) allows wind of "
+        f"{permitted:.1f} m/s, the site is to work in {wind:g} m/s, where it is {force_kn:.1f} kN"
+    )
+
+
+def _by_radius(site: Site, crane: TowerCrane, component: Component) -> str | None:
+    radius = place_radius_m(site, crane, component)
+    if not crane.min_radius_m - _SLACK_M <= radius <= crane.jib_length_m + _SLACK_M:
+        return (
+            f"its place is at a radius of {radius:.1f} m, and the hook of {crane.name} reaches from "
+            f"{crane.min_radius_m:.1f} to {crane.jib_length_m:.1f} m"
+        )
+    _, furthest = allowed_radii_m(crane, component.mass_kg)
+    if radius <= furthest + _SLACK_M:
+        return None
+    hung_kg = component.mass_kg + crane.tackle_kg
+    up_to = f"only up to {furthest:.1f} m" if furthest > 0.0 else "nowhere"
+    return (
+        f"governing radius {radius:.1f} m, at its place: {hung_kg:.0f} kg with rigging and hook block, where "
+        f"{crane.name} on {crane.falls} falls carries {capacity_kg(crane.chart, radius):.0f} kg; "
+        f"it carries that mass {up_to}"
+    )

@@ -1,0 +1,71 @@
+"""Where the hook may be, as one map over the columns: rope, reach, capacity, zones, limiters, the jib itself.
+
+The one place that puts them together, for a load and for the empty hook.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.reach import HOOK_FORBIDDEN, hook_floor, hook_top
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.site.clearance import NO_CEILING
+from bimvox.site.component import Component
+from bimvox.site.lifting import crane_for
+from bimvox.site.site import Site
+from bimvox.site.zones import hooks_with_load_over
+
+
+class HookRoom(NamedTuple):
+    """Lowest and highest cell at which the hook line's foot may be.
+
+    Attributes:
+        floor: (X, Y) int32; ``HOOK_FORBIDDEN`` where no hook may be.
+        ceiling: (X, Y) int32, or of size 0 where only the grid's top limits the height.
+    """
+
+    floor: NDArray[np.int32]
+    ceiling: NDArray[np.int32]
+
+
+def hook_room(site: Site, top: NDArray[np.int32], component: Component | None) -> HookRoom:
+    """Return where the hook may be.
+
+    Args:
+        site: The site.
+        top: (X, Y) int32, one above the highest occupied cell of each column.
+        component: The load; None for the empty hook.
+    """
+    crane = None if site.crane is None else crane_for(site, site.crane, component)
+    floor = hook_floor(crane, site.frame, top, component.mass_kg if component else 0.0, site.rules.rope)
+    forbidden = np.zeros(top.shape, np.bool_)
+    if site.prohibited is not None:
+        forbidden |= site.prohibited
+    if site.no_load is not None and component is not None:
+        forbidden |= hooks_with_load_over(site.no_load, component)
+    ceiling = NO_CEILING if crane is None else hook_top(crane, site.frame, site.shape)
+    if crane is not None and site.hook_heights is not None:
+        floor, ceiling = _between(site, crane, floor, ceiling)
+    if ceiling.size:
+        forbidden |= floor > ceiling
+    if forbidden.any():
+        floor = np.where(forbidden, HOOK_FORBIDDEN, floor)
+    return HookRoom(floor, ceiling)
+
+
+def _between(
+    site: Site, crane: TowerCrane, floor: NDArray[np.int32], ceiling: NDArray[np.int32]
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Raise the floor and lower the ceiling to what the limiters leave."""
+    assert site.hook_heights is not None
+    below_m = crane.sling_m + site.frame.origin_m[2]
+    nz = site.shape[2]
+    low = np.ceil((site.hook_heights.low_m - below_m) / site.frame.voxel_size_m - 1e-6)
+    high = np.floor((site.hook_heights.high_m - below_m) / site.frame.voxel_size_m + 1e-6)
+    lowest = np.clip(low, 0, nz + 1).astype(np.int32)
+    highest = np.clip(high, -1, nz).astype(np.int32)
+    raised = np.where(floor == HOOK_FORBIDDEN, floor, np.maximum(floor, lowest)).astype(np.int32)
+    return raised, np.minimum(ceiling, highest).astype(np.int32) if ceiling.size else highest

@@ -1,0 +1,70 @@
+from dataclasses import replace
+from math import pi, sqrt, tan
+
+import numpy as np
+import pytest
+from box_buildings import box_element
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bimvox.site.lifting import lifting_of
+
+BEAM = box_element("beam", (0, 0, 0), (8, 0.4, 0.6))
+
+
+def test_without_anchors_the_point_is_above_the_centre_of_mass():
+    lifting = lifting_of(BEAM, (4.0, 0.2), 0.75, 2.5, pi / 3, 0.25)
+    assert lifting.points_m == ((4.0, 0.2, 0.75),)
+    assert (lifting.source, lifting.sling_rise_vox) == ("centre_of_mass", 0)
+
+
+def test_the_hook_is_as_high_as_the_angle_between_the_legs_asks():
+    anchored = replace(BEAM, lifting_points_m=((1.0, 0.2, 0.6), (7.0, 0.2, 0.6)))
+    lifting = lifting_of(anchored, (4.0, 0.2), 0.75, 2.5, pi / 3, 0.25)
+    # 3 m out, 30 degrees to the vertical: 5.196 m above the anchors, 2.546 m more than 0.75 + 2.5: 11 cells.
+    assert lifting.source == "anchors"
+    assert lifting.sling_rise_vox == int(np.ceil((0.6 + 3.0 * sqrt(3.0) - 3.25) / 0.25))
+    assert lifting_of(anchored, (4.0, 0.2), 0.75, 6.0, pi / 3, 0.25).sling_rise_vox == 0
+    assert lifting_of(anchored, (4.0, 0.2), 0.75, 2.5, 2 * pi / 3, 0.25).sling_rise_vox == 0
+
+
+@given(
+    st.lists(st.tuples(st.floats(-5, 5), st.floats(-5, 5), st.floats(-1, 0)), min_size=1, max_size=4),
+    st.floats(0.3, 2.0),
+)
+def test_no_leg_leans_more_than_half_the_angle(points, angle):
+    anchored = replace(BEAM, lifting_points_m=tuple(points))
+    lifting = lifting_of(anchored, (0.0, 0.0), 0.0, 2.0, angle, 0.5)
+    hook_m = 2.0 + 0.5 * lifting.sling_rise_vox
+    for x, y, z in points:
+        assert np.hypot(x, y) <= (hook_m - z) * tan(angle / 2.0) + 1e-6
+    if lifting.sling_rise_vox:
+        lower = hook_m - 0.5
+        assert any(np.hypot(x, y) > (lower - z) * tan(angle / 2.0) - 1e-6 for x, y, z in points)
+
+
+def test_anchors_are_found_by_name():
+    from bimvox.bim.ifc_anchors import is_lifting_anchor
+
+    class Product:
+        def __init__(self, name, object_type=None):
+            self.Name, self.ObjectType = name, object_type
+
+    for name in ("HIJSOOG DIAM.60", "Hijsanker", "Lifting eye", "nostolenkki", "Ancre de levage", "Transportanker"):
+        assert is_lifting_anchor(Product(name)), name
+    assert is_lifting_anchor(Product("M14", "lifting anchor"))
+    for name in ("ANKER", "HALFEN38/150/1", "Lift shaft", "AFLOOP 110", "anchor bolt", None):
+        assert not is_lifting_anchor(Product(name)), name
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.4, pi / 2])
+def test_points_move_with_their_element(yaw):
+    from box_buildings import building_of
+
+    from bimvox.bim.site_frame import in_site_frame
+
+    building = building_of(replace(BEAM, lifting_points_m=((8.0, 0.4, 0.6),)))
+    placed, _ = in_site_frame(building, ground_m=-1.0, yaw_rad=yaw)
+    element = placed.elements[0]
+    corner = element.mesh.vertices_m[np.argmin(np.linalg.norm(BEAM.mesh.vertices_m - (8.0, 0.4, 0.6), axis=1))]
+    assert element.lifting_points_m[0] == pytest.approx(corner, abs=1e-5)
