@@ -1,0 +1,87 @@
+"""Retraining on a change, by the real trainer: what the shipped policy fails behind new walls is found after it."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bimvox.planning.assembly import Preparation
+from bimvox.planning.lift import LiftPlan, Method
+from bimvox.planning.planner import plan_lifts
+from bimvox.planning.rollout import proposer
+from bimvox.policy import store as policies
+from bimvox.policy.generalist.weights import generalist_record, load_generalist
+from bimvox.site.site import Site
+from pipeline.load_site import load_obstructions, load_site
+from pipeline.plan import obstructed, prepared
+from pipeline.policy_choice import PolicyInUse, retrained
+from pipeline.progress import SilentProgress
+
+WALLS = 13
+STEPS = 4_096
+
+YARD = "yard = [[[-1.5, -11], [8, -11], [8, -2], [-1.5, -2]]]"
+FAR_YARD = "yard = [[[-1.5, -32], [8, -32], [8, -26], [-1.5, -26]]]"
+
+
+@pytest.fixture
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    folder = tmp_path / "own-store"
+    monkeypatch.setenv(policies.STORE_VARIABLE, str(folder))
+    return folder
+
+
+@pytest.fixture
+def serpentine(site_folder: Path) -> tuple[Site, Preparation]:
+    """The frame with its yard far off, and walls as high as the site between, each with a gap at the other end."""
+    file = site_folder / "frame.site.toml"
+    text = file.read_text()
+    assert YARD in text
+    file.write_text(text.replace(YARD, FAR_YARD))
+    sides = ((-20.0, 8.0), (-5.0, 20.0))
+    walls = [
+        {
+            "id": f"wall {n}",
+            "box": {"min": [sides[n % 2][0], -24.5 + 1.5 * n, -0.2], "max": [sides[n % 2][1], -24.05 + 1.5 * n, 30]},
+        }
+        for n in range(WALLS)
+    ]
+    obstructions = site_folder / "obstructions.json"
+    obstructions.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": walls}))
+    progress = SilentProgress()
+    site = load_site(file, progress).site
+    changed = obstructed(site, load_obstructions(obstructions, site), progress)
+    return changed, prepared(changed, progress)
+
+
+def by_method(plan: LiftPlan, method: Method) -> tuple[int, ...]:
+    return tuple(lift.component for lift in plan.lifts if lift.method is method)
+
+
+def test_what_the_shipped_policy_fails_is_found_after_retraining_the_same_each_time(serpentine, own_store, monkeypatch):
+    monkeypatch.setattr("pipeline.policy_choice.RETRAINING_STARTS", 8)
+    site, preparation = serpentine
+    shipped = PolicyInUse(str(generalist_record()["id"]), True, 0, 1.0, (), load_generalist())
+    propose = proposer(load_generalist())
+    failed = by_method(plan_lifts(site, preparation, propose=propose), Method.SEARCH)
+    assert failed
+
+    def again() -> PolicyInUse:
+        return retrained(site, preparation, shipped, failed=failed, seed=0, steps=STEPS, progress=SilentProgress())
+
+    better = again()
+    assert better.parent == shipped.id
+    assert 0 < better.steps <= STEPS
+    assert better.network is not None
+    found = by_method(
+        plan_lifts(site, preparation, propose=propose, retrained=proposer(better.network)), Method.RETRAINED
+    )
+    assert found
+    assert set(found) <= set(failed)
+
+    twice = again()
+    assert twice.id == better.id
+    assert twice.network is not None
+    for one, other in zip(twice.network.weights, better.network.weights, strict=True):
+        np.testing.assert_array_equal(one, other)
