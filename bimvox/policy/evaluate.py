@@ -16,6 +16,10 @@ TEST_LIMIT = StepLimit(8.0, 200)
 """Of each try while a policy is tested: tighter than a plan's, for a test is mostly the time of lifts that fail."""
 
 
+GOOD_ENOUGH = 1.05
+"""A test makes no other try once it has a way at most so many times the shortest: it is about arriving."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluation:
     """The outcome of a test.
@@ -103,7 +107,8 @@ def evaluate(
         part = problems[first : first + LIFTS_AT_ONCE]
         if both_ways:
             lifts = [_from(problems[index[row]], cells[row]) for row in rows]
-            rollouts = roll_out_all(values, lifts, limit=limit, least_moves=shortest[rows].tolist())
+            enough = np.floor(GOOD_ENOUGH * shortest[rows]).astype(int).tolist()
+            rollouts = roll_out_all(values, lifts, limit=limit, least_moves=enough)
         else:
             rollouts = roll_out_starts(
                 values, part, index[rows] - first, cells[rows], limit=limit, least_moves=shortest[rows]
