@@ -32,7 +32,7 @@ from pipeline.watch_log import WholeLog, read_newest, segment_file, segments_on_
 from pipeline.watch_retrain import Retraining
 
 if TYPE_CHECKING:
-    from bimvox.log.live import LiveServer
+    from bimvox.log.live_server import LiveServer
     from bimvox.log.plan_log import LogEvent, PlanLog
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.lift import LiftPlan
@@ -128,7 +128,7 @@ def follow(watcher: Watcher, *, once: bool, poll_s: float | None, stop: threadin
 
 
 def _server(address: str, progress: Progress) -> LiveServer:
-    from bimvox.log.live import LiveServer
+    from bimvox.log.live_server import LiveServer
 
     server = LiveServer(*address_of(address))
     progress.note(f"viewers may look on at ws://{server.address}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from bimvox.errors import InputError
 
 if TYPE_CHECKING:
-    from bimvox.log.live import LiveServer, Moving
+    from bimvox.log.live_server import LiveServer, Moving
     from bimvox.log.plan_log import PlanLog
     from pipeline.simulate import PlanClock
 
@@ -45,7 +45,7 @@ class LiveView:
 
     def show(self, record: PlanLog) -> None:
         """Show a plan from now on."""
-        from bimvox.log.live import Moving, standing_messages
+        from bimvox.log.live_server import Moving, standing_messages
 
         now_ns = self._now_ns()
         self._server.keep(list(standing_messages(record, now_ns)))

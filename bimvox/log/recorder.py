@@ -23,6 +23,7 @@ from bimvox.log import topics
 from bimvox.log.bundle import site_to_bytes
 from bimvox.log.channels import LogWriter
 from bimvox.log.crane_command import command_rows
+from bimvox.log.layout import layout_bytes
 from bimvox.log.merge import Timed, merged
 from bimvox.log.messages import pose, stamp
 from bimvox.log.motion_json import motions_to_json
@@ -161,6 +162,7 @@ def _own_attachments(record: PlanLog) -> Iterator[tuple[str, bytes]]:
         }
         yield topics.URDF_FILE, urdf(crane).encode()
         yield topics.CHART_FILE, json.dumps(chart, ensure_ascii=False, indent=1).encode()
+    yield topics.LAYOUT_FILE, layout_bytes(record.plan.site)
     yield topics.SITE_FILE, site_to_bytes(record.plan.site)
 
 

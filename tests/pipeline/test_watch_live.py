@@ -28,7 +28,7 @@ def test_what_is_no_address_is_said(text):
 def test_a_viewer_gets_what_stands_and_what_moves(planned):
     pytest.importorskip("foxglove")
     client = pytest.importorskip("websockets.sync.client")
-    from bimvox.log.live import LiveServer
+    from bimvox.log.live_server import LiveServer
     from bimvox.log.reader import read_log
 
     record = read_log(planned[0] / "frame.mcap")
