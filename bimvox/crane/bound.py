@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from bimvox.crane.luffing import luff_of_radius
 from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane
 
 
@@ -53,6 +56,14 @@ def point_to_point_s(crane: TowerCrane, start: CranePose, end: CranePose, cleara
         hoist_s += rest_to_rest_s(clearance_height_m - high, crane.hoist)
     return max(
         rest_to_rest_s(turn, crane.slewing),
-        rest_to_rest_s(end.radius_m - start.radius_m, crane.trolley),
+        _radial_s(crane, start.radius_m, end.radius_m),
         hoist_s,
     )
+
+
+def _radial_s(crane: TowerCrane, start_m: float, end_m: float) -> float:
+    """Time of the axis that changes the radius: the trolley, or the luffing axis."""
+    if crane.luffing is None:
+        return rest_to_rest_s(end_m - start_m, crane.trolley)
+    start, end = luff_of_radius(crane.luffing, np.array([start_m, end_m])).tolist()
+    return rest_to_rest_s(end - start, crane.luffing.limits)

@@ -30,6 +30,7 @@ from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
 from bimvox.trajectory.verify_hook import jib_cell, reaches_jib, tallest_met
+from bimvox.trajectory.verify_jib import swept_by_jib
 from bimvox.trajectory.verify_space import placements_around, reference_cells, way_of
 
 _WORD = 64
@@ -146,7 +147,12 @@ def motion_footprint(site: Site, lift: Lift, motion: LiftMotion) -> Footprint:
 
 def jib_meets(site: Site, motion: LiftMotion, cells: NDArray[np.int32]) -> bool:
     """Return whether the jib turns into any of the cells ((N, 3)) during a lift."""
-    if site.crane is None or not reaches_jib(site, site.crane, cells):
+    if site.crane is None:
+        return False
+    if site.crane.luffing is not None:
+        swept = swept_by_jib(site, site.crane, site.crane.luffing, motion.samples()[1])
+        return bool(swept[tuple(cells.T)].any())
+    if not reaches_jib(site, site.crane, cells):
         return False
     return bool(tallest_met(site, site.crane, cells, motion.samples()[1][:, 0]))
 

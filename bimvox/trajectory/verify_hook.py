@@ -12,10 +12,12 @@ from bimvox.planning.moment import NO_SOLID, Moment, Thing, near_and_far
 from bimvox.planning.proof import Check
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import CRANE_ID, Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
+from bimvox.trajectory.verify_jib import check_luffing_jib
 from bimvox.trajectory.verify_load import check_zone, things_over
 from bimvox.trajectory.verify_space import RawCells, placements_around, reference_cells, way_of
 
@@ -42,7 +44,14 @@ class HookProof:
         """Check the approach of a lift, and the jib over all of it."""
         if motion.approach is not None and moment.before is not None:
             self._check_approach(name, moment, motion.approach, self.site.components[moment.before.component])
-        self._check_jib(name, moment.present, motion.samples()[1])
+        jib = self.crane.luffing
+        if jib is None:
+            self._check_jib(name, moment.present, motion.samples()[1])
+            return
+        component = self.site.components[moment.lift.component]
+        crane = crane_for(self.site, self.crane, component)
+        load = (component, axes_of_samples(motion.loaded))
+        check_luffing_jib(self.checks["jib"], name, self.site, crane, jib, moment.present, motion.samples()[1], load)
 
     def _check_approach(self, name: str, moment: Moment, approach: Trajectory, left: Component) -> None:
         """A cell at the slings' end and the line above it are free, the next part in the yard included.

@@ -176,6 +176,17 @@ def _working_range(given: dict[str, Any]) -> str:
     return ", ".join(words)
 
 
+def _luffing_words(jib: dict[str, Any] | None) -> str:
+    """The jib that luffs; nothing where a trolley runs on it."""
+    if jib is None:
+        return ""
+    low, high = (math.degrees(angle) for angle in jib["luff_rad"])
+    return (
+        f"{jib['length_m']:g} m, pivot at {jib['pivot_height_m']:g} m, {low:.0f}° to {high:.0f}° at "
+        f"{math.degrees(jib['limits']['rate']):.2f} °/s, tail {jib['tail_radius_m']:g} m"
+    )
+
+
 def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
     """Return site and crane with its load chart."""
     site, machine = record["site"], record["crane"]
@@ -205,6 +216,7 @@ def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
     jib = f"{machine['jib_length_m']:g} m long, {machine['jib_height_m']:g} m high"
     own = [
         ("Crane", f"<b>{escape(machine['name'])}</b>, foot at x, y, z {base} m"),
+        ("Luffing", _luffing_words(machine["luffing"])),
         ("Jib", f"{jib}, hook from {machine['min_radius_m']:g} m on"),
         ("Rigging", f"{rigging} t, slings {machine['sling_m']:g} m high"),
         ("Reeving", f"{machine['falls']} falls, hook block {tonnes(machine['hook_block_kg'])} t{gears}"),
