@@ -12,8 +12,8 @@ FIND_LINKS = $(shell $(PYTHON) -m pip config get global.find-links 2>/dev/null)
 TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-page check lint types contracts samples bench bench-voxelize bench-environment bench-render \
-	bench-planning bench-watch bench-scale bench-many-lifts bench-generalist bench-decision train-generalist soak-watch soak-files \
+.PHONY: help setup demo test test-page test-fleet check lint types contracts samples bench bench-voxelize bench-environment bench-render \
+	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-decision train-generalist soak-watch soak-files \
 	picture docs constraints clean
 
 help: ## this list
@@ -39,6 +39,10 @@ test: setup ## the whole test suite
 test-page: setup ## the page in a real headless Chromium
 	$(UV) pip install --quiet --python $(BIN)/python -c constraints.txt --group browser
 	$(BIN)/python -m pytest -m browser tests/render/page -n 0
+
+test-fleet: setup ## fleets on a real local Ray and a real local Dask cluster, and the Parquet table
+	$(UV) pip install --quiet --python $(BIN)/python $(TORCH_FROM) -c constraints.txt -e ".[ray,dask,parquet]"
+	$(BIN)/python -m pytest tests/pipeline/fleet -n 0 -rs
 
 lint: setup
 	$(BIN)/ruff check .
@@ -76,6 +80,9 @@ bench-voxelize: $(PEERS)/ready ## the voxelizer against its peers: docs/voxelizi
 
 bench-planning: setup ## what the chosen order and yard save, and the share of the narrow phase
 	$(BIN)/python -m benchmarks.planning $(ARGS)
+
+bench-yard: setup ## what smaller truckloads save: docs/measured.md
+	$(BIN)/python -m benchmarks.yard
 
 bench-watch: setup ## from a changed obstruction file to the new plan on disk: docs/watching.md
 	$(BIN)/python -m benchmarks.watch $(ARGS)

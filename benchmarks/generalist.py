@@ -1,8 +1,8 @@
 """``make bench-generalist``: the policy that ships with the package on its held-out suite.
 
-Every problem is solved three times: *one way*, the network with its loop guard from start to target, loops cut;
-*as shipped*, what ``bimvox plan`` does: from both ends, detours cut, no cell expanded; *with search*, the search
-taking over where that does not arrive.
+Every problem is solved three times: *one way*, the network with its loop guards from start to target, detours cut, no
+cell expanded; *as shipped*, what ``bimvox plan`` does: the same from target to start where that does not arrive; *with
+search*, the search taking over where neither arrives.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 
 from benchmarks.document import put_into
 from bimvox.env.problem import LiftProblem, lift_problem
-from bimvox.planning.rollout import roll_out, roll_out_starts
+from bimvox.planning.rollout import roll_out, roll_out_all
 from bimvox.planning.search import shortest_path
 from bimvox.policy.evaluate import success_at_least
 from bimvox.policy.generalist.lessons import HELD_OUT_DOMAIN
@@ -54,7 +54,7 @@ class Row:
     Attributes:
         shortest: Fewest moves; negative where there is no way.
         manhattan: Manhattan distance.
-        one_way: Moves of the roll-out from the start, None where it did not arrive.
+        one_way: Moves of the roll-out from the start under its guards, None where it did not arrive.
         shipped: Moves of what the package does, None where it did not arrive.
         found: Whether the package found a way, with the search where the policy did not.
     """
@@ -128,9 +128,8 @@ def _stages() -> list[BuildingStage]:
 def measure(network: QNetwork, problem: LiftProblem) -> Row:
     """Solve one problem in the three ways."""
     bare = lift_problem(problem.clearance, problem.start_vox, problem.target_vox)
-    start = np.array([bare.start_vox], np.int32)
-    forth = roll_out_starts(network, [bare], np.zeros(1, np.int64), start)[0]
-    shipped = roll_out(network, bare)
+    forth = roll_out_all(network, [bare], from_target=False)[0]
+    shipped = forth if forth.arrived else roll_out(network, bare)
     found = shipped.arrived or shortest_path(bare.clearance, bare.start_vox, bare.target_vox).path_vox is not None
     return Row(
         problem.distance_from(problem.start_vox),

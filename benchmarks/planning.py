@@ -70,14 +70,14 @@ def row(name: str, site_file: Path, narrow: NarrowPhase) -> str:
     share = narrow.cpu_s / (time.process_time() - begun_s)
     order = Sequencer(site, chosen.relations, chosen.contacts).lowest_first()
     plain = Preparation(chosen.contacts, chosen.relations, order, allocate_yard(site, order.order))
-    before, after = _hours(site, plain, plan_lifts(site, plain)), _hours(site, chosen, plan)
+    before, after = crane_hours(site, plain, plan_lifts(site, plain)), crane_hours(site, chosen, plan)
     return (
         f"| {name} | {after[0]} of {len(site.components)} | {before[1]:.2f} / {before[2]:.2f} h "
         f"| {after[1]:.2f} / {after[2]:.2f} h | {1.0 - after[2] / before[2]:.0%} | {share:.0%} |"
     )
 
 
-def _hours(site: Any, preparation: Any, plan: Any) -> tuple[int, float, float]:
+def crane_hours(site: Any, preparation: Any, plan: Any) -> tuple[int, float, float]:
     """Planned lifts, crane hours, and hours in which the crane moves."""
     from bimvox.planning.assembly import replay
     from bimvox.trajectory.time_plan import time_plan

@@ -38,6 +38,25 @@ def watch(
             help="Look at the file this often instead of waiting for events: for network shares.",
         ),
     ] = None,
+    simulate: Annotated[
+        float | None,
+        typer.Option(
+            "--simulate",
+            metavar="SPEED",
+            min=0.001,
+            help="Carry the plan out against a clock, so many times as fast as real time.",
+        ),
+    ] = None,
+    retrain: Annotated[
+        int,
+        typer.Option(
+            "--retrain",
+            envvar="BIMVOX_RETRAIN",
+            metavar="STEPS",
+            min=0,
+            help="Where the policy fails lifts, train it further beside the watch, by at most so many steps; 0: never.",
+        ),
+    ] = 0,
     policy: PolicyId = None,
     seed: Seed = None,
     steps: Steps = None,
@@ -63,6 +82,8 @@ def watch(
             policy=policy,
             steps=steps,
             poll_s=poll,
+            speed=simulate,
+            retrain=retrain,
             progress=output.progress,
         )
         try:
@@ -102,6 +123,8 @@ class _Shown:
 
 def _line(change: Mapping[str, Any]) -> str:
     """Write a change in one line."""
+    if change["event"] == "state":
+        return f"{change['time_s']:,.0f} s: {change['component']} is {change['state']}"
     parts = [f"revision {change['revision']}: {change['event']}"]
     if change.get("changed_cells") is not None:
         parts.append(f"{change['changed_cells']:,} cells changed")
@@ -111,6 +134,8 @@ def _line(change: Mapping[str, Any]) -> str:
     parts.extend(f"{len(change[key]):,} {key}" for key in ("retimed", "pending") if change.get(key))
     if change.get("latency_ms") is not None:
         parts.append(f"{change['latency_ms']:.0f} ms")
+    if stopped := change.get("stopped"):
+        parts.append(f"{stopped['component']} {stopped['how']}{', and is held' if stopped['held'] else ''}")
     line = ", ".join(parts)
     return f"{line}: {change['message']}" if change.get("message") else line
 

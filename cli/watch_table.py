@@ -17,6 +17,7 @@ _STATES = {
     "retimed": ("new motion", "cyan"),
     "kept": ("as before", "dim"),
 }
+_UNBUILT, _HANGS = "unbuilt", ("in_transit", "arrived")
 _ROWS_LEFT_FREE = 7
 _LATENCIES_KEPT = 200
 
@@ -33,6 +34,8 @@ class WatchTable:
         self._console, self._name = console, name
         self._latencies_ms: list[float] = []
         self._reasons: dict[str, str] = {}
+        self._doing: dict[str, str] = {}
+        self._last: Mapping[str, Any] | None = None
         self._live = Live(console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False)
         self._live.start()
 
@@ -43,6 +46,12 @@ class WatchTable:
             document: The change.
             line: It in one line.
         """
+        if document["event"] == "state":
+            self._doing[document["component"]] = document["state"]
+            if self._last is None:
+                return
+            document = self._last
+        self._last = document
         if document["event"] in ("replanned", "continued"):
             self._latencies_ms = [*self._latencies_ms, float(document["latency_ms"])][-_LATENCIES_KEPT:]
         if "blocked" in document:
@@ -61,15 +70,22 @@ class WatchTable:
         table = Table(title=f"{self._name}, revision {document['revision']}", title_justify="left", expand=True)
         table.add_column("lift", no_wrap=True)
         table.add_column("state", no_wrap=True)
+        if self._doing:
+            table.add_column("part", no_wrap=True)
         table.add_column("why", overflow="ellipsis", no_wrap=True, ratio=1)
         order = list(_STATES)
-        shown = sorted(states, key=lambda name: order.index(states[name]))
+        shown = sorted(states, key=lambda name: (name not in self._on_the_hook, order.index(states[name])))
         for name in shown[:room]:
             text, style = _STATES[states[name]]
-            table.add_row(name, Text(text, style=style), self._reasons.get(name, ""))
+            doing = [self._doing.get(name, _UNBUILT)] if self._doing else []
+            table.add_row(name, Text(text, style=style), *doing, self._reasons.get(name, ""))
         if len(shown) > room:
-            table.add_row(f"and {len(shown) - room:,} more", "", "")
+            table.add_row(f"and {len(shown) - room:,} more")
         return table
+
+    @property
+    def _on_the_hook(self) -> set[str]:
+        return {name for name, state in self._doing.items() if state in _HANGS}
 
     def _footer(self, line: str) -> str:
         if not self._latencies_ms:

@@ -61,8 +61,8 @@ def _train(chosen: argparse.Namespace) -> None:
         config = recipe.continuing(config)
         initial, earlier = load_generalist(chosen.initial), generalist_record(chosen.initial)
         before = [*earlier.pop("before", []), earlier]
-    count = chosen.lessons or (5_000 if small else recipe.LESSON_COUNT)
-    steps = chosen.steps or (2_000_000 if small else recipe.STEPS)
+    count = chosen.lessons or (recipe.SMALL_LESSON_COUNT if small else recipe.LESSON_COUNT)
+    steps = chosen.steps or (recipe.SMALL_STEPS if small else recipe.STEPS)
     if chosen.stages is not None:
         stages = load_stages(chosen.stages)
     else:

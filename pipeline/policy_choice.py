@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from bimvox.env.problem import LiftProblem
     from bimvox.planning.assembly import Preparation
     from bimvox.policy.config import DqnConfig
+    from bimvox.policy.manifest import PolicyManifest
     from bimvox.policy.network import QNetwork
     from bimvox.policy.trained import CurvePoint, TrainedPolicy
     from bimvox.site.site import Site
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 DEFAULT_STEPS = 40_000
 """Training budget in environment steps, where neither the site file nor the command says."""
+
+RETRAINING_STARTS = 96
+"""Of a test while a policy is retrained on a change: to compare it with the old one, the failed lifts among them."""
 
 DEFAULT_START = "default"
 """Names the policy that ships with bimvox."""
@@ -97,8 +101,7 @@ def choose_policy(
 
     Training begins with the policy that ships with bimvox, which knows sites that it has never seen; where that is good
     enough here it is taken as it is. A stored policy serves without being named only where training now would give the
-    same one: the same geometry, seed, choices and beginning, and a training that ended as this budget would have ended
-    it.
+    same one (:func:`_would_be`), so what a store holds changes nothing but the time it takes.
 
     Args:
         site: The site.
@@ -135,9 +138,7 @@ def choose_policy(
         config = adapting(config, initial.layer_sizes[1:-1])
     if not retrain:
         for manifest in store.find(site.geometry_digest):
-            good = manifest.success_rate >= required_success and manifest.length_ratio <= config.required_ratio
-            ended = good or manifest.steps >= budget
-            if manifest.seed == seed and manifest.config == config and manifest.parent == parent and ended:
+            if _would_be(manifest, config, seed, parent, budget):
                 return _stored(manifest.id)
     from pipeline.site_lessons import training_problems
     from pipeline.train_record import Checkpoint
@@ -186,6 +187,8 @@ def retrained(
         steps: Budget in environment steps: the same budget gives the same result.
         progress: Told of the stages.
     """
+    from dataclasses import replace
+
     from bimvox.policy import store
     from bimvox.policy.config import DqnConfig, adapting
     from bimvox.policy.site_outline import outline_of
@@ -193,12 +196,26 @@ def retrained(
 
     if policy.network is None:
         return policy
-    config = adapting(DqnConfig(), policy.network.layer_sizes[1:-1])
+    config = replace(adapting(DqnConfig(), policy.network.layer_sizes[1:-1]), test_starts=RETRAINING_STARTS)
     problems = training_problems(site, preparation, seed, progress, as_it_is=True, surely=failed)
     found = _trained(problems, config, seed, steps, policy.network, policy.id, progress)
     if found.network is policy.network:
         return policy
+    # Its lessons were this site with its obstructions: it is not what training on the geometry would give.
+    found = replace(found, budget=None)
     return _in_use(store.save(found, site.geometry_digest, site=outline_of(site)), found)
+
+
+def _would_be(manifest: PolicyManifest, config: DqnConfig, seed: int, parent: str | None, budget: int) -> bool:
+    """Return whether training a site with these choices would give its stored policy.
+
+    The same choices, seed, beginning and budget: the learning rate falls towards the budget's end, so another budget is
+    another training, also where both stop before. Only a beginning that is good enough untrained is so with any.
+    """
+    if (manifest.config, manifest.seed, manifest.parent) != (config, seed, parent):
+        return False
+    good = manifest.success_rate >= config.required_success and manifest.length_ratio <= config.required_ratio
+    return manifest.budget == budget or (manifest.steps == 0 and manifest.budget is not None and good)
 
 
 def _beginning(start_from: str) -> tuple[QNetwork | None, str | None]:

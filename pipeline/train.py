@@ -71,6 +71,12 @@ def train(
     )
     if board is not None:
         board.close()
+    made = (start_from, seconds, said.budget, seed_of(loaded, seed))
+    asked = (DEFAULT_START, None, DEFAULT_STEPS if wanted.steps is None else wanted.steps, wanted.seed)
+    if policy.steps > 0 and made != asked:
+        progress.note(
+            f"a plan takes it where it is named (--policy {policy.id}): the site file asks for another training"
+        )
     if curve is not None:
         write_curve(curve, policy.curve)
     return {
@@ -99,7 +105,7 @@ class _Said:
 
     def __init__(self, progress: Progress, budget: int) -> None:
         self._progress = progress
-        self._budget = budget
+        self.budget = budget
         self._last: tuple[int, float] | None = None
 
     def test(self, point: CurvePoint) -> None:
@@ -107,7 +113,7 @@ class _Said:
         pace = ""
         if self._last is not None and point.steps > self._last[0]:
             rate = (point.steps - self._last[0]) / max(1e-9, now - self._last[1])
-            left = (self._budget - point.steps) / rate
+            left = (self.budget - point.steps) / rate
             pace = f", {rate:,.0f} steps a second, {left:,.0f} s left of the budget"
         self._last = (point.steps, now)
         self._progress.note(

@@ -82,13 +82,12 @@ def prove_plan(record: PlanLog, progress: Progress) -> Verification:
         progress: Told of the stages.
     """
     from bimvox.planning.proof import Verification
-    from bimvox.planning.verify import verify_plan
-    from bimvox.trajectory.verify import verify_motions
+    from bimvox.trajectory.over_time import verify_motions_over_time, verify_plan_over_time
 
     progress.stage("plan")
-    checks = verify_plan(record.plan, record.context).checks
+    checks = verify_plan_over_time(record.plan, record.motions, record.context).checks
     progress.stage("motions")
-    return Verification((*checks, *verify_motions(record.plan, record.motions, record.context).checks))
+    return Verification((*checks, *verify_motions_over_time(record.plan, record.motions, record.context).checks))
 
 
 def _as_json(checks: Iterable[Check]) -> dict[str, Any]:

@@ -11,11 +11,12 @@ from __future__ import annotations
 import gc
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bimvox.errors import BimvoxError, FileError
+from bimvox.errors import BimvoxError, FileError, InputError, PolicyError
 from bimvox.site.obstructions import EMPTY, ObstructionSet
 from pipeline.artifacts import check_output, default_output, write_atomically
 from pipeline.file_watch import FileState, changes, state_of
@@ -24,15 +25,17 @@ from pipeline.plan import document_of, log_of, obstructed, policy_of, prepared, 
 from pipeline.policy_choice import PolicyInUse
 from pipeline.progress import Progress, SilentProgress
 from pipeline.prove import Planned, plan_and_prove
-from pipeline.watch_documents import blocked, event_fields, outcome
+from pipeline.simulate import NOW_NS, Execution, PlanClock
+from pipeline.watch_documents import blocked, event_fields, outcome, stop_events, transit
 from pipeline.watch_log import WholeLog, read_newest, segment_file, segments_on_disk
+from pipeline.watch_retrain import Retraining
 
 if TYPE_CHECKING:
-    from bimvox.log.plan_log import PlanLog
+    from bimvox.log.plan_log import LogEvent, PlanLog
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.lift import LiftPlan
     from bimvox.site.site import Site
-    from bimvox.trajectory.revise import Part, Standing
+    from bimvox.trajectory.revise import Better, Part, Standing
 
 _STAGES = ("read", "plan", "prove", "write")
 _FIRST = 20
@@ -55,6 +58,8 @@ def watch(
     policy: str | None = None,
     steps: int | None = None,
     poll_s: float | None = None,
+    speed: float | None = None,
+    retrain: int = 0,
     progress: Progress,
     stop: threading.Event | None = None,
 ) -> Iterator[dict[str, Any]]:
@@ -70,6 +75,8 @@ def watch(
         policy: Id of a policy of the store.
         steps: Training budget in environment steps.
         poll_s: Look at the file this often instead of waiting for events: for network shares.
+        speed: Carry the plan out against a clock that goes so many times as fast as the wall's.
+        retrain: Budget, in environment steps, of more training beside the watch, where the policy fails lifts; 0: none.
         progress: Told of the stages of the first plan.
         stop: Ends the watch.
 
@@ -82,7 +89,11 @@ def watch(
     check_output(target, inputs=[site, obstructions, loaded.config.model.path])
     preparation = prepared(loaded.site, progress)
     chosen = policy_of(loaded, loaded.site, preparation, policy=policy, seed=seed, steps=steps, progress=progress)
-    watcher = Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress)
+    if speed is not None and loaded.site.crane is None:
+        raise InputError("without a crane there is no motion to carry out", hint="leave --simulate out")
+    clock = None if speed is None else PlanClock(speed)
+    watcher = Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress, clock)
+    watcher.retrain(retrain)
     yield from follow(watcher, once=once, poll_s=poll_s, stop=stop or threading.Event())
 
 
@@ -95,6 +106,7 @@ def follow(watcher: Watcher, *, once: bool, poll_s: float | None, stop: threadin
         if once:
             return
         watcher.warm()
+        watcher.begin()
         watcher.progress.note(f"watching {file}")
         watcher.progress = SilentProgress()
         start = state_of(file, watcher.files) if watcher.files else start
@@ -117,6 +129,7 @@ class Watcher:
         target: The log.
         seed: Seed of the training, for the log.
         progress: Told of the stages.
+        clock: The site's clock, where the plan is carried out.
 
     Attributes:
         file: The obstruction file.
@@ -135,7 +148,12 @@ class Watcher:
         target: Path,
         seed: int,
         progress: Progress,
+        clock: PlanClock | None = None,
     ) -> None:
+        self._retraining: Retraining | None = None
+        self._execution = None if clock is None else Execution(clock)
+        self._carried_out_ns = 0
+        self._taken: str | None = None
         self._loaded, self._preparation, self._policy = loaded, preparation, policy
         self.file, self._target, self._seed = file, target, seed
         self.progress, self.told = progress, progress
@@ -165,6 +183,7 @@ class Watcher:
         from bimvox.planning.rollout import proposer
         from bimvox.trajectory.revise import standing_of
 
+        self._taken = state.digest
         network = self._policy.network
         self._propose = None if network is None else proposer(network)
         before = read_newest(self._target, self._loaded.site.fixed_digest, self.progress)
@@ -172,6 +191,7 @@ class Watcher:
             log = before.log
             self._revision = max(self._revision, log.revision)
             self._standing = standing_of(log.plan, log.motions)
+            self._carried_out_ns = int(log.metadata.get(NOW_NS, 0))
             self._content = {name: log.attachments[name] for name in log.attachments if name not in self._loaded.files}
             if not before.behind:
                 self._keep(log.revision)
@@ -197,13 +217,18 @@ class Watcher:
         self._whole.hold()
         try:
             yield from self._change(state)
+            if self._retraining is not None and self._retraining.is_done:
+                yield from self._retrained(state.seen_s)
         finally:
             self._whole.resume()
 
     def wants_another_look(self) -> bool:
         """Whether the last content could not be taken for a reason that may pass without a change of the file."""
-        left_over = self._standing is not None and bool(self._standing.pending)
-        return left_over or (self._retry_at_s is not None and time.monotonic() >= self._retry_at_s)
+        standing = self._standing
+        left_over = standing is not None and bool(standing.pending) and standing.held is None
+        news = self._execution is not None and self._execution.has_news(standing)
+        trained = self._retraining is not None and self._retraining.is_done
+        return left_over or news or trained or (self._retry_at_s is not None and time.monotonic() >= self._retry_at_s)
 
     def warm(self) -> None:
         """Revise once in vain: compiled code is loaded and whatever is built once is there before the first change."""
@@ -216,8 +241,20 @@ class Watcher:
         gc.freeze()
         self.is_cold = False
 
+    def retrain(self, steps: int) -> None:
+        """From now on, train the policy further beside the watch where it fails lifts; with 0 steps, do not."""
+        if steps and self._policy.network is not None:
+            self._retraining = Retraining(self._preparation, self._policy, self._seed, steps)
+
+    def begin(self) -> None:
+        """Begin to carry the plan out, where it is; from where it was left."""
+        if self._execution is not None:
+            self._execution.clock.start(self._carried_out_ns)
+
     def close(self) -> None:
-        """Write the whole log if it is behind."""
+        """End what goes on beside, and write the whole log if it is behind."""
+        if self._retraining is not None:
+            self._retraining.cancel()
         self._whole.close()
 
     def _keep(self, revision: int) -> None:
@@ -227,6 +264,15 @@ class Watcher:
             write_atomically(kept, self._target.read_bytes())
 
     def _change(self, state: FileState) -> Iterator[dict[str, Any]]:
+        if self._execution is not None:
+            for news in self._execution.news(self._standing):
+                yield news | {"revision": self._revision, "log": str(self._target)}
+            pending = self._standing is not None and self._standing.pending and self._standing.held is None
+            if state.digest == self._taken and self._taken is not None and not pending and self._retry_at_s is None:
+                return
+        elif self._retraining is not None and self._retraining.is_done and state.digest == self._taken:
+            return
+        self._taken = state.digest
         if state.digest is None:
             self._retry_at_s = None
             if self._last_refusal != "missing":
@@ -245,7 +291,8 @@ class Watcher:
             self._try_again(state.seen_s)
             return
         standing = self._standing
-        if standing is not None and standing.plan.site.digest == site.digest and not standing.pending:
+        waits = standing is not None and bool(standing.pending) and standing.held is None
+        if standing is not None and standing.plan.site.digest == site.digest and not waits:
             self._accepted()
             yield self._unchanged("unchanged", state.seen_s)
             return
@@ -287,14 +334,45 @@ class Watcher:
         document = self._document("planned", planned.plan, None, started_s)
         return document | {"segment": str(segment), "blocked": document_of(planned, self._policy)["infeasible"]}
 
-    def _revise(self, site: Site, content: dict[str, bytes], started_s: float) -> Iterator[dict[str, Any]]:
+    def _retrained(self, started_s: float) -> Iterator[dict[str, Any]]:
+        """Ask the policy that came of a training for the lifts that it was trained for."""
+        from bimvox.planning.rollout import proposer
+        from bimvox.trajectory.revise import Better
+
+        assert self._retraining is not None
+        assert self._standing is not None
+        components = frozenset(self._retraining.components)
+        try:
+            found = self._retraining.result()
+        except PolicyError as error:
+            yield self._refused("failed", started_s, error)
+            return
+        if found is None or found.network is None:
+            yield self._unchanged("retrained", started_s, "no retrained policy was better: the search's paths stand")
+            return
+        better = Better(components, proposer(found.network))
+        yield from self._revise(self._standing.plan.site, self._content, started_s, better, found.id)
+
+    def _revise(
+        self,
+        site: Site,
+        content: dict[str, bytes],
+        started_s: float,
+        better: Better | None = None,
+        policy: str | None = None,
+    ) -> Iterator[dict[str, Any]]:
         """Revise the plan part by part; a part is on disk before it is told of."""
+        if self._retraining is not None:
+            self._retraining.cancel()
         from bimvox.trajectory.revise import revise
+        from bimvox.trajectory.underway import HOLD_S
 
         assert self._standing is not None
         before = self._standing.plan
         marks = [started_s, time.monotonic()]  # noticed, read
         verdict_s: list[float] = []
+        clock = None if self._execution is None else self._execution.clock
+        now_ns = None if clock is None else clock.at_ns(started_s)
         parts = revise(
             self._standing,
             site,
@@ -303,9 +381,13 @@ class Watcher:
             first=_FIRST,
             known_shapes=self._known_shapes,
             on_verdict=lambda: verdict_s.append(time.monotonic()),
+            now_ns=now_ns,
+            better=better,
+            hold_s=HOLD_S if clock is None else max(HOLD_S, clock.hold_s),
         )
-        event = "replanned"
+        event = first = "replanned" if better is None else "retrained"
         made: set[int] = set()
+        searched: set[int] = set()
         changed_cells, obstructions = 0, frozenset[str]()
         while True:
             try:
@@ -323,9 +405,16 @@ class Watcher:
                     "obstructions": sorted(obstructions),
                     "pending": [_name(part.standing.plan, order) for order in sorted(part.standing.pending)],
                     "blocked": blocked(part.standing.plan),
-                    "verdict_ms": _ms_since(started_s, verdict_s[-1] if event == "replanned" else verdict_s[0]),
+                    "verdict_ms": _ms_since(started_s, verdict_s[-1] if event == first else verdict_s[0]),
                 }
-                segment = self._write(part, content, event_fields(document))
+                if policy is not None:
+                    document["policy"] = policy
+                stops: list[LogEvent] = []
+                if now_ns is not None:
+                    document |= transit(part, now_ns)
+                    stops = stop_events(part, document, now_ns)
+                    self._carried_out_ns = now_ns
+                segment = self._write(part, content, event_fields(document), stops)
             except BimvoxError as error:
                 if self._last_refusal != str(error):
                     yield self._refused("failed", started_s, error)
@@ -340,24 +429,38 @@ class Watcher:
                 for stage, at, after in zip(_STAGES, marks[:-1], marks[1:], strict=True)
             }
             marks = [marks[-1], marks[-1]]
+            searched |= _left_to_search(part)
             if not part.standing.pending:
                 document["all_ms"] = document["latency_ms"]
                 self._whole.offer(self._record(part.standing))
+                if self._retraining is not None and better is None:
+                    self._retraining.begin(site, searched)
             yield document
             event = "continued"
+            if part.standing.held is not None:
+                return  # it waits for a change
             if part.standing.pending and self._is_behind():
                 return  # what is pending goes with the next change
 
-    def _write(self, part: Part, content: dict[str, bytes], fields: dict[str, str]) -> Path:
+    def _write(
+        self, part: Part, content: dict[str, bytes], fields: dict[str, str], more: Sequence[LogEvent] = ()
+    ) -> Path:
         """Write a part's segment; only then does it stand."""
         revision = self._revision + 1
         target = segment_file(self._target, revision)
-        record = self._segment(part, revision, content, fields)
+        record = self._segment(part, revision, content, fields, more)
         write_log_file(target, record, inputs=[])
         self._revision, self._standing, self._content = revision, part.standing, content
         return target
 
-    def _segment(self, part: Part, revision: int, content: dict[str, bytes], fields: dict[str, str]) -> PlanLog:
+    def _segment(
+        self,
+        part: Part,
+        revision: int,
+        content: dict[str, bytes],
+        fields: dict[str, str],
+        more: Sequence[LogEvent] = (),
+    ) -> PlanLog:
         from bimvox.log.segments import segment_of
 
         files = self._loaded.files | content
@@ -371,14 +474,20 @@ class Watcher:
             revision=revision,
             event=fields,
             attachments=bare.attachments,
-            metadata=bare.metadata,
+            metadata={**bare.metadata, **self._carried_out()},
+            more=more,
         )
 
     def _record(self, standing: Standing) -> PlanLog:
         """The whole log of what stands."""
         planned = Planned(standing.plan, standing.chain)
         files = self._loaded.files | self._content
-        return log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=self._revision)
+        record = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=self._revision)
+        return replace(record, metadata={**record.metadata, **self._carried_out()})
+
+    def _carried_out(self) -> dict[str, str]:
+        """How far the plan is carried out, for the log."""
+        return {} if self._execution is None else {NOW_NS: str(self._carried_out_ns)}
 
     def _is_behind(self) -> bool:
         """Whether the file holds something else than what is being planned."""
@@ -418,6 +527,15 @@ class Watcher:
         else:
             document |= outcome(plan, before, retimed or ())
         return document | {"log": str(self._target), "latency_ms": _ms_since(started_s)}
+
+
+def _left_to_search(part: Part) -> set[int]:
+    """Components of the lifts made anew in a part whose paths no policy found."""
+    from bimvox.planning.lift import Method
+
+    made = set(part.replanned)
+    lifts = part.standing.plan.lifts
+    return {lift.component for lift in lifts if lift.order in made and lift.method is Method.SEARCH}
 
 
 def _name(plan: LiftPlan, order: int) -> str:

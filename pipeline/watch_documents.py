@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Collection
 
+    from bimvox.log.plan_log import LogEvent
     from bimvox.planning.lift import LiftPlan
+    from bimvox.trajectory.motion import LiftMotion
+    from bimvox.trajectory.revise import Part
 
 
 def outcome(plan: LiftPlan, before: LiftPlan | None, retimed: Collection[int] = ()) -> dict[str, Any]:
@@ -63,3 +66,43 @@ def event_fields(document: dict[str, Any]) -> dict[str, str]:
         by = f" ({', '.join(entry['blocked_by'])})" if entry["blocked_by"] else ""
         fields[f"why {entry['component']}"] = f"{entry['reason']}{by}"
     return fields
+
+
+def transit(part: Part, now_ns: int) -> dict[str, Any]:
+    """Return what became of the lift that was under way when the change was noticed."""
+    redirected, held = part.redirected, part.standing.held
+    found = redirected or held
+    fields: dict[str, Any] = {"time_s": round(now_ns / 1e9, 3), "stopped": None}
+    if found is None:
+        return fields
+    stop = found.stop
+    fields["stopped"] = {
+        "component": part.standing.plan.site.components[found.lift.component].id,
+        "how": found.how,
+        "safe": held is None or held.is_safe,
+        "held": held is not None,
+        "rest_s": None if stop is None else round(stop.end_ns / 1e9, 3),
+        "brakes_for_s": None if stop is None else round(stop.duration_s, 3),
+        "goes_on_s": None if redirected is None else _goes_on_s(redirected.motion),
+    }
+    return fields
+
+
+def stop_events(part: Part, document: dict[str, Any], now_ns: int) -> list[LogEvent]:
+    """Return the log's event of a stop."""
+    from bimvox.log.plan_log import LogEvent
+    from bimvox.trajectory.stop import STOP_EVENT
+
+    stopped = document.get("stopped")
+    found = part.redirected or part.standing.held
+    if stopped is None or found is None:
+        return []
+    until_ns = now_ns if found.stop is None else found.stop.end_ns
+    return [LogEvent(STOP_EVENT, now_ns, until_ns, {key: str(value) for key, value in stopped.items()})]
+
+
+def _goes_on_s(motion: LiftMotion) -> float | None:
+    from bimvox.trajectory.motion import PhaseName
+
+    ends = [phase.end_ns for phase in motion.phases if phase.name is PhaseName.STOP]
+    return round(ends[-1] / 1e9, 3) if ends else None

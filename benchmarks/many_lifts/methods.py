@@ -49,7 +49,7 @@ def policy(problems: Problems, count: int) -> Result:
         [len(rollout.path_vox) - 1 if rollout.arrived else None for rollout in rollouts],
         [rollout.arrived for rollout in rollouts],
         together=True,
-        words="as shipped: from both ends, detours cut, no cell expanded; one thread",
+        words="as shipped: under its guards, detours cut, no cell expanded; one thread",
     )
 
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.dynamics import has_arrived, transition
-from bimvox.env.guard import guarded_action
+from bimvox.env.guard import CALM, guarded_action
 from bimvox.env.limits import StepLimit, steps_allowed
 from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance, pooled_distance
 from bimvox.env.problem import LiftProblem, is_learnable
@@ -359,4 +359,5 @@ def _guard_all(
     """Choose the guard's move for every lift of a range."""
     for n in range(first, last):
         clearance = pooled_clearance(pool, batch.problem[n])
-        actions[n] = max(0, guarded_action(clearance, batch.cells[n], batch.steps[n], values[n], 0, 0.0))
+        target = pool.target[batch.problem[n]]
+        actions[n] = max(0, guarded_action(clearance, target, batch.cells[n], batch.steps[n], values[n], CALM, False))

@@ -3,8 +3,9 @@
 Of the moves that are free, those to the reference cells visited least often so far come first; among these the
 policy's value decides. So a move is never blocked, a lift never circles, and a policy that would dither at a wall is
 pushed along it. A lift that is lost, because it has made many more moves than the way should take, is pushed away from
-where it has been: each earlier visit near a move's end counts against it (:class:`Push`). It is no
-search: it looks one move ahead and knows nothing but where the lift has been.
+where it has been: each earlier visit near a move's end counts against it. A guard may lean to one side: where the
+policy sees little between two ways around something, it takes that side. It is no search: it looks one move ahead and
+knows nothing but where the lift has been (:class:`Guard`).
 """
 
 from __future__ import annotations
@@ -22,78 +23,103 @@ from bimvox.site.clearance import Clearance, placement_is_free
 VISIT_COST = 10.0
 """Against a move, per earlier visit of the cell that it leads to; values of actions differ by less than one."""
 
+Counts = tuple[int, int, int, int, int, int]
 
-class Push(NamedTuple):
-    """When a lift counts as lost, and how it is pushed away from where it has been.
+
+class Guard(NamedTuple):
+    """When a lift counts as lost, how it is pushed away from where it has been, and which way it leans.
 
     Attributes:
         factor: Lost after ``factor`` times the Manhattan distance of its way ...
         slack: ... plus ``slack`` moves.
-        reach_vox: Visits up to so many cells away along every axis count.
-        cost: Against a move, per such visit.
+        reach_vox: Then visits up to so many cells away from a move's end along every axis count ...
+        cost: ... against the move, each with so much ...
+        visit_cost: ... and each visit of the very cell with so much, instead of ``VISIT_COST``.
+        left: For a move to the left of the way to the target, seen from above; less than 0: to the right.
+        up: For a move up; less than 0: down.
     """
 
     factor: float
     slack: int
     reach_vox: int
     cost: float
+    visit_cost: float = VISIT_COST
+    left: float = 0.0
+    up: float = 0.0
 
 
-CALM = Push(2.0, 40, 2, 0.02)
-RESTLESS = Push(1.0, 10, 6, 0.05)
-"""For another try: it leaves early what the calm one does not get out of, and strays more on the way."""
+CALM = Guard(2.0, 40, 2, 0.02)
+_LEANING = Guard(1.0, 20, 4, 0.02, 0.3)
+LOW = _LEANING._replace(up=-0.2)
+LEFT = _LEANING._replace(left=0.2)
+RIGHT = _LEANING._replace(left=-0.2)
+
+GUARDS = (CALM, LOW, LEFT, RIGHT)
+"""In the order in which a roll-out tries them: alone the first is the best, but they fail on different lifts."""
 
 
 @leaf_kernel
-def is_lost(push: Push, steps: int, least_moves: int) -> bool:
+def is_lost(guard: Guard, steps: int, least_moves: int) -> bool:
     """Return whether a lift has made many more moves than the Manhattan distance of its way."""
-    return bool(steps > push.factor * least_moves + push.slack)
+    return bool(steps > guard.factor * least_moves + guard.slack)
 
 
 @leaf_kernel
 def guarded_action(
-    clearance: Clearance, cells: NDArray[np.int32], steps: int, values: NDArray[np.float32], reach_vox: int, cost: float
+    clearance: Clearance,
+    target: NDArray[np.int32],
+    cells: NDArray[np.int32],
+    steps: int,
+    values: NDArray[np.float32],
+    guard: Guard,
+    lost: bool,
 ) -> int:
     """Return the move that the guard lets a lift make, ``NO_ACTION`` where none is free.
 
     Args:
         clearance: What decides whether a placement is free.
+        target: (3,) int32 reference cell of the target.
         cells: (M, 3) int32 reference cells visited; step s is in row s % M, so the last M are remembered.
         steps: Moves made so far: the lift is at row ``steps % M``.
         values: (6,) float32 the policy's.
-        reach_vox: Visits up to so far from a move's end count against it ...
-        cost: ... each with so much; 0 for a lift that is not lost.
+        guard: Its choices.
+        lost: Whether the lift is lost (:func:`is_lost`).
     """
     at = cells[steps % cells.shape[0]]
+    dx, dy = target[0] - at[0], target[1] - at[1]
+    away = max(1.0, np.sqrt(float(dx * dx + dy * dy)))
+    visits = visits_around(cells, steps, at[0], at[1], at[2])
+    near = _visits_near(cells, steps, at[0], at[1], at[2], guard.reach_vox if lost else -2)
+    visit_cost = guard.visit_cost if lost else VISIT_COST
     best, best_score = NO_ACTION, 0.0
     for action in range(ACTION_COUNT):
-        x, y, z = at[0] + MOVES[action, 0], at[1] + MOVES[action, 1], at[2] + MOVES[action, 2]
-        if not placement_is_free(clearance, x, y, z):
+        u, v, w = MOVES[action, 0], MOVES[action, 1], MOVES[action, 2]
+        if not placement_is_free(clearance, at[0] + u, at[1] + v, at[2] + w):
             continue
-        score = values[action] - VISIT_COST * visits_of(cells, steps, x, y, z)
-        if cost > 0.0:
-            score -= cost * _visits_near(cells, steps, x, y, z, reach_vox)
+        score = values[action] - visit_cost * visits[action] - guard.cost * near[action]
+        score += guard.left * (dx * v - dy * u) / away + guard.up * w
         if best == NO_ACTION or score > best_score:
             best, best_score = action, score
     return best
 
 
 @leaf_kernel
-def visits_of(cells: NDArray[np.int32], steps: int, x: int, y: int, z: int) -> int:
-    """Return how often a cell was visited, as far as ``cells`` remembers (see :func:`guarded_action`)."""
-    visits = 0
-    for n in range(min(steps + 1, cells.shape[0])):
-        if cells[n, 0] == x and cells[n, 1] == y and cells[n, 2] == z:
-            visits += 1
-    return visits
+def visits_around(cells: NDArray[np.int32], steps: int, x: int, y: int, z: int) -> Counts:
+    """Return how often the cell that each action leads to was visited, as far as ``cells`` remembers."""
+    return _visits_near(cells, steps, x, y, z, 0)
 
 
 @leaf_kernel
-def _visits_near(cells: NDArray[np.int32], steps: int, x: int, y: int, z: int, reach: int) -> int:
-    """Return how often cells within reach along every axis were visited."""
-    visits = 0
-    for n in range(min(steps + 1, cells.shape[0])):
-        near_x, near_y = abs(cells[n, 0] - x) <= reach, abs(cells[n, 1] - y) <= reach
-        if near_x and near_y and abs(cells[n, 2] - z) <= reach:
-            visits += 1
-    return visits
+def _visits_near(cells: NDArray[np.int32], steps: int, x: int, y: int, z: int, reach: int) -> Counts:
+    """Return how often cells within reach of each action's end along every axis were visited."""
+    north, south, west, east, up, down = 0, 0, 0, 0, 0, 0
+    for n in range(min(steps + 1, cells.shape[0]) if reach >= 0 else 0):
+        dx, dy, dz = cells[n, 0] - x, cells[n, 1] - y, cells[n, 2] - z
+        i, j, k = abs(dx) <= reach, abs(dy) <= reach, abs(dz) <= reach
+        north += i and k and abs(dy - 1) <= reach
+        south += i and k and abs(dy + 1) <= reach
+        west += j and k and abs(dx + 1) <= reach
+        east += j and k and abs(dx - 1) <= reach
+        up += i and j and abs(dz - 1) <= reach
+        down += i and j and abs(dz + 1) <= reach
+    return north, south, west, east, up, down

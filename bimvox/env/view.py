@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import leaf_kernel
-from bimvox.env.actions import ACTION_COUNT, MOVES
+from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT, frame_of, from_frame, to_frame
-from bimvox.env.guard import visits_of
+from bimvox.env.guard import visits_around
 from bimvox.env.observation import GOAL_SIZE as WAY_SIZE
 from bimvox.env.observation import LOG_FARTHEST, bounding_box, write_goal
 from bimvox.env.state import LiftState
@@ -130,9 +130,9 @@ def look(
     if state.last_action >= 0:
         out[n + FRAME_ACTIONS[frame, state.last_action]] = 1.0
     n += ACTION_COUNT
+    visits = visits_around(cells, state.steps, x, y, z)
     for action in range(ACTION_COUNT):
-        visits = visits_of(cells, state.steps, x + MOVES[action, 0], y + MOVES[action, 1], z + MOVES[action, 2])
-        out[n + FRAME_ACTIONS[frame, action]] = min(visits, MOST_VISITS) / MOST_VISITS
+        out[n + FRAME_ACTIONS[frame, action]] = min(visits[action], MOST_VISITS) / MOST_VISITS
     n += ACTION_COUNT
     for t in range(len(TRAIL_STEPS)):
         row = max(0, state.steps - TRAIL_STEPS[t]) % cells.shape[0]

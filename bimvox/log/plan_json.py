@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from bimvox.errors import LogFileError
 from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, encode
-from bimvox.planning.lift import Lift, LiftPlan, ModelledClash, Status, yard_place
+from bimvox.planning.lift import Epoch, LeftPath, Lift, LiftPlan, ModelledClash, Status, yard_place
 from bimvox.site.component import Component, IntVec, StoredPose
-from bimvox.site.site import Site
+from bimvox.site.site import Blocker, Site
 
 _VERSION = 1
 _NO_ARRAYS = ArrayReader({})
@@ -35,6 +35,8 @@ def plan_to_json(plan: LiftPlan, context: Collection[Lift] = ()) -> bytes:
         "notes": list(plan.notes),
         "unheld": list(plan.unheld),
     }
+    if plan.history:
+        document["history"] = [_epoch_to_json(epoch) for epoch in plan.history]
     lifts = [_lift_to_json(plan.site, lift, carried) for lift, carried in sorted(marked, key=_order)]
     return lines_of("lifts", lifts, document)
 
@@ -99,7 +101,41 @@ def _read(
     clashes = decode(tuple[ModelledClash, ...], document.get("clashes"), _NO_ARRAYS, "clashes")
     notes = decode(tuple[str, ...], document.get("notes"), _NO_ARRAYS, "notes")
     unheld = decode(tuple[str, ...], document.get("unheld", []), _NO_ARRAYS, "unheld")
-    return LiftPlan(site, tuple(carried), clashes, notes, unheld), tuple(context)
+    history = tuple(_epoch_from_json(one, site, f"history[{n}]") for n, one in enumerate(document.get("history", ())))
+    if [epoch.until_ns for epoch in history] != sorted({epoch.until_ns for epoch in history}):
+        raise DecodeError("history: its times do not ascend")
+    return LiftPlan(site, tuple(carried), clashes, notes, unheld, history), tuple(context)
+
+
+def _epoch_to_json(epoch: Epoch) -> dict[str, Any]:
+    obstructions = [{"id": blocker.id, "cells": blocker.cells.tolist()} for blocker in epoch.obstructions]
+    return {"until_ns": epoch.until_ns, "obstructions": obstructions}
+
+
+def _epoch_from_json(record: Any, site: Site, where: str) -> Epoch:
+    if not isinstance(record, dict) or type(record.get("until_ns")) is not int:
+        raise DecodeError(f"{where}: not a time and obstructions")
+    found = []
+    for n, one in enumerate(record.get("obstructions") or ()):
+        if not isinstance(one, dict) or not isinstance(one.get("id"), str):
+            raise DecodeError(f"{where}.obstructions[{n}]: not an obstruction")
+        cells = _cells(one.get("cells"), f"{where}.obstructions[{n}].cells")
+        if cells.size and (cells.min() < 0 or (cells >= site.shape).any()):
+            raise DecodeError(f"{where}.obstructions[{n}].cells: not cells of the grid")
+        found.append(Blocker(one["id"], "obstruction", cells))
+    return Epoch(record["until_ns"], tuple(found))
+
+
+def _cells(value: Any, where: str) -> NDArray[np.int32]:
+    """(N, 3) int32 from a JSON list."""
+    if not isinstance(value, list) or not all(
+        isinstance(cell, list) and len(cell) == 3 and all(type(n) is int and abs(n) < 2**30 for n in cell)
+        for cell in value
+    ):
+        raise DecodeError(f"{where}: not a list of cells")
+    cells = np.array(value, np.int32).reshape(-1, 3)
+    cells.flags.writeable = False
+    return cells
 
 
 def _order(entry: tuple[Lift, bool]) -> int:
@@ -109,8 +145,13 @@ def _order(entry: tuple[Lift, bool]) -> int:
 def _lift_to_json(site: Site, lift: Lift, carried: bool) -> dict[str, Any]:
     component = site.components[lift.component]
     place = lift.place
-    bare = encode(dataclasses.replace(lift, place=None, path_vox=None), ArrayWriter())
-    del bare["path_vox"]
+    bare = encode(dataclasses.replace(lift, place=None, path_vox=None, left=()), ArrayWriter())
+    del bare["path_vox"], bare["left"]
+    if lift.left:
+        bare["left"] = [
+            {"path_vox": one.path_vox.tolist(), "contact_moves": one.contact_moves, "until_ns": one.until_ns}
+            for one in lift.left
+        ]
     return {
         "id": component.id,
         "global_id": component.global_id,
@@ -138,10 +179,12 @@ def lifting_record(site: Site, component: Component) -> dict[str, Any]:
 def _lift_from_json(record: Any, site: Site, where: str) -> tuple[Lift, bool]:
     if not isinstance(record, dict) or not isinstance(record.get("carried"), bool) or "moves" not in record:
         raise DecodeError(f"{where}: not a lift")
-    added = {"id", "global_id", "carried", "moves", "place", "lifting"}
+    added = {"id", "global_id", "carried", "moves", "place", "lifting", "left"}
     lift: Lift = decode(
         Lift, {key: value for key, value in record.items() if key not in added} | {"place": None}, _NO_ARRAYS, where
     )
+    if left := record.get("left"):
+        lift = dataclasses.replace(lift, left=_left_from_json(left, f"{where}.left"))
     if not 0 <= lift.component < len(site.components):
         raise DecodeError(f"{where}.component: the site has no component {lift.component}")
     component = site.components[lift.component]
@@ -159,3 +202,16 @@ def _lift_from_json(record: Any, site: Site, where: str) -> tuple[Lift, bool]:
             raise DecodeError(f"{where}.place: turned by {turn} quarters after a rise of {rise} cells, {pose.value}")
         lift = dataclasses.replace(lift, place=yard_place(component, delivery, pose, cell, turn=turn, rise_vox=rise))
     return lift, record["carried"]
+
+
+def _left_from_json(value: Any, where: str) -> tuple[LeftPath, ...]:
+    found = []
+    for n, one in enumerate(value if isinstance(value, list) else [None]):
+        if (
+            not isinstance(one, dict)
+            or type(one.get("until_ns")) is not int
+            or type(one.get("contact_moves")) is not int
+        ):
+            raise DecodeError(f"{where}[{n}]: not a path that was left")
+        found.append(LeftPath(_cells(one.get("path_vox"), f"{where}[{n}]"), one["contact_moves"], one["until_ns"]))
+    return tuple(found)

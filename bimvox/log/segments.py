@@ -34,6 +34,7 @@ def segment_of(
     event: Mapping[str, str],
     attachments: Mapping[str, bytes],
     metadata: Mapping[str, str],
+    more: Sequence[LogEvent] = (),
 ) -> PlanLog:
     """Return the segment of a revision.
 
@@ -46,6 +47,7 @@ def segment_of(
         event: What changed, and why.
         attachments: Files that the plan was made from.
         metadata: Plain values about the plan.
+        more: Other events.
     """
     carried = tuple(lift for lift in plan.lifts if lift.order in made)
     own = tuple(motions[lift.order] for lift in carried if lift.order in motions)
@@ -57,7 +59,7 @@ def segment_of(
         attachments=attachments,
         metadata={**metadata, PENDING: json.dumps(sorted(pending))},
         revision=revision,
-        events=(LogEvent(REPLAN_EVENT, start_ns, end_ns, event),),
+        events=(LogEvent(REPLAN_EVENT, start_ns, end_ns, event), *more),
         context=tuple(dataclasses.replace(lift, path_vox=None) for lift in plan.lifts if lift.order not in made),
     )
 

@@ -247,7 +247,41 @@ class Assembly:
         departure, is_out = _departure(clearance, transit, start)
         if not is_out:
             return self._too_near(component, departure)
-        insertion = find_insertion(
+        insertion = self._insertion(component, clearance, transit)
+        if isinstance(insertion, Obstacle):
+            return insertion
+        return Stage(component, place, with_cleared(transit, departure), start, insertion)
+
+    def on_the_way(self, index: int, last_vox: NDArray[np.int32]) -> tuple[Stage, Obstacle | None]:
+        """Say what is left of the lift of component ``index``, which is under way already.
+
+        What is in the way at its place in the yard, or above it, does not count any more.
+
+        Args:
+            index: The component.
+            last_vox: (N, 3) the last moves that it had.
+
+        Returns:
+            What holds for the rest of its way, and what is in the way at its end, if anything is: then the last moves
+            are the given ones.
+        """
+        component, place = self._site.components[index], self._preparation.places[index]
+        self.skip(index)
+        assert place is not None
+        clearance = self._occupancy.clearance(component)
+        transit = in_transit(clearance, self._margin)
+        insertion = self._insertion(component, clearance, transit)
+        blocked = insertion if isinstance(insertion, Obstacle) else None
+        last = Insertion(last_vox) if isinstance(insertion, Obstacle) else insertion
+        rule = (
+            with_cleared(transit, _departure(clearance, transit, place.transit_start_vox)[0])
+            if self._margin
+            else transit
+        )
+        return Stage(component, place, rule, place.transit_start_vox, last), blocked
+
+    def _insertion(self, component: Component, clearance: Clearance, transit: Clearance) -> Insertion | Obstacle:
+        found = find_insertion(
             self._site,
             self._preparation.contacts,
             self._occupancy.counts,
@@ -256,9 +290,7 @@ class Assembly:
             self._standing,
             transit,
         )
-        if isinstance(insertion, NoInsertion):
-            return self._blocked_target(insertion)
-        return Stage(component, place, with_cleared(transit, departure), start, insertion)
+        return self._blocked_target(found) if isinstance(found, NoInsertion) else found
 
     def _blocked_start(self, component: Component, clearance: Clearance, start: IntVec) -> Obstacle:
         who = self.who_is_at(component.shape.cells + np.array(start, np.int32))

@@ -27,6 +27,7 @@ from bimvox.planning.sweep import blocked_steps, crossings_above
 from bimvox.planning.triangle_object import collision_object
 from bimvox.site.site import Site
 
+_LEAST_GAP_M = 0.001
 _DEPTH_STEP_M = 0.001
 _DEPTH_REACH_M = 2.0
 _NOWHERE = np.zeros(3)
@@ -140,6 +141,19 @@ class Contacts:
             return np.zeros(count, np.bool_)
         part, other = self.pair_m(moving, fixed)
         return blocked_steps(part + (offset_m + way_m), other, axis, direction, step_m, count)
+
+    def strikes_on_move(
+        self, moving: int, offset_m: NDArray[np.float64], fixed: int, axis: int, direction: int, step_m: float
+    ) -> bool:
+        """Return whether a straight move takes a component nearer to another solid than the tolerance.
+
+        For what is no neighbour: the true triangles of both, the part where it is and moved aside by the tolerance
+        along every axis (surfaces that lie in one plane do not cross: moved aside they do).
+        """
+        part, other = self._triangles[moving] + offset_m, self._triangles[fixed]
+        aside = [np.zeros(3)]
+        aside += [sign * max(self._tolerance_m, _LEAST_GAP_M) * np.eye(3)[n] for n in range(3) for sign in (1.0, -1.0)]
+        return any(blocked_steps(part + by_m, other, axis, direction, step_m, 1)[0] for by_m in aside)
 
     @cached_property
     def bounds_m(self) -> NDArray[np.float64]:

@@ -5,6 +5,12 @@ Here the narrow phase decides: every placement of the insertion may hit nothing 
 between two of them must not make the triangles meet deeper than the pair may touch (exact, not sampled). Straight down
 first; where that is blocked, the shortest way round within a small window.
 
+Where cells close the way, they may be too coarse: an opening somewhat larger than the part, not beside its place but
+above it, has its rim in cells that the part needs. Then the true triangles decide about everything that has them, for
+this lift: its neighbours may be touched by the tolerance, as always; to all else it keeps the tolerance as a distance.
+So the cells around the lift are refined once, as far as can be. What has no triangles (obstructions, the ground, parts
+in the yard) stays cells.
+
 A placement that is free by cells may lie in a pocket: a room that neighbours close, with cells too coarse to show the
 way out. The last moves then go on through the pocket to a gate from which the load can be raised to the site's top.
 """
@@ -44,7 +50,8 @@ class Insertion:
 
     Attributes:
         path_vox: (K + 1, 3) int32 placements from the gate to the target, both included.
-        enclosed: Whether they begin in a closed room: no gate was found, and no transit can get there.
+        enclosed: Whether they begin in a closed room: no gate was found, not by the true shapes either, and no transit
+            can get there.
     """
 
     path_vox: NDArray[np.int32]
@@ -100,7 +107,21 @@ def find_insertion(
     Returns:
         The moves, or why there are none.
     """
-    return _Inserter(site, contacts, counts, component, clearance, present, transit or clearance).find()
+    by_cells = _Inserter(site, contacts, counts, component, clearance, present, transit or clearance)
+    found = by_cells.find()
+    if isinstance(found, Insertion) and not found.enclosed:
+        return found
+    if not by_cells.met_cells:
+        return found
+    refined = _Inserter(
+        site, contacts, counts, component, clearance, present, transit or clearance, by_shapes=True
+    ).find()
+    if isinstance(refined, Insertion) and not refined.enclosed:
+        return refined
+    if isinstance(found, Insertion):
+        return found
+    size_m = site.frame.voxel_size_m
+    return replace(found, reason=f"{found.reason}, by cells of {size_m:g} m and by the true shapes around it")
 
 
 class _Entangled:
@@ -137,16 +158,22 @@ class _Inserter:
         clearance: Clearance,
         present: Collection[int],
         transit: Clearance,
+        *,
+        by_shapes: bool = False,
     ) -> None:
         self.contacts, self.component, self.clearance, self.transit = contacts, component, clearance, transit
         self.step_m = site.frame.voxel_size_m
         self.target = np.array(component.target_vox)
         self.near = tuple(n for n in contacts.neighbours[component.index] if n in present)
+        others = set(present) - {*self.near, component.index} if by_shapes else set()
+        self.others = np.array(sorted(others), np.int64)  # whose true triangles decide, none of them a neighbour
+        self.gap_m = site.rules.contact_tolerance_m
+        self.met_cells = False
         size = np.array(component.shape.size_vox)
         self.low = np.array([*np.maximum(self.target[:2] - SIDEWAYS_VOX, 0), 0])
         high = np.array([*np.minimum((self.target + size)[:2] + SIDEWAYS_VOX, site.shape[:2]), site.shape[2]])
         foreign = counts[self.low[0] : high[0], self.low[1] : high[1]].astype(np.int32)
-        for number in self.near:
+        for number in (*self.near, *self.others.tolist()):
             cells = contacts.solids[number].cells
             inside = ((cells >= self.low) & (cells < high)).all(axis=1)
             np.subtract.at(foreign, tuple((cells[inside] - self.low).T), 1)
@@ -189,7 +216,9 @@ class _Inserter:
         for k in range(rise + 1):
             place = (x, y, bottom + k)
             free = self._is_free(place)
-            hit = tuple(n for n in self.near if k and blocked[n][k - 1]) if not (was_free and free) else ()
+            hit: tuple[int, ...] = ()
+            if k and not (was_free and free):
+                hit = (*(n for n in self.near if blocked[n][k - 1]), *self._struck_on((x, y, bottom + k - 1), 2, 1))
             if hit:
                 return enclosed or NoInsertion(
                     "no way leads into its place, straight down or from the side: it would run into its neighbours", hit
@@ -261,6 +290,7 @@ class _Inserter:
     def _wrong_at(self, place: IntVec) -> NoInsertion | None:
         local = np.array(place) - self.low
         if not boxes_are_free(self.rule, int(local[0]), int(local[1]), int(local[2])):
+            self.met_cells = True
             cells = self.component.shape.cells + local
             inside = ((cells >= 0) & (cells < self.foreign.shape)).all(axis=1)
             hit = cells[inside][self.foreign[tuple(cells[inside].T)]] + self.low
@@ -284,10 +314,12 @@ class _Inserter:
         column = (hook - self.low)[:2]
         above = np.flatnonzero(self.foreign[column[0], column[1], max(0, int(hook[2])) :])
         if len(above):
+            self.met_cells = True
             cell = (int(hook[0]), int(hook[1]), int(hook[2] + above[0]))
             return NoInsertion("the hoist rope above its place is blocked", (), (cell,))
         point = self.hook_m + offset * self.step_m
-        hit = tuple(n for n in self.near if rope_meets(self.contacts.triangles_m(n), point))
+        over = (*self.near, *self._over(point))
+        hit = tuple(n for n in over if rope_meets(self.contacts.triangles_m(n), point))
         return NoInsertion("the hoist rope above its place is blocked", hit) if hit else None
 
     def _met_on(self, here: IntVec, action: int) -> bool:
@@ -297,4 +329,28 @@ class _Inserter:
         return any(
             self.contacts.meets_on_move(self.component.index, offset_m, n, axis, int(move[axis]), self.step_m, 1)[0]
             for n in self.near
+        ) or bool(self._struck_on(here, axis, int(move[axis])))
+
+    def _struck_on(self, here: IntVec, axis: int, direction: int) -> tuple[int, ...]:
+        """Which of the others a unit move from a placement meets."""
+        if not len(self.others):
+            return ()
+        own, offset_m = self.component.index, (np.array(here) - self.target) * self.step_m
+        move_m = direction * self.step_m * np.eye(3)[axis]
+        low, high = self.contacts.bounds_m[own] + offset_m
+        bounds = self.contacts.bounds_m[self.others]
+        near = (bounds[:, 0] <= high + np.maximum(move_m, 0.0) + self.gap_m).all(axis=1)
+        near &= (bounds[:, 1] >= low + np.minimum(move_m, 0.0) - self.gap_m).all(axis=1)
+        return tuple(
+            n
+            for n in self.others[near].tolist()
+            if self.contacts.strikes_on_move(own, offset_m, n, axis, direction, self.step_m)
         )
+
+    def _over(self, point_m: NDArray[np.float64]) -> tuple[int, ...]:
+        """Which of the others may be over a point."""
+        if not len(self.others):
+            return ()
+        low, high = np.moveaxis(self.contacts.bounds_m[self.others], 1, 0)
+        over = ((low[:, :2] <= point_m[:2] + self.step_m) & (high[:, :2] >= point_m[:2] - self.step_m)).all(axis=1)
+        return tuple(self.others[over & (high[:, 2] >= point_m[2])].tolist())

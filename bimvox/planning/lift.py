@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bimvox.site.component import Component, IntVec, Shape, StoredPose
 from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape, turning_columns
-from bimvox.site.site import Site
+from bimvox.site.site import Blocker, Site
 
 
 class Method(StrEnum):
@@ -87,6 +87,21 @@ def yard_place(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class LeftPath:
+    """A path that a load was on, and left because something came into its way.
+
+    Attributes:
+        path_vox: (N, 3) int32 the whole path; the load was on its way along it when it was stopped.
+        contact_moves: How many of its last placements were cleared by the narrow phase.
+        until_ns: When the way on was found, on the site's clock; until then it was stopped, or stood.
+    """
+
+    path_vox: NDArray[np.int32]
+    contact_moves: int
+    until_ns: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Lift:
     """One component's way from the yard to its place.
 
@@ -97,11 +112,12 @@ class Lift:
         status: Planned or infeasible.
         method: How the path was found; None where there is none.
         path_vox: (N, 3) int32 reference cells from the transit start to the target, both included, one unit move
-            between neighbours; None where infeasible.
+            between neighbours; None where infeasible. Of a load that was stopped on its way, from where it goes on.
         shortest_moves: The fewest unit moves possible under the same rules; None where infeasible.
         contact_moves: How many of the last placements were cleared by the narrow phase.
         reason: Why it is infeasible, one sentence.
         blocked_by: Ids of what blocks it.
+        left: Paths that the load was on before, if it was stopped on its way; in order.
     """
 
     component: int
@@ -114,6 +130,7 @@ class Lift:
     contact_moves: int = 0
     reason: str | None = None
     blocked_by: tuple[str, ...] = ()
+    left: tuple[LeftPath, ...] = ()
 
     @property
     def moves(self) -> int | None:
@@ -169,6 +186,19 @@ class ModelledClash:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Epoch:
+    """What was in the way while a part of the plan was carried out.
+
+    Attributes:
+        until_ns: When it changed, on the site's clock.
+        obstructions: The obstructions until then.
+    """
+
+    until_ns: int
+    obstructions: tuple[Blocker, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class LiftPlan:
     """All lifts of a site, in order.
 
@@ -179,6 +209,7 @@ class LiftPlan:
         notes: What a reader should know (parts that nothing supports, interlocked groups ...), one sentence each.
         unheld: Ids of parts that have to be set before anything that they could hold on to: what holds them is not in
             the model.
+        history: The obstructions before those of the site, of a plan that is being carried out; ascending times.
     """
 
     site: Site
@@ -186,3 +217,4 @@ class LiftPlan:
     clashes: tuple[ModelledClash, ...] = ()
     notes: tuple[str, ...] = ()
     unheld: tuple[str, ...] = ()
+    history: tuple[Epoch, ...] = ()

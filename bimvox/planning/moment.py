@@ -117,6 +117,27 @@ def near_and_far(component: Component, present: Sequence[Thing]) -> tuple[list[T
     return near, [thing for thing in present if id(thing) not in close]
 
 
+def passed_by(component: Component, far: Sequence[Thing], path_vox: NDArray[np.int32]) -> list[Thing]:
+    """Return which things with triangles a part shares cells with at some of (N, 3) placements."""
+    if not len(path_vox):
+        return []
+    own = component.shape.cells
+    low, high = path_vox.min(axis=0), (path_vox + own.max(axis=0)).max(axis=0)
+    first, last = low.tolist(), high.tolist()
+    close = [thing for thing in far if thing.solid != NO_SOLID and not thing.is_apart(first, last)]
+    if not close:
+        return []
+    swept = np.zeros(high - low + 1, np.bool_)
+    for place in path_vox:
+        swept[tuple((own + place - low).T)] = True
+    passed = []
+    for thing in close:
+        cells = thing.cells[((thing.cells >= low) & (thing.cells <= high)).all(axis=1)] - low
+        if swept[tuple(cells.T)].any():
+            passed.append(thing)
+    return passed
+
+
 def cells_in_common(cells: NDArray[np.int32], others: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return those of ``others`` that are among ``cells``, both (N, 3) int32."""
     wanted = {tuple(c) for c in cells.tolist()}

@@ -106,6 +106,20 @@ def plan_lift(
     return _proposed([(stage, lift)], _policies(propose))[0]
 
 
+def proposed_again(stage: Stage, lift: Lift, retrained: Propose) -> Lift:
+    """Return a planned lift with the way of a policy that was trained further; the lift itself where that is no better.
+
+    Args:
+        stage: What holds for it now.
+        lift: The lift; its path is taken as free.
+        retrained: The policy.
+    """
+    (found,) = _proposed([(stage, lift)], [(retrained, Method.RETRAINED)])
+    if found.path_vox is None or lift.path_vox is None or len(found.path_vox) > len(lift.path_vox):
+        return lift
+    return found
+
+
 def _policies(propose: Propose | None, retrained: Propose | None = None) -> list[tuple[Propose, Method]]:
     """Return whom to ask, in this order, and how a way of theirs is called."""
     both = ((propose, Method.POLICY), (retrained, Method.RETRAINED))
@@ -204,7 +218,7 @@ def _why_unreachable(assembly: Assembly, stage: Stage) -> Obstacle:
     blocked = np.array([not placement_is_free(stage.clearance, *(int(n) for n in p)) for p in border[:_BORDER_LIMIT]])
     cells = (border[:_BORDER_LIMIT][blocked][:, None, :] + stage.component.shape.cells[None, :, :]).reshape(-1, 3)
     who = tuple(name for name in assembly.who_is_at(np.unique(cells, axis=0).astype(np.int32)) if name != "ground")
-    size_m = assembly.voxel_size_m
-    return Obstacle(
-        f"no way leads out of the room of {len(room)} placements around {where}, at cells of {size_m:g} m", who
-    )
+    by = f"at cells of {assembly.voxel_size_m:g} m"
+    if stage.insertion.enclosed:
+        by += " and by the true shapes around its place"
+    return Obstacle(f"no way leads out of the room of {len(room)} placements around {where}, {by}", who)

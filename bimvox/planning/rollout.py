@@ -1,11 +1,16 @@
 """Rolling a policy out: greedy, under a loop guard, many lifts at once.
 
-The guard: of the moves that are free, those to the reference cells visited least often so far come first; among these
-the policy's value decides. The memory is the path itself, nothing else. So a move is never blocked, a lift never
-circles, and a policy that would dither at a wall is pushed along it. It is no search: at most ``RolloutLimit`` moves,
-no backtracking but by moving back.
+The guard (:mod:`bimvox.env.guard`): of the moves that are free, those to the reference cells visited least often so far
+come first; among these the policy's value decides. The memory is the path itself, nothing else. So a move is never
+blocked, a lift never circles, and a policy that would dither at a wall is pushed along it. It is no search: at most
+``ROLLOUT_LIMIT`` moves a try, no backtracking but by moving back.
 
-A path that came through the same cell twice is cut: what lies between the visits is left out, nothing else is changed.
+There are four guards (``GUARDS``), the last three leaning down, to the left and to the right. A lift tries them in
+turn, each from its start and with a memory of its own, until three have arrived, or one by a way that is surely as
+short as any; the shortest way is taken. Where none arrives, the same from the target to the start: moves can be
+reversed.
+
+A way over visited cells is cut as short as these allow, and what three straight free legs shorten is replaced by them.
 """
 
 from __future__ import annotations
@@ -19,7 +24,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.env.actions import MOVES
-from bimvox.env.guard import CALM, RESTLESS, Push, guarded_action, is_lost
+from bimvox.env.guard import CALM, GUARDS, Guard, guarded_action, is_lost
 from bimvox.env.limits import StepLimit, steps_allowed
 from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance
 from bimvox.env.problem import LiftProblem, lift_problem
@@ -32,8 +37,11 @@ from bimvox.site.component import IntVec
 Values = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 """A policy: (N, VIEW_SIZE) float32 observations to (N, 6) float32 values of the actions, higher is better."""
 
-ROLLOUT_LIMIT = StepLimit(factor=8.0, slack=200)
-"""Moves allowed, from the Manhattan distance."""
+ROLLOUT_LIMIT = StepLimit(factor=8.0, slack=1000)
+"""Moves allowed each try, from the Manhattan distance."""
+
+ARRIVALS = 3
+"""Tries that arrive before no other is made."""
 
 LIFTS_AT_ONCE = 32
 """Lifts of different stages packed together: bounds the memory for their tables ..."""
@@ -98,15 +106,17 @@ def roll_out_all(
     *,
     limit: StepLimit = ROLLOUT_LIMIT,
     least_moves: Sequence[int | None] | None = None,
+    from_target: bool = True,
 ) -> tuple[Rollout, ...]:
     """Roll a policy out on many lifts, each from its ``start_vox``.
 
     Args:
         values: The policy.
         problems: The lifts; their distance fields are neither needed nor looked at.
-        limit: Moves allowed, from each lift's Manhattan distance.
-        least_moves: Per lift the fewest moves possible, where known: a way as short needs no look from the other end,
-            which could not shorten it. Paths and outcomes are the same without it.
+        limit: Moves allowed each try, from each lift's Manhattan distance.
+        least_moves: Per lift the fewest moves possible, where known: a way as short needs no other try, which could not
+            shorten it. Paths and outcomes are the same without it.
+        from_target: Whether a lift that does not arrive is tried from its target too; without, it is one way.
 
     Returns:
         One roll-out per problem, in their order. Each is what it would be alone, if ``values`` is row by row.
@@ -117,50 +127,52 @@ def roll_out_all(
     first = 0
     while first < len(problems):
         last = first + lifts_at_once(problems[first].grid_shape)
-        rollouts += _roll_out_both_ways(values, problems[first:last], least[first:last], limit)
+        rollouts += _tried(values, problems[first:last], least[first:last], limit, from_target)
         first = last
     return tuple(rollouts)
 
 
-def _roll_out_both_ways(
-    values: Values, problems: Sequence[LiftProblem], least: Sequence[int], limit: StepLimit
+def _tried(
+    values: Values, problems: Sequence[LiftProblem], least: Sequence[int], limit: StepLimit, from_target: bool
 ) -> list[Rollout]:
-    """Roll out from both ends; where neither arrives, once more with the guard that pushes earlier and farther."""
-    best = _from_both_ends(values, problems, least, limit, CALM)
+    """Roll out under one guard after the other; where none arrives, from the other end."""
+    best = _one_way(values, problems, least, limit)
     lost = [n for n, rollout in enumerate(best) if rollout.outcome is Outcome.STEP_LIMIT]
-    if lost:
-        once_more = _from_both_ends(values, [problems[n] for n in lost], [least[n] for n in lost], limit, RESTLESS)
-        for n, again in zip(lost, once_more, strict=True):
-            path = again.path_vox if again.arrived else best[n].path_vox
-            best[n] = Rollout(path, again.outcome, best[n].steps + again.steps)
+    if from_target and lost:
+        turned = [
+            replace(problems[n], start_vox=problems[n].target_vox, target_vox=problems[n].start_vox) for n in lost
+        ]
+        for n, back in zip(lost, _one_way(values, turned, [least[n] for n in lost], limit), strict=True):
+            steps = best[n].steps + back.steps
+            if back.arrived:
+                best[n] = Rollout(np.ascontiguousarray(back.path_vox[::-1]), back.outcome, steps)
+            else:
+                best[n] = replace(best[n], steps=steps)
     return best
 
 
-def _from_both_ends(
-    values: Values, problems: Sequence[LiftProblem], least: Sequence[int], limit: StepLimit, push: Push
-) -> list[Rollout]:
-    """Roll out from start to target, and from target to start where that gave no way that is surely as short as any."""
-    best = list(_forth(values, problems, limit, push))
-    again = [
-        n
-        for n, (moves, rollout) in enumerate(zip(least, best, strict=True))
-        if rollout.outcome in (Outcome.STEP_LIMIT, Outcome.ENCLOSED)
-        or (rollout.arrived and len(rollout.path_vox) - 1 > moves)
-    ]
-    turned = [replace(problems[n], start_vox=problems[n].target_vox, target_vox=problems[n].start_vox) for n in again]
-    for n, back in zip(again, _forth(values, turned, limit, push), strict=True):
-        there = best[n]
-        steps = there.steps + back.steps
-        if back.arrived and (not there.arrived or len(back.path_vox) < len(there.path_vox)):
-            best[n] = Rollout(np.ascontiguousarray(back.path_vox[::-1]), back.outcome, steps)
-        else:
-            best[n] = Rollout(there.path_vox, there.outcome, steps)
+def _one_way(values: Values, problems: Sequence[LiftProblem], least: Sequence[int], limit: StepLimit) -> list[Rollout]:
+    """Roll out from the starts, each lift under one guard after the other until it has arrived often enough."""
+    best = list(_forth(values, problems, limit, GUARDS[0]))
+    arrivals = [int(rollout.arrived) for rollout in best]
+    for guard in GUARDS[1:]:
+        again = [
+            n
+            for n, rollout in enumerate(best)
+            if rollout.outcome is Outcome.STEP_LIMIT
+            or (rollout.arrived and arrivals[n] < ARRIVALS and len(rollout.path_vox) - 1 > least[n])
+        ]
+        for n, other in zip(again, _forth(values, [problems[n] for n in again], limit, guard), strict=True):
+            arrivals[n] += other.arrived
+            shorter = len(other.path_vox) < len(best[n].path_vox)
+            taken = other if other.arrived and (shorter or not best[n].arrived) else best[n]
+            best[n] = Rollout(taken.path_vox, taken.outcome, best[n].steps + other.steps)
     return best
 
 
-def _forth(values: Values, problems: Sequence[LiftProblem], limit: StepLimit, push: Push) -> list[Rollout]:
+def _forth(values: Values, problems: Sequence[LiftProblem], limit: StepLimit, guard: Guard) -> list[Rollout]:
     starts = np.array([problem.start_vox for problem in problems], np.int32).reshape(-1, 3)
-    rollouts = roll_out_starts(values, problems, np.arange(len(problems)), starts, limit=limit, push=push)
+    rollouts = roll_out_starts(values, problems, np.arange(len(problems)), starts, limit=limit, guard=guard)
     return [
         Rollout(straightened(problem.clearance, rollout.path_vox), rollout.outcome, rollout.steps)
         for problem, rollout in zip(problems, rollouts, strict=True)
@@ -179,7 +191,7 @@ def roll_out_starts(
     *,
     limit: StepLimit = ROLLOUT_LIMIT,
     least_moves: NDArray[np.int64] | None = None,
-    push: Push = CALM,
+    guard: Guard = CALM,
 ) -> tuple[Rollout, ...]:
     """Roll a policy out from many starts of a few problems, in lock-step.
 
@@ -190,7 +202,7 @@ def roll_out_starts(
         starts_vox: (L, 3) int32 reference cell each begins at.
         limit: Moves allowed, from ``least_moves``.
         least_moves: (L,) fewest moves of each, where known; the Manhattan distance without.
-        push: What the loop guard does with a lift that is lost.
+        guard: The loop guard.
     """
     lifts = len(problem_index)
     if lifts == 0:
@@ -211,7 +223,7 @@ def roll_out_starts(
     while running.size:
         rows = observations[: running.size]
         _observe_running(pool, index, running, paths, steps, last_action, rows)
-        _move_running(pool, index, running, manhattan, allowed, push, values(rows), paths, steps, last_action, outcome)
+        _move_running(pool, index, running, manhattan, allowed, guard, values(rows), paths, steps, last_action, outcome)
         running = running[outcome[running] == _RUNNING]
     return tuple(
         Rollout(shortest_of_visited(paths[n, : steps[n] + 1]), _OUTCOMES[int(outcome[n])], int(steps[n]))
@@ -434,7 +446,7 @@ def _move_running(
     running: NDArray[np.int64],
     least: NDArray[np.int64],
     allowed: NDArray[np.int64],
-    push: Push,
+    guard: Guard,
     values: NDArray[np.float32],
     paths: NDArray[np.int32],
     steps: NDArray[np.int64],
@@ -448,8 +460,8 @@ def _move_running(
         clearance = pooled_clearance(pool, p)
         path = paths[n, : steps[n] + 1]
         at = path[steps[n]]
-        cost = push.cost if is_lost(push, steps[n], least[n]) else 0.0
-        best = guarded_action(clearance, path, steps[n], values[row], push.reach_vox, cost)
+        lost = is_lost(guard, steps[n], least[n])
+        best = guarded_action(clearance, pool.target[p], path, steps[n], values[row], guard, lost)
         if best == NO_ACTION:
             outcome[n] = _ENCLOSED
             continue

@@ -105,6 +105,33 @@ class TriangleCheck:
             )
         check.measure(float(np.abs(way_m).sum()) + self._site.rules.contact_tolerance_m)
 
+    def check_apart(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
+        """Check that a part does not meet another at all along straight pieces between positions.
+
+        For what it does not touch in the finished building: true surfaces, nothing is allowed for. It comes from where
+        it is free, so surfaces cross on its way into another.
+
+        Args:
+            check: Where the result goes.
+            component: The part.
+            offsets_m: (N, 3) where it is, relative to its place in the building; metres. The first is known to be free.
+            other: Number of the other solid.
+        """
+        low, high = self._boxes[component.index]
+        other_low, other_high = self._boxes[other]
+        if (low + offsets_m.min(axis=0) > other_high).any() or (high + offsets_m.max(axis=0) < other_low).any():
+            return
+        part, fixed = self._moved(component.index), self._fixed(other)
+        for offset_m in _finely(offsets_m, self._spacing_m(component.index, other)):
+            if (low + offset_m > other_high).any() or (high + offset_m < other_low).any():
+                check.look(True, "")
+                continue
+            part.setTranslation(offset_m)
+            check.look(
+                not fcl.collide(part, fixed),
+                f"{component.id}: meets {self._ids[other]}, which it passes by, at {_metres(offset_m)}",
+            )
+
     def rope_is_clear(self, component: Component, offset_m: NDArray[np.float64], other: int) -> bool:
         """Return whether a rope above the part's hook line misses another solid's triangles."""
         frame = self._site.frame

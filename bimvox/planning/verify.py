@@ -16,7 +16,7 @@ from scipy.ndimage import maximum_filter
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.planning.marks import Marks
-from bimvox.planning.moment import Thing, cells_in_common, moments, near_and_far
+from bimvox.planning.moment import Thing, cells_in_common, moments, near_and_far, passed_by
 from bimvox.planning.proof import Check, Verification, turn_to
 from bimvox.planning.shape_check import check_shape
 from bimvox.planning.site_rules_check import check_wind, check_zones
@@ -84,6 +84,17 @@ class _Verifier:
         return Verification(tuple(self.checks.values()))
 
     def _check_deliveries(self) -> None:
+        """They come one after the other, and none weighs more than a truck carries, but for a single part."""
+        most_kg = self.site.rules.truckload_kg
+        loads: dict[int, list[float]] = {}
+        for lift in self.lifts:
+            if lift.place is not None:
+                loads.setdefault(lift.place.delivery, []).append(self.site.components[lift.component].mass_kg)
+        for number, masses in loads.items() if most_kg > 0.0 else ():
+            self.checks["yard"].look(
+                len(masses) == 1 or sum(masses) <= most_kg + 1e-6,
+                f"delivery {number} weighs {sum(masses):.0f} kg, more than the {most_kg:.0f} kg of a truckload",
+            )
         delivery = 0
         for lift in self.lifts:
             if lift.place is not None:
@@ -122,7 +133,7 @@ class _Verifier:
             return
         self.marks.move_to(present)
         self._check_yard(lift, component, present)
-        self._check_cells(component, path, present)
+        self._check_cells(lift, component, path, present)
         self._check_margin(lift, component, path, present)
         self._check_hook(component, path, present)
         self._check_support(component, placed)
@@ -141,7 +152,10 @@ class _Verifier:
         if place is None:
             return
         start = place.transit_start_vox
-        check.look(tuple(path[0]) == start, f"{component.id}: its path starts at {tuple(path[0])}, not above its place")
+        check.look(
+            bool(lift.left) or tuple(path[0]) == start,
+            f"{component.id}: its path starts at {tuple(path[0])}, not above its place",
+        )
         check.look(
             tuple(path[-1]) == component.target_vox,
             f"{component.id}: its path ends at {tuple(path[-1])}, not at its place {component.target_vox}",
@@ -149,7 +163,7 @@ class _Verifier:
         steps = np.abs(np.diff(path.astype(np.int64), axis=0))
         bad = np.flatnonzero((steps.sum(axis=1) != 1) | (steps.max(axis=1, initial=0) != 1))
         check.look(not len(bad), f"{component.id}: move {bad[:1]} is not one cell along one axis", samples=len(steps))
-        if lift.shortest_moves is not None:
+        if lift.shortest_moves is not None and not lift.left:
             check.look(lift.shortest_moves <= len(steps), f"{component.id}: shorter than the shortest path")
 
     def _check_boundary(self, component: Component, path: NDArray[np.int32]) -> bool:
@@ -160,7 +174,7 @@ class _Verifier:
 
     def _check_yard(self, lift: Lift, component: Component, present: Sequence[Thing]) -> None:
         check, place = self.checks["yard"], lift.place
-        if place is None:
+        if place is None or lift.left:  # it left the yard on another path, which is proven by itself
             return
         cells = place.shape.cells + np.array(place.cell_vox)
         turned = stored_shape(component.shape, place.pose, place.turn)
@@ -211,13 +225,25 @@ class _Verifier:
             away = np.hypot(*np.maximum(np.abs(cells[:, :2] - axis) - 0.5, 0.0).T)
             check.look(bool((away >= radius - 1e-9).all()), f"{component.id}: meets {thing.name} while it is turned")
 
-    def _check_cells(self, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
-        """Raw cells, placement by placement; where only neighbours are hit, on the last moves, the triangles decide."""
+    def _check_cells(self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
+        """Raw cells, placement by placement; where only neighbours are hit, on the last moves, the triangles decide.
+
+        After the gate, on the moves that the plan says were made in contact, they also decide about what has triangles
+        and is no neighbour: the part must not meet it at all.
+        """
         check = self.checks["cells"]
         own = component.shape.cells
         near, far = near_and_far(component, present)
         with self.marks.without(near):
             hits_far = self._hits(own, path, self.marks.counts)
+        gate = max(0, len(path) - 1 - lift.contact_moves)
+        if hits_far[gate + 1 :].any() and not hits_far[gate]:
+            passed = passed_by(component, far, path[gate + 1 :])
+            with self.marks.without([*near, *passed]):
+                hits_far[gate + 1 :] = self._hits(own, path[gate + 1 :], self.marks.counts)
+            offsets_m = (path[gate:] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
+            for thing in passed:
+                self.triangles.check_apart(self.checks["triangles"], component, offsets_m, thing.solid)
         for n in np.flatnonzero(hits_far)[:1]:
             cells = own + path[n]
             names = [t.name for t in far if len(cells_in_common(cells, t.cells))]

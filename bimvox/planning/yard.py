@@ -2,11 +2,13 @@
 
 Parts are placed in the order in which they are needed, each at a place that is free of its neighbours by a gap, of
 fixed things, and within the crane's reach with the part's mass: the one from which the crane is quickest, with the way
-from the part before it, and of equally good ones the first. When the next part finds no room, a new delivery begins: it
-arrives when every earlier lift is done, and what of an earlier delivery could not be lifted goes back with the truck. A
-scan over the yard's cells, not a rectangle packer, because yards are polygons with holes (mast, structure) and the
-crane's reach cuts them too. Obstructions are not looked at: they come and go, and a lift that one of them blocks is
-said to be blocked.
+from the part before it, and of equally good ones the first. When the next part finds no room, or would make the
+truckload too heavy, a new delivery begins. It arrives when it is needed: when every earlier lift is done. So every
+place of the yard is free again by then, but those that the site file gives to parts that are still to come, and no
+earlier arrival could bring more; what of an earlier delivery could not be lifted goes back with the truck. A scan over
+the yard's cells, not a rectangle packer, because yards are polygons with holes (mast, structure) and the crane's reach
+cuts them too. Obstructions are not looked at: they come and go, and a lift that one of them blocks is said to be
+blocked.
 """
 
 from __future__ import annotations
@@ -47,33 +49,35 @@ def allocate_yard(site: Site, order: tuple[int, ...], travel: Travel | None = No
     Returns:
         Per component (by index) its place; None where it does not fit even into the empty yard, turned or not.
     """
-    open_yard = _open_yard(site)
-    for component in site.components:
-        if component.start_vox is not None:
-            _take(open_yard, component.start_vox, _footprint(component, *_given(component)))
+    empty = _open_yard(site)
     places: list[YardPlace | None] = [None] * len(site.components)
-    free, delivery, used = open_yard.copy(), 0, False
+    free, delivery, load_kg = _without_given(site, empty, order), 0, list[float]()
     ways = _Ways(site, travel) if travel is not None else None
     before: Component | None = None
-    for index in order:
+    for number, index in enumerate(order):
         component = site.components[index]
+        fresh = _without_given(site, empty, order[number:]) if load_kg else free
+        if load_kg and 0.0 < site.rules.truckload_kg < sum(load_kg) + component.mass_kg:
+            free, delivery, load_kg = fresh, delivery + 1, []
         if component.start_vox is not None:
             pose, turn = _given(component)
             places[index] = yard_place(component, delivery, pose, component.start_vox, turn=turn)
+            load_kg.append(component.mass_kg)
             continue
-        preferred = _preferred(component)
-        found = _find(site, component, free, ways, before, preferred)
-        if found is None and used:
-            free, delivery, used = open_yard.copy(), delivery + 1, False
-            found = _find(site, component, free, ways, before, preferred)
         # Turning takes time and room: only what fits in no other way is turned.
-        found = found or _find(site, component, free, ways, before, _turned(component))
-        if found is None:
-            continue
-        (pose, turn), cell = found
-        _take(free, cell, _footprint(component, pose, turn))
-        used, before = True, component
-        places[index] = yard_place(component, delivery, pose, cell, turn=turn)
+        tries = [(free, _preferred(component)), (fresh, _preferred(component))]
+        tries += [(free, _turned(component)), (fresh, _turned(component))]
+        for yard, choices in tries if load_kg else tries[::2]:
+            found = _find(site, component, yard, ways, before, choices)
+            if found is not None:
+                if yard is not free:
+                    free, delivery, load_kg = fresh, delivery + 1, []
+                (pose, turn), cell = found
+                _take(free, cell, _footprint(component, pose, turn))
+                places[index] = yard_place(component, delivery, pose, cell, turn=turn)
+                load_kg.append(component.mass_kg)
+                before = component
+                break
     return _risen(site, order, places)
 
 
@@ -133,6 +137,16 @@ def _open_yard(site: Site) -> NDArray[np.bool_]:
     for blocker in site.blockers:
         if blocker.kind in ("structure", "crane"):
             free[tuple(blocker.cells[blocker.cells[:, 2] > 0, :2].T)] = False
+    return free
+
+
+def _without_given(site: Site, empty: NDArray[np.bool_], order: tuple[int, ...]) -> NDArray[np.bool_]:
+    """The empty yard without the places that the site file gives to parts still to be lifted."""
+    free = empty.copy()
+    for index in order:
+        component = site.components[index]
+        if component.start_vox is not None:
+            _take(free, component.start_vox, _footprint(component, *_given(component)))
     return free
 
 

@@ -47,8 +47,8 @@ class DqnConfig:
         limit: Actions allowed per training episode and per test, from the exact distance.
         test_every: Steps between two tests.
         test_starts: Yard starts per test, evenly spread over the problems and over the starts of each.
-        both_ways: Whether a test does what a plan does, from either end of a way and with detours cut, instead of one
-            roll-out from the start.
+        both_ways: Whether a test does what a plan does, under several guards, from either end of a way and with detours
+            cut, instead of one roll-out from the start.
         required_success: Success rate at which training stops.
         required_ratio: Mean path / shortest path that must hold too at that moment.
     """

@@ -79,7 +79,8 @@ def evaluate(
         problems: Learnable problems.
         starts: At most so many in all, but at least one of each problem.
         limit: Moves allowed: one way from the exact distance, both ways from the Manhattan distance.
-        both_ways: Whether to do what a plan does: from either end, detours cut.
+        both_ways: Whether to do what a plan does: under several guards, from the target too where none arrives, detours
+            cut.
     """
     problem_of: list[int] = []
     chosen_starts: list[NDArray[np.int32]] = []

@@ -15,8 +15,11 @@ from bimvox.policy.config import DqnConfig, config_from_dict
 from bimvox.policy.site_outline import SiteOutline, outline_from_dict
 from bimvox.policy.trained import CurvePoint
 
-FORMAT_VERSION = 2
-"""Grows when the meaning of a stored policy changes. 2: the outline of the site; version 1 is read without it."""
+FORMAT_VERSION = 3
+"""Grows when the meaning of a stored policy changes. 2: the outline of the site; 3: the training's budget. Older ones
+are read without them."""
+
+_SINCE = {"site": 2, "budget": 3}
 
 _ID = re.compile(r"[0-9a-f]{16}")
 
@@ -43,6 +46,7 @@ class PolicyManifest:
         parent: Id of the policy it was trained from, if any.
         versions: Versions of the libraries that trained it.
         site: Outline of the site that it was trained for, where it is known.
+        budget: Environment steps that its training might have taken, None where its choices might not give it again.
     """
 
     id: str
@@ -62,6 +66,7 @@ class PolicyManifest:
     parent: str | None
     versions: Mapping[str, str]
     site: SiteOutline | None = None
+    budget: int | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -70,11 +75,8 @@ class PolicyManifest:
         plain["layer_sizes"] = list(self.layer_sizes)
         plain["curve"] = [list(point) for point in self.curve]
         plain["versions"] = dict(self.versions)
-        if self.format_version < 2:
-            del plain["site"]
-        else:
-            plain["site"] = None if self.site is None else self.site.to_dict()
-        return plain
+        plain["site"] = None if self.site is None else self.site.to_dict()
+        return {key: value for key, value in plain.items() if self.format_version >= _SINCE.get(key, 1)}
 
 
 def is_id(text: str) -> bool:
@@ -96,12 +98,12 @@ def manifest_from_dict(plain: Any) -> PolicyManifest:
     if not isinstance(plain, dict):
         raise PolicyError("the manifest is not a JSON object")
     version = plain.get("format_version")
-    if version not in (1, FORMAT_VERSION):
+    if not isinstance(version, int) or version not in range(1, FORMAT_VERSION + 1):
         raise PolicyError(
             f"the policy has format version {plain.get('format_version')!r}; this version reads 1 to {FORMAT_VERSION}",
             differs={"format_version": (plain.get("format_version"), FORMAT_VERSION)},
         )
-    names = set(PolicyManifest.__dataclass_fields__) - ({"site"} if version == 1 else set())
+    names = {name for name in PolicyManifest.__dataclass_fields__ if version >= _SINCE.get(name, 1)}
     if set(plain) != names:
         raise PolicyError(
             "the manifest has other keys than this version's",

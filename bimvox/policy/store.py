@@ -284,6 +284,7 @@ def _manifest_of(policy: TrainedPolicy, geometry_key: str, site: SiteOutline | N
         parent=policy.parent,
         versions=_versions(),
         site=site,
+        budget=policy.budget,
     )
     return replace(manifest, id=_id_of(manifest.to_dict()))
 

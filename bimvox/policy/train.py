@@ -57,7 +57,8 @@ def train(
             f"none of {len(problems)} lifts has a way from the yard to its place, so there is nothing to learn",
             hint="the search says for each lift what is in its way",
         )
-    record = Record(learnable, config, seed, parent, progress, checkpoint)
+    budget = steps if seconds is None and resumed is None else None
+    record = Record(learnable, config, seed, parent, budget, progress, checkpoint)
     begin = resumed.network if resumed is not None else initial
     if resumed is not None:
         record.resume(resumed)
@@ -93,6 +94,7 @@ class Record:
         config: DqnConfig,
         seed: int,
         parent: str | None,
+        budget: int | None,
         progress: Callable[[CurvePoint], None] | None,
         checkpoint: Callable[[TrainedPolicy], None] | None,
     ) -> None:
@@ -100,6 +102,7 @@ class Record:
         self._config = config
         self._seed = seed
         self._parent = parent
+        self._budget = budget
         self._progress = progress
         self._checkpoint = checkpoint
         self._curve: list[CurvePoint] = []
@@ -122,6 +125,7 @@ class Record:
             self._config,
             self._seed,
             self._parent,
+            self._budget,
         )
 
     def resume(self, checkpoint: TrainedPolicy) -> None:

@@ -37,6 +37,8 @@ class TrainedPolicy:
         config: The choices.
         seed: The seed.
         parent: Id of the policy that training began from, if any.
+        budget: Environment steps that it might have taken; None where something else ended it or it was cut off in
+            between, so that the same choices might not give it again.
     """
 
     network: QNetwork
@@ -48,3 +50,4 @@ class TrainedPolicy:
     config: DqnConfig
     seed: int
     parent: str | None = None
+    budget: int | None = None

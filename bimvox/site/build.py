@@ -172,13 +172,14 @@ def _with_fixed_digests(site: Site) -> Site:
         [blocker.cells for blocker in blockers[1:]],
         [(c.shape.cells, c.target_vox, c.hook_offset_vox, c.erected, c.mass_kg) for c in site.components],
         replace(site.crane, name="") if site.crane else None,
-        # How densely a log is sampled, and how long a crew takes, is nothing to a policy.
+        # How densely a log is sampled, how long a crew takes and what a truck carries is nothing to a policy.
         replace(
             site.rules,
             sample_period_s=0.0,
             bracing_s=0.0,
             release_s=0.0,
             turn_s=0.0,
+            truckload_kg=0.0,
             wind_speed_m_s=0.0,
             critical_share=0.0,
         ),

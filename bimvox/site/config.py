@@ -360,6 +360,9 @@ class RulesConfig(BaseModel):
     """Time to take the slings off."""
     turn_s: NotNegative = _RULES.turn_s
     """Time to turn a hanging part by a quarter (tag lines, or a rotator)."""
+    truckload_kg: NotNegative = _RULES.truckload_kg
+    """The most that a delivery may weigh; a heavier part comes alone. Default: as much as the yard holds. Less means
+    more deliveries and shorter ways: each takes the nearest places of the yard, as soon as they are empty."""
     wind_speed_m_s: NotNegative = _RULES.wind_speed_m_s
     """Wind (gust of 3 s at the height of the jib) in which every lift must be possible. A part whose sail area allows
     less (EN 13000: 1.2 m2 a tonne, drag included) is not lifted. 0: no wind."""

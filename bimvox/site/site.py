@@ -38,6 +38,8 @@ class Rules:
         critical_share: Share of the capacity from which a lift is critical: 29 CFR 1926.751 (OSHA) counts a lift above
             75 percent so.
         transit_clearance_m: Distance kept from everything between departure and gate, up to whole cells.
+        truckload_kg: The most that a delivery may weigh, but for a part that is heavier by itself; 0 for what the yard
+            holds.
     """
 
     clearance_m: float = 0.0
@@ -49,6 +51,7 @@ class Rules:
     release_s: float = 30.0
     turn_s: float = 30.0
     transit_clearance_m: float = 0.0
+    truckload_kg: float = 0.0
     wind_speed_m_s: float = 0.0
     drag_coefficient: float = 2.0
     sling_angle_rad: float = pi / 3.0

@@ -48,7 +48,15 @@ class CraneCommand:
 
 
 _LOADED = frozenset(
-    (PhaseName.RAISE, PhaseName.TURN, PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER, PhaseName.SET)
+    (
+        PhaseName.RAISE,
+        PhaseName.TURN,
+        PhaseName.HOIST,
+        PhaseName.TRAVERSE,
+        PhaseName.LOWER,
+        PhaseName.SET,
+        PhaseName.STOP,
+    )
 )
 
 
@@ -67,6 +75,7 @@ def commands(motions: Sequence[LiftMotion], period_s: float) -> tuple[CraneComma
     result: list[CraneCommand] = []
     for motion in motions:
         time_ns, axes = motion.samples()
+        lifted_ns = motion.start_ns + int(motion.raising.time_ns[0])
         result += commands_along(
             time_ns,
             axes,
@@ -74,10 +83,15 @@ def commands(motions: Sequence[LiftMotion], period_s: float) -> tuple[CraneComma
             order=motion.order,
             component=motion.component,
             phase_at=motion.phase_name_at,
-            is_loaded=_LOADED.__contains__,
+            is_loaded=_is_loaded_from(lifted_ns),
             starts_ns=[phase.start_ns for phase in motion.phases],
         )
     return tuple(result)
+
+
+def _is_loaded_from(lifted_ns: int) -> Callable[[int, PhaseName], bool]:
+    """Whether the part hangs on the hook, when it is lifted at a time: a stop before that is one of the empty hook."""
+    return lambda time_ns, phase: phase in _LOADED and time_ns >= lifted_ns
 
 
 def commands_along(
@@ -88,7 +102,7 @@ def commands_along(
     order: int,
     component: int,
     phase_at: Callable[[int], PhaseName],
-    is_loaded: Callable[[PhaseName], bool],
+    is_loaded: Callable[[int, PhaseName], bool],
     starts_ns: Sequence[int] = (),
 ) -> tuple[CraneCommand, ...]:
     """Return the commands along one series of samples: one at every multiple of the period, the last with zero rates.
@@ -100,7 +114,7 @@ def commands_along(
         order: The lift's position in the assembly order.
         component: Index into ``Site.components``.
         phase_at: The phase at a time.
-        is_loaded: Whether the part hangs on the hook in a phase.
+        is_loaded: Whether the part hangs on the hook at a time, in a phase.
         starts_ns: Other times of a command.
 
     Raises:
@@ -125,5 +139,5 @@ def commands_along(
         if t >= until_ns:  # the phase is asked for only where it may change
             phase, until_ns = phase_at(t), next((border for border in borders_ns if border > t), end_ns + 1)
         rates_and_targets = (rate[0], rate[1], rate[2], target[0], target[1], target[2])
-        result.append(CraneCommand(t, order, component, phase, *rates_and_targets, is_loaded(phase)))
+        result.append(CraneCommand(t, order, component, phase, *rates_and_targets, is_loaded(t, phase)))
     return tuple(result)

@@ -14,7 +14,7 @@ new ones if no cell that was added is in the footprint; a removed cell can break
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,12 +136,20 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     return mask.footprint()
 
 
-def motion_footprint(site: Site, lift: Lift, motion: LiftMotion) -> Footprint:
-    """Return the cells that ``verify_motions`` looks at for a lift: what load, hook line and empty hook sweep."""
+def motion_footprint(site: Site, lift: Lift, motion: LiftMotion, since_ns: int | None = None) -> Footprint:
+    """Return the cells that ``verify_motions`` looks at for a lift: what load, hook line and empty hook sweep.
+
+    Args:
+        site: The site.
+        lift: The lift.
+        motion: Its motion.
+        since_ns: Only what is swept from this time on, on the site's clock.
+    """
     assert lift.place is not None
     assert site.crane is not None
     mask = CellMask(site.shape)
-    _add_motion(mask, site, site.crane, site.components[lift.component], lift.place, motion)
+    rest_ns = 0 if since_ns is None else since_ns - motion.start_ns
+    _add_motion(mask, site, site.crane, site.components[lift.component], lift.place, motion, rest_ns)
     return mask.footprint()
 
 
@@ -181,19 +189,46 @@ def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox
 
 
 def _add_motion(
-    mask: CellMask, site: Site, crane: TowerCrane, component: Component, place: YardPlace, motion: LiftMotion
+    mask: CellMask,
+    site: Site,
+    crane: TowerCrane,
+    component: Component,
+    place: YardPlace,
+    motion: LiftMotion,
+    rest_ns: int,
 ) -> None:
     """What the load, its hook line and the empty hook's line sweep, by the definitions of the verifier."""
     hook = np.array(component.hook_offset_vox)
     upright = place.pose is StoredPose.AS_BUILT and not place.turn
-    for trajectory, with_load in ((motion.raising, upright), (motion.loaded, True)):
+    for whole, with_load in ((motion.raising, upright), (motion.loaded, True)):
+        trajectory = _rest_of(whole, rest_ns)
+        if trajectory is None:
+            continue
         placements = _placements(site, crane_for(site, crane, component), trajectory, component.hook_offset_vox)
         if with_load:
             mask.add_placements(placements, grown_cells(component.shape.cells, margin_vox(site)))
         if site.rules.rope:
             mask.add_columns_above(placements + hook)
-    if motion.approach is not None and site.rules.rope:
-        mask.add_columns_above(_placements(site, crane, motion.approach, _SLINGS_END))
+    approach = None if motion.approach is None else _rest_of(motion.approach, rest_ns)
+    if approach is not None and site.rules.rope:
+        mask.add_columns_above(_placements(site, crane, approach, _SLINGS_END))
+
+
+def _rest_of(trajectory: Trajectory, rest_ns: int) -> Trajectory | None:
+    """What is left of a trajectory from a time on, a sample more than less; None where it is over."""
+    time_ns = trajectory.time_ns
+    if rest_ns <= time_ns[0]:
+        return trajectory
+    if rest_ns > time_ns[-1]:
+        return None
+    first = min(max(int(np.searchsorted(time_ns, rest_ns)) - 1, 0), len(time_ns) - 2)
+    return replace(
+        trajectory,
+        time_ns=time_ns[first:],
+        slew_rad=trajectory.slew_rad[first:],
+        radius_m=trajectory.radius_m[first:],
+        height_m=trajectory.height_m[first:],
+    )
 
 
 def _placements(site: Site, crane: TowerCrane, trajectory: Trajectory, hook_offset: IntVec) -> NDArray[np.int64]:

@@ -46,34 +46,13 @@ def interrupted(
         InputError: If the stop does not begin while the load is carried, or the crane goes on before it is at rest.
     """
     loaded = motion.loaded
-    told_ns, rest_ns = stop.start_ns - motion.start_ns, stop.end_ns - motion.start_ns
+    told_ns = stop.start_ns - motion.start_ns
     if not loaded.time_ns[0] < told_ns < loaded.time_ns[-1]:
         raise InputError(f"lift {motion.order} carries nothing at {stop.start_ns / NS_PER_S:g} s")
     if resume_ns < stop.end_ns:
         raise InputError(f"lift {motion.order} is not at rest before {stop.end_ns / NS_PER_S:g} s")
     later = sampled(onward, clearance_height_m, sample_period_s, voxel_size_m)
-    driven = loaded.time_ns < told_ns
-    again_ns = resume_ns - motion.start_ns
-    skip = 1 if again_ns == rest_ns else 0
-    pieces = [
-        (loaded.time_ns[driven], [axis[driven] for axis in _axes(loaded)]),
-        (stop.trajectory.time_ns + told_ns, _axes(stop.trajectory)),
-        (later.time_ns[skip:] + again_ns, [axis[skip:] for axis in _axes(later)]),
-    ]
-    first, before = int(driven.sum()), int(driven.sum()) + len(stop.trajectory.time_ns)
-    rests = {before - 1, before - skip}
-    corner = sorted(
-        {int(n) for n in loaded.corner if n < first} | rests | {int(n) + before - skip for n in later.corner}
-    )
-    slew, radius, height = (np.concatenate([axes[i] for _, axes in pieces]) for i in range(3))
-    whole = Trajectory(
-        time_ns=frozen(np.concatenate([time_ns for time_ns, _ in pieces])),
-        slew_rad=frozen(slew),
-        radius_m=frozen(radius),
-        height_m=frozen(height),
-        corner=frozen(np.array(corner, np.int64)),
-        bound_s=loaded.bound_s,
-    )
+    whole = spliced(loaded, stop, later, told_ns, resume_ns - motion.start_ns)
     phases = [
         replace(phase, end_ns=min(phase.end_ns, stop.start_ns))
         for phase in motion.phases
@@ -88,6 +67,37 @@ def interrupted(
             phases.append(Phase(name, at_ns, at_ns + length_ns))
             at_ns += length_ns
     return replace(motion, loaded=whole, phases=tuple(phases), end_ns=at_ns)
+
+
+def spliced(part: Trajectory, stop: Stop, later: Trajectory, told_ns: int, again_ns: int) -> Trajectory:
+    """Return a trajectory as it is driven when it is stopped on its way: before, stop, hold, and the way on.
+
+    Args:
+        part: As it would have been; times from the start of its lift, as are the other two.
+        stop: Its stop.
+        later: The way on, times from its own start.
+        told_ns: When braking begins.
+        again_ns: When the crane goes on.
+    """
+    driven = part.time_ns < told_ns
+    skip = 1 if again_ns == told_ns + int(stop.trajectory.time_ns[-1]) else 0
+    pieces = [
+        (part.time_ns[driven], [axis[driven] for axis in _axes(part)]),
+        (stop.trajectory.time_ns + told_ns, _axes(stop.trajectory)),
+        (later.time_ns[skip:] + again_ns, [axis[skip:] for axis in _axes(later)]),
+    ]
+    first, before = int(driven.sum()), int(driven.sum()) + len(stop.trajectory.time_ns)
+    rests = {before - 1, before - skip}
+    corner = sorted({int(n) for n in part.corner if n < first} | rests | {int(n) + before - skip for n in later.corner})
+    slew, radius, height = (np.concatenate([axes[i] for _, axes in pieces]) for i in range(3))
+    return Trajectory(
+        time_ns=frozen(np.concatenate([time_ns for time_ns, _ in pieces])),
+        slew_rad=frozen(slew),
+        radius_m=frozen(radius),
+        height_m=frozen(height),
+        corner=frozen(np.array(corner, np.int64)),
+        bound_s=part.bound_s,
+    )
 
 
 def _axes(trajectory: Trajectory) -> list[NDArray[np.float64]]:

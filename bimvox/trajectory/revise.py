@@ -21,13 +21,12 @@ from dataclasses import dataclass, field, replace
 from bimvox.errors import MotionError, VerificationError
 from bimvox.planning.assembly import Assembly, Obstacle, Preparation, with_cleared
 from bimvox.planning.insertion import SIDEWAYS_VOX
-from bimvox.planning.lift import Lift, LiftPlan, Status, same_path
+from bimvox.planning.lift import Epoch, Lift, LiftPlan, Status, same_path
 from bimvox.planning.obstruction_change import ObstructionChange, change_between
 from bimvox.planning.occupancy import stored_cells, target_cells
-from bimvox.planning.planner import plan_lift
+from bimvox.planning.planner import plan_lift, proposed_again
 from bimvox.planning.proof import Verification
 from bimvox.planning.propose import Propose
-from bimvox.planning.verify import verify_plan
 from bimvox.site.clearance import Clearance
 from bimvox.site.site import Site
 from bimvox.trajectory.footprint import (
@@ -39,10 +38,11 @@ from bimvox.trajectory.footprint import (
     path_footprint,
 )
 from bimvox.trajectory.motion import LiftMotion
+from bimvox.trajectory.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.trajectory.recall import Memory, Recall, Version, obstructed_cells, remembered
 from bimvox.trajectory.shift import joined_on
 from bimvox.trajectory.time_plan import time_lift
-from bimvox.trajectory.verify import verify_motions
+from bimvox.trajectory.underway import HOLD_S, Held, Redirected, is_set, redirect, release
 
 _ROUNDS = 12  # of making and proving again without the lifts that failed their proof
 
@@ -60,6 +60,7 @@ class Standing:
             anything changes.
         pending: Orders of the planned lifts that are not timed and proven yet.
         memory: How lifts that were changed stood before.
+        held: The lift under way that is stopped and finds no way on; all after it are pending.
     """
 
     plan: LiftPlan
@@ -69,11 +70,25 @@ class Standing:
     examined: Mapping[int, Footprint] = field(default_factory=dict)
     pending: frozenset[int] = frozenset()
     memory: Memory = field(default_factory=dict)
+    held: Held | None = None
 
     @property
     def chain(self) -> tuple[LiftMotion, ...]:
         """All motions, in order."""
         return tuple(self.motions[order] for order in sorted(self.motions))
+
+
+@dataclass(frozen=True, slots=True)
+class Better:
+    """A policy that was trained further.
+
+    Attributes:
+        components: The components for whose lifts.
+        propose: The policy.
+    """
+
+    components: frozenset[int]
+    propose: Propose
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,6 +101,7 @@ class Part:
         replanned: Of these, those with a new path.
         retimed: Of these, those that keep their path and have a new motion.
         change: What changed; nothing in later parts.
+        redirected: The lift under way that was stopped or takes another way.
     """
 
     standing: Standing
@@ -93,6 +109,7 @@ class Part:
     replanned: tuple[int, ...]
     retimed: tuple[int, ...]
     change: ObstructionChange
+    redirected: Redirected | None = None
 
 
 def standing_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> Standing:
@@ -124,6 +141,9 @@ def revise(
     first: int = 20,
     known_shapes: set[int] | None = None,
     on_verdict: Callable[[], None] | None = None,
+    now_ns: int | None = None,
+    hold_s: float = HOLD_S,
+    better: Better | None = None,
 ) -> Iterator[Part]:
     """Revise a plan for a site with other obstructions.
 
@@ -135,6 +155,11 @@ def revise(
         first: How many lifts made anew a part holds; the rest follows in parts as large.
         known_shapes: See ``verify_plan``.
         on_verdict: Called whenever it is known which lifts can be planned.
+        now_ns: Of a plan that is being carried out: the time on the site's clock. What was done until then stays as it
+            was driven; a lift under way that the change meets is stopped and goes on from where it is.
+        hold_s: How long a stopped load is held at least.
+        better: A policy that was trained further, asked once more for some lifts; its paths are taken where they are
+            proven and no longer.
 
     Yields:
         The plan in parts, the first lifts first; the last part has nothing pending.
@@ -145,10 +170,12 @@ def revise(
     change = change_between(standing.plan.site, site)
     shapes = set() if known_shapes is None else known_shapes
     while True:
-        part = _proven_part(standing, site, preparation, propose, first, change, shapes, on_verdict)
+        part = _proven_part(
+            standing, site, preparation, propose, first, change, shapes, on_verdict, now_ns, hold_s, better
+        )
         yield part
         standing, change = part.standing, change_between(site, site)
-        if not standing.pending:
+        if not standing.pending or standing.held is not None:
             return
 
 
@@ -161,10 +188,13 @@ def _proven_part(
     change: ObstructionChange,
     known_shapes: set[int],
     on_verdict: Callable[[], None] | None,
+    now_ns: int | None,
+    hold_s: float,
+    better: Better | None,
 ) -> Part:
     refused: dict[str, str] = {}
     for _ in range(_ROUNDS):
-        walk = _Walk(standing, site, preparation, propose, first, change, refused)
+        walk = _Walk(standing, site, preparation, propose, first, change, refused, now_ns, hold_s, better)
         walk.run()
         if on_verdict is not None:
             on_verdict()
@@ -191,6 +221,9 @@ class _Walk:
         first: int,
         change: ObstructionChange,
         refused: Mapping[str, str],
+        now_ns: int | None,
+        hold_s: float,
+        better: Better | None,
     ) -> None:
         self.was, self.site, self.preparation, self.propose = standing, site, preparation, propose
         self.first, self.change, self.refused = first, change, refused
@@ -213,6 +246,15 @@ class _Walk:
         self.memory = dict(standing.memory)
         self.was_obstructed: CellMask | None = None
         self.done = 0
+        self.now_ns, self.behind = now_ns, _behind(standing, now_ns)
+        self.hold_s = hold_s
+        self.better = better
+        self.held: Held | None = None
+        self.redirected: Redirected | None = None
+        self.history = standing.plan.history
+        if now_ns and change.ids:
+            gone = tuple(blocker for blocker in standing.plan.site.blockers if blocker.kind == "obstruction")
+            self.history = (*self.history, Epoch(now_ns, gone))
 
     def run(self) -> None:
         """Keep or make every lift."""
@@ -224,15 +266,21 @@ class _Walk:
             if was.place is not None and was.place.delivery != self.delivery:
                 self.in_yard, self.delivery = CellMask(self.site.shape), was.place.delivery
             assembly.skip(was.component)
-            lift, clearance = self._lift(assembly, was)
-            same_start = (before.component if before else None) == was_before
-            if lift.status is Status.PLANNED:
-                lift = self._timed(assembly, lift, was, before, clearance, same_start=same_start)
+            if was.order <= self.behind:
+                lift = self._as_driven(was)
+            elif (motion := self._under_way(was)) is not None:
+                lift = self._redirected(assembly, was, motion, before)
+            else:
+                lift, clearance = self._lift(assembly, was)
+                same_start = (before.component if before else None) == was_before
+                if lift.status is Status.PLANNED:
+                    lift = self._timed(assembly, lift, was, before, clearance, same_start=same_start)
+                self._follow_up(was, lift)
+                self._remember(was, lift, was_done, was_before)
             if lift.status is Status.PLANNED:
                 before = lift
-            assembly.finish(lift.component, placed=lift.status is Status.PLANNED)
-            self._follow_up(was, lift)
-            self._remember(was, lift, was_done, was_before)
+            if self.held is None or self.held.lift.order != lift.order:  # a part that hangs on the hook is nowhere
+                assembly.finish(lift.component, placed=lift.status is Status.PLANNED)
             self.lifts.append(lift)
             if lift.status is Status.PLANNED:
                 self.done |= 1 << lift.order
@@ -240,10 +288,63 @@ class _Walk:
                 was_before = was.component
                 was_done |= 1 << was.order
 
+    def _as_driven(self, was: Lift) -> Lift:
+        """Keep what is done, or was passed over."""
+        if was.order in self.was.motions:
+            self.motions[was.order] = self.was.motions[was.order]
+        return was
+
+    def _under_way(self, was: Lift) -> LiftMotion | None:
+        """Return the motion of a lift that is under way."""
+        held = self.was.held
+        if held is not None:
+            return held.motion if held.lift.order == was.order else None
+        motion = self.was.motions.get(was.order)
+        if self.now_ns is None or motion is None or not motion.start_ns < self.now_ns:
+            return None
+        return motion
+
+    def _redirected(self, assembly: Assembly, was: Lift, motion: LiftMotion, before: Lift | None) -> Lift:
+        """Keep the lift under way where the change does not meet what is left of it, else stop it and find a way on."""
+        crane, held = self.site.crane, self.was.held
+        assert crane is not None
+        assert self.now_ns is not None
+        lift = was if held is None else held.lift
+        component = self.site.components[was.component]
+        if held is None and not self._is_met(was, motion, self.now_ns) and component.id not in self.refused:
+            self.motions[was.order] = motion
+            return was
+        assert lift.path_vox is not None
+        last_vox = lift.path_vox[len(lift.path_vox) - 1 - lift.contact_moves :]
+        rule, blocked = assembly.on_the_way(was.component, last_vox)
+        if (reason := self.refused.get(component.id)) is not None:
+            blocked = Obstacle(reason)
+        if held is None:
+            found = redirect(self.site, crane, lift, motion, before, rule, blocked, self.now_ns, self.hold_s)
+        else:
+            found = release(self.site, crane, held, rule, blocked, self.now_ns, self.hold_s)
+        if isinstance(found, Held):
+            self.held = found
+            self.new_verdicts.add(was.order)
+            return found.infeasible
+        self.redirected = found
+        self.new_paths.add(was.order)
+        self.new_motions.add(was.order)
+        self.motions[was.order] = found.motion
+        return found.lift
+
+    def _is_met(self, lift: Lift, motion: LiftMotion, now_ns: int) -> bool:
+        if self.added.empty or is_set(motion, now_ns):
+            return False
+        rest = motion_footprint(self.site, lift, motion, now_ns)
+        return self.added.meets(rest) or jib_meets(self.site, motion, self.change.added)
+
     def _lift(self, assembly: Assembly, was: Lift) -> tuple[Lift, Clearance | None]:
         """Return the lift, the earlier object itself where its path is kept; and its collision rule where known."""
         component = self.site.components[was.component]
         reason = self.refused.get(component.id)
+        if self.better is not None and was.component in self.better.components and was.status is Status.PLANNED:
+            reason = None  # only its better path was not proven; the one that it has is
         obstacle = Obstacle(reason) if reason is not None else assembly.unsupported(was.component)
         if obstacle is not None:
             if was.status is Status.INFEASIBLE and (was.reason, was.blocked_by) == (
@@ -253,7 +354,7 @@ class _Walk:
                 return was, None
             return self._planned(assembly, obstacle, was), None
         if not self._must_be_examined(was):
-            return was, None
+            return self._asked_again(assembly, was)
         known = self.recall.path(was.order, self.done)
         if known is not None:
             self.new_paths.add(was.order)
@@ -266,6 +367,19 @@ class _Walk:
                 self.examined[was.order] = examined_by(self.site, component, was.place, SIDEWAYS_VOX)
             return lift, None
         assert not isinstance(stage, Obstacle)
+        return lift, stage.clearance
+
+    def _asked_again(self, assembly: Assembly, was: Lift) -> tuple[Lift, Clearance | None]:
+        """Ask the policy that was trained further, where this lift is one that it was trained for."""
+        better = self.better
+        if better is None or was.component not in better.components or was.status is not Status.PLANNED:
+            return was, None
+        stage = assembly.begin(was.component)
+        if isinstance(stage, Obstacle) or self.site.components[was.component].id in self.refused:
+            return was, None
+        lift = proposed_again(stage, was, better.propose)
+        if lift is not was:
+            self.new_paths.add(was.order)
         return lift, stage.clearance
 
     def _planned(self, assembly: Assembly, stage: object, was: Lift) -> Lift:
@@ -314,6 +428,9 @@ class _Walk:
     ) -> Lift:
         """Keep the lift's motion where that is proven still, else make a new one; infeasible where there is none."""
         crane, order = self.site.crane, lift.order
+        if self.held is not None:
+            self.pending.add(order)
+            return lift
         made = len(self.new_paths - self.pending | self.new_motions)
         if self._keeps_motion(lift, was, same_start=same_start):
             if crane is not None:
@@ -395,19 +512,23 @@ class _Walk:
 
     def prove(self, known_shapes: set[int]) -> dict[str, str]:
         """Prove what was made; return which lifts to refuse, and why."""
-        plan = LiftPlan(self.site, tuple(self.lifts), self.was.plan.clashes, self.was.plan.notes, self.was.plan.unheld)
+        plan = self._plan()
         reasons: dict[str, str] = {}
         paths, motions = self.new_paths - self.recalled_paths.keys(), self.new_motions - self.recalled_motions.keys()
         for orders, timed in ((paths - self.pending, False), (motions, True)):
             if orders:
                 part, context = _split(plan, orders)
+                own = [self.motions[order] for order in sorted(orders) if order in self.motions]
                 if timed:
-                    proof = verify_motions(part, [self.motions[order] for order in sorted(orders)], context)
+                    proof = verify_motions_over_time(part, own, context)
                 else:
-                    proof = verify_plan(part, context, known_shapes=known_shapes)
+                    proof = verify_plan_over_time(part, own, context, known_shapes=known_shapes)
                 for component, reason in refusals(proof).items():
                     reasons.setdefault(component, reason)
         return reasons
+
+    def _plan(self) -> LiftPlan:
+        return replace(self.was.plan, site=self.site, lifts=tuple(self.lifts), history=self.history)
 
     def part(self) -> Part:
         """What stands after this walk, all of it proven."""
@@ -426,16 +547,24 @@ class _Walk:
             ways.pop(order, None)
             if order in self.new_paths or order in self.was.pending - self.was.paths.keys():
                 paths.pop(order, None)
-        plan = LiftPlan(self.site, tuple(self.lifts), self.was.plan.clashes, self.was.plan.notes, self.was.plan.unheld)
+        plan = self._plan()
         before = {lift.order: lift for lift in self.was.plan.lifts}
         replanned = {order for order in made_paths if not same_path(before[order], planned[order])}
         return Part(
-            Standing(plan, self.motions, paths, ways, self.examined, frozenset(self.pending), self.memory),
+            Standing(plan, self.motions, paths, ways, self.examined, frozenset(self.pending), self.memory, self.held),
             made=tuple(sorted(made_paths | self.new_motions | self.new_verdicts)),
             replanned=tuple(sorted(replanned)),
             retimed=tuple(sorted(self.new_motions - replanned)),
             change=self.change,
+            redirected=self.redirected,
         )
+
+
+def _behind(standing: Standing, now_ns: int | None) -> int:
+    """Order of the last lift whose part is at its place; -1 for none. Those passed over before it are behind, too."""
+    if now_ns is None:
+        return -1
+    return max((motion.order for motion in standing.motions.values() if is_set(motion, now_ns)), default=-1)
 
 
 def refusals(proof: Verification) -> dict[str, str]:

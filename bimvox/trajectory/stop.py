@@ -289,7 +289,7 @@ def stop_commands(stop: Stop, order: int, component: int, period_s: float, *, lo
         order=order,
         component=component,
         phase_at=lambda _: PhaseName.STOP,
-        is_loaded=lambda _: loaded,
+        is_loaded=lambda *_: loaded,
     )
 
 

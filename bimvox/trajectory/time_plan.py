@@ -114,7 +114,7 @@ def _motion(
     approach: Trajectory | None = None
     hook_on_vox = _hook_on_cell(component, place, clearance)
     if before is not None:
-        left_vox = _left_cells(site, before)
+        left_vox = left_cells(site, before)
         rule = empty_hook_clearance(site, clearance, place, left_vox)
         timeline, needed_m = drive_free(crane, rule, hook, left_vox[-1], hook_on_vox, slew_rad)
         approach = sampled(timeline, needed_m, period_s, size_m)
@@ -180,7 +180,7 @@ def _hook_on_cell(component: Component, place: YardPlace, clearance: Clearance) 
     return head if inside and all(placement_is_free(above, *cell) for cell in way) else foot
 
 
-def _left_cells(site: Site, lift: Lift) -> NDArray[np.int32]:
+def left_cells(site: Site, lift: Lift) -> NDArray[np.int32]:
     """(N, 3) cells of the slings' lower end on the last moves of a lift, its place last."""
     assert lift.path_vox is not None
     tail = lift.path_vox[max(0, len(lift.path_vox) - 1 - lift.contact_moves) :]

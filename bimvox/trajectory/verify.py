@@ -30,7 +30,7 @@ from bimvox.trajectory.verify_capacity import check_capacity
 from bimvox.trajectory.verify_ends import check_ends
 from bimvox.trajectory.verify_hook import HookProof
 from bimvox.trajectory.verify_load import LoadProof
-from bimvox.trajectory.verify_space import RawCells
+from bimvox.trajectory.verify_space import ALWAYS_NS, RawCells
 
 UNITS = {
     "timeline": "",
@@ -50,22 +50,36 @@ UNITS = {
 """The checks, and what ``worst`` is measured in."""
 
 
-def verify_motions(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()) -> Verification:
+def verify_motions(
+    plan: LiftPlan,
+    motions: Sequence[LiftMotion],
+    context: Collection[Lift] = (),
+    *,
+    window_ns: tuple[int, int] = ALWAYS_NS,
+) -> Verification:
     """Check the motions of a plan.
 
     Args:
         plan: The plan; taken as proven by ``verify_plan``.
         motions: One per planned lift, in order; none for a site without a crane.
         context: Lifts of the same plan that it does not carry (it is an extract of a log).
+        window_ns: The time on the site's clock for which what stands on the site was there; nothing is met outside.
 
     Returns:
         Every check, with what failed and where.
     """
-    return _Verifier(plan, motions, context).run()
+    return _Verifier(plan, motions, context, window_ns).run()
 
 
 class _Verifier:
-    def __init__(self, plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift]) -> None:
+    def __init__(
+        self,
+        plan: LiftPlan,
+        motions: Sequence[LiftMotion],
+        context: Collection[Lift],
+        window_ns: tuple[int, int],
+    ) -> None:
+        self.window_ns = window_ns
         self.plan, self.site, self.motions, self.context = plan, plan.site, motions, context
         self.checks = {name: Check(name, unit=unit) for name, unit in UNITS.items()}
 
@@ -77,8 +91,8 @@ class _Verifier:
         self._check_timeline()
         by_order = {motion.order: motion for motion in self.motions}
         triangles, cells = TriangleCheck(self.plan), RawCells(self.site.shape)
-        load = LoadProof(self.site, crane, triangles, cells, self.checks)
-        hook = HookProof(self.site, crane, triangles, cells, self.checks)
+        load = LoadProof(self.site, crane, triangles, cells, self.checks, self.window_ns)
+        hook = HookProof(self.site, crane, triangles, cells, self.checks, self.window_ns)
         previous: LiftMotion | None = None
         for moment in moments(self.plan, self.context):
             motion = by_order.get(moment.lift.order)

@@ -19,7 +19,14 @@ from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
 from bimvox.trajectory.verify_jib import check_luffing_jib
 from bimvox.trajectory.verify_load import check_zone, things_over
-from bimvox.trajectory.verify_space import RawCells, placements_around, reference_cells, way_of
+from bimvox.trajectory.verify_space import (
+    ALWAYS_NS,
+    RawCells,
+    placements_around,
+    reference_cells,
+    way_of,
+    within,
+)
 
 _SLINGS_END = (0, 0, 0)
 
@@ -33,25 +40,38 @@ class HookProof:
         triangles: The test of real triangles.
         cells: What stands where now; moved on by the caller.
         checks: ``empty_hook``, ``zones`` and ``jib``.
+        window_ns: Positions outside this span of the site's clock are not looked at.
     """
 
     def __init__(
-        self, site: Site, crane: TowerCrane, triangles: TriangleCheck, cells: RawCells, checks: Mapping[str, Check]
+        self,
+        site: Site,
+        crane: TowerCrane,
+        triangles: TriangleCheck,
+        cells: RawCells,
+        checks: Mapping[str, Check],
+        window_ns: tuple[int, int] = ALWAYS_NS,
     ) -> None:
+        self.window_ns, self.start_ns = window_ns, 0
         self.site, self.crane, self.triangles, self.cells, self.checks = site, crane, triangles, cells, checks
 
     def check(self, name: str, moment: Moment, motion: LiftMotion) -> None:
         """Check the approach of a lift, and the jib over all of it."""
+        self.start_ns = motion.start_ns
         if motion.approach is not None and moment.before is not None:
             self._check_approach(name, moment, motion.approach, self.site.components[moment.before.component])
+        time_ns, axes = motion.samples()
+        first, last = np.searchsorted(time_ns, self.window_ns)
+        seen = slice(max(int(first) - 1, 0), int(last) + 1)
         jib = self.crane.luffing
         if jib is None:
-            self._check_jib(name, moment.present, motion.samples()[1])
+            self._check_jib(name, moment.present, axes[seen])
             return
         component = self.site.components[moment.lift.component]
         crane = crane_for(self.site, self.crane, component)
-        load = (component, axes_of_samples(motion.loaded))
-        check_luffing_jib(self.checks["jib"], name, self.site, crane, jib, moment.present, motion.samples()[1], load)
+        loaded_ns = motion.start_ns + int(motion.loaded.time_ns[0])
+        load = (component, axes[seen][time_ns[seen] >= loaded_ns])
+        check_luffing_jib(self.checks["jib"], name, self.site, crane, jib, moment.present, axes[seen], load)
 
     def _check_approach(self, name: str, moment: Moment, approach: Trajectory, left: Component) -> None:
         """A cell at the slings' end and the line above it are free, the next part in the yard included.
@@ -83,6 +103,7 @@ class HookProof:
             for n in np.flatnonzero(leaving & ~bad).tolist():
                 offset_m = (cells[n] - set_at) * frame.voxel_size_m
                 bad[n] = not all(self.triangles.rope_is_clear(left, offset_m, thing.solid) for thing in near)
+        bad &= within(approach, way, self.start_ns, self.window_ns)
         if bad.any():
             n = int(np.argmax(bad))
             met = ", ".join(things_over(present, placements, n, np.zeros(3, np.int64)))
@@ -96,6 +117,8 @@ class HookProof:
         What sticks out of the grid's top is cut off there, and not seen.
         """
         crane, check = self.crane, self.checks["jib"]
+        if not len(axes):
+            return
         check.look(True, "", samples=len(axes))
         if jib_cell(self.site, crane) >= self.site.shape[2]:
             return

@@ -50,7 +50,7 @@ def check_luffing_jib(
     for thing in present:
         met = thing.name != CRANE_ID and bool(taken[tuple(thing.cells.T)].any())
         check.look(not met, f"{name}: the jib or its counterweight turns into {thing.name}")
-    if load is not None:
+    if load is not None and len(load[1]):
         _check_load(check, name, site, crane, jib, *load)
 
 

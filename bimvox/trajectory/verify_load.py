@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift
-from bimvox.planning.moment import Moment, Thing, near_and_far
+from bimvox.planning.moment import Moment, Thing, near_and_far, passed_by
 from bimvox.planning.proof import Check
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component, StoredPose
@@ -19,12 +19,14 @@ from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
 from bimvox.trajectory.verify_space import (
+    ALWAYS_NS,
     BETWEEN_VOX,
     Placements,
     RawCells,
     placements_around,
     reference_cells,
     way_of,
+    within,
 )
 
 
@@ -37,16 +39,25 @@ class LoadProof:
         triangles: The test of real triangles.
         cells: What stands where now; moved on by the caller.
         checks: ``motion_cells``, ``motion_triangles``, ``motion_rope`` and ``zones``.
+        window_ns: Positions outside this span of the site's clock are not looked at.
     """
 
     def __init__(
-        self, site: Site, crane: TowerCrane, triangles: TriangleCheck, cells: RawCells, checks: Mapping[str, Check]
+        self,
+        site: Site,
+        crane: TowerCrane,
+        triangles: TriangleCheck,
+        cells: RawCells,
+        checks: Mapping[str, Check],
+        window_ns: tuple[int, int] = ALWAYS_NS,
     ) -> None:
+        self.window_ns, self.start_ns = window_ns, 0
         self.site, self.crane, self.triangles, self.cells, self.checks = site, crane, triangles, cells, checks
 
     def check(self, name: str, moment: Moment, motion: LiftMotion) -> None:
         """Check raising and loaded motion of a lift."""
         component, place = self.site.components[moment.lift.component], moment.lift.place
+        self.start_ns = motion.start_ns
         upright = place is not None and place.pose is StoredPose.AS_BUILT and not place.turn
         # What a part sweeps while it is tipped up, or raised turned, is checked with its place in the yard; here its
         # hook line is.
@@ -69,8 +80,11 @@ class LoadProof:
         placements = placements_around(cells, way.slack_vox)
         own = component.shape.cells
         time_s = trajectory.time_ns[way.sample] / 1e9
-        tail = _is_tail(cells, lift)
+        tail, now = _is_tail(cells, lift), within(trajectory, way, self.start_ns, self.window_ns)
+        if not now.any():
+            return
         near, far = near_and_far(component, moment.present) if tail.any() else ([], list(moment.present))
+        passed: list[Thing] = []
         check = self.checks["motion_cells"]
         if with_load:
             inside = ~placements.at_positions(~self.cells.holds(placements, own))
@@ -79,19 +93,36 @@ class LoadProof:
                 check.look(False, f"{name}: leaves the site at {time_s[n]:.2f} s, cell {_text(cells[n])}")
             hit = placements.at_positions(self.cells.meets(placements, own))
             bad = hit & ~tail
-            if (hit & tail).any():
-                bad |= placements.at_positions(self.cells.without(near).meets(placements, own))
-            check.look(True, "", samples=len(cells))
+            if (hit & tail).any() and lift is not None:
+                left = placements.at_positions(self.cells.without(near).meets(placements, own)) & tail
+                if (left & now).any():
+                    passed = self._check_passed(component, lift, cells[tail & now], far)
+                    near, far = [*near, *passed], [thing for thing in far if thing not in passed]
+                    left = placements.at_positions(self.cells.without(near).meets(placements, own)) & tail
+                bad |= left
+            check.look(True, "", samples=int(now.sum()))
+            bad &= now
             if bad.any():
                 n = int(np.argmax(bad))
                 met = ", ".join(_met(moment.present if not tail[n] else far, placements, n, own))
                 check.look(
                     False, f"{name}: at {time_s[n]:.2f} s, cell {_text(cells[n])}, the load is in cells of {met}"
                 )
-            self._check_contact(component, cells, hit & tail, near)
+            self._check_contact(component, cells, hit & tail & now, [thing for thing in near if thing not in passed])
         if self.site.rules.rope:
-            self._check_rope(name, component, moment, cells, placements, tail, near, far, time_s)
+            self._check_rope(name, component, moment, cells, placements, tail, near, far, time_s, now)
         check_zone(self.checks["zones"], name, self.site, placements, component, cells, time_s)
+
+    def _check_passed(
+        self, component: Component, lift: Lift, cells: NDArray[np.float64], far: Sequence[Thing]
+    ) -> list[Thing]:
+        """Return what the load passes by on its last moves, in cells of it; checked not to be met at all."""
+        assert lift.path_vox is not None
+        passed = passed_by(component, far, lift.path_vox[-lift.contact_moves :])
+        offsets_m = (cells - np.array(component.target_vox)) * self.site.frame.voxel_size_m
+        for thing in passed:
+            self.triangles.check_apart(self.checks["motion_triangles"], component, offsets_m, thing.solid)
+        return passed
 
     def _check_contact(
         self, component: Component, cells: NDArray[np.float64], hit: NDArray[np.bool_], near: Sequence[Thing]
@@ -115,15 +146,16 @@ class LoadProof:
         near: Sequence[Thing],
         far: Sequence[Thing],
         time_s: NDArray[np.float64],
+        now: NDArray[np.bool_],
     ) -> None:
         """A hook line one cell wide is free; in the tail the rope itself must miss the triangles of neighbours."""
         check = self.checks["motion_rope"]
-        check.look(True, "", samples=len(cells))
-        hit = placements.at_positions(self.cells.over(placements, component.hook_offset_vox))
+        check.look(True, "", samples=int(now.sum()))
+        hit = placements.at_positions(self.cells.over(placements, component.hook_offset_vox)) & now
         bad = hit & ~tail
         doubtful = hit & tail
         if doubtful.any():
-            bad |= placements.at_positions(self.cells.without(near).over(placements, component.hook_offset_vox))
+            bad |= now & placements.at_positions(self.cells.without(near).over(placements, component.hook_offset_vox))
         for n in np.flatnonzero(doubtful & ~bad).tolist():
             offset_m = (cells[n] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
             bad[n] = not all(self.triangles.rope_is_clear(component, offset_m, thing.solid) for thing in near)

@@ -18,6 +18,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.planning.moment import Thing
 from bimvox.site.component import IntVec
+from bimvox.trajectory.trajectory import Trajectory
 
 _SPACING_VOX = 0.125
 _MOST_BETWEEN = 4096
@@ -26,6 +27,8 @@ BETWEEN_VOX = 0.05
 """How far into a cell a position between two samples may reach: where one axis speeds up while another slows down the
 motion is curved, and the chord between two of its samples cuts that much off (a t^2 / 8; measured up to 0.05)."""
 _CHUNK = 4_000_000
+ALWAYS_NS = (-(2**62), 2**62)
+"""A span of time that holds every motion."""
 
 
 class Way(NamedTuple):
@@ -40,6 +43,23 @@ class Way(NamedTuple):
     axes: NDArray[np.float64]
     sample: NDArray[np.int64]
     slack_vox: NDArray[np.float64]
+
+
+def within(trajectory: Trajectory, way: Way, start_ns: int, window_ns: tuple[int, int]) -> NDArray[np.bool_]:
+    """Return (N,) which positions of a way belong to a span of time.
+
+    A position belongs to all of the time between the samples around it, so that a span's border is on the safe side.
+
+    Args:
+        trajectory: Whose positions they are.
+        way: The positions.
+        start_ns: When its lift starts, on the site's clock.
+        window_ns: From when until when.
+    """
+    time_ns = trajectory.time_ns + np.int64(start_ns)
+    next_ns = np.append(time_ns[1:], time_ns[-1])
+    inside: NDArray[np.bool_] = (next_ns[way.sample] >= window_ns[0]) & (time_ns[way.sample] <= window_ns[1])
+    return inside
 
 
 def way_of(crane: TowerCrane, axes: NDArray[np.float64], voxel_size_m: float) -> Way:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import logging
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from typing import Any, Literal
 
 from bimvox.errors import InputError
@@ -80,17 +82,30 @@ def _dask(jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
             with client:
                 yield {"backend": "dask", "n_jobs": jobs}
             return
-        with (
-            LocalCluster(
+        with _interrupts_held_back():
+            cluster = LocalCluster(
                 n_workers=jobs,
                 threads_per_worker=1,
                 processes=True,
                 dashboard_address=None,
                 silence_logs=logging.CRITICAL,
-            ) as cluster,
-            Client(cluster),
-        ):
+            )
+        with cluster, Client(cluster):
             yield {"backend": "dask", "n_jobs": jobs}
+
+
+@contextmanager
+def _interrupts_held_back() -> Iterator[None]:
+    """Processes and threads started meanwhile never see Ctrl-C, which a terminal sends to all of them.
+
+    The command sees it, at the end of this at the latest, and ends them.
+    """
+    resource_tracker.ensure_running()  # starting it later would let interrupts through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _not_installed(backend: str, error: ImportError) -> InputError:

@@ -13,7 +13,7 @@ from bimvox.env.view import INPUT_SIZE
 from bimvox.errors import PolicyError
 from bimvox.log.reader import read_log
 from bimvox.policy import store as policies
-from bimvox.policy.config import DqnConfig
+from bimvox.policy.config import DqnConfig, adapting
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
 from bimvox.policy.network import QNetwork
 from bimvox.policy.site_outline import outline_of
@@ -103,6 +103,42 @@ def test_a_policy_that_sees_something_else_is_refused_by_name_and_replaced_unask
     document = made(site)
     assert document["policy"]["id"] != old.name
     assert document["policy"]["loaded"] is False
+
+
+class TrainedError(Exception):
+    """A training would have begun."""
+
+
+@pytest.mark.parametrize(
+    ("steps", "budget", "rate", "asked", "serves"),
+    [
+        (4_000, 4_000, 0.5, 4_000, True),  # it used its budget up
+        (8_000, 8_000, 0.5, 4_000, False),  # half of it would have ended elsewhere
+        (2_000, 8_000, 1.0, 4_000, False),  # so it would where it was good enough: the learning rate falls otherwise
+        (2_000, 8_000, 1.0, 8_000, True),
+        (0, 8_000, 1.0, 4_000, True),  # good enough untrained
+        (0, 0, 0.5, 4_000, False),
+        (4_000, None, 1.0, 4_000, False),  # ended by the clock, resumed, or trained on other lessons
+    ],
+)
+def test_a_stored_policy_serves_only_where_training_would_give_it(
+    site, own_store, monkeypatch, steps, budget, rate, asked, serves
+):
+    def trains(*_, **__):
+        raise TrainedError
+
+    network = load_generalist()
+    config = adapting(DqnConfig(required_success=0.9), network.layer_sizes[1:-1])
+    parent = generalist_record()["id"]
+    built = load_site(site, SilentProgress()).site
+    policy = TrainedPolicy(network, (), steps, rate, 1.0, 20, config, 0, parent, budget)
+    held = policies.save(policy, built.geometry_digest)
+    monkeypatch.setattr("bimvox.policy.train.train", trains)
+    if serves:
+        assert made(site, steps=asked)["policy"]["id"] == held
+    else:
+        with pytest.raises(TrainedError):
+            made(site, steps=asked)
 
 
 def test_lifts_that_the_policy_fails_are_retrained_on(site, own_store, monkeypatch):

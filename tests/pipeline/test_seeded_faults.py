@@ -26,9 +26,8 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.proof import Check
-from bimvox.planning.verify import verify_plan
+from bimvox.site.build import with_digests
 from bimvox.trajectory.time_plan import time_plan
-from bimvox.trajectory.verify import verify_motions
 from cli.main import run as command
 from pipeline.plan import write_log_file
 from pipeline.progress import SilentProgress
@@ -72,10 +71,11 @@ TOGETHER: list[tuple[faults.Forge, set[str]]] = [
     (faults.a_weaker_crane, {"reach", "capacity"}),
     (faults.an_axis_sample_edited, {"axis_limits", "spacing", "commands"}),
     (faults.a_load_carried_too_low, {"motion_cells"}),
+    (faults.a_truck_overloaded, {"yard"}),
 ]
 """Faults that several checks see, and those that must."""
 
-IN_ITS_STAGE = {"capacity", "motion_triangles", "jib"}
+WITH_OTHERS = {"capacity", "motion_triangles", "jib"}
 """Checks of the motions whose faults the plan's proof sees as well, or that need another site: tested below."""
 
 
@@ -106,7 +106,7 @@ def switch_off(name: str, patch: pytest.MonkeyPatch) -> None:
 def test_the_good_log_is_proven_and_every_check_has_a_fault(good: PlanLog, tmp_path: Path):
     document = proven(good, tmp_path)
     assert document["verified"] is True, failed(document)
-    assert set(document["checks"]) | {"margin"} == {*ALONE, *IN_ITS_STAGE, "load_poses", "commands"}
+    assert set(document["checks"]) | {"margin"} == {*ALONE, *WITH_OTHERS, "load_poses", "commands"}
 
 
 @pytest.mark.parametrize("name", ALONE)
@@ -158,41 +158,52 @@ def test_messages_that_disagree_with_the_motion_are_caught(
     assert verify(tmp_path / "other.mcap", progress=SilentProgress())["verified"] is True
 
 
-def motions_failed(record: PlanLog) -> set[str]:
-    return {check.name for check in verify_motions(record.plan, record.motions).checks if not check.passed}
+def assert_each_alone_catches(folder: Path, checks: set[str], patch: pytest.MonkeyPatch) -> None:
+    """The log in a folder fails these checks; with all but one switched off, that one; with all of them off, none."""
+    for name in sorted(checks):
+        with patch.context() as once:
+            for other in checks - {name}:
+                switch_off(other, once)
+            assert failed(verify(folder / "log.mcap", progress=SilentProgress())) == {name}
+    with patch.context() as once:
+        for name in checks:
+            switch_off(name, once)
+        assert verify(folder / "log.mcap", progress=SilentProgress())["verified"] is True
 
 
-def test_the_crane_s_capacity_is_proven_of_the_motion_too(good: PlanLog, monkeypatch: pytest.MonkeyPatch):
-    spoiled = faults.a_weaker_crane(good)
-    assert motions_failed(spoiled) == {"capacity"}
-    switch_off("capacity", monkeypatch)
-    assert motions_failed(spoiled) == set()
+def test_the_crane_s_capacity_is_proven_of_the_motion_too(
+    good: PlanLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    assert failed(proven(faults.a_weaker_crane(good), tmp_path)) == {"reach", "capacity"}
+    assert_each_alone_catches(tmp_path, {"reach", "capacity"}, monkeypatch)
 
 
-def test_the_true_triangles_decide_on_the_motions_last_moves(monkeypatch: pytest.MonkeyPatch):
+def test_the_true_triangles_decide_on_the_motions_last_moves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     parts = [
         ("beam", (1.0, 1.4, 2.9), (5.0, 1.6, 3.3)),
         ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.88)),
         ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.88)),
     ]
     site = box_site(parts, crane=test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0), shape=(40, 30, 24))
+    site = with_digests(site)
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
     record = PlanLog(plan=plan, motions=tuple(time_plan(plan, replay(site, preparation, plan))))
-    assert verify_plan(plan).verified
-    assert motions_failed(record) == set()
+    record = dataclasses.replace(record, attachments={"site.toml": b"[model]\n"})
+    assert proven(record, tmp_path)["verified"] is True
     # The cells are the same; only the surface is 80 mm further up.
     spoiled = faults.with_component(record, "left", mesh=box_mesh((1.0, 1.4, 0.0), (1.2, 1.6, 2.98)))
-    assert motions_failed(spoiled) == {"motion_triangles"}
-    switch_off("motion_triangles", monkeypatch)
-    assert motions_failed(spoiled) == set()
+    assert failed(proven(spoiled, tmp_path)) == {"triangles", "motion_triangles"}
+    assert_each_alone_catches(tmp_path, {"triangles", "motion_triangles"}, monkeypatch)
 
 
-def test_a_tower_in_the_jibs_way_is_seen_by_its_check_alone(good: PlanLog, monkeypatch: pytest.MonkeyPatch):
+def test_a_tower_in_the_jibs_way_is_seen_by_its_check_alone(
+    good: PlanLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
     crane = good.plan.site.crane
     top = max(float(m.samples()[1][:, 2].max()) for m in good.motions)
     low = faults.with_site(good, crane=dataclasses.replace(crane, jib_height_m=top))
-    assert motions_failed(low) == set()
+    assert proven(low, tmp_path)["verified"] is True
     slews = np.concatenate([m.samples()[1][:, 0] for m in good.motions])
     radii = np.concatenate([m.samples()[1][:, 1] for m in good.motions])
     # Nearer to the mast than any hook comes.
@@ -201,9 +212,8 @@ def test_a_tower_in_the_jibs_way_is_seen_by_its_check_alone(good: PlanLog, monke
     cell = good.plan.site.frame.cell_of(at_m)
     column = (int(np.clip(cell[0], 0, 39)), int(np.clip(cell[1], 0, 29)))
     spoiled = faults.with_blocker(low, "tower", faults.top_cell(good, column))
-    assert motions_failed(spoiled) == {"jib"}
-    switch_off("jib", monkeypatch)
-    assert motions_failed(spoiled) == set()
+    assert failed(proven(spoiled, tmp_path)) == {"jib"}
+    assert_each_alone_catches(tmp_path, {"jib"}, monkeypatch)
 
 
 def test_the_command_names_the_check_and_ends_with_one(

@@ -6,9 +6,11 @@ import json
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import pipeline.watch
@@ -273,6 +275,83 @@ def test_a_mesh_and_a_scan_that_come_later_are_taken(watcher):
     watcher.close()
 
 
+def cell_box(watcher: Watcher, cell: Any, name: str, size_vox: float = 1.0) -> dict[str, Any]:
+    """An obstruction that fills a cell, or some."""
+    assert watcher.standing is not None
+    frame = watcher.standing.plan.site.frame
+    low = frame.corner_of(cell) + 0.01
+    high = low + size_vox * frame.voxel_size_m - 0.02
+    return {"id": name, "box": {"min": low.tolist(), "max": high.tolist()}}
+
+
+def own_cell(plan: Any, component: Any) -> Any:
+    """A cell of a part at its place that no other part shares."""
+    others = {
+        tuple(cell)
+        for other in plan.site.components
+        if other is not component
+        for cell in (other.shape.cells + np.array(other.target_vox)).tolist()
+    }
+    own = (component.shape.cells + np.array(component.target_vox)).tolist()
+    return next(cell for cell in own if tuple(cell) not in others)
+
+
+@pytest.mark.parametrize("where", ["yard slot", "start", "target"])
+def test_on_a_yard_slot_a_start_or_a_target_the_lift_is_named_and_the_others_go_on(watcher, where):
+    taken_up(watcher)
+    plan = watcher.standing.plan
+    lift = plan.lifts[-1]
+    component = plan.site.components[lift.component]
+    cell = {
+        "yard slot": lift.place.cell_vox,
+        "start": lift.place.transit_start_vox,
+        "target": own_cell(plan, component),
+    }[where]
+    put(watcher, cell_box(watcher, cell, "pallet"))
+    told = change(watcher)[-1]
+    assert component.id in told["infeasible"]
+    (why,) = [one for one in told["blocked"] if one["component"] == component.id]
+    assert why["blocked_by"] == ["pallet"]
+    assert why["reason"]
+    assert told["kept"]
+    assert verify(Path(told["segment"]), progress=SilentProgress())["verified"]
+    put(watcher)
+    told = change(watcher)[-1]
+    assert told["infeasible"] == []
+    assert component.id in told["replanned"]
+
+
+def test_boxes_around_a_component_close_it_in(watcher):
+    taken_up(watcher)
+    plan = watcher.standing.plan
+    lift = plan.lifts[-1]
+    component = plan.site.components[lift.component]
+    size = plan.site.frame.voxel_size_m
+    low = plan.site.frame.corner_of(lift.place.cell_vox)
+    high = low + size * np.array(lift.place.shape.size_vox)
+    top = size * plan.site.shape[2]
+    walls = [
+        {"min": [low[0] - size, low[1] - size, 0.0], "max": [low[0] - 0.01, high[1] + size, top]},
+        {"min": [high[0] + 0.01, low[1] - size, 0.0], "max": [high[0] + size, high[1] + size, top]},
+        {"min": [low[0] - size, low[1] - size, 0.0], "max": [high[0] + size, low[1] - 0.01, top]},
+        {"min": [low[0] - size, high[1] + 0.01, 0.0], "max": [high[0] + size, high[1] + size, top]},
+    ]
+    put(watcher, *({"id": f"wall {n}", "box": wall} for n, wall in enumerate(walls)))
+    told = change(watcher)[-1]
+    assert component.id in told["infeasible"]
+    (why,) = [one for one in told["blocked"] if one["component"] == component.id]
+    assert set(why["blocked_by"]) & {f"wall {n}" for n in range(4)}
+
+
+def test_a_moved_box_is_a_change_of_that_box_alone(watcher):
+    taken_up(watcher)
+    put(watcher, box_on(watcher, 5, "truck"), box_on(watcher, 2, "stack"))
+    change(watcher)
+    put(watcher, box_on(watcher, 6, "truck"), box_on(watcher, 2, "stack"))
+    told = change(watcher)[0]
+    assert "truck" in told["obstructions"]
+
+
 def test_obstructions_everywhere_make_every_lift_infeasible_and_none_afterwards(watcher):
     taken_up(watcher)
     frame, shape = watcher.standing.plan.site.frame, watcher.standing.plan.site.shape
@@ -374,3 +453,87 @@ def test_segment_names_sort_and_are_found(tmp_path):
         segment_file(log, revision).write_bytes(b"")
     (tmp_path / "a.site.rx.mcap").write_bytes(b"")
     assert list(segments_on_disk(log)) == [0, 2, 10_000]
+
+
+def wait_for_training(watcher: Watcher, limit_s: float = 120.0) -> None:
+    until = time.monotonic() + limit_s
+    while not watcher.wants_another_look():
+        assert time.monotonic() < until
+        time.sleep(0.05)
+
+
+def fails(transits: Any) -> list[None]:
+    """A policy that finds nothing."""
+    return [None for _ in transits]
+
+
+def test_retraining_goes_on_beside_and_its_path_is_taken_where_it_is_no_longer(watcher, monkeypatch):
+    monkeypatch.setattr(
+        "pipeline.policy_choice.retrained", lambda site, preparation, policy, **_: replace(policy, id="better")
+    )
+    watcher.retrain(100)
+    taken_up(watcher)
+    watcher._propose = fails
+    put(watcher, box_on(watcher, 5))
+    told = change(watcher)[-1]
+    assert told["event"] == "replanned"
+    searched = {name for name in told["replanned"] if method_of(watcher, name) == "search"}
+    assert searched
+    before = {lift.component: lift.moves for lift in watcher.standing.plan.lifts}
+    wait_for_training(watcher)
+    (told,) = change(watcher)
+    assert told["event"] == "retrained"
+    assert told["policy"] == "better"
+    assert set(told["replanned"]) <= searched
+    for lift in watcher.standing.plan.lifts:
+        assert lift.moves <= before[lift.component]
+    assert {name for name in searched if method_of(watcher, name) == "retrained"}
+    assert verify(Path(told["segment"]), progress=SilentProgress())["verified"]
+    assert change(watcher)[-1]["event"] == "unchanged"
+    watcher.close()
+    assert read_log(watcher._target).revision == watcher.revision
+
+
+def method_of(watcher: Watcher, name: str) -> str:
+    plan = watcher.standing.plan
+    return next(lift.method.value for lift in plan.lifts if plan.site.components[lift.component].id == name)
+
+
+def test_retraining_that_brings_nothing_or_fails_changes_nothing(watcher, monkeypatch):
+    def broken(*_: Any, **__: Any) -> Any:
+        raise ValueError("no lessons")
+
+    watcher.retrain(100)
+    taken_up(watcher)
+    watcher._propose = fails
+    for number, (outcome, event, said) in enumerate(
+        (
+            (lambda site, preparation, policy, **_: policy, "retrained", "no retrained policy was better"),
+            (broken, "failed", "no lessons"),
+        )
+    ):
+        monkeypatch.setattr("pipeline.policy_choice.retrained", outcome)
+        put(watcher, box_on(watcher, 5 + number))
+        revision = change(watcher)[-1]["revision"]
+        lifts = watcher.standing.plan.lifts
+        wait_for_training(watcher)
+        (told,) = change(watcher)
+        assert told["event"] == event
+        assert said in told["message"]
+        assert told["revision"] == watcher.revision == revision
+        assert watcher.standing.plan.lifts is lifts
+
+
+def test_a_newer_change_ends_the_training(watcher, monkeypatch):
+    monkeypatch.setattr("pipeline.policy_choice.retrained", lambda *_, **__: time.sleep(600.0))
+    watcher.retrain(100)
+    taken_up(watcher)
+    watcher._propose = fails
+    put(watcher, box_on(watcher, 5))
+    change(watcher)
+    process = watcher._retraining._process
+    assert process.is_alive()
+    put(watcher)
+    change(watcher)
+    assert not process.is_alive()
+    watcher.close()

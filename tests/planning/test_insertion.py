@@ -1,14 +1,16 @@
 import dataclasses
 
 import numpy as np
-from box_sites import box_cells, box_mesh, box_site
+from box_sites import box_cells, box_mesh, box_site, test_crane
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.planning.assembly import prepare
+from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.lift import Status
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.verify import verify_plan
 from bimvox.site.site import Blocker
+from bimvox.trajectory.time_plan import time_plan
+from bimvox.trajectory.verify import verify_motions
 
 CASE = [  # a case on one side of whose bottom a part fits, under a lid that leaves half of it open
     ("floor", (3.0, 3.0, 0.0), (9.0, 6.0, 0.4)),
@@ -65,3 +67,68 @@ def test_a_closed_room_is_named_by_its_walls():
     lift = only_lift([("insert", (3.6, 4.0, 0.42), (5.0, 5.0, 1.4))], [*CASE, lid])
     assert lift.status is Status.INFEASIBLE
     assert "lid" in lift.blocked_by
+
+
+OPENING = 0.15  # metres on every side of the part
+PART = ("insert", (4.1, 4.1, 0.0), (5.1, 5.1, 0.9))
+
+
+def slab_with_an_opening(east=OPENING):
+    """Four pieces high above the part's place, none of them its neighbour: closed by cells of half a metre."""
+    low, high = 4.1 - OPENING, 5.1 + OPENING
+    return [
+        ("west", (1.0, 1.0, 4.0), (low, 8.0, 4.5)),
+        ("east", (5.1 + east, 1.0, 4.0), (8.0, 8.0, 4.5)),
+        ("south", (low, 1.0, 4.0), (5.1 + east, low, 4.5)),
+        ("north", (low, high, 4.0), (5.1 + east, 8.0, 4.5)),
+        ("right", (8.0, 1.0, 0.0), (8.5, 8.0, 4.5)),  # nobody comes in below the slab
+        ("left", (0.5, 1.0, 0.0), (1.0, 8.0, 4.5)),
+        ("front", (1.0, 0.5, 0.0), (8.0, 1.0, 4.5)),
+        ("back", (1.0, 8.0, 0.0), (8.0, 8.5, 4.5)),
+    ]
+
+
+def test_a_part_goes_through_an_opening_that_cells_close():
+    crane = test_crane(base=(13.0, 13.0, 0.0))
+    site = box_site([PART], structure=slab_with_an_opening(), crane=crane)
+    preparation = prepare(site)
+    rim = {"west", "east", "south", "north"}
+    assert rim.isdisjoint(preparation.contacts.solids[n].id for n in preparation.contacts.neighbours[0])
+    plan = plan_lifts(site, preparation)
+    (lift,) = plan.lifts
+    assert lift.status is Status.PLANNED, lift.reason
+    assert lift.contact_moves >= 9  # from above the slab down
+    assert verify_plan(plan).verified
+    motions = time_plan(plan, replay(site, preparation, plan))
+    found = verify_motions(plan, motions)
+    assert found.verified, found.failures
+    # The same plan where the opening is too narrow by 30 mm: both proofs find it, by true triangles.
+    narrow = box_site([PART], structure=slab_with_an_opening(east=-0.03), crane=crane)
+    spoiled = dataclasses.replace(plan, site=narrow)
+    assert any("meets east, which it passes by" in failure for failure in verify_plan(spoiled).failures)
+    assert any("meets east, which it passes by" in failure for failure in verify_motions(spoiled, motions).failures)
+    # Without the plan's word that these are its last moves, cells decide.
+    silent = dataclasses.replace(plan, lifts=(dataclasses.replace(lift, contact_moves=0),))
+    assert any(failure.startswith("cells: ") for failure in verify_plan(silent).failures)
+
+
+def test_an_opening_that_is_too_narrow_is_named_at_cells_and_by_shape():
+    """The tolerance, 10 mm, is kept to what the part does not touch in the end."""
+    for east in (-0.03, 0.005):
+        site = box_site([PART], structure=slab_with_an_opening(east=east))
+        (lift,) = plan_lifts(site, prepare(site)).lifts
+        assert lift.status is Status.INFEASIBLE
+        assert "cells of 0.5 m and by the true shapes around" in lift.reason
+        assert "east" in lift.blocked_by
+
+
+def test_what_has_no_triangles_stays_cells():
+    site = box_site([PART], structure=slab_with_an_opening())
+    plan = plan_lifts(site, prepare(site))
+    assert plan.lifts[0].status is Status.PLANNED
+    rim = Blocker("rim", "obstruction", box_cells(site.frame, (5.25, 1.0, 4.0), (8.0, 8.0, 4.5)))
+    other = dataclasses.replace(site, blockers=(*site.blockers, rim))
+    (lift,) = plan_lifts(other, prepare(other)).lifts
+    assert lift.status is Status.INFEASIBLE
+    assert "rim" in lift.blocked_by
+    assert not verify_plan(dataclasses.replace(plan, site=other)).verified

@@ -8,6 +8,7 @@ from bimvox.planning.lift import Method, Status
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.rollout import proposer
 from bimvox.planning.search import shortest_path
+from bimvox.planning.verify import verify_plan
 from bimvox.policy.generalist.weights import load_generalist
 from bimvox.site.site import Blocker
 
@@ -221,6 +222,42 @@ def test_deliveries_reuse_the_yard_and_nothing_overlaps():
         cells = [p.shape.cells + np.array(p.cell_vox) for p in preparation.places if p.delivery == delivery]
         stacked = np.concatenate(cells)
         assert len(np.unique(stacked, axis=0)) == len(stacked)
+
+
+BLOCKS = [(f"b{n}", (1.0, 1.0 + n, 0.0), (4.0, 1.4 + n, 0.5)) for n in range(12)]  # 1,440 kg each
+
+
+def test_a_delivery_weighs_no_more_than_a_truck_carries():
+    site = box_site(BLOCKS)
+    assert {place.delivery for place in prepare(site).places} == {0}
+    limited = dataclasses.replace(site, rules=dataclasses.replace(site.rules, truckload_kg=4500.0))
+    preparation = prepare(limited)
+    deliveries = [place.delivery for place in preparation.places]
+    assert sorted(deliveries) == [n // 3 for n in range(12)]
+    taken = [{place.cell_vox for place in preparation.places if place.delivery == n} for n in range(4)]
+    assert all(cells == taken[0] for cells in taken)  # each takes the places that are empty again
+    plan = plan_lifts(limited, preparation)
+    assert verify_plan(plan).verified
+    lighter = dataclasses.replace(limited, rules=dataclasses.replace(site.rules, truckload_kg=4000.0))
+    failures = verify_plan(dataclasses.replace(plan, site=lighter)).failures
+    assert "yard: delivery 0 weighs 4320 kg, more than the 4000 kg of a truckload" in failures
+    alone = dataclasses.replace(site, rules=dataclasses.replace(site.rules, truckload_kg=1000.0))
+    assert sorted(place.delivery for place in prepare(alone).places) == list(range(12))
+    assert verify_plan(plan_of(alone)).verified
+
+
+def test_a_place_that_the_site_file_gives_is_free_once_its_part_is_lifted():
+    """The yard has room for two: the first is given one, and the third lies where the first lay."""
+    parts = [(f"b{n}", (1.0, 1.0 + n, 0.0), (4.0, 1.4 + n, 0.5)) for n in range(4)]
+    name, low, high = parts[0]
+    parts[0] = (name, low, high, {"start_vox": (30, 2, 1)})
+    site = box_site(parts, yard=((30, 2), (36, 5)))
+    preparation = prepare(site)
+    places = [preparation.places[index] for index in preparation.sequence.order]
+    assert places[0].cell_vox == (30, 2, 1)
+    assert [place.delivery for place in places] == [0, 0, 1, 1]
+    assert places[2].cell_vox == (30, 2, 1)
+    assert verify_plan(plan_lifts(site, preparation)).verified
 
 
 def test_a_part_too_big_for_the_yard_is_named():

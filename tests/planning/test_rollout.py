@@ -7,11 +7,13 @@ from hypothesis import strategies as st
 from lift_sites import clearance_of, random_occupancy
 
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
+from bimvox.env.guard import GUARDS
 from bimvox.env.limits import StepLimit
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.env.view import GOAL_SIZE, GOAL_START, VIEW_SIZE
 from bimvox.planning.propose import Transit
 from bimvox.planning.rollout import (
+    ARRIVALS,
     LIFTS_AT_ONCE,
     Outcome,
     lifts_at_once,
@@ -52,6 +54,10 @@ def wall_with_a_gap() -> LiftProblem:
     return lift_problem(clearance_of(occupied), (2, 2, 3), (10, 2, 3))
 
 
+ZERO, START = np.zeros(1, np.int64), np.array([[2, 2, 3]], np.int32)
+"""The one problem, and where :func:`wall_with_a_gap` begins."""
+
+
 def assert_is_a_way(problem: LiftProblem, path: np.ndarray) -> None:
     assert (np.abs(np.diff(path, axis=0)).sum(axis=1) == 1).all()
     assert len(np.unique(path, axis=0)) == len(path)
@@ -84,7 +90,7 @@ def test_whatever_the_policy_the_path_is_a_way_as_far_as_it_goes(seed, values):
     occupied = random_occupancy(seed, (8, 8, 5), 0.3)
     problem = lift_problem(clearance_of(occupied), (0, 0, 0), (7, 7, 4))
     rollout = roll_out(values, problem, limit=StepLimit(2.0, 10))
-    assert rollout.steps <= 4 * (2 * 18 + 10)  # there, back from the target, and both once more
+    assert rollout.steps <= 2 * len(GUARDS) * (2 * 18 + 10)  # under each guard, from either end
     assert tuple(rollout.path_vox[0]) == (0, 0, 0)
     if occupied[0, 0, 0]:
         assert rollout.outcome is Outcome.START_NOT_FREE
@@ -101,7 +107,41 @@ def test_outcomes_that_are_no_arrival():
     assert roll_out(beeline, lift_problem(clearance_of(boxed), (0, 1, 1), (9, 9, 5))).outcome is Outcome.START_NOT_FREE
     hopeless = roll_out(beeline, lift_problem(clearance_of(boxed), (9, 9, 5), (1, 1, 1)), limit=StepLimit(1.0, 5))
     assert hopeless.outcome is Outcome.STEP_LIMIT
-    assert 20 + 5 <= hopeless.steps <= 2 * (20 + 5)
+    assert 4 * (20 + 5) <= hopeless.steps <= 8 * (20 + 5)
+
+
+def test_enough_arrivals_are_the_last_try_and_the_shortest_way_is_taken():
+    problem = wall_with_a_gap()
+    alone = [roll_out_starts(beeline, [problem], ZERO, START, guard=guard)[0] for guard in GUARDS]
+    enough = [rollout for rollout in alone if rollout.arrived][:ARRIVALS]
+    last = max(n for n, rollout in enumerate(alone) if rollout in enough)
+    found = roll_out_all(beeline, [problem], from_target=False)[0]
+    assert len(enough) == ARRIVALS
+    assert found.steps == sum(rollout.steps for rollout in alone[: last + 1])
+    assert len(found.path_vox) <= min(len(rollout.path_vox) for rollout in enough)
+    assert_is_a_way(problem, found.path_vox)
+
+
+def test_a_way_as_short_as_any_is_the_last_try():
+    problem = wall_with_a_gap()
+    found = roll_out_all(beeline, [problem])[0]
+    moves = len(found.path_vox) - 1
+    known = roll_out_all(beeline, [problem], least_moves=[moves])[0]
+    assert known.steps <= found.steps
+    np.testing.assert_array_equal(known.path_vox, found.path_vox)
+
+
+def test_where_none_arrives_the_lift_is_tried_from_its_target():
+    def eastward(observations: np.ndarray) -> np.ndarray:
+        return np.tile(np.array([0, 0, 0, 1, 0, 0], np.float32), (len(observations), 1))
+
+    problem = lift_problem(clearance_of(empty()), (10, 5, 3), (1, 5, 3))
+    limit = StepLimit(1.0, 0)
+    one_way = roll_out_all(eastward, [problem], limit=limit, from_target=False)[0]
+    assert one_way.outcome is Outcome.STEP_LIMIT
+    found = roll_out_all(eastward, [problem], limit=limit)[0]
+    assert found.steps == one_way.steps + 9
+    assert found.path_vox[:, 0].tolist() == list(range(10, 0, -1))
 
 
 def test_already_there():

@@ -223,17 +223,20 @@ def test_a_policy_that_does_not_fit_is_never_near(tmp_path):
     assert store.nearest(outline(), folder=tmp_path) == ()
 
 
-def test_version_1_is_read_without_an_outline(tmp_path):
+@pytest.mark.parametrize(("version", "without"), [(1, {"site", "budget"}), (2, {"budget"})])
+def test_older_versions_are_read_without_what_came_later(tmp_path, version, without):
     policy_id = store.save(policy(), "a", folder=tmp_path)
 
     def older(plain) -> None:
-        plain["format_version"] = 1
-        del plain["site"]
+        plain["format_version"] = version
+        for key in without:
+            del plain[key]
 
     rewrite(tmp_path / policy_id, older)
     (manifest,) = store.list_policies(folder=tmp_path)
     assert manifest.site is None
-    assert manifest.format_version == 1
+    assert manifest.budget is None
+    assert manifest.format_version == version
     assert store.load(manifest.id, folder=tmp_path).manifest == manifest
 
 

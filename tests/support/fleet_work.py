@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 from pipeline.fleet.runs import Run
-from pipeline.fleet.work import failed, write_record
+from pipeline.fleet.work import carry_out, failed, write_record
 
 
 def kills_itself_where_asked(run: Run, folder: Path) -> None:
@@ -16,3 +16,13 @@ def kills_itself_where_asked(run: Run, folder: Path) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
     time.sleep(0.05)
     write_record(folder, failed(run, "tried", f"threads {os.environ['OMP_NUM_THREADS']}", None))
+
+
+def plans_with_a_policy_from_scratch(run: Run, folder: Path) -> None:
+    """Plan a run whose policy is trained, not the one that ships: in a store beside the fleet's folder."""
+    from pipeline import policy_choice, site_lessons
+
+    os.environ["BIMVOX_POLICIES"] = str(folder / "policies")
+    site_lessons._STARTS = 4  # a short test
+    policy_choice._beginning = lambda start_from: (None, None)
+    carry_out(run, folder)

@@ -323,6 +323,10 @@ def a_part_turned(log: PlanLog) -> PlanLog:
     return with_lift(log, "beam", place=dataclasses.replace(lift_of(log, "beam").place, turn=1))
 
 
+def a_truck_overloaded(log: PlanLog) -> PlanLog:
+    return with_site(log, rules=dataclasses.replace(log.plan.site.rules, truckload_kg=500.0))
+
+
 def lifts_not_numbered(log: PlanLog) -> PlanLog:
     last = log.plan.lifts[-1]
     spoiled = with_lift(log, log.plan.site.components[last.component].id, order=last.order + 1)

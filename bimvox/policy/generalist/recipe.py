@@ -28,6 +28,11 @@ LESSON_COUNT = 16_000
 BUILDING_LIFTS = 800
 CHECK_COUNT = 500
 STEPS = 40_000_000
+SMALL_LESSON_COUNT, SMALL_STEPS = 5_000, 1_200_000
+"""On two cores without an accelerator: so the shipped policy was trained."""
+
+CHECK_LIMIT = StepLimit(8.0, 200)
+"""Of a check's roll-outs, one way under the calm guard alone: tighter than a plan's, to tell networks apart."""
 
 RECIPE = DqnConfig(
     hidden=(256, 256, 128),
@@ -172,7 +177,7 @@ def evaluate_side_by_side(values: Values, problems: Sequence[LiftProblem], threa
     parts = np.array_split(np.arange(len(single)), min(len(single), max(1, 4 * threads)))
 
     def work(part: NDArray[np.int64]) -> Evaluation:
-        return evaluate(values, [single[n] for n in part], starts=len(part))
+        return evaluate(values, [single[n] for n in part], starts=len(part), limit=CHECK_LIMIT)
 
     with ThreadPoolExecutor(threads) as executor:
         found = list(executor.map(work, parts))

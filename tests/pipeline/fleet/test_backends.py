@@ -7,14 +7,14 @@ import os
 from pathlib import Path
 
 import pytest
-from fleet_work import kills_itself_where_asked
+from fleet_work import kills_itself_where_asked, plans_with_a_policy_from_scratch
 
 from bimvox.errors import InputError
 from pipeline.fleet.backends import opened
 from pipeline.fleet.command import sweep
-from pipeline.fleet.runs import Run, Wish
+from pipeline.fleet.runs import Run, Wish, runs_of
 from pipeline.fleet.schedule import carry_out_all
-from pipeline.fleet.work import RECORDS, record_file
+from pipeline.fleet.work import RECORDS, log_file, record_file
 from pipeline.progress import SilentProgress
 
 BACKENDS = ("loky", "dask", "ray")
@@ -69,6 +69,38 @@ def test_a_worker_that_dies_takes_down_no_other_run(tmp_path: Path, backend: str
     }
     assert {error["message"] for error in errors.values() if error["code"] == "tried"} == {"threads 1"}
     assert "SIGKILL" in errors["deadly-c"]["message"]
+
+
+def trained(sites: Path, backend: str, jobs: int) -> list[bytes]:
+    """Carry out two runs of one site that train, and return their logs."""
+    paper, folder = sites / "paper.site.toml", sites / f"trained-{backend}"
+    runs = runs_of([Wish(paper, steps=256), Wish(paper, sites / "beside.json", steps=256)])
+    assert [run.leads for run in runs] == [True, False]
+    (folder / RECORDS).mkdir(parents=True)
+    carry_out_all(
+        runs,
+        folder,
+        backend=backend,  # type: ignore[arg-type]
+        jobs=jobs,
+        address=None,
+        progress=SilentProgress(),
+        work=plans_with_a_policy_from_scratch,
+    )
+    records = [json.loads(record_file(folder, run.name).read_bytes()) for run in runs]
+    assert [(record["status"], record["error"]) for record in records] == [("planned", None)] * 2
+    assert records[0]["policy"] == records[1]["policy"]
+    assert "train" in records[0]["seconds"]
+    assert "train" not in records[1]["seconds"]
+    return [log_file(folder, run.name).read_bytes() for run in runs]
+
+
+LOGS: list[list[bytes]] = []
+
+
+def test_runs_that_train_share_what_the_first_of_them_learned(sites: Path, backend: str):
+    """And learn the same whatever carries them out: one thread a worker, one seed, the same bytes."""
+    LOGS.append(trained(sites, backend, 2))
+    assert LOGS[-1] == LOGS[0]  # of the backend that was tested first
 
 
 def test_what_cannot_be_opened_is_said(monkeypatch: pytest.MonkeyPatch):

@@ -100,8 +100,14 @@ def test_several_sites_are_planned_in_one_command(sites: Path, capsys: pytest.Ca
 
 
 @pytest.mark.usefixtures("in_process")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
-def test_a_sweep_that_was_stopped_goes_on(sites: Path, number: signal.Signals, capsys: pytest.CaptureFixture[str]):
+@pytest.mark.parametrize(
+    ("backend", "number"),
+    [("loky", signal.SIGINT), ("loky", signal.SIGKILL), ("dask", signal.SIGINT), ("ray", signal.SIGINT)],
+)
+def test_a_sweep_that_was_stopped_goes_on(
+    sites: Path, backend: str, number: signal.Signals, capsys: pytest.CaptureFixture[str]
+):
+    pytest.importorskip({"dask": "distributed", "loky": "joblib"}.get(backend, backend))
     for name in ("slow.site.toml", "slower.site.toml"):
         (sites / name).write_text((sites / "yard.site.toml").read_text() + "\n[policy]\nsteps = 4000000\n")
     (sites / "s.toml").write_text(
@@ -111,7 +117,7 @@ def test_a_sweep_that_was_stopped_goes_on(sites: Path, number: signal.Signals, c
     program = "import sys; from cli.main import run; sys.exit(run())"
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "BIMVOX_POLICIES": str(sites / "policies")}
     with subprocess.Popen(
-        [sys.executable, "-c", program, *arguments, "--jobs", "2"],
+        [sys.executable, "-c", program, *arguments, "--jobs", "2", "--backend", backend],
         env=environment,
         stderr=subprocess.PIPE,
         text=True,

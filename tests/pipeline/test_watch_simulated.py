@@ -1,0 +1,147 @@
+"""A watch that carries its plan out, by a clock that the test turns."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bimvox.crane.kinematics import hook_of
+from bimvox.log.reader import read_log
+from pipeline.file_watch import state_of
+from pipeline.load_site import load_site
+from pipeline.plan import policy_of, prepared
+from pipeline.progress import SilentProgress
+from pipeline.simulate import NOW_NS, PlanClock
+from pipeline.verify import verify
+from pipeline.watch import Watcher
+
+EMPTY = {"version": 1, "unit": "m", "obstructions": []}
+
+
+@pytest.fixture(scope="module")
+def parts(planned) -> tuple[Any, Any, Any]:
+    quiet = SilentProgress()
+    loaded = load_site(planned[0] / "frame.site.toml", quiet)
+    preparation = prepared(loaded.site, quiet)
+    policy = policy_of(loaded, loaded.site, preparation, policy="none", seed=None, steps=None, progress=quiet)
+    return loaded, preparation, policy
+
+
+class Hand:
+    """A wall clock that is turned by hand."""
+
+    def __init__(self) -> None:
+        self.now_s = 0.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+class Simulated:
+    """A watcher of an empty file that carries the plan on disk out, ten times as fast as the wall's clock."""
+
+    def __init__(self, folder: Path, parts: tuple[Any, Any, Any]) -> None:
+        loaded, preparation, policy = parts
+        self.hand = Hand()
+        self.file = folder / "obstructions.json"
+        clock = PlanClock(10.0, self.hand)
+        self.watcher = Watcher(
+            loaded, preparation, policy, self.file, folder / "frame.mcap", 0, SilentProgress(), clock
+        )
+        self.put()
+        self.taken_up = list(self.watcher.take_up(state_of(self.file)))
+        self.watcher.begin()
+
+    def put(self, *entries: dict[str, Any]) -> None:
+        self.file.write_text(json.dumps(EMPTY | {"obstructions": list(entries)}))
+
+    def at(self, time_ns: int) -> None:
+        self.hand.now_s = (time_ns - self.watcher._carried_out_ns) / 1e10
+
+    def look(self) -> list[dict[str, Any]]:
+        return list(self.watcher.change(replace(state_of(self.file), seen_s=self.hand.now_s)))
+
+    def box_ahead(self, order: int, share: float) -> dict[str, Any]:
+        """A box where the load of a lift comes later, below the hook."""
+        standing = self.watcher.standing
+        assert standing is not None
+        loaded = standing.motions[order].loaded
+        at = int(share * (len(loaded.time_ns) - 1))
+        crane, frame = standing.plan.site.crane, standing.plan.site.frame
+        hook_m = hook_of(crane, loaded.slew_rad[at], loaded.radius_m[at], loaded.height_m[at])
+        low = hook_m - [0.05, 0.05, crane.sling_m + 0.5 * frame.voxel_size_m]
+        return {"id": "drone", "box": {"min": low.tolist(), "max": (low + 0.1).tolist()}}
+
+
+@pytest.fixture
+def simulated(site_folder, parts) -> Simulated:
+    return Simulated(site_folder, parts)
+
+
+def test_every_part_goes_through_its_states_in_order(simulated):
+    standing = simulated.watcher.standing
+    simulated.at(standing.motions[2].start_ns)
+    assert simulated.watcher.wants_another_look()
+    told = simulated.look()
+    first = standing.plan.site.components[standing.plan.lifts[0].component].id
+    assert [one["state"] for one in told if one["component"] == first] == ["in_transit", "arrived", "assembled"]
+    assert [one["time_s"] for one in told] == sorted(one["time_s"] for one in told)
+    assert {one["event"] for one in told} == {"state"}
+    assert len(told) == 6
+    assert simulated.look() == []
+    assert not simulated.watcher.wants_another_look()
+
+
+def test_a_load_in_the_air_is_stopped_and_the_segment_proves_it(simulated):
+    standing = simulated.watcher.standing
+    motion = standing.motions[3]
+    first, last = (motion.start_ns + int(motion.loaded.time_ns[n]) for n in (0, -1))
+    simulated.at(int(first + 0.3 * (last - first)))
+    simulated.look()
+    simulated.put(simulated.box_ahead(3, 0.6))
+    *_, told = [one for one in simulated.look() if one["event"] != "state"]
+    assert told["event"] == "replanned"
+    stopped = told["stopped"]
+    assert stopped["safe"]
+    assert not stopped["held"]
+    assert stopped["component"] == standing.plan.site.components[motion.component].id
+    assert told["time_s"] < stopped["rest_s"] < stopped["goes_on_s"]
+    assert stopped["goes_on_s"] - told["time_s"] >= 30.0, "ten times as fast: a plan takes seconds, so minutes go by"
+    assert stopped["component"] in told["replanned"]
+    segment = Path(told["segment"])
+    assert verify(segment, progress=SilentProgress())["verified"]
+    (event,) = [event for event in read_log(segment).events if event.kind == "stop"]
+    assert event.fields["how"] == stopped["how"]
+    simulated.watcher.close()
+    whole = simulated.watcher._target
+    assert verify(whole, progress=SilentProgress())["verified"]
+    assert len(read_log(whole).plan.history) == 1
+
+
+def test_after_a_kill_it_goes_on_where_the_last_revision_left_it(simulated, site_folder, parts):
+    standing = simulated.watcher.standing
+    now_ns = standing.motions[4].start_ns + 10**9
+    simulated.at(now_ns)
+    simulated.look()
+    simulated.put(simulated.box_ahead(6, 0.5))
+    told = simulated.look()[-1]
+    assert int(read_log(Path(told["segment"])).metadata[NOW_NS]) == pytest.approx(now_ns, abs=100)
+    done = simulated.watcher.standing.motions[2]
+    again = Watcher(
+        *parts, simulated.file, site_folder / "frame.mcap", 0, SilentProgress(), PlanClock(1.0, simulated.hand)
+    )
+    found = list(again.take_up(state_of(simulated.file)))
+    assert [one["event"] for one in found] == ["unchanged"], [
+        {k: v for k, v in one.items() if k in ("stopped", "blocked")} for one in (told, *found)
+    ]
+    again.begin()
+    assert again._execution.clock.now_ns == pytest.approx(now_ns, abs=100)
+    assert np.array_equal(again.standing.motions[2].loaded.slew_rad, done.loaded.slew_rad)
+    simulated.put()
+    list(again.change(replace(state_of(simulated.file), seen_s=simulated.hand.now_s)))
+    assert len(again.standing.plan.history) == 2
