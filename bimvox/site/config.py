@@ -346,6 +346,10 @@ class RulesConfig(BaseModel):
     transit_clearance_m: NotNegative = _RULES.transit_clearance_m
     """Distance that a part in transit keeps from everything, the site's boundary included, up to whole cells: from
     where it has risen that far above the yard, to where its last moves begin."""
+    rope_clearance_m: NotNegative = _RULES.rope_clearance_m
+    """Distance that hook and rope of a part in transit keep, in plan, from everything that is higher than the hook's
+    line ends: structure, stored parts, the crane's own mast. Up to whole cells; half the hook block's width at least is
+    good practice."""
     contact_tolerance_m: NotNegative = _RULES.contact_tolerance_m
     """How deep the real triangles of neighbours may touch on the last moves."""
     support_gap_m: NotNegative = _RULES.support_gap_m

@@ -220,6 +220,7 @@ def _rules(config: SiteConfig) -> str:
         "[rules]",
         _maybe("clearance_m", rules.clearance_m, "kept from obstructions and the mast, up to whole cells"),
         _maybe("transit_clearance_m", rules.transit_clearance_m, "kept from everything by a part in transit"),
+        _maybe("rope_clearance_m", rules.rope_clearance_m, "kept by hook and rope, in plan, from what is higher"),
         _maybe("contact_tolerance_m", rules.contact_tolerance_m, "how deep neighbours may touch when a part is set"),
         _maybe("support_gap_m", rules.support_gap_m, "how far below a part its support may be"),
         f"rope = {_flag(rules.rope)}  # keep the hoist rope above the load free",

@@ -24,7 +24,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift, YardPlace
 from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.lifting import crane_for
-from bimvox.site.margin import grown_cells, margin_vox
+from bimvox.site.margin import grown_cells, margin_vox, rope_margin_vox
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
@@ -132,7 +132,8 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     path = lift.path_vox.astype(np.int64)
     mask.add_placements(path, grown_cells(component.shape.cells, margin_vox(site)))
     if site.crane is not None and site.rules.rope:
-        mask.add_columns_above(path + np.array(component.hook_offset_vox))
+        for aside in _around(rope_margin_vox(site)):
+            mask.add_columns_above(path + np.array(component.hook_offset_vox) + aside)
     return mask.footprint()
 
 
@@ -238,6 +239,12 @@ def _placements(site: Site, crane: TowerCrane, trajectory: Trajectory, hook_offs
 
 
 _ORIGIN = np.zeros((1, 3), np.int64)
+
+
+def _around(reach: int) -> NDArray[np.int64]:
+    """((2 R + 1)^2, 3) int64 columns up to ``reach`` away, in plan."""
+    x, y = (axis.ravel() - reach for axis in np.indices((2 * reach + 1, 2 * reach + 1)))
+    return np.stack([x, y, np.zeros_like(x)], axis=1).astype(np.int64)
 
 
 def _as_runs(cells: NDArray[np.int32]) -> NDArray[np.int64]:
