@@ -6,13 +6,14 @@ UV     := $(VENV)/uv-bootstrap/bin/uv
 OUT    ?= demo-output
 PEERS  := .venv-peers
 PLANNERS := .venv-planners
+VIEWERS := .venv-viewers
 # Where pip is configured with a local folder of wheels, uv (which ignores pip's configuration) is told of it;
 # elsewhere uv picks the CPU or GPU build of torch that suits the machine.
 FIND_LINKS = $(shell $(PYTHON) -m pip config get global.find-links 2>/dev/null)
 TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-page test-fleet check lint types contracts samples bench bench-voxelize bench-environment bench-render \
+.PHONY: help setup demo test test-page test-fleet check lint types contracts samples bench bench-motion check-log bench-voxelize bench-environment bench-render \
 	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-decision train-generalist soak-watch soak-files \
 	picture docs constraints clean
 
@@ -61,6 +62,18 @@ samples: setup ## write the sample models again (they are byte-identical each ti
 
 bench: setup ## plan and prove every sample model: the table of docs/measured.md
 	$(BIN)/python benchmarks/samples.py
+
+bench-motion: setup ## how the crane drives the samples: time over the bound, swing, limits: docs/measured.md
+	$(BIN)/python -m benchmarks.motion $(ARGS)
+
+$(VIEWERS)/ready: | $(UV)
+	test -x $(VIEWERS)/bin/python || $(PYTHON) -m venv --without-pip $(VIEWERS)
+	for tool in pymcap-cli rerun-sdk; do \
+	  $(UV) pip install --quiet --python $(VIEWERS)/bin/python "$$tool" || echo "not installed: $$tool"; done
+	touch $@
+
+check-log: setup $(VIEWERS)/ready ## other people's checkers of MCAP files on a log (LOG=file; default: the sample frame, planned)
+	$(BIN)/python -m benchmarks.check_log $(VIEWERS)/bin $(LOG)
 
 bench-environment: setup ## steps a second of the paper's environment, through each interface
 	$(BIN)/python benchmarks/environment.py
@@ -128,9 +141,9 @@ docs: setup ## write the pages of commands and formats again, from help and sche
 constraints: $(UV) ## resolve the pinned versions again
 	echo 'torch==2.13.0' > $(VENV)/pins.txt
 	$(UV) pip compile --quiet --universal --python-version 3.11 $(if $(FIND_LINKS),--find-links $(FIND_LINKS)) \
-	  -c $(VENV)/pins.txt --group dev --group browser pyproject.toml --no-header --no-annotate --upgrade -o $(VENV)/resolved.txt
+	  -c $(VENV)/pins.txt --all-extras --group dev --group browser pyproject.toml --no-header --no-annotate --upgrade -o $(VENV)/resolved.txt
 	{ head -1 constraints.txt; grep -vE '^(nvidia-|cuda-|triton|torch==)' $(VENV)/resolved.txt; echo 'torch==2.13.0'; } > $(VENV)/constraints.txt
 	mv $(VENV)/constraints.txt constraints.txt
 
 clean: ## remove the virtual environment and what the demo wrote
-	rm -rf $(VENV) $(PEERS) $(PLANNERS) $(OUT) build *.egg-info
+	rm -rf $(VENV) $(PEERS) $(PLANNERS) $(VIEWERS) $(OUT) build *.egg-info

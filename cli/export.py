@@ -21,8 +21,9 @@ def export(
             "--to",
             envvar="BIMVOX_TO",
             metavar="FORMAT",
-            help="Of a log: mcap (default), csv (samples, and a table of lifts), json, glb (animated), ros2 (bag), ifc "
-            "(the building's own file with a 4D schedule) or msproject (XML). Of a grid: vti (default; the cells, for "
+            help="Of a log: mcap (default), csv (samples, and a table of lifts), json, glb (animated), ros2 (bag), "
+            "layout (panels for Foxglove-class viewers), ifc (the building's own file with a 4D schedule) or msproject "
+            "(XML). Of a grid: vti (default; the cells, for "
             "ParaView), ply or glb (the faces of every part, for viewers).",
             show_default=False,
         ),
@@ -36,7 +37,9 @@ def export(
         ),
     ] = None,
     out: Annotated[Path | None, typer.Option("--output", "-o", metavar="OUT", help="Where to write it.")] = None,
-    recover: Annotated[bool, typer.Option("--recover", help="Save what a cut-off log still holds.")] = False,
+    recover: Annotated[
+        bool, typer.Option("--recover", help="Save what a cut-off or damaged log still holds, and prove it again.")
+    ] = False,
     model: Annotated[
         Path | None,
         typer.Option("--model", metavar="IFC", help="For ifc: the file that the plan was made from."),

@@ -99,6 +99,12 @@ def plan(
     raise typer.Exit(code)
 
 
+_SWING = {
+    "shaped": "shaped: loads hang at rest where they are set",
+    "off": 'NOT LOOKED AT ([rules] swing = "off"): loads may swing where they are set, and into things',
+}
+
+
 def _show(console: Console, document: Mapping[str, Any]) -> None:
     lifts = document["lifts"]
     planned = [lift for lift in lifts if lift["status"] == "planned"]
@@ -164,7 +170,7 @@ def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
     """Return the figures of a plan as names and values; what does not apply is None."""
     found = ", ".join(f"{share:.1%} by {method}" for method, share in figures["shares"].items())
     ratio, hours, travel = figures["moves_over_shortest"], figures["crane_hours"], figures["hook_travel_m"]
-    critical = figures["critical_lifts"]
+    critical, swing = figures["critical_lifts"], figures["swing"]
     return [
         ("paths found", found if figures["planned"] else None),
         ("moves", None if ratio is None else f"{figures['moves']:,}, {ratio:.3f} times the fewest possible"),
@@ -174,4 +180,5 @@ def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
             "critical lifts",
             None if critical is None else f"{critical:,} at {figures['critical_share']:.0%} of the capacity or more",
         ),
+        ("swing", None if swing is None else _SWING[swing]),
     ]

@@ -57,6 +57,14 @@ def watch(
             help="Where the policy fails lifts, train it further beside the watch, by at most so many steps; 0: never.",
         ),
     ] = 0,
+    serve: Annotated[
+        str | None,
+        typer.Option(
+            "--serve",
+            metavar="[HOST:]PORT",
+            help="Serve the log's topics on a websocket, for viewers such as Foxglove; needs bimvox[live].",
+        ),
+    ] = None,
     policy: PolicyId = None,
     seed: Seed = None,
     steps: Steps = None,
@@ -84,6 +92,7 @@ def watch(
             poll_s=poll,
             speed=simulate,
             retrain=retrain,
+            serve=serve,
             progress=output.progress,
         )
         try:

@@ -26,6 +26,7 @@ SUFFIXES = {
     "ros2": ".ros2",
     "ifc": ".4d.ifc",
     "msproject": ".project.xml",
+    "layout": ".layout.json",
 }
 DEFAULT = "mcap"
 _DATED = ("ifc", "msproject")
@@ -88,6 +89,14 @@ def export(
     chosen = resolve_lifts(log, lifts)
     if to in _DATED and start is None:
         progress.note(f"no --start: the first lift starts at {begins.isoformat(' ')}")
+    proof = None
+    if recover:
+        from pipeline.verify import prove_plan
+
+        proof = prove_plan(log, progress)
+        for check in proof.checks:
+            for failure in check.failures:
+                progress.note(f"not proven: {failure}")
     progress.stage("write")
     if to == "ros2":
         messages = _write_bag(log.extract(chosen), target)
@@ -101,8 +110,8 @@ def export(
     document: dict[str, Any] = {"out": str(target), "lifts": len(chosen), "messages": _messages(data, to)}
     if to == "csv":
         document["lifts_table"] = str(table)
-    if recover:
-        document["lost"] = list(lost)
+    if proof is not None:
+        document |= {"lost": list(lost), "verified": proof.verified}
     return {**document, "seconds": progress.seconds}
 
 
@@ -120,6 +129,10 @@ def _written(log: PlanLog, to: str, lifts: Sequence[str], begins: datetime, mode
         from bimvox.log.animation import to_animated_glb
 
         return to_animated_glb(log.extract(chosen))
+    if to == "layout":
+        from bimvox.log.layout import layout_bytes
+
+        return layout_bytes(log.plan.site)
     if to == "msproject":
         from bimvox.bim.ms_project import to_ms_project
 

@@ -259,4 +259,5 @@ def figures_document(figures: PlanFigures) -> dict[str, Any]:
         "hook_travel_m": None if travel is None else round(travel, 3),
         "critical_lifts": figures.critical,
         "critical_share": figures.critical_share,
+        "swing": None if figures.swing is None else figures.swing.value,
     }

@@ -35,6 +35,10 @@ class PlanClock:
         """Let it go on from a time."""
         self._start_ns, self._started_s = at_ns, self._wall_s()
 
+    def stand_at(self, at_ns: int) -> None:
+        """Let it stand at a time until it is started."""
+        self._start_ns, self._started_s = at_ns, None
+
     @property
     def now_ns(self) -> int:
         """The time on the site's clock."""

@@ -27,10 +27,12 @@ from pipeline.progress import Progress, SilentProgress
 from pipeline.prove import Planned, plan_and_prove
 from pipeline.simulate import NOW_NS, Execution, PlanClock
 from pipeline.watch_documents import blocked, event_fields, outcome, stop_events, transit
+from pipeline.watch_live import LiveView, address_of
 from pipeline.watch_log import WholeLog, read_newest, segment_file, segments_on_disk
 from pipeline.watch_retrain import Retraining
 
 if TYPE_CHECKING:
+    from bimvox.log.live_server import LiveServer
     from bimvox.log.plan_log import LogEvent, PlanLog
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.lift import LiftPlan
@@ -42,6 +44,8 @@ _FIRST = 20
 """Lifts made anew that are written first."""
 _MOST_BYTES = 512 << 20
 """A larger obstruction file is refused: reading it would take all memory."""
+_APART_NS = 1_000_000
+"""Changes are at least so far apart on the site's clock, which stands while a plan is taken up."""
 _SETTLE_S = 0.05
 """A file that cannot be used may be half written: it is looked at again after this time before it is refused."""
 _RETRY_S = (1.0, 30.0)
@@ -60,6 +64,7 @@ def watch(
     poll_s: float | None = None,
     speed: float | None = None,
     retrain: int = 0,
+    serve: str | None = None,
     progress: Progress,
     stop: threading.Event | None = None,
 ) -> Iterator[dict[str, Any]]:
@@ -77,6 +82,7 @@ def watch(
         poll_s: Look at the file this often instead of waiting for events: for network shares.
         speed: Carry the plan out against a clock that goes so many times as fast as the wall's.
         retrain: Budget, in environment steps, of more training beside the watch, where the policy fails lifts; 0: none.
+        serve: ``[HOST:]PORT`` of a websocket on which viewers follow.
         progress: Told of the stages of the first plan.
         stop: Ends the watch.
 
@@ -84,6 +90,7 @@ def watch(
         One document per change, see ``bimvox watch --json``.
     """
     target = out or default_output(site, ".mcap")
+    server = None if serve is None else _server(serve, progress)
     check_output(target, inputs=[site, obstructions])
     loaded = load_site(site, progress)
     check_output(target, inputs=[site, obstructions, loaded.config.model.path])
@@ -94,6 +101,8 @@ def watch(
     clock = None if speed is None else PlanClock(speed)
     watcher = Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress, clock)
     watcher.retrain(retrain)
+    if server is not None:
+        watcher.live = LiveView(server, clock)
     yield from follow(watcher, once=once, poll_s=poll_s, stop=stop or threading.Event())
 
 
@@ -118,6 +127,14 @@ def follow(watcher: Watcher, *, once: bool, poll_s: float | None, stop: threadin
         watcher.close()
 
 
+def _server(address: str, progress: Progress) -> LiveServer:
+    from bimvox.log.live_server import LiveServer
+
+    server = LiveServer(*address_of(address))
+    progress.note(f"viewers may look on at ws://{server.address}")
+    return server
+
+
 class Watcher:
     """Keeps the plan that stands, and revises it.
 
@@ -137,6 +154,7 @@ class Watcher:
         progress: Told of the stages of a change.
         files: What the obstruction file refers to.
         is_cold: Whether the first change would be slower than the others.
+        live: Shows the plan to viewers, where there are any.
     """
 
     def __init__(
@@ -151,6 +169,7 @@ class Watcher:
         clock: PlanClock | None = None,
     ) -> None:
         self._retraining: Retraining | None = None
+        self.live: LiveView | None = None
         self._execution = None if clock is None else Execution(clock)
         self._carried_out_ns = 0
         self._taken: str | None = None
@@ -192,6 +211,8 @@ class Watcher:
             self._revision = max(self._revision, log.revision)
             self._standing = standing_of(log.plan, log.motions)
             self._carried_out_ns = int(log.metadata.get(NOW_NS, 0))
+            if self._execution is not None:
+                self._execution.clock.stand_at(self._carried_out_ns)
             self._content = {name: log.attachments[name] for name in log.attachments if name not in self._loaded.files}
             if not before.behind:
                 self._keep(log.revision)
@@ -250,9 +271,12 @@ class Watcher:
         """Begin to carry the plan out, where it is; from where it was left."""
         if self._execution is not None:
             self._execution.clock.start(self._carried_out_ns)
+        self._show()
 
     def close(self) -> None:
         """End what goes on beside, and write the whole log if it is behind."""
+        if self.live is not None:
+            self.live.close()
         if self._retraining is not None:
             self._retraining.cancel()
         self._whole.close()
@@ -265,7 +289,10 @@ class Watcher:
 
     def _change(self, state: FileState) -> Iterator[dict[str, Any]]:
         if self._execution is not None:
-            for news in self._execution.news(self._standing):
+            passed = self._execution.news(self._standing)
+            if passed:
+                self._show()
+            for news in passed:
                 yield news | {"revision": self._revision, "log": str(self._target)}
             pending = self._standing is not None and self._standing.pending and self._standing.held is None
             if state.digest == self._taken and self._taken is not None and not pending and self._retry_at_s is None:
@@ -372,7 +399,7 @@ class Watcher:
         marks = [started_s, time.monotonic()]  # noticed, read
         verdict_s: list[float] = []
         clock = None if self._execution is None else self._execution.clock
-        now_ns = None if clock is None else clock.at_ns(started_s)
+        now_ns = None if clock is None else max(clock.at_ns(started_s), _after_all(before))
         parts = revise(
             self._standing,
             site,
@@ -435,6 +462,7 @@ class Watcher:
                 self._whole.offer(self._record(part.standing))
                 if self._retraining is not None and better is None:
                     self._retraining.begin(site, searched)
+            self._show()
             yield document
             event = "continued"
             if part.standing.held is not None:
@@ -452,6 +480,13 @@ class Watcher:
         write_log_file(target, record, inputs=[])
         self._revision, self._standing, self._content = revision, part.standing, content
         return target
+
+    def _show(self) -> None:
+        """Show viewers what stands."""
+        from bimvox.log.plan_log import PlanLog
+
+        if self.live is not None and self._standing is not None:
+            self.live.show(PlanLog(plan=self._standing.plan, motions=self._standing.chain, revision=self._revision))
 
     def _segment(
         self,
@@ -527,6 +562,11 @@ class Watcher:
         else:
             document |= outcome(plan, before, retimed or ())
         return document | {"log": str(self._target), "latency_ms": _ms_since(started_s)}
+
+
+def _after_all(plan: LiftPlan) -> int:
+    """The earliest time on the site's clock at which another change counts: after those that were before it."""
+    return plan.history[-1].until_ns + _APART_NS if plan.history else 0
 
 
 def _left_to_search(part: Part) -> set[int]:

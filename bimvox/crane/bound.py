@@ -33,7 +33,9 @@ def rest_to_rest_s(distance: float, limits: AxisLimits) -> float:
     return 4.0 * math.cbrt(way / (2.0 * j))
 
 
-def point_to_point_s(crane: TowerCrane, start: CranePose, end: CranePose, clearance_height_m: float) -> float:
+def point_to_point_s(
+    crane: TowerCrane, start: CranePose, end: CranePose, clearance_height_m: float, shaping_s: float = 0.0
+) -> float:
     """Return the synchronised point-to-point time: a lower bound for a motion that gets up to a clearance height.
 
     Definition: each axis on its own, from rest to rest; the hoist from the start up to the clearance height, where it
@@ -46,6 +48,7 @@ def point_to_point_s(crane: TowerCrane, start: CranePose, end: CranePose, cleara
         start: Where the hook starts, at rest.
         end: Where it ends, at rest.
         clearance_height_m: Height of the hook above the site's z = 0 that the motion has to get up to.
+        shaping_s: What slewing and trolleying take longer because they are shaped against swing: half a period.
     """
     turn = math.remainder(end.slew_rad - start.slew_rad, 2.0 * math.pi)
     low, high = sorted((start.height_m, end.height_m))
@@ -54,11 +57,8 @@ def point_to_point_s(crane: TowerCrane, start: CranePose, end: CranePose, cleara
     else:
         hoist_s = rest_to_rest_s(clearance_height_m - low, crane.hoist)
         hoist_s += rest_to_rest_s(clearance_height_m - high, crane.hoist)
-    return max(
-        rest_to_rest_s(turn, crane.slewing),
-        _radial_s(crane, start.radius_m, end.radius_m),
-        hoist_s,
-    )
+    across_s = max(rest_to_rest_s(turn, crane.slewing), _radial_s(crane, start.radius_m, end.radius_m))
+    return max(across_s + shaping_s if across_s > 0.0 else 0.0, hoist_s)
 
 
 def _radial_s(crane: TowerCrane, start_m: float, end_m: float) -> float:

@@ -38,7 +38,15 @@ class LogWriter:
 
     def __exit__(self, error: object, *_: object) -> None:
         if error is None:
-            self._file.finish()
+            self.finish()
+
+    def end_chunk(self) -> None:
+        """Write what has come so far: a reader of the file finds it, whatever happens next."""
+        self._file.end_chunk()
+
+    def finish(self) -> None:
+        """Write what is left, and the index."""
+        self._file.finish()
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write a metadata record, keys in ascending order."""

@@ -109,11 +109,11 @@ class McapFile:
         chunk += _MESSAGE.pack(Opcode.MESSAGE, _MESSAGE_FIELDS + len(data), channel, sequence, time_ns, time_ns)
         chunk += data
         if len(chunk) > self._chunk_bytes:
-            self._end_chunk()
+            self.end_chunk()
 
     def finish(self) -> None:
         """Write what is left, the summary and the footer."""
-        self._end_chunk()
+        self.end_chunk()
         self._write(_bytes_of(DataEnd(self._crc)))
         start = self._stream.tell()
         statistics = Statistics(
@@ -148,7 +148,8 @@ class McapFile:
         self._stream.write(_bytes_of(Footer(start, offset_start, crc)))
         self._stream.write(MAGIC)
 
-    def _end_chunk(self) -> None:
+    def end_chunk(self) -> None:
+        """Write what has come since the last chunk as one of its own; nothing where no message has."""
         if not self._times:
             return
         first_ns, last_ns = min(self._times), max(self._times)

@@ -13,6 +13,7 @@ from bimvox.log.messages import pairs, stamp
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.track import LoadTrack
 from bimvox.planning.lift import Status
+from bimvox.site.site import SwingRule
 
 LIFT_EVENT = "lift"
 PHASE_EVENT = "phase"
@@ -27,6 +28,8 @@ def log_messages(record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int) ->
     yield _line(start_ns, Log.INFO, f"{site.name}: {planned} of {len(lifts)} lifts planned")
     if record.context:
         yield _line(start_ns, Log.INFO, f"this is an extract: {len(plan.lifts)} of {len(lifts)} lifts")
+    if site.crane is not None and site.rules.swing is SwingRule.OFF:
+        yield _line(start_ns, Log.WARNING, "the swing of loads is not looked at ([rules] swing = off)")
     for lift in plan.lifts:
         if lift.status is Status.INFEASIBLE:
             component = site.components[lift.component]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -23,6 +24,7 @@ from bimvox.log import topics
 from bimvox.log.bundle import site_to_bytes
 from bimvox.log.channels import LogWriter
 from bimvox.log.crane_command import command_rows
+from bimvox.log.layout import layout_bytes
 from bimvox.log.merge import Timed, merged
 from bimvox.log.messages import pose, stamp
 from bimvox.log.motion_json import motions_to_json
@@ -35,6 +37,7 @@ from bimvox.log.track import LoadTrack, crane_track, nominal_track
 from bimvox.log.transforms import crane_transforms, load_transforms
 from bimvox.log.voxels import voxel_grid
 from bimvox.trajectory.commands import commands
+from bimvox.trajectory.motion import LiftMotion
 
 _BLOCK = 8
 """Lifts whose messages are held in memory at once."""
@@ -92,6 +95,19 @@ def tracks_of(record: PlanLog) -> tuple[LoadTrack, ...]:
     return tuple(tracks)
 
 
+def lift_rows(record: PlanLog, motion: LiftMotion) -> list[Rows]:
+    """Return the messages of what moves in one lift: frames, load, joints, commands.
+
+    Args:
+        record: The plan.
+        motion: One of its motions.
+    """
+    (lift,) = (lift for lift in record.planned if lift.order == motion.order)
+    own = replace(record, plan=replace(record.plan, lifts=(lift,)), motions=(motion,))
+    track = crane_track(record.plan.site, lift, motion)
+    return [*_transforms(own, [track]), *_load([track]), *_joints(own), *_commands(own)]
+
+
 def _check(record: PlanLog) -> None:
     if record.plan.site.crane is None and record.motions:
         raise InputError("motions for a site that has no crane")
@@ -147,6 +163,7 @@ def _own_attachments(record: PlanLog) -> Iterator[tuple[str, bytes]]:
         }
         yield topics.URDF_FILE, urdf(crane).encode()
         yield topics.CHART_FILE, json.dumps(chart, ensure_ascii=False, indent=1).encode()
+    yield topics.LAYOUT_FILE, layout_bytes(record.plan.site)
     yield topics.SITE_FILE, site_to_bytes(record.plan.site)
 
 

@@ -12,6 +12,7 @@ _ATTACHMENTS = {
     topics.MOTION_FILE: "spans and phases of the motions (with a crane)",
     topics.URDF_FILE: "the crane as a URDF robot (with a crane)",
     topics.CHART_FILE: "capacity over radius (with a crane)",
+    topics.LAYOUT_FILE: "panels for Foxglove-class viewers: save it, and import it there",
     "others": "the files that the plan was made from, by name",
 }
 

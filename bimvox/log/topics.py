@@ -35,12 +35,14 @@ PLAN_FILE = "plan.json"
 URDF_FILE = "crane.urdf"
 CHART_FILE = "load_chart.json"
 MOTION_FILE = "motions.json"
+LAYOUT_FILE = "foxglove.layout.json"
 MEDIA_TYPES = {
     SITE_FILE: "application/zip",
     PLAN_FILE: "application/json",
     MOTION_FILE: "application/json",
     URDF_FILE: "application/xml",
     CHART_FILE: "application/json",
+    LAYOUT_FILE: "application/json",
 }
 OTHER_MEDIA_TYPE = "application/octet-stream"
 OWN_ATTACHMENTS = frozenset(MEDIA_TYPES)

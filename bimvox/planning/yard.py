@@ -50,18 +50,20 @@ def allocate_yard(site: Site, order: tuple[int, ...], travel: Travel | None = No
         Per component (by index) its place; None where it does not fit even into the empty yard, turned or not.
     """
     empty = _open_yard(site)
+    given = [index for index in order if site.components[index].start_vox is not None]
     places: list[YardPlace | None] = [None] * len(site.components)
-    free, delivery, load_kg = _without_given(site, empty, order), 0, list[float]()
+    free, delivery, load_kg = _without_given(site, empty, given), 0, list[float]()
     ways = _Ways(site, travel) if travel is not None else None
     before: Component | None = None
-    for number, index in enumerate(order):
+    for index in order:
         component = site.components[index]
-        fresh = _without_given(site, empty, order[number:]) if load_kg else free
+        fresh = _without_given(site, empty, given) if load_kg else free
         if load_kg and 0.0 < site.rules.truckload_kg < sum(load_kg) + component.mass_kg:
             free, delivery, load_kg = fresh, delivery + 1, []
         if component.start_vox is not None:
             pose, turn = _given(component)
             places[index] = yard_place(component, delivery, pose, component.start_vox, turn=turn)
+            given.remove(index)
             load_kg.append(component.mass_kg)
             continue
         # Turning takes time and room: only what fits in no other way is turned.
@@ -140,10 +142,10 @@ def _open_yard(site: Site) -> NDArray[np.bool_]:
     return free
 
 
-def _without_given(site: Site, empty: NDArray[np.bool_], order: tuple[int, ...]) -> NDArray[np.bool_]:
+def _without_given(site: Site, empty: NDArray[np.bool_], given: list[int]) -> NDArray[np.bool_]:
     """The empty yard without the places that the site file gives to parts still to be lifted."""
     free = empty.copy()
-    for index in order:
+    for index in given:
         component = site.components[index]
         if component.start_vox is not None:
             _take(free, component.start_vox, _footprint(component, *_given(component)))

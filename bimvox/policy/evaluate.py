@@ -12,6 +12,9 @@ from bimvox.env.limits import StepLimit
 from bimvox.env.problem import LiftProblem
 from bimvox.planning.rollout import LIFTS_AT_ONCE, ROLLOUT_LIMIT, Values, roll_out_all, roll_out_starts
 
+TEST_LIMIT = StepLimit(8.0, 200)
+"""Of each try while a policy is tested: tighter than a plan's, for a test is mostly the time of lifts that fail."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluation:

@@ -11,7 +11,7 @@ from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.problem import LiftProblem, is_learnable
 from bimvox.errors import PlanningError
 from bimvox.policy.config import DqnConfig
-from bimvox.policy.evaluate import Evaluation, evaluate
+from bimvox.policy.evaluate import TEST_LIMIT, Evaluation, evaluate
 from bimvox.policy.network import QNetwork
 from bimvox.policy.trained import CurvePoint, TrainedPolicy
 
@@ -138,7 +138,9 @@ class Record:
         """Test a network and return whether it is good enough."""
         config = self._config
         if config.both_ways:
-            self.evaluation = evaluate(network, self._problems, starts=config.test_starts, both_ways=True)
+            self.evaluation = evaluate(
+                network, self._problems, starts=config.test_starts, limit=TEST_LIMIT, both_ways=True
+            )
         else:
             self.evaluation = evaluate(network, self._problems, starts=config.test_starts, limit=config.limit)
         point = CurvePoint(steps, self.evaluation.success_rate, self.evaluation.length_ratio)

@@ -24,7 +24,7 @@ from bimvox.site.obstruction_cells import Rasterise, obstruction_cells
 from bimvox.site.obstructions import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import component_of, entries_by_id, first_ids
-from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Rules, Site
+from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Rules, Site, SwingRule
 from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
 
 Parts = Sequence[tuple[Element, "NDArray[np.int32]"]]
@@ -182,6 +182,7 @@ def _with_fixed_digests(site: Site) -> Site:
             truckload_kg=0.0,
             wind_speed_m_s=0.0,
             critical_share=0.0,
+            swing=SwingRule.SHAPED,
         ),
     )
     fixed = digest_of(

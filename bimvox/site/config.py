@@ -15,7 +15,7 @@ from pydantic import AfterValidator, BaseModel, Field, PrivateAttr, model_valida
 
 from bimvox.errors import ConfigError
 from bimvox.site.component import StoredPose
-from bimvox.site.site import Rules
+from bimvox.site.site import Rules, SwingRule
 from bimvox.site.validation import STRICT, Flag, NotNegative, Number, Point2, Point2or3, Point3, Positive, Text, Whole
 
 _RULES = Rules()
@@ -364,6 +364,9 @@ class RulesConfig(BaseModel):
     """Time to take the slings off."""
     turn_s: NotNegative = _RULES.turn_s
     """Time to turn a hanging part by a quarter (tag lines, or a rotator)."""
+    swing: Literal["shaped", "off"] = _RULES.swing.value
+    """`shaped`: the crane's moves are shaped so that no load swings where it is set, and how far it swings on the way
+    is proven clear. `off`: swing is not looked at."""
     truckload_kg: NotNegative = _RULES.truckload_kg
     """The most that a delivery may weigh; a heavier part comes alone. Default: as much as the yard holds. Less means
     more deliveries and shorter ways: each takes the nearest places of the yard, as soon as they are empty."""
@@ -379,7 +382,7 @@ class RulesConfig(BaseModel):
 
     def rules(self) -> Rules:
         """Return them as the planner takes them."""
-        return Rules(**self.model_dump())
+        return Rules(**(self.model_dump() | {"swing": SwingRule(self.swing)}))
 
 
 class SequenceConfig(BaseModel):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from math import pi
 
 import numpy as np
@@ -16,6 +17,13 @@ from bimvox.site.component import Component
 
 GROUND_ID = "ground"
 CRANE_ID = "crane"
+
+
+class SwingRule(StrEnum):
+    """Whether the crane's moves are shaped so that loads hang at rest when they end."""
+
+    SHAPED = "shaped"
+    OFF = "off"
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +47,7 @@ class Rules:
         critical_share: Share of the capacity from which a lift is critical: 29 CFR 1926.751 (OSHA) counts a lift above
             75 percent so.
         transit_clearance_m: Distance kept from everything between departure and gate, up to whole cells.
+        swing: Whether the swing of loads is shaped, proven and kept small at the set point, or not looked at.
         truckload_kg: The most that a delivery may weigh, but for a part that is heavier by itself; 0 for what the yard
             holds.
     """
@@ -53,6 +62,7 @@ class Rules:
     turn_s: float = 30.0
     transit_clearance_m: float = 0.0
     rope_clearance_m: float = 0.0
+    swing: SwingRule = SwingRule.SHAPED
     truckload_kg: float = 0.0
     wind_speed_m_s: float = 0.0
     drag_coefficient: float = 2.0

@@ -228,6 +228,7 @@ def _rules(config: SiteConfig) -> str:
         _maybe("bracing_s", rules.bracing_s, "to align, fix and brace a part on the hook"),
         _maybe("release_s", rules.release_s, "to take the slings off"),
         _maybe("turn_s", rules.turn_s, "to turn a hanging part by a quarter"),
+        f'swing = {_text(rules.swing)}  # "off": the swing of loads is not looked at',
         _maybe("truckload_kg", rules.truckload_kg, "the most that a delivery weighs; 0: what the yard holds"),
         _maybe("wind_speed_m_s", rules.wind_speed_m_s, "gust in which every lift must be possible; 0: no wind"),
         _maybe("drag_coefficient", rules.drag_coefficient, "of the parts in that wind: 1.1 a cube, 2.0 a long plate"),

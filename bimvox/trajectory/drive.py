@@ -14,7 +14,9 @@ from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.trajectory.load_frame import LoadFrame
 from bimvox.trajectory.move import Move
 from bimvox.trajectory.shortcut import Route, along_the_path, check_path, follow, joined, over_the_top
-from bimvox.trajectory.timeline import Timeline, blended, in_sequence
+from bimvox.trajectory.steady import Swaying, steadied, swing_fault_s
+from bimvox.trajectory.swing import Pendulum
+from bimvox.trajectory.timeline import Timeline, blended
 
 # The other way is not looked for where going over the top takes no longer than this share of the slowest axis's time.
 _GOOD_ENOUGH = 1.05
@@ -30,6 +32,7 @@ def drive_path(
     path_vox: NDArray[np.int32],
     contact_moves: int,
     slew_rad: float,
+    pendulum: Pendulum | None = None,
 ) -> tuple[Timeline, float]:
     """Return the quickest motion found that carries a load from the start to the end of a voxel path.
 
@@ -43,6 +46,7 @@ def drive_path(
         path_vox: (N, 3) int32 reference cells, N >= 2, one unit move between neighbours.
         contact_moves: How many of the last placements were cleared by the narrow phase.
         slew_rad: Slewing angle before, with the turns that it has; the motion starts at the turn nearest to it.
+        pendulum: What hangs on the hook, for the swing of the load; None where it is not looked at.
 
     Returns:
         The motion, and the height of the hook that it has to get up to.
@@ -62,7 +66,7 @@ def drive_path(
     over = over_the_top(crane, way, load, head[0], head[-1], slew_rad)
     best = None
     if over is not None:
-        best = _finished(crane, way, clearance, load, over.moves, tail, slew_rad)
+        best = _finished(crane, way, clearance, load, over.moves, tail, slew_rad, pendulum)
         if best.duration_s <= _GOOD_ENOUGH * _slowest_axis_s(best):
             return best, over.clearance_height_m
     along = along_the_path(crane, way, load, head, slew_rad)
@@ -72,7 +76,7 @@ def drive_path(
         # instead of all the way up and down again it goes straight to the place.
         begins = round((moves[-1].start.height_m - load.zero_height_m) / load.voxel_size_m)
         moves, tail = moves[:-1], _straight(path_vox[-1], begins)
-    other = _finished(crane, way, clearance, load, moves, tail, slew_rad)
+    other = _finished(crane, way, clearance, load, moves, tail, slew_rad, pendulum)
     needed_m = min(route.clearance_height_m for route in (over, along) if route is not None)
     return (other if best is None or other.duration_s < best.duration_s else best), needed_m
 
@@ -126,6 +130,7 @@ def drive_free(
     start_vox: NDArray[np.int32],
     end_vox: NDArray[np.int32],
     slew_rad: float,
+    pendulum: Pendulum | None = None,
 ) -> tuple[Timeline, float]:
     """Return a motion between two placements for which there is no path yet (the empty hook).
 
@@ -138,6 +143,7 @@ def drive_free(
         start_vox: (3,) reference cell to start from.
         end_vox: (3,) reference cell to end at, another one.
         slew_rad: Slewing angle before, with the turns that it has.
+        pendulum: The empty hook, for its swing; None where it is not looked at.
 
     Returns:
         The motion, and the height of the hook that it has to get up to.
@@ -156,7 +162,8 @@ def drive_free(
             )
         check_path(crane, clearance, load, found)
         route = along_the_path(crane, clearance, load, found, slew_rad)
-    return blended(in_sequence(crane, joined(route.moves)), clearance, load), route.clearance_height_m
+    timeline = _steady(crane, clearance, clearance, load, joined(route.moves), 0, -np.inf, pendulum)
+    return timeline, route.clearance_height_m
 
 
 def _finished(
@@ -167,11 +174,34 @@ def _finished(
     moves: Sequence[Move],
     tail_vox: NDArray[np.int32],
     slew_rad: float,
+    pendulum: Pendulum | None,
 ) -> Timeline:
     """Put the exact last moves after a route's, and lay all of them over time."""
     last_slew = moves[-1].end.slew_rad if moves else slew_rad
-    timeline = in_sequence(crane, joined([*moves, *follow(load, tail_vox, last_slew)]))
-    return blended(timeline, way, load, load.zero_height_m + int(tail_vox[0, 2]) * load.voxel_size_m, last)
+    tail = follow(load, tail_vox, last_slew)
+    begins_m = load.zero_height_m + int(tail_vox[0, 2]) * load.voxel_size_m
+    return _steady(crane, way, last, load, joined([*moves, *tail]), len(tail), begins_m, pendulum)
+
+
+def _steady(
+    crane: TowerCrane,
+    way: Clearance,
+    last: Clearance,
+    load: LoadFrame,
+    moves: Sequence[Move],
+    tail_moves: int,
+    straight_below_m: float,
+    pendulum: Pendulum | None,
+) -> Timeline:
+    """Lay moves over time, corners rounded, the load at rest in the last moves."""
+
+    def blend(timeline: Timeline) -> Timeline:
+        return blended(timeline, way, load, straight_below_m, last, pendulum)
+
+    def fault_s(timeline: Timeline, sway: Swaying) -> float | None:
+        return swing_fault_s(timeline, sway, load, way, last, tail_moves, straight_below_m)
+
+    return steadied(crane, moves, pendulum, blend, fault_s, load.voxel_size_m / 2.0)
 
 
 def _slowest_axis_s(timeline: Timeline) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import utilisation
 from bimvox.planning.lift import LiftPlan, Method, Status
-from bimvox.site.site import Site
+from bimvox.site.site import Site, SwingRule
 from bimvox.trajectory.motion import LiftMotion
 
 
@@ -29,6 +29,7 @@ class PlanFigures:
         hook_travel_m: Length of the hook's way, empty and loaded, along the samples of the motions.
         critical: Lifts that use ``critical_share`` of the crane's capacity or more.
         critical_share: 0..1.
+        swing: Whether the crane's moves are shaped against the swing of loads; None without a crane.
     """
 
     lifts: int
@@ -41,6 +42,7 @@ class PlanFigures:
     hook_travel_m: float | None
     critical: int | None
     critical_share: float
+    swing: SwingRule | None = None
 
     @property
     def length_ratio(self) -> float | None:
@@ -73,6 +75,7 @@ def plan_figures(plan: LiftPlan, motions: Sequence[LiftMotion], *, critical_shar
         hook_travel_m=sum(hook_travel_m(plan.site, motion) for motion in motions) if motions else None,
         critical=sum(capacity_used(plan.site, motion) >= share for motion in motions) if motions else None,
         critical_share=share,
+        swing=plan.site.rules.swing if plan.site.crane is not None else None,
     )
 
 

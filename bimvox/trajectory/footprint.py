@@ -32,6 +32,7 @@ from bimvox.trajectory.verify_axes import axes_of_samples
 from bimvox.trajectory.verify_hook import jib_cell, reaches_jib, tallest_met
 from bimvox.trajectory.verify_jib import swept_by_jib
 from bimvox.trajectory.verify_space import placements_around, reference_cells, way_of
+from bimvox.trajectory.verify_swing import swung_placements
 
 _WORD = 64
 _SLINGS_END = (0, 0, 0)
@@ -206,6 +207,9 @@ def _add_motion(
         if trajectory is None:
             continue
         placements = _placements(site, crane_for(site, crane, component), trajectory, component.hook_offset_vox)
+        if whole is motion.loaded:
+            swung = swung_placements(site, crane, motion, whole, component, rest_ns)
+            placements = np.concatenate([placements, swung])
         if with_load:
             mask.add_placements(placements, grown_cells(component.shape.cells, margin_vox(site)))
         if site.rules.rope:
@@ -213,6 +217,8 @@ def _add_motion(
     approach = None if motion.approach is None else _rest_of(motion.approach, rest_ns)
     if approach is not None and site.rules.rope:
         mask.add_columns_above(_placements(site, crane, approach, _SLINGS_END))
+        assert motion.approach is not None
+        mask.add_columns_above(swung_placements(site, crane, motion, motion.approach, None, rest_ns))
 
 
 def _rest_of(trajectory: Trajectory, rest_ns: int) -> Trajectory | None:

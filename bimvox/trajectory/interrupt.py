@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bimvox.errors import InputError
 from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName
 from bimvox.trajectory.stop import Stop
+from bimvox.trajectory.swing import Pendulum
 from bimvox.trajectory.time_plan import carrying_phases
 from bimvox.trajectory.timeline import Timeline
 from bimvox.trajectory.timing import NS_PER_S, frozen, sampled
@@ -25,6 +26,7 @@ def interrupted(
     onward: Timeline,
     clearance_height_m: float,
     *,
+    pendulum: Pendulum | None = None,
     sample_period_s: float,
     voxel_size_m: float,
 ) -> LiftMotion:
@@ -39,6 +41,7 @@ def interrupted(
         resume_ns: When the crane goes on, on the site's clock, not before it is at rest.
         onward: From there to the place (``go_on``).
         clearance_height_m: Height of the hook that the way on needs, for its bound.
+        pendulum: What hangs on the hook, where its moves are shaped.
         sample_period_s: Largest time between samples.
         voxel_size_m: Edge of a cell.
 
@@ -51,7 +54,7 @@ def interrupted(
         raise InputError(f"lift {motion.order} carries nothing at {stop.start_ns / NS_PER_S:g} s")
     if resume_ns < stop.end_ns:
         raise InputError(f"lift {motion.order} is not at rest before {stop.end_ns / NS_PER_S:g} s")
-    later = sampled(onward, clearance_height_m, sample_period_s, voxel_size_m)
+    later = sampled(onward, clearance_height_m, sample_period_s, voxel_size_m, pendulum)
     whole = spliced(loaded, stop, later, told_ns, resume_ns - motion.start_ns)
     phases = [
         replace(phase, end_ns=min(phase.end_ns, stop.start_ns))

@@ -63,6 +63,11 @@ class Move:
         return (slew or flat, radius or flat, height)
 
     @property
+    def swings(self) -> bool:
+        """Whether it moves what hangs on the hook sideways; a part that is tipped up stands on its foot."""
+        return not self.is_vertical and self.line is not Line.ARC
+
+    @property
     def is_vertical(self) -> bool:
         """Whether only the hoist moves."""
         return self.moving == (False, False, True)

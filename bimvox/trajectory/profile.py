@@ -18,10 +18,12 @@ from numpy.typing import NDArray
 from ruckig import InputParameter, Ruckig, RuckigError
 from ruckig import Trajectory as RuckigTrajectory
 
+from bimvox.compiled import kernel
 from bimvox.crane.bound import rest_to_rest_s
 from bimvox.crane.tower_crane import AxisLimits
 from bimvox.errors import PlanningError
 
+ONE = np.ones(1)
 # A limit this far beyond what the motion takes is none.
 _BEYOND = 1e9
 
@@ -42,11 +44,18 @@ class Profile:
 
     def share_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the share driven at each time: 0 before the start, 1 after the end."""
-        piece = np.clip(np.searchsorted(self.start_s, time_s, side="right") - 1, 0, None)
-        t = np.maximum(time_s - self.start_s[piece], 0.0)
-        p, v, a, j = self.state[piece].T
-        share = np.clip(p + t * (v + t * (a / 2.0 + t * j / 6.0)), 0.0, 1.0)
-        return np.where(time_s >= self.duration_s, 1.0, share)
+        share: NDArray[np.float64] = _share_at(self.start_s, self.state, self.duration_s, time_s)
+        return share
+
+    def add_line(
+        self,
+        axes: NDArray[np.float64],
+        time_s: NDArray[np.float64],
+        first: NDArray[np.float64],
+        last: NDArray[np.float64],
+    ) -> None:
+        """Add to axes ((N, 3), in place) how far they are from ``first`` at each time on the line to ``last``."""
+        add_along_line(axes, time_s, self.start_s, self.state, self.duration_s, ONE, 0.0, self.duration_s, first, last)
 
     @property
     def top_rate(self) -> float:
@@ -56,6 +65,53 @@ class Profile:
         peaks = jerk < 0.0
         inside = rate[peaks] - acceleration[peaks] ** 2 / (2.0 * jerk[peaks])
         return float(max(rate.max(), inside.max(initial=0.0)))
+
+
+@kernel
+def _share_at(
+    start_s: NDArray[np.float64], state: NDArray[np.float64], duration_s: float, time_s: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    share = np.empty(time_s.shape[0])
+    for i in range(time_s.shape[0]):
+        share[i] = _share(start_s, state, duration_s, time_s[i])
+    return share
+
+
+@kernel
+def _share(start_s: NDArray[np.float64], state: NDArray[np.float64], duration_s: float, at_s: float) -> float:
+    if at_s >= duration_s:
+        return 1.0
+    piece = start_s.shape[0] - 1
+    while piece > 0 and start_s[piece] > at_s:
+        piece -= 1
+    t = max(at_s - start_s[piece], 0.0)
+    p, v, a, j = state[piece, 0], state[piece, 1], state[piece, 2], state[piece, 3]
+    share: float = min(max(p + t * (v + t * (a / 2.0 + t * j / 6.0)), 0.0), 1.0)
+    return share
+
+
+@kernel
+def add_along_line(
+    axes: NDArray[np.float64],
+    time_s: NDArray[np.float64],
+    start_s: NDArray[np.float64],
+    state: NDArray[np.float64],
+    duration_s: float,
+    parts: NDArray[np.float64],
+    apart_s: float,
+    end_s: float,
+    first: NDArray[np.float64],
+    last: NDArray[np.float64],
+) -> None:
+    """Add to axes ((N, 3), in place) the way along a line of a profile that is given in parts, some time apart."""
+    for i in range(time_s.shape[0]):
+        share = 0.0
+        for n in range(parts.shape[0]):
+            share += parts[n] * _share(start_s, state, duration_s, time_s[i] - n * apart_s)
+        if time_s[i] >= end_s:
+            share = 1.0
+        for k in range(3):
+            axes[i, k] += first[k] + share * (last[k] - first[k]) - first[k]
 
 
 def profile_of(limits: AxisLimits) -> Profile:

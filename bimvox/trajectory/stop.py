@@ -25,6 +25,7 @@ from bimvox.trajectory.motion import LiftMotion, PhaseName
 from bimvox.trajectory.move import Move, axes_of
 from bimvox.trajectory.shortcut import move_is_free
 from bimvox.trajectory.swept import samples_are_free
+from bimvox.trajectory.swing import Pendulum
 from bimvox.trajectory.timeline import Timeline, in_sequence
 from bimvox.trajectory.timing import NS_PER_S, frozen, sample_times
 from bimvox.trajectory.trajectory import Trajectory
@@ -230,6 +231,7 @@ def go_on(
     pose: CranePose,
     path_vox: NDArray[np.int32],
     contact_moves: int,
+    pendulum: Pendulum | None = None,
 ) -> tuple[Timeline, float]:
     """Return the motion of a load from rest at any pose to the end of a voxel path that begins beside it.
 
@@ -240,6 +242,7 @@ def go_on(
         pose: Where the crane stands.
         path_vox: (N, 3) int32 reference cells, N >= 2, the first one of :func:`go_on_cells`.
         contact_moves: How many of the last placements were cleared by the narrow phase.
+        pendulum: What hangs on the hook (``pendulum_of``); None where its swing is not looked at.
 
     Returns:
         The motion, and the height of the hook that it has to get up to.
@@ -253,10 +256,10 @@ def go_on(
             f"cell {path_vox[0].tolist()} cannot be reached from where the crane stands",
             hint="begin the path at one of the free cells around the load",
         )
-    onward, needed_m = drive_path(crane, clearance, load, path_vox, contact_moves, first.end.slew_rad)
+    onward, needed_m = drive_path(crane, clearance, load, path_vox, contact_moves, first.end.slew_rad, pendulum)
     if not any(first.moving):
         return onward, needed_m
-    begin = in_sequence(crane, [first])
+    begin = in_sequence(crane, [first], pendulum)
     later = tuple(start + begin.duration_s for start in onward.start_s)
     whole = replace(
         onward,

@@ -138,3 +138,49 @@ def samples_are_free(clearance: Clearance, load: LoadFrame, axes: NDArray[np.flo
         ):
             return False
     return True
+
+
+@kernel
+def swaying_is_free(
+    clearance: Clearance,
+    load: LoadFrame,
+    axes: NDArray[np.float64],
+    sway_vox: NDArray[np.float64],
+    looked_at: NDArray[np.bool_],
+    both_sides: bool,
+) -> int:
+    """Return the first sample at which a swinging load may meet something; -1 where it never does.
+
+    At a sample the load is somewhere in the box between where it would hang at rest and as far out as it swings, to
+    that side or to either; from one sample to the next in the box around both.
+
+    Args:
+        clearance: The collision rule.
+        load: How hook poses and reference cells correspond.
+        axes: (N, 3) slew, radius, height; close together.
+        sway_vox: (N, 2) how far it swings on the plan, cells.
+        looked_at: (N,) which samples are looked at.
+        both_sides: Whether it may be on the other side as well.
+    """
+    size = load.voxel_size_m
+    for i in range(axes.shape[0]):
+        if not looked_at[i]:
+            continue
+        x0, y0, z0 = np.inf, np.inf, np.inf
+        x1, y1, z1 = -np.inf, -np.inf, -np.inf
+        for j in range(max(0, i - 1), i + 1):
+            if not looked_at[j]:
+                continue
+            x = load.axis_x + axes[j, 1] / size * np.cos(axes[j, 0])
+            y = load.axis_y + axes[j, 1] / size * np.sin(axes[j, 0])
+            z = (axes[j, 2] - load.zero_height_m) / size
+            dx, dy = sway_vox[j, 0], sway_vox[j, 1]
+            x0, x1 = min(x0, x, x + dx), max(x1, x, x + dx)
+            y0, y1 = min(y0, y, y + dy), max(y1, y, y + dy)
+            z0, z1 = min(z0, z), max(z1, z)
+            if both_sides:
+                x0, x1 = min(x0, x - dx), max(x1, x - dx)
+                y0, y1 = min(y0, y - dy), max(y1, y - dy)
+        if not box_is_free(clearance, x0, y0, z0, x1, y1, z1):
+            return i
+    return -1

@@ -21,6 +21,7 @@ from bimvox.trajectory.empty_hook import HOOK_OFFSET, empty_hook_clearance
 from bimvox.trajectory.load_frame import LoadFrame, axes_of_cells, load_frame
 from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName, quarters_of
 from bimvox.trajectory.move import Line, Move
+from bimvox.trajectory.swing import pendulum_of
 from bimvox.trajectory.timeline import Timeline, in_sequence
 from bimvox.trajectory.timing import NS_PER_S, sampled
 from bimvox.trajectory.trajectory import Trajectory
@@ -110,14 +111,15 @@ def _motion(
     crane = crane_for(site, crane, None)
     hook = load_frame(crane, site.frame, HOOK_OFFSET)
     period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
+    empty, hanging = pendulum_of(site, None), pendulum_of(site, component)
     spans: list[tuple[PhaseName, int]] = []
     approach: Trajectory | None = None
     hook_on_vox = _hook_on_cell(component, place, clearance)
     if before is not None:
         left_vox = left_cells(site, before)
         rule = empty_hook_clearance(site, clearance, place, left_vox)
-        timeline, needed_m = drive_free(crane, rule, hook, left_vox[-1], hook_on_vox, slew_rad)
-        approach = sampled(timeline, needed_m, period_s, size_m)
+        timeline, needed_m = drive_free(crane, rule, hook, left_vox[-1], hook_on_vox, slew_rad, empty)
+        approach = sampled(timeline, needed_m, period_s, size_m, empty)
         slew_rad = float(approach.slew_rad[-1])
         spans.append((PhaseName.APPROACH, int(approach.time_ns[-1])))
     spans.append((PhaseName.HOOK_ON, round(HOOK_ON_S * NS_PER_S)))
@@ -127,9 +129,9 @@ def _motion(
     spans.append((PhaseName.RAISE, _length_ns(raising) + round(TRIAL_LIFT_S * NS_PER_S)))
     spans.append((PhaseName.TURN, round(quarters_of(place.turn) * site.rules.turn_s * NS_PER_S)))
     timeline, needed_m = drive_path(
-        loaded_crane, clearance, load, lift.path_vox, lift.contact_moves, float(raising.slew_rad[-1])
+        loaded_crane, clearance, load, lift.path_vox, lift.contact_moves, float(raising.slew_rad[-1]), hanging
     )
-    loaded = _later(sampled(timeline, needed_m, period_s, size_m), _total(spans))
+    loaded = _later(sampled(timeline, needed_m, period_s, size_m, hanging), _total(spans))
     spans += carrying_phases(timeline, _length_ns(loaded))
     spans.append((PhaseName.SET, round(site.rules.bracing_s * NS_PER_S)))
     spans.append((PhaseName.RELEASE, round(site.rules.release_s * NS_PER_S)))

@@ -13,13 +13,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.pendulum import half_period_s, pendulum_length_m
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.site.clearance import Clearance
 from bimvox.trajectory.load_frame import LoadFrame
 from bimvox.trajectory.move import Line, Move, axes_along, axes_of, share_limits, slowed
 from bimvox.trajectory.profile import Profile, profile_of
+from bimvox.trajectory.shaping import Calm, ShapedProfile
 from bimvox.trajectory.slow import slow_shares
-from bimvox.trajectory.swept import samples_are_free
+from bimvox.trajectory.swept import samples_are_free, swaying_is_free
+from bimvox.trajectory.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, swing_of
 
 _CHECK_SPACING_VOX = 0.125
 _HALVINGS = 6
@@ -38,7 +41,7 @@ class Timeline:
 
     crane: TowerCrane
     moves: tuple[Move, ...]
-    profiles: tuple[Profile, ...]
+    profiles: tuple[Profile | ShapedProfile, ...]
     start_s: tuple[float, ...]
 
     @property
@@ -78,20 +81,63 @@ class Timeline:
         """Return (N, 3) float64 slew, radius and height at times."""
         axes = np.repeat(axes_of(self.moves[0].start)[None], len(time_s), axis=0)
         for move, profile, start in zip(self.moves, self.profiles, self.start_s, strict=True):
+            if move.line is Line.JOINT:
+                first, last = axes_of(move.start), axes_of(move.end)
+                profile.add_line(axes, time_s - start, first, last)
+                continue
             axes += axes_along(self.crane, move, profile.share_at(time_s - start)) - axes_of(move.start)
         return axes
 
 
-def in_sequence(crane: TowerCrane, moves: Sequence[Move]) -> Timeline:
-    """Return the timeline on which every move waits for the end of the one before it."""
-    slow = slow_shares(crane, moves)
+def in_sequence(
+    crane: TowerCrane,
+    moves: Sequence[Move],
+    pendulum: Pendulum | None = None,
+    calms: Sequence[Calm] | None = None,
+) -> Timeline:
+    """Return the timeline on which every move waits for the end of the one before it.
+
+    Args:
+        crane: The crane.
+        moves: In order; each starts where the one before ends.
+        pendulum: What hangs on the hook; None where moves are not shaped.
+        calms: How each move is shaped; plainly where not given.
+    """
+    given = calms if calms is not None else (Calm(),) * len(moves)
     profiles = tuple(
-        profile_of(slowed(share_limits(crane, move), share)) for move, share in zip(moves, slow, strict=True)
+        _profile(crane, move, share, pendulum if move.swings else None, calm)
+        for move, share, calm in zip(moves, slow_shares(crane, moves), given, strict=True)
     )
     starts = [0.0]
     for profile in profiles[:-1]:
         starts.append(starts[-1] + profile.duration_s)
     return Timeline(crane, tuple(moves), profiles, tuple(starts))
+
+
+def _profile(
+    crane: TowerCrane, move: Move, slow: float, pendulum: Pendulum | None, calm: Calm
+) -> Profile | ShapedProfile:
+    limits = slowed(share_limits(crane, move), slow)
+    if pendulum is None:
+        return profile_of(limits)
+    pace = calm.pace
+    slower = AxisLimits(limits.rate * pace, limits.acceleration * pace**2, limits.jerk * pace**3)
+    height_m = 0.5 * (move.start.height_m + move.end.height_m)
+    radius_m = 0.5 * (move.start.radius_m + move.end.radius_m)
+    length_m = pendulum_length_m(crane, height_m, pendulum.below_hook_m, radius_m)
+    return ShapedProfile(profile_of(slower), calm.parts, calm.stretch * half_period_s(length_m))
+
+
+def overlapping_as(timeline: Timeline, other: Timeline) -> Timeline:
+    """Return a timeline in sequence with the overlaps of another one of the same moves, as far as they can be."""
+    for later in range(1, len(timeline.moves)):
+        wanted = other.end_s[later - 1] - other.start_s[later]
+        ends = timeline.end_s
+        earliest = max(timeline.start_s[later - 1], ends[later - 2] if later > 1 else 0.0)
+        longest = min(timeline.start_s[later] - earliest, timeline.profiles[later].duration_s)
+        if wanted > 0.0:
+            timeline = _advanced(timeline, later, min(wanted, longest))
+    return timeline
 
 
 def blended(
@@ -100,6 +146,7 @@ def blended(
     load: LoadFrame,
     straight_below_m: float = -np.inf,
     last: Clearance | None = None,
+    pendulum: Pendulum | None = None,
 ) -> Timeline:
     """Return the timeline with every corner rounded as far as it stays free.
 
@@ -111,6 +158,7 @@ def blended(
         load: How hook poses and reference cells correspond.
         straight_below_m: Height of the hook below which it is lowered only when the axes before are at rest.
         last: The rule for the corner before the last move, where it is another one.
+        pendulum: What hangs on the hook; None where its swing is not looked at.
     """
     for later in range(1, len(timeline.moves)):
         first, second = timeline.moves[later - 1], timeline.moves[later]
@@ -122,18 +170,26 @@ def blended(
         earliest = max(timeline.start_s[later - 1], ends[later - 2] if later > 1 else 0.0)
         longest = min(timeline.start_s[later] - earliest, timeline.profiles[later].duration_s)
         rule = clearance if last is None or later + 1 < len(timeline.moves) else last
-        timeline = _advanced(timeline, later, _overlap_s(timeline, later, longest, rule, load, straight_below_m))
+        timeline = _advanced(
+            timeline, later, _overlap_s(timeline, later, longest, rule, load, straight_below_m, pendulum)
+        )
     return timeline
 
 
 def _overlap_s(
-    timeline: Timeline, later: int, longest_s: float, clearance: Clearance, load: LoadFrame, straight_below_m: float
+    timeline: Timeline,
+    later: int,
+    longest_s: float,
+    clearance: Clearance,
+    load: LoadFrame,
+    straight_below_m: float,
+    pendulum: Pendulum | None,
 ) -> float:
     """Return the largest overlap found free: the longest possible, else by halving the interval."""
 
     def fits(overlap_s: float) -> bool:
         tried = _advanced(timeline, later, overlap_s)
-        return _stops_above(tried, later, straight_below_m) and _is_free(tried, later, clearance, load)
+        return _stops_above(tried, later, straight_below_m) and _is_free(tried, later, clearance, load, pendulum)
 
     if longest_s <= 0.0:
         return 0.0
@@ -160,7 +216,7 @@ def _stops_above(timeline: Timeline, later: int, height_m: float) -> bool:
     return reached_m >= min(height_m, move.start.height_m)
 
 
-def _is_free(timeline: Timeline, later: int, clearance: Clearance, load: LoadFrame) -> bool:
+def _is_free(timeline: Timeline, later: int, clearance: Clearance, load: LoadFrame, pendulum: Pendulum | None) -> bool:
     """Return whether the motion is free from the start of the move before ``later`` to the end of ``later``."""
     start, end = timeline.start_s[later - 1], max(timeline.end_s[later - 1 : later + 1])
     pair = Timeline(
@@ -170,8 +226,15 @@ def _is_free(timeline: Timeline, later: int, clearance: Clearance, load: LoadFra
         timeline.start_s[later - 1 : later + 1],
     )
     spacing_m = _CHECK_SPACING_VOX * load.voxel_size_m
-    steps = int(np.ceil((end - start) * pair.top_speed_m_s / spacing_m)) + 1
-    return bool(samples_are_free(clearance, load, pair.axes_at(np.linspace(start, end, steps + 1))))
+    steps = int(np.ceil(max((end - start) * pair.top_speed_m_s / spacing_m, (end - start) / STEP_S))) + 1
+    axes = pair.axes_at(np.linspace(start, end, steps + 1))
+    if not samples_are_free(clearance, load, axes):
+        return False
+    if pendulum is None:
+        return True
+    sway_m = swing_of(timeline.crane, axes, (end - start) / steps, pendulum).beyond_m(PLANNED_RESIDUAL_M)
+    swings = np.abs(sway_m).max(axis=1) > 0.0
+    return bool(swaying_is_free(clearance, load, axes, sway_m / load.voxel_size_m, swings, True) < 0)
 
 
 def _advanced(timeline: Timeline, later: int, overlap_s: float) -> Timeline:

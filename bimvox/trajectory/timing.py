@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.kinematics import hook_of
+from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.trajectory.swing import Pendulum
 from bimvox.trajectory.timeline import Timeline
 from bimvox.trajectory.trajectory import Trajectory
 
@@ -39,7 +41,13 @@ class Motion(Protocol):
         """Return (N, 3) float64 slew, radius and height at times."""
 
 
-def sampled(timeline: Timeline, clearance_height_m: float, sample_period_s: float, voxel_size_m: float) -> Trajectory:
+def sampled(
+    timeline: Timeline,
+    clearance_height_m: float,
+    sample_period_s: float,
+    voxel_size_m: float,
+    pendulum: Pendulum | None = None,
+) -> Trajectory:
     """Return a trajectory's samples.
 
     There is a sample at the start, at the end, at every corner at which the axes rest, at every multiple of the period,
@@ -50,6 +58,7 @@ def sampled(timeline: Timeline, clearance_height_m: float, sample_period_s: floa
         clearance_height_m: Height of the hook that the lift needs, for its bound.
         sample_period_s: Largest time between samples.
         voxel_size_m: Edge of a cell.
+        pendulum: What hangs on the hook where its moves are shaped, for the bound.
     """
     crane = timeline.crane
     end_ns = int(np.ceil(timeline.duration_s * NS_PER_S))
@@ -57,6 +66,11 @@ def sampled(timeline: Timeline, clearance_height_m: float, sample_period_s: floa
     time_ns = sample_times(timeline, end_ns, rests_ns, sample_period_s, voxel_size_m)
     axes = timeline.axes_at(time_ns / NS_PER_S)
     corner = np.searchsorted(time_ns, rests_ns)
+    shaping_s = 0.0
+    if pendulum is not None:
+        highest = int(np.argmax(axes[:, 2]))
+        radius_m, height_m = float(axes[highest, 1]), float(axes[highest, 2])
+        shaping_s = half_period_s(pendulum_length_m(crane, height_m, pendulum.below_hook_m, radius_m))
     first, last = (CranePose(*(float(value) for value in axes[i])) for i in (0, -1))
     return Trajectory(
         time_ns=frozen(time_ns),
@@ -64,7 +78,7 @@ def sampled(timeline: Timeline, clearance_height_m: float, sample_period_s: floa
         radius_m=frozen(axes[:, 1].copy()),
         height_m=frozen(axes[:, 2].copy()),
         corner=frozen(corner.astype(np.int64)),
-        bound_s=point_to_point_s(crane, first, last, clearance_height_m),
+        bound_s=point_to_point_s(crane, first, last, clearance_height_m, shaping_s),
     )
 
 

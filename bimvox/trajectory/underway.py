@@ -26,6 +26,7 @@ from bimvox.trajectory.interrupt import interrupted, spliced
 from bimvox.trajectory.load_frame import cells_of_axes, load_frame
 from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName
 from bimvox.trajectory.stop import Stop, go_on, go_on_cells
+from bimvox.trajectory.swing import pendulum_of
 from bimvox.trajectory.time_plan import carrying_phases, left_cells
 from bimvox.trajectory.timing import NS_PER_S, sampled
 from bimvox.trajectory.trajectory import Trajectory
@@ -176,14 +177,22 @@ def release(
         return held
     loaded = crane_for(site, crane, rule.component)
     load = load_frame(loaded, site.frame, rule.component.hook_offset_vox)
+    hanging = pendulum_of(site, rule.component)
     moves, resume_ns = rule.insertion.moves, max(held.stop.end_ns, time_ns) + round(hold_s * NS_PER_S)
     try:
-        onward, needed_m = go_on(loaded, rule.clearance_with_insertion, load, held.stop.pose, path_vox, moves)
+        onward, needed_m = go_on(loaded, rule.clearance_with_insertion, load, held.stop.pose, path_vox, moves, hanging)
     except PlanningError as error:
         return replace(held, reason=error.message)
     period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
     motion = interrupted(
-        held.motion, held.stop, resume_ns, onward, needed_m, sample_period_s=period_s, voxel_size_m=size_m
+        held.motion,
+        held.stop,
+        resume_ns,
+        onward,
+        needed_m,
+        pendulum=hanging,
+        sample_period_s=period_s,
+        voxel_size_m=size_m,
     )
     return Redirected(_on_path(held, path_vox, moves, time_ns), motion, held.stop, held.how)
 
@@ -209,7 +218,7 @@ def _approached(
     if approach is None or before is None or time_ns >= motion.start_ns + int(approach.time_ns[-1]):
         return motion
     crane = crane_for(site, crane, None)
-    hook = load_frame(crane, site.frame, HOOK_OFFSET)
+    hook, empty = load_frame(crane, site.frame, HOOK_OFFSET), pendulum_of(site, None)
     free = empty_hook_clearance(site, rule.clearance, rule.place, left_cells(site, before))
     if way_is_free(motion, approach, time_ns, motion.end_ns, free, hook):
         return motion
@@ -224,10 +233,10 @@ def _approached(
         if path_vox is None or len(path_vox) < 2:
             continue
         try:
-            onward, needed_m = go_on(crane, free, hook, found.stop.pose, path_vox, 0)
+            onward, needed_m = go_on(crane, free, hook, found.stop.pose, path_vox, 0, empty)
         except PlanningError:
             continue
-        later = sampled(onward, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m)
+        later = sampled(onward, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, empty)
         again_ns = max(found.stop.end_ns, time_ns + round(hold_s * NS_PER_S))
         told_ns = found.stop.start_ns - motion.start_ns
         other = spliced(approach, found.stop, later, told_ns, again_ns - motion.start_ns)
@@ -289,11 +298,12 @@ def _other_way(
     load = load_frame(loaded_crane, site.frame, stage.component.hook_offset_vox)
     slew_rad = float(motion.raising.slew_rad[-1])
     rule, moves = stage.clearance_with_insertion, stage.insertion.moves
+    hanging = pendulum_of(site, stage.component)
     try:
-        timeline, needed_m = drive_path(loaded_crane, rule, load, path_vox, moves, slew_rad)
+        timeline, needed_m = drive_path(loaded_crane, rule, load, path_vox, moves, slew_rad, hanging)
     except PlanningError as error:
         return replace(held, reason=f"the crane cannot drive its path: {error.message}")
-    trajectory = sampled(timeline, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m)
+    trajectory = sampled(timeline, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, hanging)
     raised_ns, length_ns = motion.start_ns + int(motion.loaded.time_ns[0]), int(trajectory.time_ns[-1])
     again_ns = max(raised_ns, ready_ns)
     loaded = replace(trajectory, time_ns=trajectory.time_ns + np.int64(again_ns - motion.start_ns))

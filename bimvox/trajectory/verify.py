@@ -31,6 +31,7 @@ from bimvox.trajectory.verify_ends import check_ends
 from bimvox.trajectory.verify_hook import HookProof
 from bimvox.trajectory.verify_load import LoadProof
 from bimvox.trajectory.verify_space import ALWAYS_NS, RawCells
+from bimvox.trajectory.verify_swing import SwingProof
 
 UNITS = {
     "timeline": "",
@@ -46,6 +47,7 @@ UNITS = {
     "empty_hook": "",
     "zones": "",
     "jib": "",
+    "swing": "m",
 }
 """The checks, and what ``worst`` is measured in."""
 
@@ -93,6 +95,7 @@ class _Verifier:
         triangles, cells = TriangleCheck(self.plan), RawCells(self.site.shape)
         load = LoadProof(self.site, crane, triangles, cells, self.checks, self.window_ns)
         hook = HookProof(self.site, crane, triangles, cells, self.checks, self.window_ns)
+        swing = SwingProof(self.site, crane, cells, self.checks["swing"], self.window_ns)
         previous: LiftMotion | None = None
         for moment in moments(self.plan, self.context):
             motion = by_order.get(moment.lift.order)
@@ -113,6 +116,7 @@ class _Verifier:
             cells.move_to(moment.present)
             load.check(name, moment, motion)
             hook.check(name, moment, motion)
+            swing.check(name, moment, motion)
             previous = motion
         return Verification(tuple(self.checks.values()))
 

@@ -25,6 +25,7 @@ from bimvox.trajectory.verify_space import (
     RawCells,
     placements_around,
     reference_cells,
+    tail_of,
     way_of,
     within,
 )
@@ -80,7 +81,7 @@ class LoadProof:
         placements = placements_around(cells, way.slack_vox)
         own = component.shape.cells
         time_s = trajectory.time_ns[way.sample] / 1e9
-        tail, now = _is_tail(cells, lift), within(trajectory, way, self.start_ns, self.window_ns)
+        tail, now = tail_of(cells, lift), within(trajectory, way, self.start_ns, self.window_ns)
         if not now.any():
             return
         near, far = near_and_far(component, moment.present) if tail.any() else ([], list(moment.present))
@@ -239,17 +240,6 @@ def _met(things: Sequence[Thing], placements: Placements, position: int, own: ND
     """Return the names of what is in the load's cells at one position."""
     cells = {tuple(cell) for place in placements.at(position) for cell in (own + place).tolist()}
     return [thing.name for thing in things if any(tuple(cell) in cells for cell in thing.cells.tolist())]
-
-
-def _is_tail(cells: NDArray[np.float64], lift: Lift | None) -> NDArray[np.bool_]:
-    """Return which positions are on the last moves: at the end, and within the placements that were in contact."""
-    if lift is None or lift.path_vox is None or lift.contact_moves <= 0:
-        return np.zeros(len(cells), np.bool_)
-    placements = lift.path_vox[-1 - min(lift.contact_moves, len(lift.path_vox) - 1) :]
-    low, high = placements.min(axis=0) - BETWEEN_VOX, placements.max(axis=0) + BETWEEN_VOX
-    within = ((cells >= low) & (cells <= high)).all(axis=1)
-    tail: NDArray[np.bool_] = np.logical_and.accumulate(within[::-1])[::-1]
-    return tail
 
 
 def _text(cell: NDArray[np.float64]) -> str:

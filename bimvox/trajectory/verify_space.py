@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
+from bimvox.planning.lift import Lift
 from bimvox.planning.moment import Thing
 from bimvox.site.component import IntVec
 from bimvox.trajectory.trajectory import Trajectory
@@ -98,6 +99,20 @@ def reference_cells(
     hook = (foot_m - np.array(frame.origin_m)) / frame.voxel_size_m
     cells: NDArray[np.float64] = hook - [0.5, 0.5, 0.0] - np.array(hook_offset_vox, np.float64)
     return cells
+
+
+def tail_of(cells: NDArray[np.float64], lift: Lift | None) -> NDArray[np.bool_]:
+    """Return (N,) which positions ((N, 3) reference cells) are on the last moves of a lift.
+
+    They are at the end, and within the placements that were in contact.
+    """
+    if lift is None or lift.path_vox is None or lift.contact_moves <= 0:
+        return np.zeros(len(cells), np.bool_)
+    placements = lift.path_vox[-1 - min(lift.contact_moves, len(lift.path_vox) - 1) :]
+    low, high = placements.min(axis=0) - BETWEEN_VOX, placements.max(axis=0) + BETWEEN_VOX
+    within = ((cells >= low) & (cells <= high)).all(axis=1)
+    tail: NDArray[np.bool_] = np.logical_and.accumulate(within[::-1])[::-1]
+    return tail
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,7 +18,7 @@ from bimvox.log.recorder import write_log
 from bimvox.planning.lift import Lift, LiftPlan, Method, ModelledClash, Status, YardPlace
 from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.shape import shape_of, stored_shape
-from bimvox.site.site import Blocker, Rules, Site
+from bimvox.site.site import Blocker, Rules, Site, SwingRule
 from bimvox.trajectory.load_frame import axes_of_cells, load_frame
 from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName
 from bimvox.trajectory.trajectory import Trajectory
@@ -106,7 +106,7 @@ def tiny_site(*, crane: bool = True) -> Site:
         blockers=blockers,
         components=components,
         crane=CRANE if crane else None,
-        rules=Rules(contact_tolerance_m=0.012),
+        rules=Rules(contact_tolerance_m=0.012, swing=SwingRule.OFF),
         yard=yard,
         site_to_ifc=ifc,
         source={"name": "tiny.ifc", "sha256": "ab" * 32, "unit_assumed": False, "scale": 0.3048},

@@ -102,6 +102,7 @@ def test_the_container_is_laid_out_as_documented(data: bytes) -> None:
         "motions.json",
         "crane.urdf",
         "load_chart.json",
+        "foxglove.layout.json",
         "site.bimvox.zip",
         "site.toml",
         "obstructions.json",

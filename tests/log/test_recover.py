@@ -135,6 +135,23 @@ def test_a_damaged_chunk_costs_only_itself(data: bytes, victim: int) -> None:
         assert len(saved.lost) == 1
 
 
+def test_a_bit_flipped_anywhere_costs_no_more_than_its_chunk(data: bytes) -> None:
+    whole = read_contents(data, "log")
+    chunks = chunks_of(data)
+    counts = [len(salvage_contents(data[:end], "upto").messages) for _, end in chunks]
+    for position in range(9, len(data), max(1, len(data) // 120)):
+        for bit in (0x01, 0x80):
+            damaged = bytearray(data)
+            damaged[position] ^= bit
+            saved = salvage_contents(bytes(damaged), "flipped").messages
+            hit = next((n for n, (start, end) in enumerate(chunks) if start <= position < end), None)
+            if hit is None:
+                assert saved == whole.messages, position
+            else:
+                before = counts[hit - 1] if hit else 0
+                assert saved == whole.messages[:before] + whole.messages[counts[hit] :], position
+
+
 def test_a_log_cut_before_its_site_cannot_be_a_plan_again(data: bytes, tmp_path: Path) -> None:
     path = tmp_path / "head.mcap"
     path.write_bytes(data[:2000])

@@ -53,4 +53,5 @@ def test_a_cut_off_log_is_refused_and_recovered(site_folder):
         run(site_folder, out=site_folder / "out.mcap")
     document = run(site_folder, recover=True, out=site_folder / "out.mcap")
     assert document["lost"]
+    assert document["verified"] is True
     assert 0 < len(read_log(site_folder / "out.mcap").plan.lifts) <= 8

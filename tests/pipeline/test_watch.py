@@ -1,5 +1,8 @@
 import json
 import os
+import signal
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -10,6 +13,7 @@ from bimvox.log.reader import read_log
 from bimvox.planning.verify import verify_plan
 from pipeline.file_watch import changes, state_of
 from pipeline.progress import SilentProgress
+from pipeline.verify import verify
 from pipeline.watch import watch
 from pipeline.watch_log import segment_file
 
@@ -144,3 +148,42 @@ def test_a_link_to_a_file_elsewhere_is_followed(tmp_path):
     wait_for(seen, 1)
     stop.set()
     thread.join(timeout=10)
+
+
+_WATCH = """
+import signal, sys
+# What a shell starts in the background inherits a deaf ear for Ctrl-C; a terminal's child does not.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from cli.main import run
+
+sys.exit(run(["watch", *sys.argv[1:]]))
+"""
+
+
+@pytest.mark.parametrize("more", [(), ("--simulate", "1000", "--retrain", "100")])
+def test_ctrl_c_ends_a_watch_well(site_folder, more):
+    (site_folder / "obstructions.json").write_text('{"version": 1, "unit": "m", "obstructions": []}')
+    options = ["--site", "frame.site.toml", "-o", "frame.mcap", "--steps", str(STEPS), "--poll", "0.1", "--json", *more]
+    process = subprocess.Popen(
+        [sys.executable, "-c", _WATCH, "obstructions.json", *options],
+        cwd=site_folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert process.stdout is not None
+    first = json.loads(process.stdout.readline())
+    assert first["event"] == "unchanged"
+    write(site_folder / "obstructions.json", box_on_path(site_folder, 5))
+    told = first
+    while told["event"] not in ("replanned", "continued") or told.get("pending"):
+        told = json.loads(process.stdout.readline())
+    os.killpg(process.pid, signal.SIGINT)
+    rest, said = process.communicate(timeout=120)
+    assert process.returncode == 0, said
+    assert "Traceback" not in said
+    assert all(json.loads(line) for line in rest.splitlines())
+    assert read_log(site_folder / "frame.mcap").revision == told["revision"]
+    assert verify(site_folder / "frame.mcap", progress=SilentProgress())["verified"]
+    assert not list(site_folder.glob(".bimvox-*.part"))

@@ -17,7 +17,7 @@ from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.site.build import with_digests
 from bimvox.site.component import StoredPose
-from bimvox.site.site import Blocker
+from bimvox.site.site import Blocker, Rules, SwingRule
 from bimvox.trajectory.time_plan import time_plan
 from bimvox.trajectory.trajectory import Trajectory
 
@@ -32,10 +32,11 @@ PARTS = [
 WALL = ("wall", (8.0, 0.0, 0.0), (8.5, 15.0, 3.0))
 
 
-def good_log() -> PlanLog:
+def good_log(swing: SwingRule = SwingRule.SHAPED) -> PlanLog:
     """A portal of two columns, beam and slab, planned over a wall and timed."""
     crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
-    site = with_digests(box_site(PARTS, structure=[WALL], crane=crane, shape=(40, 30, 24)))
+    rules = Rules(swing=swing)
+    site = with_digests(box_site(PARTS, structure=[WALL], crane=crane, shape=(40, 30, 24), rules=rules))
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
     motions = time_plan(plan, replay(site, preparation, plan))
@@ -344,3 +345,10 @@ def a_corner_that_is_none(log: PlanLog) -> PlanLog:
     loaded = log.motions[1].loaded
     moving = int(np.argmax(np.abs(np.diff(loaded.slew_rad))))
     return with_loaded(log, 1, corner=np.union1d(loaded.corner, [moving]).astype(loaded.corner.dtype))
+
+
+def moves_that_are_not_shaped(log: PlanLog) -> PlanLog:
+    loose = with_site(log, rules=dataclasses.replace(log.plan.site.rules, swing=SwingRule.OFF))
+    site = loose.plan.site
+    motions = time_plan(loose.plan, replay(site, prepare(site), loose.plan))
+    return with_site(dataclasses.replace(loose, motions=tuple(motions)), rules=log.plan.site.rules)

@@ -33,6 +33,7 @@ from bimvox.trajectory.stop import (
     stop_motion,
     stop_timeline,
 )
+from bimvox.trajectory.swing import pendulum_of
 from bimvox.trajectory.time_plan import time_plan
 from bimvox.trajectory.verify import verify_motions
 
@@ -107,11 +108,12 @@ def test_a_lift_stopped_anywhere_keeps_the_limits_holds_and_goes_on_as_one_prove
     lift, (_, clearance) = plan.lifts[0], next(iter(replay(site, preparation, plan)))
     load = load_frame(site.crane, site.frame, site.components[lift.component].hook_offset_vox)
     assert stop_is_free(clearance, load, stop)
+    hanging = pendulum_of(site, site.components[lift.component])
     goal = tuple(int(n) for n in lift.path_vox[-1])
     path = shortest_path(clearance, go_on_cells(clearance, load, stop.pose)[0], goal).path_vox
-    onward, needed_m = go_on(site.crane, clearance, load, stop.pose, path, 0)
+    onward, needed_m = go_on(site.crane, clearance, load, stop.pose, path, 0, hanging)
     resume_ns = stop.end_ns + 20_000_000_000
-    whole = interrupted(motion, stop, resume_ns, onward, needed_m, **sampling)
+    whole = interrupted(motion, stop, resume_ns, onward, needed_m, pendulum=hanging, **sampling)
     assert [p.name for p in whole.phases].count(PhaseName.STOP) == 1
     delay_ns = whole.end_ns - motion.end_ns
     shifted = dataclasses.replace(

@@ -141,7 +141,7 @@ def test_time_sped_up_is_caught(good):
     result = verify_motions(plan, [faster(motion) for motion in motions])
     broken = {check.name for check in result.checks if not check.passed}
     assert "axis_limits" in broken
-    assert broken <= {"axis_limits", "rests", "timeline"}
+    assert broken <= {"axis_limits", "rests", "timeline", "swing"}
     assert next(check for check in result.checks if check.name == "axis_limits").worst == pytest.approx(8.0, rel=0.05)
 
 

@@ -19,7 +19,7 @@ from bimvox.env.starts import StartMix
 from bimvox.planning.rollout import Values
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.dqn import LiftDqn, load_network, network_of
-from bimvox.policy.evaluate import Evaluation, evaluate
+from bimvox.policy.evaluate import TEST_LIMIT, Evaluation, evaluate
 from bimvox.policy.network import QNetwork
 from bimvox.policy.vec_env import LiftVecEnv
 
@@ -30,9 +30,6 @@ CHECK_COUNT = 500
 STEPS = 40_000_000
 SMALL_LESSON_COUNT, SMALL_STEPS = 5_000, 1_200_000
 """On two cores without an accelerator: so the shipped policy was trained."""
-
-CHECK_LIMIT = StepLimit(8.0, 200)
-"""Of a check's roll-outs, one way under the calm guard alone: tighter than a plan's, to tell networks apart."""
 
 RECIPE = DqnConfig(
     hidden=(256, 256, 128),
@@ -177,7 +174,7 @@ def evaluate_side_by_side(values: Values, problems: Sequence[LiftProblem], threa
     parts = np.array_split(np.arange(len(single)), min(len(single), max(1, 4 * threads)))
 
     def work(part: NDArray[np.int64]) -> Evaluation:
-        return evaluate(values, [single[n] for n in part], starts=len(part), limit=CHECK_LIMIT)
+        return evaluate(values, [single[n] for n in part], starts=len(part), limit=TEST_LIMIT)
 
     with ThreadPoolExecutor(threads) as executor:
         found = list(executor.map(work, parts))

@@ -125,6 +125,7 @@ def _site(site: Site) -> dict[str, Any]:
             "support_gap_m": site.rules.support_gap_m,
             "rope": site.rules.rope,
             "sample_period_s": site.rules.sample_period_s,
+            "swing": site.rules.swing.value,
             "wind_speed_m_s": site.rules.wind_speed_m_s,
             "drag_coefficient": site.rules.drag_coefficient,
             "sling_angle_rad": site.rules.sling_angle_rad,

@@ -12,7 +12,7 @@ from bimvox.render.report.chart import load_chart
 from bimvox.render.report.gantt import gantt_charts
 from bimvox.render.report.html import number, paragraph, row, table, tag, terms
 from bimvox.render.report.lifts import critical_first, lift_table
-from bimvox.render.report.words import CHECKS, METHODS, clock, fixed, named, span, tonnes
+from bimvox.render.report.words import CHECKS, METHODS, SWING, clock, fixed, named, span, tonnes
 from bimvox.render.words import counted
 
 _LISTED = 12
@@ -205,6 +205,8 @@ def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
         ("Contact tolerance", f"{rules['contact_tolerance_m'] * 1000:g} mm"),
         ("Samples", f"every {rules['sample_period_s']:g} s or closer"),
     ]
+    if machine is not None:
+        pairs.append(("Swing", SWING[rules["swing"]]))
     if machine is None:
         pairs.append(("Crane", "none: paths are proven cell by cell, times are nominal"))
         return tag("section", "<h2>Site</h2>" + terms(pairs))

@@ -12,6 +12,10 @@ MASS_SOURCES = {
     "density": "volume x density of its material",
     "default": "volume x 2,400 kg/m³",
 }
+SWING = {
+    "shaped": "moves are shaped so that loads hang at rest where they are set; the swing on the way is proven clear",
+    "off": "NOT LOOKED AT: loads may still swing where they are set, and into things on the way",
+}
 CHECKS = {
     "complete": "every part has exactly one lift, numbered without gaps; what is infeasible says why",
     "shapes": "a part's cells cover all of its triangles",
@@ -38,6 +42,7 @@ CHECKS = {
     "empty_hook": "the empty hook meets nothing on its way to the next part",
     "zones": "hook and load stay out of zones that are closed to them, and the hook as high as limiters want it",
     "jib": "the jib meets nothing as it slews",
+    "swing": "loads hang at rest at the end of their way (pendulum from the samples) and swing into nothing before",
     "digests": "the hashes in the log are those of its content",
     "load_poses": "the poses that a viewer shows are where the crane's axes put the load",
     "commands": "a crane that holds the commanded rates goes where the motion goes",

@@ -1,0 +1,94 @@
+"""How the crane drives the sample models: time over the bound, and what is left of the swing.
+
+``make bench-motion``: the table in docs/measured.md. Paths are found by complete search, so that nothing depends on a
+policy store; each model is driven twice, shaped against swing and not. Nothing here depends on the machine.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.lift import LiftPlan, Status
+from bimvox.planning.planner import plan_lifts
+from bimvox.site.site import Site, SwingRule
+from bimvox.trajectory.motion import LiftMotion
+from bimvox.trajectory.swing import pendulum_of
+from bimvox.trajectory.time_plan import time_plan
+from bimvox.trajectory.verify import verify_motions
+from bimvox.trajectory.verify_swing import swung_parts
+
+SAMPLES = Path(__file__).parents[1] / "sample_models"
+MODELS = ("paper.ifc", "frame.ifc", "prefab.ifc", "yard.glb")
+
+
+def site_of(model: Path, folder: Path) -> Site:
+    """Return the site that ``bimvox init`` makes of a model."""
+    from pipeline.load_site import load_site
+    from pipeline.progress import SilentProgress
+    from pipeline.site import init
+
+    file = folder / f"{model.name}.site.toml"
+    init(model, file, progress=SilentProgress())
+    return load_site(file, SilentProgress()).site
+
+
+def swings_m(site: Site, motions: Sequence[LiftMotion]) -> tuple[float, float]:
+    """Return the largest swing on the way and the largest that is left at an end of a loaded motion."""
+    assert site.crane is not None
+    peak, left = 0.0, 0.0
+    for motion in motions:
+        pendulum = pendulum_of(
+            replace(site, rules=replace(site.rules, swing=SwingRule.SHAPED)), site.components[motion.component]
+        )
+        assert pendulum is not None
+        for swung in swung_parts(site.crane, motion, motion.loaded, pendulum):
+            peak = max(peak, float(np.hypot(*swung.offset_m.T).max()))
+        left = max(left, float(swung.amplitude_m[-1]))
+    return peak, left
+
+
+def row(name: str, plan: LiftPlan, motions: Sequence[LiftMotion]) -> str:
+    """Return a row of the table."""
+    proof = verify_motions(plan, motions)
+    worst = {check.name: check.worst for check in proof.checks}
+    took = np.array([motion.loaded.duration_s for motion in motions])
+    bound = np.array([motion.loaded.bound_s for motion in motions])
+    ratio = took / bound
+    empty_s = sum(m.approach.duration_s for m in motions if m.approach is not None)
+    peak_m, left_m = swings_m(plan.site, motions)
+    return (
+        f"| {name} | {plan.site.rules.swing} | {len(motions)} | {took.sum():.0f} s | {took.sum() / bound.sum():.2f} "
+        f"| {np.median(ratio):.2f} | {ratio.max():.2f} | {empty_s:.0f} s | {peak_m:.2f} m | {left_m * 100:.1f} cm "
+        f"| {worst['axis_limits']:.3f} | {worst['spacing']:.2f} | {'yes' if proof.verified else 'NO'} |"
+    )
+
+
+def main() -> None:
+    """Drive every sample, shaped and not."""
+    names = sys.argv[1:] or MODELS
+    print(
+        "| model | swing | lifts | loaded | / bound | median lift | worst lift | empty hook | peak swing | left at set "
+        "| of limits | spacing | proven |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as folder:
+        for name in names:
+            site = site_of(SAMPLES / name, Path(folder))
+            preparation = prepare(site)
+            plan = plan_lifts(site, preparation)
+            assert any(lift.status is Status.PLANNED for lift in plan.lifts)
+            for swing in (SwingRule.SHAPED, SwingRule.OFF):
+                driven = replace(plan, site=replace(site, rules=replace(site.rules, swing=swing)))
+                motions = time_plan(driven, replay(driven.site, preparation, driven))
+                print(row(name, driven, motions), flush=True)
+
+
+if __name__ == "__main__":
+    main()

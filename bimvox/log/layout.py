@@ -1,0 +1,137 @@
+"""A layout for Foxglove-class viewers that shows all of a log: import it there (Layouts, Import from file).
+
+A tree of panels, each with its settings by id, as such viewers save it themselves.
+"""
+
+from __future__ import annotations
+
+import json
+from math import hypot
+from typing import Any
+
+import numpy as np
+
+from bimvox.crane.kinematics import joint_names
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.log import topics
+from bimvox.site.site import Site
+
+SCENE_PANEL = "3D!scene"
+RATE_PANEL = "Plot!rates"
+PHASE_PANEL = "StateTransitions!phases"
+COMMAND_PANEL = "Table!command"
+LOG_PANEL = "RosOut!log"
+_UNITS = {"slewing": "rad", "trolley": "m", "luffing": "rad", "hoist": "m of rope"}
+_RATES = ("slew_rate_rad_s", "trolley_rate_m_s", "hoist_rate_m_s")
+
+
+def joint_panels(crane: TowerCrane) -> tuple[str, ...]:
+    """Return the names of the panels that plot the joints of a crane."""
+    return tuple(f"Plot!{joint}" for joint in joint_names(crane))
+
+
+def foxglove_layout(site: Site) -> dict[str, Any]:
+    """Return the layout for the logs of a site.
+
+    Args:
+        site: The site; its extent decides where the camera is, its crane whether there are panels for one.
+    """
+    panels: dict[str, Any] = {SCENE_PANEL: _scene(site), LOG_PANEL: _log()}
+    right: Any = LOG_PANEL
+    if site.crane is not None:
+        panels_of_joints = joint_panels(site.crane)
+        for panel, joint in zip(panels_of_joints, joint_names(site.crane), strict=True):
+            value = f'{topics.JOINTS}.joints[:]{{name=="{joint}"}}.position'
+            panels[panel] = _plot(f"{joint}, {_UNITS[joint]}", [(value, joint)])
+        panels[RATE_PANEL] = _plot("commanded rates", [(f"{topics.COMMAND}.{rate}", rate) for rate in _RATES])
+        panels[PHASE_PANEL] = {
+            "foxglovePanelTitle": "phase of the lift",
+            "isSynced": True,
+            "paths": [
+                {"value": f"{topics.COMMAND}.{field}", "timestampMethod": "receiveTime", "label": field}
+                for field in ("phase", "component_id", "loaded")
+            ],
+        }
+        panels[COMMAND_PANEL] = {"foxglovePanelTitle": "crane command", "topicPath": topics.COMMAND}
+        plots = _stacked([*panels_of_joints, RATE_PANEL, PHASE_PANEL])
+        right = _split("column", plots, _split("row", COMMAND_PANEL, LOG_PANEL, 50), 72)
+    return {
+        "configById": panels,
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": {"speed": 10},
+        "layout": _split("row", SCENE_PANEL, right, 62),
+    }
+
+
+def layout_bytes(site: Site) -> bytes:
+    """Return the layout as a JSON file; the same site gives the same bytes."""
+    return (json.dumps(foxglove_layout(site), indent=1) + "\n").encode()
+
+
+def _scene(site: Site) -> dict[str, Any]:
+    size_m = np.array(site.shape) * site.frame.voxel_size_m
+    middle = np.array(site.frame.origin_m) + size_m * [0.5, 0.5, 0.25]
+    far_m = round(1.1 * hypot(*size_m.tolist()), 3)
+    visible = {"visible": True}
+    return {
+        "foxglovePanelTitle": site.name,
+        "cameraState": {
+            "perspective": True,
+            "distance": far_m,
+            "phi": 58,
+            "thetaOffset": 35,
+            "targetOffset": [round(float(value), 3) for value in middle],
+            "target": [0, 0, 0],
+            "targetOrientation": [0, 0, 0, 1],
+            "fovy": 45,
+            "near": 0.5,
+            "far": round(20.0 * far_m + 100.0, 3),
+        },
+        "followMode": "follow-none",
+        "followTf": "site",
+        "scene": {"backgroundColor": "#f4f4f2", "transforms": {"showLabel": False, "editable": False, "axisScale": 0}},
+        "transforms": {f"frame:{frame}": visible for frame in ("site", "crane_base", "jib", "trolley", "hook")},
+        "topics": {
+            topics.SCENE: visible,
+            topics.LOAD: visible | {"type": "axis", "axisScale": 1},
+            topics.PLANNED: visible | {"type": "line", "lineWidth": 0.08},
+            topics.VOXELS: {"visible": False, "colorField": "label", "colorMode": "colormap", "colorMap": "turbo"},
+        },
+        "layers": {},
+        "publish": {},
+        "imageMode": {},
+    }
+
+
+def _plot(title: str, paths: list[tuple[str, str]]) -> dict[str, Any]:
+    return {
+        "foxglovePanelTitle": title,
+        "paths": [
+            {"value": value, "label": label, "enabled": True, "timestampMethod": "receiveTime"}
+            for value, label in paths
+        ],
+        "showXAxisLabels": True,
+        "showYAxisLabels": True,
+        "showLegend": len(paths) > 1,
+        "legendDisplay": "floating",
+        "showPlotValuesInLegend": True,
+        "isSynced": True,
+        "xAxisVal": "timestamp",
+        "sidebarDimension": 240,
+    }
+
+
+def _log() -> dict[str, Any]:
+    return {"foxglovePanelTitle": "log", "topicToRender": topics.LOG, "searchTerms": [], "minLogLevel": 1}
+
+
+def _split(direction: str, first: Any, second: Any, percentage: int) -> dict[str, Any]:
+    return {"direction": direction, "first": first, "second": second, "splitPercentage": percentage}
+
+
+def _stacked(panels: list[str]) -> Any:
+    """Panels above each other, all of the same height."""
+    if len(panels) == 1:
+        return panels[0]
+    return _split("column", panels[0], _stacked(panels[1:]), round(100 / len(panels)))

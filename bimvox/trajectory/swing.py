@@ -1,0 +1,117 @@
+"""How a load swings on its rope while the crane moves.
+
+The load is a point on a rope of changing length l, for small angles and without damping (there is some, and it helps).
+With p the point of the jib that it hangs from and q the load, both on the plan in the site's frame, which does not turn
+(so that slewing needs no terms of its own): q'' = (g - l'') / l (p - q).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.crane.kinematics import hook_of
+from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.site.component import Component
+from bimvox.site.lifting import crane_for
+from bimvox.site.site import Site, SwingRule
+
+RESIDUAL_M = 0.05
+"""A load that swings no further than this to a side is at rest: so much may be left where it is set."""
+PLANNED_RESIDUAL_M = 0.04
+"""The same for motions that are made: their proof integrates in another way, from the samples of the log."""
+
+STEP_S = 0.05
+"""Largest step of the integration."""
+
+
+class Pendulum(NamedTuple):
+    """What hangs on the hook.
+
+    Attributes:
+        below_hook_m: From the hook down to the middle of the load.
+    """
+
+    below_hook_m: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Swing:
+    """Where a load is, seen from where it would hang at rest.
+
+    Attributes:
+        offset_m: (N, 2) float64 on the plan, in the site's frame.
+        amplitude_m: (N,) float64 how far it would swing out if the crane stood still from then on.
+    """
+
+    offset_m: NDArray[np.float64]
+    amplitude_m: NDArray[np.float64]
+
+    def beyond_m(self, rest_m: float) -> NDArray[np.float64]:
+        """Return (N, 2) the offsets less what counts as rest: tapered to nothing where the load swings that little."""
+        length = np.linalg.norm(self.offset_m, axis=1)
+        share = np.maximum(0.0, 1.0 - rest_m / np.maximum(length, 1e-12))
+        beyond: NDArray[np.float64] = self.offset_m * share[:, None]
+        return beyond
+
+
+def pendulum_of(site: Site, component: Component | None) -> Pendulum | None:
+    """Return a component on the hook of a site's crane (None: the empty hook) as a pendulum; None where swing is off.
+
+    Args:
+        site: A site with a crane.
+        component: One of its components, or None.
+    """
+    if site.crane is None or site.rules.swing is SwingRule.OFF:
+        return None
+    half_m = 0.0 if component is None else 0.5 * component.shape.size_vox[2] * site.frame.voxel_size_m
+    return Pendulum(crane_for(site, site.crane, component).sling_m + half_m)
+
+
+def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendulum: Pendulum) -> Swing:
+    """Return the swing of a load that hangs at rest at first.
+
+    Args:
+        crane: The crane.
+        axes: (N, 3) slew (rad), radius (m), height (m), evenly spaced in time.
+        step_s: Time between them, ``STEP_S`` at most.
+        pendulum: What hangs on the hook.
+    """
+    point_m = np.ascontiguousarray(hook_of(crane, *axes.T)[:, :2])
+    length_m = pendulum_lengths_m(crane, axes, pendulum.below_hook_m)
+    return Swing(*_swing(point_m, length_m, step_s, GRAVITY_M_S2))
+
+
+@kernel
+def _swing(
+    point_m: NDArray[np.float64], length_m: NDArray[np.float64], step_s: float, gravity: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Velocity Verlet over evenly spaced samples."""
+    n = point_m.shape[0]
+    offset, amplitude = np.zeros((n, 2)), np.zeros(n)
+    qx, qy = point_m[0, 0], point_m[0, 1]
+    vx, vy, ax, ay = 0.0, 0.0, 0.0, 0.0
+    half = 0.5 * step_s
+    for i in range(1, n):
+        qx += step_s * (vx + half * ax)
+        qy += step_s * (vy + half * ay)
+        after = min(i + 1, n - 1)
+        bend = 0.0
+        if after > i:
+            bend = (length_m[i + 1] - 2.0 * length_m[i] + length_m[i - 1]) / step_s**2
+        stiffness = (gravity - bend) / length_m[i]
+        x, y = qx - point_m[i, 0], qy - point_m[i, 1]
+        vx += half * (ax - stiffness * x)
+        vy += half * (ay - stiffness * y)
+        ax, ay = -stiffness * x, -stiffness * y
+        offset[i, 0], offset[i, 1] = x, y
+        span_s = step_s * (after - i + 1)
+        ux = vx - (point_m[after, 0] - point_m[i - 1, 0]) / span_s
+        uy = vy - (point_m[after, 1] - point_m[i - 1, 1]) / span_s
+        amplitude[i] = np.sqrt(x * x + y * y + (ux * ux + uy * uy) / max(stiffness, 1e-9))
+    return offset, amplitude
