@@ -214,6 +214,9 @@ def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
     slew = math.degrees(machine["slewing"]["rate"])
     rigging = number(machine["rigging_mass_kg"], tonnes(machine["rigging_mass_kg"]), "rigging_mass_kg")
     trolley, hoist = machine["trolley"]["rate"], machine["hoist"]["rate"]
+    second = f"trolley {trolley:g} m/s"
+    if (luffing := machine["luffing"]) is not None:
+        second, hoist = f"luffing {math.degrees(luffing['limits']['rate']):.2f} °/s", luffing["winch"]["rate"]
     gears = "".join(f"; up to {tonnes(most)} t {fixed(rate * 60, 0)} m/min" for most, rate in machine["gears"])
     jib = f"{machine['jib_length_m']:g} m long, {machine['jib_height_m']:g} m high"
     own = [
@@ -222,7 +225,7 @@ def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
         ("Jib", f"{jib}, hook from {machine['min_radius_m']:g} m on"),
         ("Rigging", f"{rigging} t, slings {machine['sling_m']:g} m high"),
         ("Reeving", f"{machine['falls']} falls, hook block {tonnes(machine['hook_block_kg'])} t{gears}"),
-        ("Highest rates", f"slewing {fixed(slew, 2)} °/s, trolley {trolley:g} m/s, hoist {hoist:g} m/s"),
+        ("Highest rates", f"slewing {fixed(slew, 2)} °/s, {second}, hoist {hoist:g} m/s"),
         ("Wind", f"works up to {machine['max_wind_m_s']:g} m/s; planned for {rules['wind_speed_m_s']:g} m/s"),
         ("Working range", escape(_working_range(machine["working_range"]))),
         ("Slow zones", ", ".join(f"{share * 100:g} % of the rates" for share in machine["slow_zones"])),
