@@ -218,11 +218,11 @@ def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
     if (luffing := machine["luffing"]) is not None:
         second, hoist = f"luffing {math.degrees(luffing['limits']['rate']):.2f} °/s", luffing["winch"]["rate"]
     gears = "".join(f"; up to {tonnes(most)} t {fixed(rate * 60, 0)} m/min" for most, rate in machine["gears"])
-    jib = f"{machine['jib_length_m']:g} m long, {machine['jib_height_m']:g} m high"
+    jib = f"{machine['jib_length_m']:.4g} m long, {machine['jib_height_m']:.4g} m high"
     own = [
         ("Crane", f"<b>{escape(machine['name'])}</b>, foot at x, y, z {base} m"),
         ("Luffing", _luffing_words(machine["luffing"])),
-        ("Jib", f"{jib}, hook from {machine['min_radius_m']:g} m on"),
+        ("Jib", f"{jib}, hook from {machine['min_radius_m']:.4g} m on"),
         ("Rigging", f"{rigging} t, slings {machine['sling_m']:g} m high"),
         ("Reeving", f"{machine['falls']} falls, hook block {tonnes(machine['hook_block_kg'])} t{gears}"),
         ("Highest rates", f"slewing {fixed(slew, 2)} °/s, {second}, hoist {hoist:g} m/s"),
