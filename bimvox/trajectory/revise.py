@@ -40,8 +40,9 @@ from bimvox.trajectory.footprint import (
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.trajectory.recall import Memory, Recall, Version, obstructed_cells, remembered
-from bimvox.trajectory.shift import joined_on
+from bimvox.trajectory.shift import joined_on, waiting
 from bimvox.trajectory.time_plan import time_lift
+from bimvox.trajectory.timing import NS_PER_S
 from bimvox.trajectory.underway import HOLD_S, Held, Redirected, is_set, redirect, release
 
 _ROUNDS = 12  # of making and proving again without the lifts that failed their proof
@@ -437,7 +438,7 @@ class _Walk:
                 last = self.motions[before.order] if before is not None and before.order in self.motions else None
                 kept = self.was.motions[order]
                 # Behind a pending lift the clock is not known yet; the part after that sets it.
-                self.motions[order] = kept if self.pending else joined_on(kept, last)
+                self.motions[order] = kept if self.pending else self._in_time(joined_on(kept, last))
             return lift
         if self.pending or made > self.first - (order not in self.new_paths):
             self.pending.add(order)
@@ -446,14 +447,15 @@ class _Walk:
             return lift
         known = self.recall.motion(lift, self.done, before.component if before else None)
         if known is not None and known.motion is not None:
-            self.motions[order] = joined_on(known.motion, self.motions[before.order] if before is not None else None)
+            last = self.motions[before.order] if before is not None else None
+            self.motions[order] = self._in_time(joined_on(known.motion, last))
             self.new_motions.add(order)
             self.recalled_motions[order] = known
             return lift
         rule = _with_last_moves(clearance or assembly.clearance(lift.component), lift)
         last = self.motions[before.order] if before is not None else None
         try:
-            self.motions[order] = time_lift(
+            made_now = time_lift(
                 self.site,
                 crane,
                 lift,
@@ -462,6 +464,7 @@ class _Walk:
                 last.end_ns if last else 0,
                 float(last.loaded.slew_rad[-1]) if last else 0.0,
             )
+            self.motions[order] = self._in_time(made_now)
         except MotionError as error:
             self.new_paths.discard(order)
             self.recalled_paths.pop(order, None)
@@ -469,6 +472,12 @@ class _Walk:
             return self._planned(assembly, obstacle, was)
         self.new_motions.add(order)
         return lift
+
+    def _in_time(self, motion: LiftMotion) -> LiftMotion:
+        """A lift that is not under way does not begin in the past: where the crane stood idle, it waits until now."""
+        if self.now_ns is None or motion.start_ns >= self.now_ns:
+            return motion
+        return waiting(motion, self.now_ns + round(self.hold_s * NS_PER_S) - motion.start_ns)
 
     def _keeps_motion(self, lift: Lift, was: Lift, *, same_start: bool) -> bool:
         if lift is not was or lift.order in self.new_paths or lift.order in self.was.pending:
@@ -561,10 +570,16 @@ class _Walk:
 
 
 def _behind(standing: Standing, now_ns: int | None) -> int:
-    """Order of the last lift whose part is at its place; -1 for none. Those passed over before it are behind, too."""
+    """Order of the last lift that is done or was passed over: a later one is done, or under way; -1 for none."""
     if now_ns is None:
         return -1
-    return max((motion.order for motion in standing.motions.values() if is_set(motion, now_ns)), default=-1)
+    behind = -1 if standing.held is None else standing.held.lift.order - 1
+    for order, motion in standing.motions.items():
+        if is_set(motion, now_ns):
+            behind = max(behind, order)
+        elif motion.start_ns < now_ns:
+            behind = max(behind, order - 1)
+    return behind
 
 
 def refusals(proof: Verification) -> dict[str, str]:

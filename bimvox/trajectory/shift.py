@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from bimvox.errors import VerificationError
-from bimvox.trajectory.motion import LiftMotion, Phase
+from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName
 from bimvox.trajectory.trajectory import Trajectory
 
 _SAME_RAD = 1e-7
@@ -41,6 +41,26 @@ def joined_on(motion: LiftMotion, before: LiftMotion | None) -> LiftMotion:
                 hint="this is a fault of bimvox; please report it with the site file",
             )
     return _turned(_at(motion, clock_ns), turns)
+
+
+def waiting(motion: LiftMotion, wait_ns: int) -> LiftMotion:
+    """Return a motion before which the crane stands still for a while, as a stop at its beginning."""
+
+    def later(part: Trajectory) -> Trajectory:
+        time_ns = part.time_ns + np.int64(wait_ns)
+        time_ns.flags.writeable = False
+        return replace(part, time_ns=time_ns)
+
+    start_ns = motion.start_ns
+    phases = (Phase(p.name, p.start_ns + wait_ns, p.end_ns + wait_ns) for p in motion.phases)
+    return replace(
+        motion,
+        approach=None if motion.approach is None else later(motion.approach),
+        raising=later(motion.raising),
+        loaded=later(motion.loaded),
+        phases=(Phase(PhaseName.STOP, start_ns, start_ns + wait_ns), *phases),
+        end_ns=motion.end_ns + wait_ns,
+    )
 
 
 def chained(motions: Sequence[LiftMotion]) -> tuple[LiftMotion, ...]:
