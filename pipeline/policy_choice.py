@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 DEFAULT_STEPS = 40_000
 """Training budget in environment steps, where neither the site file nor the command says."""
 
-RETRAINING_STARTS = 96
+RETRAINING_STARTS = 32
 """Of a test while a policy is retrained on a change: to compare it with the old one, the failed lifts among them."""
 
 DEFAULT_START = "default"

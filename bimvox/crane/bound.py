@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from bimvox.crane.luffing import luff_of_radius
 from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane
 
 
@@ -54,5 +57,13 @@ def point_to_point_s(
     else:
         hoist_s = rest_to_rest_s(clearance_height_m - low, crane.hoist)
         hoist_s += rest_to_rest_s(clearance_height_m - high, crane.hoist)
-    across_s = max(rest_to_rest_s(turn, crane.slewing), rest_to_rest_s(end.radius_m - start.radius_m, crane.trolley))
+    across_s = max(rest_to_rest_s(turn, crane.slewing), _radial_s(crane, start.radius_m, end.radius_m))
     return max(across_s + shaping_s if across_s > 0.0 else 0.0, hoist_s)
+
+
+def _radial_s(crane: TowerCrane, start_m: float, end_m: float) -> float:
+    """Time of the axis that changes the radius: the trolley, or the luffing axis."""
+    if crane.luffing is None:
+        return rest_to_rest_s(end_m - start_m, crane.trolley)
+    start, end = luff_of_radius(crane.luffing, np.array([start_m, end_m])).tolist()
+    return rest_to_rest_s(end - start, crane.luffing.limits)

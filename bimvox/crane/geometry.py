@@ -8,7 +8,11 @@ Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 
 def mast_box_m(crane: TowerCrane) -> Box:
-    """Return the lowest and the highest corner of the mast, from its foot up to the jib, metres."""
+    """Return the lowest and the highest corner of the mast, from its foot up to the jib, metres.
+
+    A luffing jib begins at its pivot; of a mobile crane it is the box of its undercarriage and outriggers.
+    """
     x, y, z = crane.base_m
     half = crane.mast_size_m / 2.0
-    return (x - half, y - half, z), (x + half, y + half, crane.jib_height_m)
+    top_m = crane.jib_height_m if crane.luffing is None else crane.luffing.pivot_height_m
+    return (x - half, y - half, z), (x + half, y + half, top_m)

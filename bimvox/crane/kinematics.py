@@ -1,11 +1,12 @@
-"""Kinematics of a hammerhead tower crane: hook in the site's frame <-> slewing, radius, height."""
+"""Kinematics: hook in the site's frame <-> slewing, radius, height <-> the joints of the machine."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.luffing import luff_of_radius, radius_of_luff, tip_height_m
+from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane
 
 Axes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 """slew_rad, radius_m, height_m, of equal shape."""
@@ -84,3 +85,37 @@ def unwrap_slew(slew_rad: ArrayLike, start_rad: float | None = None) -> NDArray[
     if start_rad is not None and len(angles):
         unwrapped = unwrapped + (nearest_turn(float(unwrapped[0]), start_rad) - unwrapped[0])
     return unwrapped
+
+
+def joint_names(crane: TowerCrane) -> tuple[str, str, str]:
+    """Return the names of the joints, as in the URDF and the log's joint states."""
+    return ("slewing", "trolley" if crane.luffing is None else "luffing", "hoist")
+
+
+def joints_of(crane: TowerCrane, axes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return joint positions: (N, 3) slew, radius, height -> slewing (rad), trolley (m) or luffing (rad), rope (m).
+
+    The rope is what hangs below the trolley's exit, or below the tip of a luffing jib.
+    """
+    slew, radius, height = np.asarray(axes, np.float64).T
+    if crane.luffing is None:
+        return np.stack([slew, radius, crane.jib_height_m - height], axis=1)
+    rope = tip_height_m(crane.luffing, radius) - height
+    return np.stack([slew, luff_of_radius(crane.luffing, radius), rope], axis=1)
+
+
+def axes_of_joints(crane: TowerCrane, joints: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (N, 3) slew, radius, height at joint positions: the way back from :func:`joints_of`."""
+    slewing, second, rope = np.asarray(joints, np.float64).T
+    if crane.luffing is None:
+        return np.stack([slewing, second, crane.jib_height_m - rope], axis=1)
+    radius = radius_of_luff(crane.luffing, second)
+    height = crane.luffing.pivot_height_m + crane.luffing.length_m * np.sin(second) - rope
+    return np.stack([slewing, radius, height], axis=1)
+
+
+def joint_limits(crane: TowerCrane) -> tuple[AxisLimits, AxisLimits, AxisLimits]:
+    """Return the limits of the joints, of the hoist without a load in mind (see ``rigging.winch_limits``)."""
+    if crane.luffing is None:
+        return crane.slewing, crane.trolley, crane.hoist
+    return crane.slewing, crane.luffing.limits, crane.luffing.winch

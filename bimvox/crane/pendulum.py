@@ -4,21 +4,36 @@ from __future__ import annotations
 
 from math import pi, sqrt
 
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.luffing import tip_height_m
 from bimvox.crane.tower_crane import TowerCrane
 
 GRAVITY_M_S2 = 9.80665
 _SHORTEST_M = 0.5
 
 
-def pendulum_length_m(crane: TowerCrane, height_m: float, below_hook_m: float) -> float:
+def pendulum_length_m(crane: TowerCrane, height_m: float, below_hook_m: float, radius_m: float | None = None) -> float:
     """Return how far below the rope's exit the middle of a load hangs, half a metre at least.
 
     Args:
         crane: The crane.
         height_m: Height of the hook above the site's z = 0.
         below_hook_m: From the hook down to the middle of the load.
+        radius_m: Radius of the hook, by which the tip of a luffing jib is high or low; None: as high as it gets.
     """
-    return max(_SHORTEST_M, crane.jib_height_m - height_m + below_hook_m)
+    exit_m = crane.jib_height_m
+    if crane.luffing is not None and radius_m is not None:
+        exit_m = float(tip_height_m(crane.luffing, np.array([radius_m]))[0])
+    return max(_SHORTEST_M, exit_m - height_m + below_hook_m)
+
+
+def pendulum_lengths_m(crane: TowerCrane, axes: NDArray[np.float64], below_hook_m: float) -> NDArray[np.float64]:
+    """Return the same at poses of the hook: (N, 3) slew, radius, height -> (N,)."""
+    exit_m = crane.jib_height_m if crane.luffing is None else tip_height_m(crane.luffing, axes[:, 1])
+    lengths: NDArray[np.float64] = np.maximum(_SHORTEST_M, exit_m - axes[:, 2] + below_hook_m)
+    return lengths
 
 
 def half_period_s(length_m: float) -> float:

@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
+from bimvox.crane.jib_map import jib_blocked
 from bimvox.crane.load_chart import max_radius_m
+from bimvox.crane.luffing import LuffingJib, luff_of_radius, tip_height_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.working_range import columns_in_range
 
@@ -21,6 +23,9 @@ HOOK_FORBIDDEN = np.int32(2**30)
 
 # Rounding noise of a radius, metres: a column whose centre is exactly at the limit counts as within.
 _SLACK_M = 1e-9
+
+LUFFING_HOOK_ROOM_M = 1.5
+"""Room between the hook and the tip of a luffing jib: hook block and limit switch."""
 
 
 class ColumnFrame(Protocol):
@@ -64,7 +69,12 @@ def hook_allowed(
 
 
 def hook_floor(
-    crane: TowerCrane | None, frame: ColumnFrame, top: NDArray[np.int32], mass_kg: float, rope: bool
+    crane: TowerCrane | None,
+    frame: ColumnFrame,
+    top: NDArray[np.int32],
+    mass_kg: float,
+    rope: bool,
+    mast_clearance_m: float = 0.0,
 ) -> NDArray[np.int32]:
     """Return the lowest cell at which the foot of the hook line may be, per column.
 
@@ -74,6 +84,7 @@ def hook_floor(
         top: (X, Y) int32 height map: one above the highest occupied cell of each column, 0 where it is empty.
         mass_kg: The load's mass, without rigging.
         rope: Whether the column above the hook must be free: the floor is then ``top``, else 0.
+        mast_clearance_m: How much wider than the mast what stands for it in ``top`` is.
 
     Returns:
         (X, Y) int32; ``HOOK_FORBIDDEN`` where the hook may not be: outside the crane's radii for this mass, or where
@@ -93,6 +104,11 @@ def hook_floor(
         int(np.floor(highest + 1e-6)),
         HOOK_FORBIDDEN,
     )
+    if crane.luffing is not None:
+        own_m, reach_m = crane.mast_size_m / 2.0 + mast_clearance_m, (max(0.0, low_m), high_m)
+        floor[jib_blocked(crane.luffing, crane.base_m, frame.origin_m, frame.voxel_size_m, top, own_m, reach_m)] = (
+            HOOK_FORBIDDEN
+        )
     given = crane.working_range
     if given.slew_rad is not None or given.radius_m is not None:
         shape = (floor.shape[0], floor.shape[1])
@@ -101,21 +117,47 @@ def hook_floor(
     return floor
 
 
-def hook_top(crane: TowerCrane, frame: ColumnFrame, shape: tuple[int, int, int]) -> NDArray[np.int32]:
+def hook_top(
+    crane: TowerCrane, frame: ColumnFrame, shape: tuple[int, int, int], half_m: float = 0.0
+) -> NDArray[np.int32]:
     """Return the highest cell at which the foot of the hook line may be, per column.
 
     Args:
         crane: The crane, with the slings of the load.
         frame: Metres to cells.
         shape: (X, Y, Z) of the grid.
+        half_m: How far the load reaches from its hook on the plan: a luffing jib comes down towards the mast, and the
+            load hangs below it with all of that.
 
     Returns:
         (X, Y) int32, or an array of size 0 where the hook can be as high as the grid is.
     """
+    if crane.luffing is not None:
+        return _below_the_jib(crane, crane.luffing, frame, shape, half_m)
     highest = int(np.floor((crane.highest_hook_m - crane.sling_m - frame.origin_m[2]) / frame.voxel_size_m + 1e-6))
     if highest >= shape[2]:
         return np.zeros((0, 0), np.int32)
     return np.full(shape[:2], highest, np.int32)
+
+
+def _below_the_jib(
+    crane: TowerCrane, jib: LuffingJib, frame: ColumnFrame, shape: tuple[int, int, int], half_m: float
+) -> NDArray[np.int32]:
+    """The highest load top below a luffing jib: its hook below the tip, its edge towards the mast below the jib.
+
+    A column stands for hooks up to a cell away: the tip is taken at the radius where it is lowest.
+    """
+    size = frame.voxel_size_m
+    x = frame.origin_m[0] - crane.base_m[0] + size * (np.arange(shape[0]) + 0.5)
+    y = frame.origin_m[1] - crane.base_m[1] + size * (np.arange(shape[1]) + 0.5)
+    radius = np.minimum(np.hypot(x[:, None], y[None, :]) + size, crane.jib_length_m)
+    luff = np.clip(luff_of_radius(jib, radius), *jib.luff_rad)
+    inner = np.maximum(radius - half_m - 2.0 * size - jib.pivot_offset_m, 0.0)
+    tip_m = np.minimum(tip_height_m(jib, radius) - LUFFING_HOOK_ROOM_M, crane.highest_hook_m) - crane.sling_m
+    jib_m = jib.pivot_height_m + inner * np.tan(luff) - jib.width_m / 2.0
+    highest = np.floor((np.minimum(tip_m, jib_m) - frame.origin_m[2]) / size + 1e-6)
+    ceiling: NDArray[np.int32] = np.clip(highest, -1, shape[2]).astype(np.int32)
+    return ceiling
 
 
 @kernel

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from bimvox.crane.luffing import LuffingJib, hook_limits, radius_limits
 from bimvox.crane.tower_crane import AxisLimits, Reeving, TowerCrane
 
 
@@ -33,21 +34,27 @@ def reeving_of(crane: TowerCrane) -> Reeving:
     return Reeving(crane.falls, crane.chart, crane.hook_block_kg, crane.trolley.rate, crane.gears)
 
 
-def hoist_limits(crane: TowerCrane, load_kg: float) -> AxisLimits:
-    """Return the limits of the hoist with a load: the rate of the first gear that takes it.
+def winch_limits(crane: TowerCrane, load_kg: float) -> AxisLimits:
+    """Return the limits of the winch with a load: the rate of the first gear that takes it.
 
-    Above the last gear the hoist's own rate holds, or the last gear's where that is slower.
+    Above the last gear the winch's own rate holds, or the last gear's where that is slower.
 
     Args:
         crane: The crane.
         load_kg: Mass of the load, without rigging and hook block; 0 for the empty hook.
     """
+    winch = crane.hoist if crane.luffing is None else crane.luffing.winch
     on_the_rope_kg = load_kg + crane.tackle_kg
     for most_kg, rate_m_s in crane.gears:
         if on_the_rope_kg <= most_kg:
-            return replace(crane.hoist, rate=rate_m_s)
-    slowest = min([crane.hoist.rate, *(rate for _, rate in crane.gears[-1:])])
-    return replace(crane.hoist, rate=slowest)
+            return replace(winch, rate=rate_m_s)
+    return replace(winch, rate=min([winch.rate, *(rate for _, rate in crane.gears[-1:])]))
+
+
+def hoist_limits(crane: TowerCrane, load_kg: float) -> AxisLimits:
+    """Return the limits of the hook's height with a load: the winch's, or for a luffing jib its share of it."""
+    winch = winch_limits(crane, load_kg)
+    return winch if crane.luffing is None else hook_limits(winch)
 
 
 def rigged(crane: TowerCrane, load_kg: float, sling_rise_m: float = 0.0) -> TowerCrane:
@@ -58,4 +65,33 @@ def rigged(crane: TowerCrane, load_kg: float, sling_rise_m: float = 0.0) -> Towe
         load_kg: Mass of the load, without rigging and hook block; 0 for the empty hook.
         sling_rise_m: How much higher than usual the slings are.
     """
-    return replace(crane, hoist=hoist_limits(crane, load_kg), sling_m=crane.sling_m + sling_rise_m)
+    crane = replace(crane, hoist=hoist_limits(crane, load_kg), sling_m=crane.sling_m + sling_rise_m)
+    if crane.luffing is None:
+        return crane
+    jib = replace(crane.luffing, winch=winch_limits(crane, load_kg))
+    return replace(crane, luffing=jib, trolley=radius_limits(jib, jib.winch, *jib.radii_m))
+
+
+def with_luffing_jib(crane: TowerCrane, jib: LuffingJib) -> TowerCrane:
+    """Return the crane with a luffing jib: radii, height and limits of the hook follow from it."""
+    near_m, far_m = jib.radii_m
+    winch = winch_limits(replace(crane, luffing=jib), crane.chart.capacity_kg[0])
+    return replace(
+        crane,
+        luffing=jib,
+        jib_height_m=jib.highest_tip_m,
+        jib_length_m=far_m,
+        min_radius_m=near_m,
+        trolley=radius_limits(jib, winch, near_m, far_m),
+        hoist=hook_limits(winch),
+    )
+
+
+def pose_limits(crane: TowerCrane) -> tuple[AxisLimits, AxisLimits, AxisLimits]:
+    """Return limits on slewing, radius and height that no motion of the crane exceeds, in any gear, at any radius."""
+    if crane.luffing is None:
+        return crane.slewing, crane.trolley, crane.hoist
+    jib, winch = crane.luffing, crane.luffing.winch
+    fastest = AxisLimits(max([winch.rate, *(rate for _, rate in crane.gears)]), winch.acceleration, winch.jerk)
+    near_m = jib.radii_m[0]
+    return crane.slewing, radius_limits(jib, fastest, near_m, near_m), hook_limits(fastest)

@@ -1,27 +1,14 @@
-"""A hammerhead tower crane: what it is, in numbers. The motion maths is in ``kinematics``."""
+"""A crane: what it is, in numbers. The motion maths is in ``kinematics``."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
 
+from bimvox.crane.axis_limits import AxisLimits as AxisLimits
+from bimvox.crane.luffing import LuffingJib
 from bimvox.crane.working_range import UNLIMITED, SlowZone, WorkingRange
 from bimvox.errors import InputError
-
-
-@dataclass(frozen=True, slots=True)
-class AxisLimits:
-    """Limits of one axis, in the axis's unit (rad or m) and seconds.
-
-    Attributes:
-        rate: Highest speed, unit/s.
-        acceleration: Highest acceleration, unit/s^2.
-        jerk: Highest change of acceleration, unit/s^3.
-    """
-
-    rate: float
-    acceleration: float
-    jerk: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +100,7 @@ class CranePose:
 
 @dataclass(frozen=True, slots=True)
 class TowerCrane:
-    """A hammerhead tower crane in the site's frame.
+    """A crane in the site's frame: a hammerhead unless ``luffing`` says otherwise.
 
     Attributes:
         name: Name of the machine.
@@ -134,6 +121,10 @@ class TowerCrane:
         max_wind_m_s: Wind speed (gust of 3 s) up to which it works.
         working_range: What its limiters are set to on this site.
         slow_zones: Where it slows down.
+        kind: ``hammerhead``, ``luffing`` or ``mobile``.
+        luffing: The jib, where it luffs. ``trolley`` and ``hoist`` are then limits on the hook's radius and height that
+            keep the luffing axis and the winch within theirs; ``jib_height_m`` is the tip's at the steepest,
+            ``jib_length_m`` and ``min_radius_m`` are its radii.
     """
 
     name: str
@@ -154,6 +145,8 @@ class TowerCrane:
     max_wind_m_s: float = 20.0
     working_range: WorkingRange = UNLIMITED
     slow_zones: tuple[SlowZone, ...] = ()
+    kind: str = "hammerhead"
+    luffing: LuffingJib | None = None
 
     @property
     def highest_hook_m(self) -> float:

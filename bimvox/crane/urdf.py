@@ -1,7 +1,7 @@
-"""The crane as a URDF robot: links of boxes, joints ``slewing``, ``trolley`` and ``hoist``.
+"""The crane as a URDF robot: links of boxes, joints ``slewing``, ``trolley`` or ``luffing``, and ``hoist``.
 
-The joint names and meanings are those of the log's joint states: slewing rad, trolley m from the slewing axis, hoist m
-of rope below the jib. Specification: http://wiki.ros.org/urdf/XML.
+The joint names and meanings are those of the log's joint states: slewing rad, trolley m from the slewing axis or
+luffing rad above the horizontal, hoist m of rope below the jib. Specification: http://wiki.ros.org/urdf/XML.
 """
 
 from __future__ import annotations
@@ -9,9 +9,8 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 
+from bimvox.crane.luffing import LuffingJib
 from bimvox.crane.tower_crane import AxisLimits, TowerCrane
-
-JOINTS = ("slewing", "trolley", "hoist")
 
 _COUNTER_JIB_SHARE = 0.25
 _HOOK_BLOCK_M = (0.5, 0.5, 1.0)
@@ -26,6 +25,8 @@ def urdf(crane: TowerCrane) -> str:
     Args:
         crane: The crane.
     """
+    if crane.luffing is not None:
+        return _luffing_urdf(crane, crane.luffing)
     robot = ET.Element("robot", name=crane.name)
     mast = crane.mast_size_m
     deck = mast / 2.0
@@ -47,6 +48,41 @@ def urdf(crane: TowerCrane) -> str:
     _limit(trolley, crane.trolley, (crane.min_radius_m, crane.jib_length_m))
     hoist = _joint(robot, "hoist", "prismatic", "trolley", "hook", (0.0, 0.0, 0.0), (0, 0, -1))
     _limit(hoist, crane.hoist, (0.0, height))
+    return _text(robot)
+
+
+def _luffing_urdf(crane: TowerCrane, jib: LuffingJib) -> str:
+    """The URDF of a crane whose jib luffs.
+
+    Frames: ``site``, ``crane_base``, ``platform`` (turns), ``jib`` (at the pivot, x along the jib), ``tip`` (at its
+    end, turned back level by a joint that mimics the luffing), ``hook``.
+    """
+    robot = ET.Element("robot", name=crane.name)
+    ET.SubElement(robot, "link", name="site")
+    base, pivot_m = _link(robot, "crane_base"), jib.pivot_height_m - crane.base_m[2]
+    foot = crane.mast_size_m
+    _box(base, "mast", (foot, foot, pivot_m), (0.0, 0.0, pivot_m / 2.0))
+    platform, tail_m = _link(robot, "platform"), max(jib.pivot_height_m - jib.tail_low_m, 0.5)
+    tail = (jib.tail_radius_m, jib.tail_width_m, tail_m)
+    _box(platform, "counterweight", tail, (-jib.tail_radius_m / 2.0, 0.0, -tail_m / 2.0))
+    _box(_link(robot, "jib"), "jib", (jib.length_m, jib.width_m, jib.width_m), (jib.length_m / 2.0, 0.0, 0.0))
+    _link(robot, "tip")
+    _box(_link(robot, "hook"), "hook", _HOOK_BLOCK_M, (0.0, 0.0, _HOOK_BLOCK_M[2] / 2.0))
+    _joint(robot, "site_to_crane_base", "fixed", "site", "crane_base", crane.base_m)
+    _limit(
+        _joint(robot, "slewing", "continuous", "crane_base", "platform", (0.0, 0.0, pivot_m), (0, 0, 1)), crane.slewing
+    )
+    luffing = _joint(robot, "luffing", "revolute", "platform", "jib", (jib.pivot_offset_m, 0.0, 0.0), (0, -1, 0))
+    _limit(luffing, jib.limits, jib.luff_rad)
+    level = _joint(robot, "level", "revolute", "jib", "tip", (jib.length_m, 0.0, 0.0), (0, 1, 0))
+    _limit(level, jib.limits, jib.luff_rad)
+    ET.SubElement(level, "mimic", joint="luffing", multiplier="1", offset="0")
+    hoist = _joint(robot, "hoist", "prismatic", "tip", "hook", (0.0, 0.0, 0.0), (0, 0, -1))
+    _limit(hoist, jib.winch, (0.0, jib.highest_tip_m - crane.base_m[2]))
+    return _text(robot)
+
+
+def _text(robot: ET.Element) -> str:
     ET.indent(robot)
     return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.kinematics import joints_of
+from bimvox.crane.luffing import LuffingJib
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.boxes import boxes_of
 from bimvox.grid.labels import Label
 from bimvox.log.gltf import GltfWriter
@@ -124,6 +127,9 @@ def _crane(writer: GltfWriter, log: PlanLog) -> None:
     times, axes = time_ns / 1e9, axes[first]
     half, top_m = crane.mast_size_m / 2, crane.jib_height_m
     base = np.array(crane.base_m, np.float64)
+    if crane.luffing is not None:
+        _luffing_crane(writer, crane, crane.luffing, times, axes)
+        return
     mast = _boxes(np.array([[-half, -half, 0.0]]), np.array([[half, half, top_m - base[2]]]))
     writer.node("mast", mesh=writer.mesh(*mast, _CRANE_RGB), translation_m=base)
     beam = _boxes(np.array([[-0.28 * crane.jib_length_m, -0.4, 0.0]]), np.array([[crane.jib_length_m, 0.4, 1.2]]))
@@ -142,6 +148,50 @@ def _crane(writer: GltfWriter, log: PlanLog) -> None:
     scale[:, 2] = np.maximum(top_m - axes[:, 2], _GONE)
     kept = _corners(times, scale, STRAIGHT_M)
     writer.move(node, "scale", times[kept], scale[kept])
+
+
+def _luffing_crane(
+    writer: GltfWriter, crane: TowerCrane, jib: LuffingJib, times: NDArray[np.float64], axes: NDArray[np.float64]
+) -> None:
+    """Add mast or undercarriage, platform, luffing jib and rope, moved by the joints."""
+    slewing, luff, rope_m = joints_of(crane, axes).T
+    base, half, wide = np.array(crane.base_m, np.float64), crane.mast_size_m / 2, jib.width_m / 2
+    pivot_m = jib.pivot_height_m - base[2]
+    mast = _boxes(np.array([[-half, -half, 0.0]]), np.array([[half, half, pivot_m]]))
+    writer.node("mast", mesh=writer.mesh(*mast, _CRANE_RGB), translation_m=base)
+    tail = jib.tail_width_m / 2
+    deck = _boxes(
+        np.array([[-jib.tail_radius_m, -tail, jib.tail_low_m - jib.pivot_height_m]]),
+        np.array([[max(jib.pivot_offset_m, 0.1), tail, 0.0]]),
+    )
+    platform = writer.node(
+        "platform", mesh=writer.mesh(*deck, _CRANE_RGB), translation_m=base + np.array([0.0, 0.0, pivot_m])
+    )
+    none = np.zeros(len(axes))
+    kept = _corners(times, slewing[:, None], _TURNED, longest=np.pi / 4)
+    writer.move(
+        platform,
+        "rotation",
+        times[kept],
+        np.stack([none, none, np.sin(slewing / 2), np.cos(slewing / 2)], axis=1)[kept],
+    )
+    beam = _boxes(np.array([[0.0, -wide, -wide]]), np.array([[jib.length_m, wide, wide]]))
+    arm = writer.node(
+        "jib",
+        mesh=writer.mesh(*beam, _CRANE_RGB),
+        translation_m=np.array([jib.pivot_offset_m, 0.0, 0.0]),
+        parent=platform,
+    )
+    kept = _corners(times, luff[:, None], _TURNED, longest=np.pi / 4)
+    up = np.stack([none, -np.sin(luff / 2), none, np.cos(luff / 2)], axis=1)
+    writer.move(arm, "rotation", times[kept], up[kept])
+    tip = writer.node("tip", translation_m=np.array([jib.length_m, 0.0, 0.0]), parent=arm)
+    writer.move(tip, "rotation", times[kept], (up * [1.0, -1.0, 1.0, 1.0])[kept])
+    line = writer.mesh(*_boxes(np.array([[-0.05, -0.05, -1.0]]), np.array([[0.05, 0.05, 0.0]])), (40, 40, 40))
+    rope = writer.node("rope", mesh=line, parent=tip)
+    scale = np.stack([none + 1.0, none + 1.0, np.maximum(rope_m, _GONE)], axis=1)
+    kept = _corners(times, scale, STRAIGHT_M)
+    writer.move(rope, "scale", times[kept], scale[kept])
 
 
 def _boxes(low: NDArray[np.float64], high: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int32]]:

@@ -6,6 +6,7 @@ prints are both made from them. Fields are only ever added, never renumbered.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import Any, NamedTuple
@@ -14,6 +15,8 @@ import numpy as np
 from google.protobuf import descriptor_pool, message_factory, timestamp_pb2
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto
 
+from bimvox.crane.kinematics import joints_of
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.messages import stamp
 from bimvox.log.rows import Rows, rows_of
 from bimvox.trajectory.commands import CraneCommand
@@ -55,6 +58,10 @@ FIELDS = (
     _Field(10, "double", "height_m", "Height of the hook above the site's z = 0 at the next command."),
     _Field(11, "double", "rope_length_m", "Rope below the jib at the next command."),
     _Field(12, "bool", "loaded", "Whether the component hangs on the hook."),
+    _Field(13, "double", "luff_rad", "Luff angle of the jib at the next command; 0 where a trolley runs on it."),
+    _Field(
+        14, "double", "luff_rate_rad_s", "Luffing rate there, up positive; the radius then goes at trolley_rate_m_s."
+    ),
 )
 
 _VALUES = tuple(field.name for field in FIELDS if field.type == "double")
@@ -117,15 +124,16 @@ CraneCommandMessage: Any = _message_class()
 """The protobuf class."""
 
 
-def to_messages(commands: Iterable[CraneCommand], component_ids: list[str], jib_height_m: float) -> Iterable[Any]:
+def to_messages(commands: Iterable[CraneCommand], component_ids: list[str], crane: TowerCrane) -> Iterable[Any]:
     """Yield commands as protobuf messages.
 
     Args:
         commands: In order.
         component_ids: Id of every component, by its index.
-        jib_height_m: Height of the rope's exit, for the rope length.
+        crane: The crane, for the rope's length and the luff angle.
     """
     for command in commands:
+        rope_length_m, luff_rad, luff_rate_rad_s = _of_machine(crane, command)
         yield CraneCommandMessage(
             time=stamp(command.time_ns),
             lift_order=command.order,
@@ -137,22 +145,24 @@ def to_messages(commands: Iterable[CraneCommand], component_ids: list[str], jib_
             slew_rad=command.target_slew_rad,
             radius_m=command.target_radius_m,
             height_m=command.target_height_m,
-            rope_length_m=jib_height_m - command.target_height_m,
+            rope_length_m=rope_length_m,
             loaded=command.loaded,
+            luff_rad=luff_rad,
+            luff_rate_rad_s=luff_rate_rad_s,
         )
 
 
-def command_rows(commands: Sequence[CraneCommand], component_ids: list[str], jib_height_m: float) -> Iterator[Rows]:
+def command_rows(commands: Sequence[CraneCommand], component_ids: list[str], crane: TowerCrane) -> Iterator[Rows]:
     """Yield the messages of one lift's commands, serialized, phase by phase.
 
     Args:
         commands: In order.
         component_ids: Id of every component, by its index.
-        jib_height_m: Height of the rope's exit, for the rope length.
+        crane: The crane, for the rope's length and the luff angle.
     """
     for _, group in groupby(commands, key=lambda command: (command.phase, command.loaded)):
         of_phase = list(group)
-        (message,) = to_messages(of_phase[:1], component_ids, jib_height_m)
+        (message,) = to_messages(of_phase[:1], component_ids, crane)
 
         def command(time_ns: int, row: Sequence[float], message: Any = message) -> Any:
             message.time.CopyFrom(stamp(time_ns))
@@ -169,9 +179,19 @@ def command_rows(commands: Sequence[CraneCommand], component_ids: list[str], jib
                     c.target_slew_rad,
                     c.target_radius_m,
                     c.target_height_m,
-                    jib_height_m - c.target_height_m,
+                    *_of_machine(crane, c),
                 )
                 for c in of_phase
             ]
         )
         yield rows_of(COMMAND, np.array([c.time_ns for c in of_phase], np.int64), values, command)
+
+
+def _of_machine(crane: TowerCrane, command: CraneCommand) -> tuple[float, float, float]:
+    """Rope below the jib, luff angle and luffing rate where a command leads."""
+    pose = np.array([[command.target_slew_rad, command.target_radius_m, command.target_height_m]])
+    (_, second, rope_m) = joints_of(crane, pose)[0].tolist()
+    jib = crane.luffing
+    if jib is None:
+        return rope_m, 0.0, 0.0
+    return rope_m, second, -command.trolley_rate_m_s / (jib.length_m * math.sin(second))

@@ -11,18 +11,23 @@ from typing import Any
 
 import numpy as np
 
-from bimvox.crane.urdf import JOINTS
+from bimvox.crane.kinematics import joint_names
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log import topics
 from bimvox.site.site import Site
 
 SCENE_PANEL = "3D!scene"
-JOINT_PANELS = tuple(f"Plot!{joint}" for joint in JOINTS)
 RATE_PANEL = "Plot!rates"
 PHASE_PANEL = "StateTransitions!phases"
 COMMAND_PANEL = "Table!command"
 LOG_PANEL = "RosOut!log"
-_UNITS = {"slewing": "rad", "trolley": "m", "hoist": "m of rope"}
+_UNITS = {"slewing": "rad", "trolley": "m", "luffing": "rad", "hoist": "m of rope"}
 _RATES = ("slew_rate_rad_s", "trolley_rate_m_s", "hoist_rate_m_s")
+
+
+def joint_panels(crane: TowerCrane) -> tuple[str, ...]:
+    """Return the names of the panels that plot the joints of a crane."""
+    return tuple(f"Plot!{joint}" for joint in joint_names(crane))
 
 
 def foxglove_layout(site: Site) -> dict[str, Any]:
@@ -34,7 +39,8 @@ def foxglove_layout(site: Site) -> dict[str, Any]:
     panels: dict[str, Any] = {SCENE_PANEL: _scene(site), LOG_PANEL: _log()}
     right: Any = LOG_PANEL
     if site.crane is not None:
-        for panel, joint in zip(JOINT_PANELS, JOINTS, strict=True):
+        panels_of_joints = joint_panels(site.crane)
+        for panel, joint in zip(panels_of_joints, joint_names(site.crane), strict=True):
             value = f'{topics.JOINTS}.joints[:]{{name=="{joint}"}}.position'
             panels[panel] = _plot(f"{joint}, {_UNITS[joint]}", [(value, joint)])
         panels[RATE_PANEL] = _plot("commanded rates", [(f"{topics.COMMAND}.{rate}", rate) for rate in _RATES])
@@ -47,7 +53,7 @@ def foxglove_layout(site: Site) -> dict[str, Any]:
             ],
         }
         panels[COMMAND_PANEL] = {"foxglovePanelTitle": "crane command", "topicPath": topics.COMMAND}
-        plots = _stacked([*JOINT_PANELS, RATE_PANEL, PHASE_PANEL])
+        plots = _stacked([*panels_of_joints, RATE_PANEL, PHASE_PANEL])
         right = _split("column", plots, _split("row", COMMAND_PANEL, LOG_PANEL, 50), 72)
     return {
         "configById": panels,

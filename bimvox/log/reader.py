@@ -12,7 +12,7 @@ from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from google.protobuf.message import DecodeError as ProtobufError
 from numpy.typing import NDArray
 
-from bimvox.crane.urdf import JOINTS
+from bimvox.crane.kinematics import axes_of_joints, joint_names
 from bimvox.errors import LogFileError
 from bimvox.log import topics
 from bimvox.log.bundle import site_from_bytes
@@ -145,18 +145,18 @@ def _joints(messages: list[LogMessage], site: Site, path: Path) -> JointSamples:
         raise LogFileError(path, "it holds motions, but its site has no crane")
     found = [message for message in messages if message.topic == topics.JOINTS]
     found.sort(key=lambda message: message.sequence)
-    positions = np.array([_positions(message.data, path) for message in found], np.float64).reshape(-1, len(JOINTS))
-    positions[:, 2] = site.crane.jib_height_m - positions[:, 2]
+    names = joint_names(site.crane)
+    positions = np.array([_positions(message.data, names, path) for message in found], np.float64).reshape(-1, 3)
     return JointSamples(
         sequence=np.array([message.sequence for message in found], np.int64),
         time_ns=np.array([message.time_ns for message in found], np.int64),
-        axes=positions,
+        axes=axes_of_joints(site.crane, positions),
     )
 
 
-def _positions(data: bytes, path: Path) -> list[float]:
+def _positions(data: bytes, names: tuple[str, ...], path: Path) -> list[float]:
     states: dict[str, Any] = {joint.name: joint for joint in JointStates.FromString(data).joints}
     try:
-        return [float(states[name].position) for name in JOINTS]
+        return [float(states[name].position) for name in names]
     except KeyError as error:
         raise LogFileError(path, f"a joint state in it lacks the joint {error}") from error

@@ -17,7 +17,8 @@ from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
 from bimvox import __version__
-from bimvox.crane.urdf import JOINTS, urdf
+from bimvox.crane.kinematics import joint_names, joints_of
+from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError
 from bimvox.log import topics
 from bimvox.log.bundle import site_to_bytes
@@ -203,7 +204,7 @@ def _joints(record: PlanLog) -> Iterator[Rows]:
     crane = record.plan.site.crane
     if crane is None:
         return
-    states = JointStates(joints=[JointState(name=name) for name in JOINTS])
+    states = JointStates(joints=[JointState(name=name) for name in joint_names(crane)])
 
     def joints(time_ns: int, row: Sequence[float]) -> Any:
         states.timestamp.CopyFrom(stamp(time_ns))
@@ -213,8 +214,7 @@ def _joints(record: PlanLog) -> Iterator[Rows]:
 
     for motion in record.motions:
         times, axes = motion.samples()
-        values = axes * np.array([1.0, 1.0, -1.0]) + np.array([0.0, 0.0, crane.jib_height_m])
-        yield rows_of(topics.JOINTS, times, values, joints)
+        yield rows_of(topics.JOINTS, times, joints_of(crane, axes), joints)
 
 
 def _commands(record: PlanLog) -> Iterator[Rows]:
@@ -224,4 +224,4 @@ def _commands(record: PlanLog) -> Iterator[Rows]:
     ids = [component.id for component in record.plan.site.components]
     for motion in record.motions:
         told = commands([motion], record.plan.site.rules.sample_period_s)
-        yield from command_rows(told, ids, crane.jib_height_m)
+        yield from command_rows(told, ids, crane)

@@ -21,7 +21,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.urdf import JOINTS, urdf
+from bimvox.crane.kinematics import joint_names, joints_of
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
@@ -116,19 +118,19 @@ def _write(bag: _Bag, log: PlanLog) -> None:
                 bag.write("/tf", time_ns, bag.make("tf2_msgs/msg/TFMessage", transforms=[transform]))
             continue
         times, axes = motion.samples()
-        joints = axes * (1.0, 1.0, -1.0) + (0.0, 0.0, site.crane.jib_height_m)
-        bag.write("/joint_trajectory", int(times[0]), _trajectory(bag, times, joints))
+        joints, names = joints_of(site.crane, axes), joint_names(site.crane)
+        bag.write("/joint_trajectory", int(times[0]), _trajectory(bag, times, joints, names))
         for time_ns, values in zip(times.tolist(), joints, strict=True):
             state = bag.make(
                 "sensor_msgs/msg/JointState",
                 header=bag.header(time_ns, ""),
-                name=list(JOINTS),
+                name=list(names),
                 position=values.copy(),
                 velocity=np.zeros(0),
                 effort=np.zeros(0),
             )
             bag.write("/joint_states", time_ns, state)
-            chain = _chain(bag, time_ns, site.crane.base_m, site.crane.jib_height_m, values)
+            chain = _chain(bag, time_ns, site.crane, values)
             load = loads.get(time_ns)
             transforms = chain if load is None else [*chain, load]
             bag.write("/tf", time_ns, bag.make("tf2_msgs/msg/TFMessage", transforms=transforms))
@@ -154,7 +156,7 @@ def _loads(bag: _Bag, track: LoadTrack, frame: str) -> dict[int, Any]:
     }
 
 
-def _trajectory(bag: _Bag, times: NDArray[np.int64], joints: NDArray[np.float64]) -> Any:
+def _trajectory(bag: _Bag, times: NDArray[np.int64], joints: NDArray[np.float64], names: tuple[str, ...]) -> Any:
     none = np.zeros(0)
     points = [
         bag.make(
@@ -168,13 +170,24 @@ def _trajectory(bag: _Bag, times: NDArray[np.int64], joints: NDArray[np.float64]
         for time_ns, values in zip(times.tolist(), joints, strict=True)
     ]
     header = bag.header(int(times[0]), "")
-    return bag.make("trajectory_msgs/msg/JointTrajectory", header=header, joint_names=list(JOINTS), points=points)
+    return bag.make("trajectory_msgs/msg/JointTrajectory", header=header, joint_names=list(names), points=points)
 
 
-def _chain(bag: _Bag, time_ns: int, base_m: Any, top_m: float, joints: NDArray[np.float64]) -> list[Any]:
+def _chain(bag: _Bag, time_ns: int, crane: TowerCrane, joints: NDArray[np.float64]) -> list[Any]:
     """Return the crane's frames, as in its URDF."""
     slew, radius, rope = (float(value) for value in joints)
+    base_m, top_m, jib = crane.base_m, crane.jib_height_m, crane.luffing
     none, turn = (0, 0, 0, 1), (0, 0, np.sin(slew / 2), np.cos(slew / 2))
+    if jib is not None:
+        half = radius / 2.0  # the second joint is the luff angle
+        up, level = (0, -np.sin(half), 0, np.cos(half)), (0, np.sin(half), 0, np.cos(half))
+        return [
+            bag.transform(time_ns, "site", "crane_base", base_m, none),
+            bag.transform(time_ns, "crane_base", "platform", (0, 0, jib.pivot_height_m - float(base_m[2])), turn),
+            bag.transform(time_ns, "platform", "jib", (jib.pivot_offset_m, 0, 0), up),
+            bag.transform(time_ns, "jib", "tip", (jib.length_m, 0, 0), level),
+            bag.transform(time_ns, "tip", "hook", (0, 0, -rope), none),
+        ]
     return [
         bag.transform(time_ns, "site", "crane_base", base_m, none),
         bag.transform(time_ns, "crane_base", "jib", (0, 0, top_m - float(base_m[2])), turn),

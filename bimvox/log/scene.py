@@ -13,6 +13,7 @@ from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletio
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from numpy.typing import NDArray
 
+from bimvox.crane.luffing import LuffingJib
 from bimvox.grid.boxes import boxes_of
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
@@ -138,14 +139,19 @@ class Scene:
         crane = self.site.crane
         assert crane is not None
         width_m = crane.mast_size_m
-        boxes = {
-            "jib": (
-                (-0.2 * crane.jib_length_m, -width_m / 4, width_m / 4),
-                (1.2 * crane.jib_length_m, width_m / 2, width_m / 2),
-            ),
-            "trolley": ((-width_m / 4, -width_m / 4, 0.0), (width_m / 2, width_m / 2, width_m / 4)),
-            "hook": ((-width_m / 8, -width_m / 8, 0.0), (width_m / 4, width_m / 4, width_m / 2)),
-        }
+        jib = crane.luffing
+        boxes = (
+            _luffing_boxes(jib)
+            if jib is not None
+            else {
+                "jib": (
+                    (-0.2 * crane.jib_length_m, -width_m / 4, width_m / 4),
+                    (1.2 * crane.jib_length_m, width_m / 2, width_m / 2),
+                ),
+                "trolley": ((-width_m / 4, -width_m / 4, 0.0), (width_m / 2, width_m / 2, width_m / 4)),
+                "hook": ((-width_m / 8, -width_m / 8, 0.0), (width_m / 4, width_m / 4, width_m / 2)),
+            }
+        )
         return [
             SceneEntity(
                 timestamp=stamp(time_ns),
@@ -156,6 +162,19 @@ class Scene:
             )
             for part, (low, size) in boxes.items()
         ]
+
+
+def _luffing_boxes(jib: LuffingJib) -> dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]]:
+    """Jib, counterweight and hook block: lowest corner and size in their frames."""
+    width_m, tail_m = jib.width_m, max(0.5, jib.pivot_height_m - jib.tail_low_m)
+    return {
+        "jib": ((0.0, -width_m / 2, -width_m / 2), (jib.length_m, width_m, width_m)),
+        "platform": (
+            (-jib.tail_radius_m, -jib.tail_width_m / 2, -tail_m),
+            (jib.tail_radius_m, jib.tail_width_m, tail_m),
+        ),
+        "hook": ((-0.3, -0.3, 0.0), (0.6, 0.6, 1.0)),
+    }
 
 
 def scene_messages(

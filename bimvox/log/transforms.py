@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from numpy.typing import NDArray
 
-from bimvox.crane.kinematics import hook_of
+from bimvox.crane.kinematics import hook_of, joints_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.messages import stamp
 from bimvox.log.rows import Rows, rows_of
@@ -20,7 +20,8 @@ from bimvox.log.scene import component_frame
 from bimvox.log.topics import TF
 from bimvox.log.track import LoadTrack
 
-_OF_CRANE = 4
+Frames = tuple[list[Any], Callable[[Sequence[float]], None], NDArray[np.float64]]
+"""The crane's frames, what sets them from a row of numbers, and the rows."""
 
 
 def crane_transforms(
@@ -35,35 +36,61 @@ def crane_transforms(
         track: The load's, at a part of those samples.
         component_id: The load.
     """
-    base_m, height_m = crane.base_m, crane.jib_height_m - crane.base_m[2]
-    slew, radius, height = axes.T
     # The load keeps its orientation while the jib turns under it, so its frame turns back against the hook's.
     position, turn = _in_hook_frame(crane, time_ns, axes, track)
     # Made once, and set anew for each sample: a message that takes them in copies them.
-    base = _frame("site", "crane_base", _vector(base_m))
-    jib = _frame("crane_base", "jib", Vector3(z=height_m))
-    trolley, hook = _frame("jib", "trolley", Vector3()), _frame("trolley", "hook", Vector3())
+    own, move, rows = _luffing_frames(crane, axes) if crane.luffing else _trolley_frames(crane, axes)
+    of_crane = rows.shape[1]
     load = _frame("hook", component_frame(component_id), Vector3())
 
     def chain(t: int, row: Sequence[float]) -> Any:
-        frames, when = [base, jib, trolley, hook], stamp(t)
-        jib.rotation.z, jib.rotation.w, trolley.translation.x, hook.translation.z = row[:4]
-        if len(row) > _OF_CRANE:
+        frames, when = list(own), stamp(t)
+        move(row)
+        if len(row) > of_crane:
             at, turned = load.translation, load.rotation
-            at.x, at.y, at.z, turned.x, turned.y, turned.z, turned.w = row[_OF_CRANE:]
+            at.x, at.y, at.z, turned.x, turned.y, turned.z, turned.w = row[of_crane:]
             frames.append(load)
         for frame in frames:
             frame.timestamp.CopyFrom(when)
         return FrameTransforms(transforms=frames)
 
-    rows = np.stack([np.sin(slew / 2.0), np.cos(slew / 2.0), radius, height - crane.jib_height_m], axis=1)
     first = int(np.searchsorted(time_ns, track.time_ns[0]))
     held = np.isin(time_ns, track.time_ns)
     last = first + int(held[first:].argmin()) if not held[first:].all() else len(time_ns)
-    own = np.isin(track.time_ns, time_ns)  # while it is turned the load has samples of its own
-    loaded = np.concatenate([rows[first:last], position[own], turn[own]], axis=1)
+    sampled = np.isin(track.time_ns, time_ns)  # while it is turned the load has samples of its own
+    loaded = np.concatenate([rows[first:last], position[sampled], turn[sampled]], axis=1)
     for span, values in ((slice(0, first), rows), (slice(first, last), loaded), (slice(last, None), rows)):
         yield rows_of(TF, time_ns[span], values if values is loaded else values[span], chain)
+
+
+def _trolley_frames(crane: TowerCrane, axes: NDArray[np.float64]) -> Frames:
+    slew, radius, height = axes.T
+    base = _frame("site", "crane_base", _vector(crane.base_m))
+    jib = _frame("crane_base", "jib", Vector3(z=crane.jib_height_m - crane.base_m[2]))
+    trolley, hook = _frame("jib", "trolley", Vector3()), _frame("trolley", "hook", Vector3())
+
+    def move(row: Sequence[float]) -> None:
+        jib.rotation.z, jib.rotation.w, trolley.translation.x, hook.translation.z = row[:4]
+
+    rows = np.stack([np.sin(slew / 2.0), np.cos(slew / 2.0), radius, height - crane.jib_height_m], axis=1)
+    return [base, jib, trolley, hook], move, rows
+
+
+def _luffing_frames(crane: TowerCrane, axes: NDArray[np.float64]) -> Frames:
+    assert crane.luffing is not None
+    slewing, luff, rope = joints_of(crane, axes).T
+    base = _frame("site", "crane_base", _vector(crane.base_m))
+    platform = _frame("crane_base", "platform", Vector3(z=crane.luffing.pivot_height_m - crane.base_m[2]))
+    jib = _frame("platform", "jib", Vector3(x=crane.luffing.pivot_offset_m))
+    tip, hook = _frame("jib", "tip", Vector3(x=crane.luffing.length_m)), _frame("tip", "hook", Vector3())
+
+    def move(row: Sequence[float]) -> None:
+        platform.rotation.z, platform.rotation.w, jib.rotation.y, jib.rotation.w = row[:4]
+        tip.rotation.y, tip.rotation.w, hook.translation.z = row[4:7]
+
+    half, up = slewing / 2.0, luff / 2.0
+    rows = [np.sin(half), np.cos(half), -np.sin(up), np.cos(up), np.sin(up), np.cos(up), -rope]
+    return [base, platform, jib, tip, hook], move, np.stack(rows, axis=1)
 
 
 def _frame(parent: str, child: str, translation: Any) -> Any:

@@ -9,6 +9,7 @@ import numpy as np
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from numpy.typing import NDArray
 
+from bimvox.crane.rigging import pose_limits
 from bimvox.log import topics
 from bimvox.log.container import Contents
 from bimvox.log.crane_command import CraneCommandMessage
@@ -108,7 +109,7 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
     crane = log.plan.site.crane
     if crane is None:
         return check
-    most = np.array([axis.acceleration for axis in (crane.slewing, crane.trolley, crane.hoist)])
+    most = np.array([axis.acceleration for axis in pose_limits(crane)])
     allowed = 2.0 * most * log.plan.site.rules.sample_period_s**2 / 8.0 + _ROUNDING
     found = [CraneCommandMessage.FromString(m.data) for m in contents.messages if m.topic == topics.COMMAND]
     told = {order: [c for c in found if c.lift_order == order] for order in {c.lift_order for c in found}}

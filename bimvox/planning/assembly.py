@@ -25,7 +25,7 @@ from bimvox.planning.sequence import Sequence, Sequencer
 from bimvox.planning.shorten import order_and_yard
 from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.site.component import Component, IntVec
-from bimvox.site.margin import grown_cells, in_transit, margin_vox
+from bimvox.site.margin import grown_cells, margin_vox
 from bimvox.site.site import GROUND_ID, Site
 
 Progress = Callable[[str, int, int], None]
@@ -203,7 +203,7 @@ class Assembly:
         """Return the collision rule for the transit of component ``index`` now, its departure cleared."""
         component, place = self._site.components[index], self._preparation.places[index]
         free = self._occupancy.clearance(component)
-        transit = in_transit(free, self._margin)
+        transit = self._occupancy.transit(component, free)
         return (
             transit if place is None else with_cleared(transit, _departure(free, transit, place.transit_start_vox)[0])
         )
@@ -243,7 +243,7 @@ class Assembly:
         start = place.transit_start_vox
         if not placement_is_free(clearance, *start):
             return self._blocked_start(component, clearance, start)
-        transit = in_transit(clearance, self._margin)
+        transit = self._occupancy.transit(component, clearance)
         departure, is_out = _departure(clearance, transit, start)
         if not is_out:
             return self._too_near(component, departure)
@@ -269,13 +269,13 @@ class Assembly:
         self.skip(index)
         assert place is not None
         clearance = self._occupancy.clearance(component)
-        transit = in_transit(clearance, self._margin)
+        transit = self._occupancy.transit(component, clearance)
         insertion = self._insertion(component, clearance, transit)
         blocked = insertion if isinstance(insertion, Obstacle) else None
         last = Insertion(last_vox) if isinstance(insertion, Obstacle) else insertion
         rule = (
             with_cleared(transit, _departure(clearance, transit, place.transit_start_vox)[0])
-            if self._margin
+            if self._margin or self._site.rules.rope_clearance_m > 0.0
             else transit
         )
         return Stage(component, place, rule, place.transit_start_vox, last), blocked
@@ -307,7 +307,7 @@ class Assembly:
         """Straight up from the yard it never gets as far from everything as it has to be in transit."""
         around = grown_cells(component.shape.cells, self._margin) + departure[-1]
         who = tuple(name for name in self.who_is_at(around) if name != GROUND_ID)
-        margin_m = self._site.rules.transit_clearance_m
+        margin_m = max(self._site.rules.transit_clearance_m, self._site.rules.rope_clearance_m)
         return Obstacle(f"it finds no room of {margin_m:g} m on every side straight above its place in the yard", who)
 
     def _blocked_target(self, blocked: NoInsertion) -> Obstacle:

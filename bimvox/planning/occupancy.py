@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from bimvox.grid.occupancy import summed_area_table, top_of_columns, update_table
 from bimvox.planning.lift import YardPlace
 from bimvox.site.clearance import NOTHING_CLEARED, Clearance
 from bimvox.site.component import Component, IntVec
 from bimvox.site.hook_room import hook_room
+from bimvox.site.margin import in_transit, margin_vox, rope_margin_vox
 from bimvox.site.site import Site
 
 
@@ -65,6 +67,14 @@ class Occupancy:
             *NOTHING_CLEARED,
             room.ceiling,
         )
+
+    def transit(self, component: Component, clearance: Clearance) -> Clearance:
+        """Return the rule that holds for ``component`` between departure and gate: its margins kept."""
+        grown, rope = in_transit(clearance, margin_vox(self._site)), rope_margin_vox(self._site)
+        if rope == 0 or not self._site.rules.rope:
+            return grown
+        top = maximum_filter(self._table_and_top()[1], size=2 * rope + 1, mode="constant")
+        return grown._replace(hook_floor=hook_room(self._site, top, component).floor)
 
     def _table_and_top(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         if self._kept is None:

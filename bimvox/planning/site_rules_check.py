@@ -7,6 +7,7 @@ import shapely
 from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.planning.lift import Lift
 from bimvox.planning.proof import Check
 from bimvox.site.component import Component
 from bimvox.site.site import Site
@@ -66,6 +67,36 @@ def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component
     check.look(
         bool(pressed <= 1.0 + _SHARE),
         f"{component.id}: {sail:.1f} m2 of sail (drag included) and {hung_t:.2f} t in wind of {wind:g} m/s",
+    )
+
+
+def check_rope_margin(check: Check, site: Site, lift: Lift, component: Component, counts: NDArray[np.uint16]) -> None:
+    """Check that in transit nothing stands higher than the end of the hook's line within its clearance in plan.
+
+    Left out are the first placements straight up from the yard, as long as something is near, and the last moves.
+
+    Args:
+        check: Where the result goes.
+        site: The site.
+        lift: The lift; it must have a path.
+        component: Its part.
+        counts: (X, Y, Z) how many things occupy each cell.
+    """
+    assert lift.path_vox is not None
+    path = lift.path_vox
+    reach = int(np.ceil(site.rules.rope_clearance_m / site.frame.voxel_size_m - 1e-9))
+    near = np.zeros(len(path), np.bool_)
+    for n, (x, y, z) in enumerate((path + np.array(component.hook_offset_vox, np.int32)).tolist()):
+        beside = counts[max(0, x - reach) : x + reach + 1, max(0, y - reach) : y + reach + 1, max(0, z) :]
+        near[n] = bool(beside.any())
+    rising = (path[:, :2] == path[0, :2]).all(axis=1) & (np.diff(path[:, 2], prepend=path[0, 2] - 1) == 1)
+    gate = max(0, len(path) - 1 - lift.contact_moves)
+    leaving = np.logical_and.accumulate(rising & near)
+    bad = np.flatnonzero((near & ~leaving)[: gate + 1])
+    check.look(
+        not len(bad),
+        f"{component.id}: at {bad[:1]} its rope is nearer than {site.rules.rope_clearance_m:g} m to something",
+        samples=gate + 1,
     )
 
 

@@ -19,7 +19,7 @@ from bimvox.planning.marks import Marks
 from bimvox.planning.moment import Thing, cells_in_common, moments, near_and_far, passed_by
 from bimvox.planning.proof import Check, Verification, turn_to
 from bimvox.planning.shape_check import check_shape
-from bimvox.planning.site_rules_check import check_wind, check_zones
+from bimvox.planning.site_rules_check import check_rope_margin, check_wind, check_zones
 from bimvox.planning.stands_check import check_stands
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component, StoredPose
@@ -69,6 +69,8 @@ class _Verifier:
         self.checks = {name: Check(name) for name in names}
         if self.site.rules.transit_clearance_m > 0.0:
             self.checks["margin"] = Check("margin")
+        if self.site.crane is not None and self.site.rules.rope and self.site.rules.rope_clearance_m > 0.0:
+            self.checks["rope_margin"] = Check("rope_margin")
         if self.site.crane is not None and self.site.rules.wind_speed_m_s > 0.0:
             self.checks["wind"] = Check("wind", unit="share of permitted wind")
         self.checks["triangles"].unit = "m"
@@ -135,6 +137,8 @@ class _Verifier:
         self._check_yard(lift, component, present)
         self._check_cells(lift, component, path, present)
         self._check_margin(lift, component, path, present)
+        if "rope_margin" in self.checks:
+            check_rope_margin(self.checks["rope_margin"], self.site, lift, component, self.marks.counts)
         self._check_hook(component, path, present)
         self._check_support(component, placed)
 

@@ -43,6 +43,10 @@ def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = N
         pose: Where its axes are.
         load_m: (N, 3) points that the slings are fixed to; None for an empty hook.
     """
+    if crane.luffing is not None:
+        from bimvox.render.luffing_parts import luffing_parts
+
+        return luffing_parts(crane, crane.luffing, pose, load_m)
     base, width, top_m = np.array(crane.base_m), crane.mast_size_m, crane.jib_height_m
     along = np.array([np.cos(pose.slew_rad), np.sin(pose.slew_rad), 0.0])
     aside = np.array([-along[1], along[0], 0.0])
@@ -53,8 +57,8 @@ def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = N
     tip = axis + along * (crane.jib_length_m + 0.5 * width)
     rear = axis - along * back
 
-    mast_chords, mast_lacing = _mast(base, width, top_m)
-    jib_chords, jib_lacing = _jib(axis + along * 0.5 * width, tip, aside, width)
+    mast_chords, mast_lacing = mast_lattice(base, width, top_m)
+    jib_chords, jib_lacing = jib_lattice(axis + along * 0.5 * width, tip, aside, width)
     side = 0.35 * width * aside
     deck = [(axis + s * side, rear + along * 0.05 * back + s * side) for s in (-1.0, 1.0)]
     legs = [(axis + 0.5 * width * (a * along + b * aside), apex) for a, b in ((-1, -1), (-1, 1), (1, -1), (1, 1))]
@@ -92,21 +96,23 @@ def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = N
         Strokes(np.array(falls + slings), ROPE, width_px=1.1, width_m=0.02 * width, layer=Layer.CRANE),
     )
     blocks = (
-        _block(base + _UP * 0.1 * width, east, north, (2.2 * width, 2.2 * width, 0.2 * width), CONCRETE),
-        _block(axis - _UP * 0.15 * width, along, aside, (1.1 * width, 1.1 * width, 0.3 * width), CRANE),
-        _block(
+        block_of(base + _UP * 0.1 * width, east, north, (2.2 * width, 2.2 * width, 0.2 * width), CONCRETE),
+        block_of(axis - _UP * 0.15 * width, along, aside, (1.1 * width, 1.1 * width, 0.3 * width), CRANE),
+        block_of(
             axis + aside * 0.95 * width + along * 0.3 * width - _UP * 0.75 * width,
             along, aside, (0.9 * width, 0.8 * width, 1.1 * width), (196, 206, 214),
         ),
-        _block(rear + along * 0.1 * back - _UP * 0.5 * width, along, aside, (0.2 * back, width, 1.3 * width), CONCRETE),
-        _block(trolley, along, aside, (0.8 * width, 0.9 * width, 0.2 * width), CRANE_EDGE),
-        _block(hook + _UP * 0.2 * width, along, aside, (0.35 * width, 0.25 * width, 0.4 * width), CRANE),
+        block_of(
+            rear + along * 0.1 * back - _UP * 0.5 * width, along, aside, (0.2 * back, width, 1.3 * width), CONCRETE,
+        ),
+        block_of(trolley, along, aside, (0.8 * width, 0.9 * width, 0.2 * width), CRANE_EDGE),
+        block_of(hook + _UP * 0.2 * width, along, aside, (0.35 * width, 0.25 * width, 0.4 * width), CRANE),
     )  # fmt: skip
     shown = axis + along * min(pose.radius_m + _BEYOND * crane.jib_length_m, crane.jib_length_m) + ridge
     return CraneParts(strokes, blocks, np.array([base, apex, shown, hook, axis - along * _BEYOND * back]))
 
 
-def _mast(base: Vec, width: float, top_m: float) -> tuple[list[tuple[Vec, Vec]], list[tuple[Vec, Vec]]]:
+def mast_lattice(base: Vec, width: float, top_m: float) -> tuple[list[tuple[Vec, Vec]], list[tuple[Vec, Vec]]]:
     """Chords and lacing of the mast: one diagonal per panel and side, turning at every panel."""
     corners = [np.array([a, b, 0.0]) * width / 2.0 for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     height = top_m - base[2]
@@ -124,9 +130,11 @@ def _mast(base: Vec, width: float, top_m: float) -> tuple[list[tuple[Vec, Vec]],
     return chords, lacing
 
 
-def _jib(foot: Vec, tip: Vec, aside: Vec, width: float) -> tuple[list[tuple[Vec, Vec]], list[tuple[Vec, Vec]]]:
+def jib_lattice(
+    foot: Vec, tip: Vec, aside: Vec, width: float, up: Vec = _UP
+) -> tuple[list[tuple[Vec, Vec]], list[tuple[Vec, Vec]]]:
     """Chords and lacing of a jib of three chords, the upper one shorter by a panel."""
-    side, ridge = 0.35 * width * aside, 0.8 * width * _UP
+    side, ridge = 0.35 * width * aside, 0.8 * width * up
     length = float(np.linalg.norm(tip - foot))
     panels = max(2, round(length / (1.1 * width)))
     step = (tip - foot) / panels
@@ -141,6 +149,7 @@ def _jib(foot: Vec, tip: Vec, aside: Vec, width: float) -> tuple[list[tuple[Vec,
     return chords, lacing
 
 
-def _block(centre: Vec, along: Vec, aside: Vec, size: tuple[float, float, float], rgb: tuple[int, int, int]) -> Block:
+def block_of(centre: Vec, along: Vec, aside: Vec, size: tuple[float, float, float], rgb: tuple[int, int, int]) -> Block:
+    """Return a box from its middle, the directions of its edges on the plan, and their lengths."""
     half = np.stack([along * size[0] / 2.0, aside * size[1] / 2.0, _UP * size[2] / 2.0])
     return Block(centre, half, rgb)

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.luffing import tip_height_m
 from bimvox.crane.tower_crane import CranePose
 from bimvox.grid.labels import Label
 from bimvox.planning.yard import storage_poses
@@ -137,7 +138,11 @@ def parked_pose(site: Site) -> CranePose:
     middle = building_centre_m(site)
     dx, dy = middle[0] - crane.base_m[0], middle[1] - crane.base_m[1]
     radius = min(max(math.hypot(dx, dy), crane.min_radius_m), crane.jib_length_m)
-    return CranePose(math.atan2(dy, dx), radius, crane.jib_height_m - 2.0 * crane.mast_size_m)
+    exit_m = crane.jib_height_m
+    if crane.luffing is not None:
+        exit_m = float(tip_height_m(crane.luffing, np.array([radius]))[0])
+        return CranePose(math.atan2(dy, dx), radius, exit_m - 3.0)
+    return CranePose(math.atan2(dy, dx), radius, exit_m - 2.0 * crane.mast_size_m)
 
 
 def building_centre_m(site: Site) -> NDArray[np.float64]:

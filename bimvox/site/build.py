@@ -230,7 +230,8 @@ def _ground(shape: IntVec) -> Blocker:
 def _mast(crane: TowerCrane, rules: Rules, frame: GridFrame, shape: IntVec, rasterise: Rasterise) -> Blocker | None:
     """The mast from its foot up through the grid's top; None where it stands outside the grid."""
     low, high = mast_box_m(crane)
-    top_m = max(high[2], frame.origin_m[2] + shape[2] * frame.voxel_size_m)
+    # Nothing is carried over a tower's mast. Over an undercarriage the boom itself leaves no room.
+    top_m = high[2] if crane.luffing else max(high[2], frame.origin_m[2] + shape[2] * frame.voxel_size_m)
     mast = Obstruction(CRANE_ID, Box(low, (high[0], high[1], top_m)))
     cells, _ = obstruction_cells(mast, frame, shape, rasterise, grow_vox=_clearance_vox(rules, frame))
     return Blocker(CRANE_ID, "crane", _frozen(cells)) if len(cells) else None

@@ -158,17 +158,56 @@ class WorkingRangeConfig(BaseModel):
         return self
 
 
+class LuffAxisConfig(BaseModel):
+    """Limits of the luffing axis."""
+
+    model_config = STRICT
+
+    rate_rad_s: Positive
+    acceleration_rad_s2: Positive
+    jerk_rad_s3: Positive
+
+
+class LuffingConfig(BaseModel):
+    """A luffing jib, or the boom of a mobile crane."""
+
+    model_config = STRICT
+
+    pivot_height_m: Positive | None = None
+    """Height of its pivot above the site's z = 0."""
+    pivot_offset_m: Number | None = None
+    """Radius of its pivot; negative behind the slewing axis."""
+    length_m: Positive | None = None
+    """From the pivot to the rope's exit at the tip."""
+    luff_rad: tuple[Positive, Positive] | None = None
+    """Smallest and largest angle to the horizontal."""
+    luffing: LuffAxisConfig | None = None
+    """Limits of the luffing axis."""
+    tail_radius_m: NotNegative | None = None
+    """How far the counterweight reaches back from the slewing axis."""
+    tail_low_m: NotNegative | None = None
+    """Height of its underside above the site's z = 0."""
+    tail_width_m: Positive | None = None
+    """Its width."""
+    width_m: Positive | None = None
+    """Width of the jib."""
+
+
 class CraneConfig(BaseModel):
     """The crane. Without this table one is chosen; ``kind = "none"`` plans without one: no rope, no reach."""
 
     model_config = STRICT
 
-    kind: Literal["hammerhead", "none"] = "hammerhead"
-    """Kind of crane."""
+    kind: Literal["hammerhead", "luffing", "mobile", "none"] = "hammerhead"
+    """Kind of crane. ``luffing``: a tower crane whose jib luffs. ``mobile``: a mobile crane on a fixed pad, its boom
+    luffs; both take ``jib``, and neither ``jib_height_m``, ``jib_length_m``, ``min_radius_m`` nor ``trolley``, which
+    follow from it."""
     name: Text | None = None
     """Name of the machine. With a name from the built-in list, the keys left out come from that machine."""
     base_m: Point2or3 | None = None
     """Foot of the slewing axis [x, y] or [x, y, z], site metres."""
+    jib: LuffingConfig | None = None
+    """The luffing jib, or the boom."""
     jib_height_m: Positive | None = None
     """Height of the trolley's rope exit above the site's z = 0."""
     jib_length_m: Positive | None = None
@@ -221,6 +260,12 @@ class CraneConfig(BaseModel):
     def _consistent(self) -> Self:
         if self.kind == "none" and len(self.model_fields_set) > 1:
             raise ValueError('kind = "none" takes no other key')
+        luffs = self.kind in ("luffing", "mobile")
+        if self.jib is not None and not luffs:
+            raise ValueError('jib is for kind = "luffing" and kind = "mobile"')
+        for key in ("jib_height_m", "jib_length_m", "min_radius_m", "trolley"):
+            if luffs and getattr(self, key) is not None:
+                raise ValueError(f"{key} follows from the jib: leave it out")
         if self.min_radius_m is not None and self.jib_length_m is not None and self.min_radius_m >= self.jib_length_m:
             raise ValueError("min_radius_m must be smaller than jib_length_m")
         return self
@@ -301,6 +346,10 @@ class RulesConfig(BaseModel):
     transit_clearance_m: NotNegative = _RULES.transit_clearance_m
     """Distance that a part in transit keeps from everything, the site's boundary included, up to whole cells: from
     where it has risen that far above the yard, to where its last moves begin."""
+    rope_clearance_m: NotNegative = _RULES.rope_clearance_m
+    """Distance that hook and rope of a part in transit keep, in plan, from everything that is higher than the hook's
+    line ends: structure, stored parts, the crane's own mast. Up to whole cells; half the hook block's width at least is
+    good practice."""
     contact_tolerance_m: NotNegative = _RULES.contact_tolerance_m
     """How deep the real triangles of neighbours may touch on the last moves."""
     support_gap_m: NotNegative = _RULES.support_gap_m

@@ -40,13 +40,14 @@ def hook_room(site: Site, top: NDArray[np.int32], component: Component | None) -
         component: The load; None for the empty hook.
     """
     crane = None if site.crane is None else crane_for(site, site.crane, component)
-    floor = hook_floor(crane, site.frame, top, component.mass_kg if component else 0.0, site.rules.rope)
+    load_kg = component.mass_kg if component else 0.0
+    floor = hook_floor(crane, site.frame, top, load_kg, site.rules.rope, site.rules.clearance_m)
     forbidden = np.zeros(top.shape, np.bool_)
     if site.prohibited is not None:
         forbidden |= site.prohibited
     if site.no_load is not None and component is not None:
         forbidden |= hooks_with_load_over(site.no_load, component)
-    ceiling = NO_CEILING if crane is None else hook_top(crane, site.frame, site.shape)
+    ceiling = NO_CEILING if crane is None else hook_top(crane, site.frame, site.shape, _half_m(site, component))
     if crane is not None and site.hook_heights is not None:
         floor, ceiling = _between(site, crane, floor, ceiling)
     if ceiling.size:
@@ -54,6 +55,15 @@ def hook_room(site: Site, top: NDArray[np.int32], component: Component | None) -
     if forbidden.any():
         floor = np.where(forbidden, HOOK_FORBIDDEN, floor)
     return HookRoom(floor, ceiling)
+
+
+def _half_m(site: Site, component: Component | None) -> float:
+    """How far a load reaches from its hook on the plan."""
+    if component is None:
+        return 0.0
+    corners = component.shape.boxes[:, [0, 1, 3, 4]] - np.tile(np.array(component.hook_offset_vox[:2]) + 0.5, 2)
+    x, y = np.abs(corners[:, [0, 2]]).max(axis=1), np.abs(corners[:, [1, 3]]).max(axis=1)
+    return float(np.hypot(x, y).max()) * site.frame.voxel_size_m
 
 
 def _between(

@@ -11,6 +11,7 @@ from bimvox.crane.rigging import with_reeving
 from bimvox.crane.tower_crane import AxisLimits, LoadChart, Reeving, TowerCrane
 from bimvox.crane.working_range import UNLIMITED, SlowZone, WorkingRange
 from bimvox.site.config import CraneConfig, SiteConfig, SlewingConfig, TravelConfig, WorkingRangeConfig
+from bimvox.site.luffing_machine import jib_config, luffing_machine, winch_config, with_jib
 
 _SLOW = 0.5
 
@@ -27,6 +28,8 @@ def crane_of(config: SiteConfig) -> TowerCrane | None:
     if given is None or given.kind == "none":
         return None
     values = _values(given)
+    if given.kind != "hammerhead":
+        return _luffing(config, given, values)
     machine = next((crane for crane in DEFAULT_CRANES if crane.name == given.name), None)
     missing = [key.name for key in fields(TowerCrane) if key.default is MISSING and key.name not in values]
     if machine is None and missing:
@@ -52,6 +55,18 @@ def crane_of(config: SiteConfig) -> TowerCrane | None:
     return crane
 
 
+def _luffing(config: SiteConfig, given: CraneConfig, values: dict[str, Any]) -> TowerCrane:
+    """A crane whose jib luffs: radii, height and limits of the hook follow from the jib."""
+    machine = luffing_machine(config, given)
+    if "base_m" not in values:
+        raise config.error("crane.base_m", "is missing", hint="say where the crane stands")
+    own = {key: value for key, value in values.items() if key not in ("name", "trolley", "hoist")}
+    crane = replace(machine, **own)
+    if (chosen := _reeving_given(given)) is not None:
+        crane = with_reeving(crane, replace(chosen, trolley_rate_m_s=None))
+    return with_jib(config, replace(crane, slow_zones=_slow_zones(config)), given)
+
+
 def _slow_zones(config: SiteConfig) -> tuple[SlowZone, ...]:
     return tuple(
         SlowZone(zone.polygon, _SLOW if zone.share is None else zone.share)
@@ -64,13 +79,15 @@ def crane_config(crane: TowerCrane | None) -> CraneConfig:
     """Return the table of a site file that describes a crane in full."""
     if crane is None:
         return CraneConfig(kind="none")
+    luffing = crane.luffing
     return CraneConfig(
-        kind="hammerhead",
+        kind="hammerhead" if luffing is None else "mobile" if crane.kind == "mobile" else "luffing",
         name=crane.name,
         base_m=crane.base_m,
-        jib_height_m=crane.jib_height_m,
-        jib_length_m=crane.jib_length_m,
-        min_radius_m=crane.min_radius_m,
+        jib=None if luffing is None else jib_config(luffing),
+        jib_height_m=None if luffing else crane.jib_height_m,
+        jib_length_m=None if luffing else crane.jib_length_m,
+        min_radius_m=None if luffing else crane.min_radius_m,
         mast_size_m=crane.mast_size_m,
         sling_m=crane.sling_m,
         rigging_mass_kg=crane.rigging_mass_kg,
@@ -79,8 +96,8 @@ def crane_config(crane: TowerCrane | None) -> CraneConfig:
             acceleration_rad_s2=crane.slewing.acceleration,
             jerk_rad_s3=crane.slewing.jerk,
         ),
-        trolley=_travel(crane.trolley),
-        hoist=_travel(crane.hoist),
+        trolley=None if luffing else _travel(crane.trolley),
+        hoist=_travel(crane.hoist) if luffing is None else winch_config(luffing),
         chart=tuple(zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True)),
         hook_block_kg=crane.hook_block_kg,
         falls=crane.falls,

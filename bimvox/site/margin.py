@@ -1,7 +1,8 @@
 """The clearance in transit: what is kept around a part on its way, as whole cells on every side of it.
 
 Between its departure, straight up from the yard, and its gate a part keeps this distance from everything, the ground
-and the site's boundary included. The rope keeps to its own column.
+and the site's boundary included. Its rope keeps
+``rope_clearance_m`` from everything that is higher than its end.
 """
 
 from __future__ import annotations
@@ -17,6 +18,11 @@ from bimvox.site.site import Site
 def margin_vox(site: Site) -> int:
     """Return the clearance in transit, up to whole cells."""
     return int(np.ceil(site.rules.transit_clearance_m / site.frame.voxel_size_m - 1e-9))
+
+
+def rope_margin_vox(site: Site) -> int:
+    """Return the clearance of hook and rope in transit, up to whole cells."""
+    return int(np.ceil(site.rules.rope_clearance_m / site.frame.voxel_size_m - 1e-9))
 
 
 def in_transit(clearance: Clearance, margin: int) -> Clearance:

@@ -40,6 +40,7 @@ class Rules:
             for a practised crew, not measured ones.
         release_s: Time to take the slings off.
         turn_s: Time to turn a hanging part by a quarter.
+        rope_clearance_m: Distance kept by hook and rope, in plan, from everything higher, between departure and gate.
         wind_speed_m_s: Wind (gust of 3 s, at the height of the jib) in which the site must be able to work; 0: none.
         drag_coefficient: c_w of the parts: 1.1 for a cube to 2.0 for a long plate.
         sling_angle_rad: Largest angle between two legs of a sling.
@@ -60,6 +61,7 @@ class Rules:
     release_s: float = 30.0
     turn_s: float = 30.0
     transit_clearance_m: float = 0.0
+    rope_clearance_m: float = 0.0
     swing: SwingRule = SwingRule.SHAPED
     truckload_kg: float = 0.0
     wind_speed_m_s: float = 0.0

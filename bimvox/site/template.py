@@ -5,7 +5,16 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
-from bimvox.site.config import AreasConfig, ComponentConfig, CraneConfig, Polygon, ReevingConfig, SiteConfig, ZoneConfig
+from bimvox.site.config import (
+    AreasConfig,
+    ComponentConfig,
+    CraneConfig,
+    LuffingConfig,
+    Polygon,
+    ReevingConfig,
+    SiteConfig,
+    ZoneConfig,
+)
 from bimvox.site.crane_guess import LARGER
 
 _HEAD = """\
@@ -103,6 +112,8 @@ def _crane(crane: CraneConfig | None) -> str:
         if axis is not None:
             inside = ", ".join(f"{name} = {_number(value)}" for name, value in axis.model_dump().items())
             lines.append(f"{key} = {{ {inside} }}")
+    if crane.jib:
+        lines += _jib(crane.jib)
     if crane.working_range:
         ranges = crane.working_range
         limits = [
@@ -120,6 +131,21 @@ def _crane(crane: CraneConfig | None) -> str:
         lines += ["# Load chart: [radius in m, capacity in kg], load and rigging together.", "chart = ["]
         lines += [f"  {_numbers(pair)}," for pair in crane.chart] + ["]"]
     return _lines(*lines)
+
+
+def _jib(jib: LuffingConfig) -> list[object]:
+    """The luffing jib as one inline table."""
+    entries: list[object] = []
+    for name, value in jib.model_dump(exclude_none=True).items():
+        if isinstance(value, dict):
+            inside = ", ".join(f"{key} = {_number(limit)}" for key, limit in value.items())
+            entries.append(f"{name} = {{ {inside} }}")
+        else:
+            entries.append(f"{name} = {_numbers(value) if isinstance(value, tuple) else _number(value)}")
+    return [
+        "# The jib that luffs; radii, height and limits of the hook follow from it.",
+        f"jib = {{ {', '.join(map(str, entries))} }}",
+    ]
 
 
 def _reeving(reeving: ReevingConfig) -> str:
@@ -194,6 +220,7 @@ def _rules(config: SiteConfig) -> str:
         "[rules]",
         _maybe("clearance_m", rules.clearance_m, "kept from obstructions and the mast, up to whole cells"),
         _maybe("transit_clearance_m", rules.transit_clearance_m, "kept from everything by a part in transit"),
+        _maybe("rope_clearance_m", rules.rope_clearance_m, "kept by hook and rope, in plan, from what is higher"),
         _maybe("contact_tolerance_m", rules.contact_tolerance_m, "how deep neighbours may touch when a part is set"),
         _maybe("support_gap_m", rules.support_gap_m, "how far below a part its support may be"),
         f"rope = {_flag(rules.rope)}  # keep the hoist rope above the load free",

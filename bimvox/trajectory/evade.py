@@ -110,7 +110,7 @@ def hoisting(
         voxel_size_m: Edge of a cell.
     """
     target = float(state.position[2]) + rise_m
-    if target > crane.jib_height_m:
+    if target > crane.highest_hook_m:
         return None
     hoist = _to_rest_at(state, 2, target, crane.hoist)
     if hoist is None:

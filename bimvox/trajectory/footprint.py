@@ -24,12 +24,13 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift, YardPlace
 from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.lifting import crane_for
-from bimvox.site.margin import grown_cells, margin_vox
+from bimvox.site.margin import grown_cells, margin_vox, rope_margin_vox
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
 from bimvox.trajectory.verify_hook import jib_cell, reaches_jib, tallest_met
+from bimvox.trajectory.verify_jib import swept_by_jib
 from bimvox.trajectory.verify_space import placements_around, reference_cells, way_of
 from bimvox.trajectory.verify_swing import swung_placements
 
@@ -132,7 +133,8 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     path = lift.path_vox.astype(np.int64)
     mask.add_placements(path, grown_cells(component.shape.cells, margin_vox(site)))
     if site.crane is not None and site.rules.rope:
-        mask.add_columns_above(path + np.array(component.hook_offset_vox))
+        for aside in _around(rope_margin_vox(site)):
+            mask.add_columns_above(path + np.array(component.hook_offset_vox) + aside)
     return mask.footprint()
 
 
@@ -155,7 +157,12 @@ def motion_footprint(site: Site, lift: Lift, motion: LiftMotion, since_ns: int |
 
 def jib_meets(site: Site, motion: LiftMotion, cells: NDArray[np.int32]) -> bool:
     """Return whether the jib turns into any of the cells ((N, 3)) during a lift."""
-    if site.crane is None or not reaches_jib(site, site.crane, cells):
+    if site.crane is None:
+        return False
+    if site.crane.luffing is not None:
+        swept = swept_by_jib(site, site.crane, site.crane.luffing, motion.samples()[1])
+        return bool(swept[tuple(cells.T)].any())
+    if not reaches_jib(site, site.crane, cells):
         return False
     return bool(tallest_met(site, site.crane, cells, motion.samples()[1][:, 0]))
 
@@ -238,6 +245,12 @@ def _placements(site: Site, crane: TowerCrane, trajectory: Trajectory, hook_offs
 
 
 _ORIGIN = np.zeros((1, 3), np.int64)
+
+
+def _around(reach: int) -> NDArray[np.int64]:
+    """((2 R + 1)^2, 3) int64 columns up to ``reach`` away, in plan."""
+    x, y = (axis.ravel() - reach for axis in np.indices((2 * reach + 1, 2 * reach + 1)))
+    return np.stack([x, y, np.zeros_like(x)], axis=1).astype(np.int64)
 
 
 def _as_runs(cells: NDArray[np.int32]) -> NDArray[np.int64]:

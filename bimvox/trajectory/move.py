@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.bound import rest_to_rest_s
 from bimvox.crane.kinematics import hook_of, pose_of
+from bimvox.crane.luffing import radius_limits
 from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane
 
 AXES = 3
@@ -107,7 +108,8 @@ def share_limits(crane: TowerCrane, move: Move) -> AxisLimits:
     """
     tightest = [np.inf, np.inf, np.inf]
     bounds = _derivative_bounds(crane, move)
-    for limits, (first, second, third) in zip((crane.slewing, crane.trolley, crane.hoist), bounds, strict=True):
+    axes = (crane.slewing, _radial(crane, move), crane.hoist)
+    for limits, (first, second, third) in zip(axes, bounds, strict=True):
         if first == 0.0:
             continue
         parts = 1.0 if second == 0.0 else 2.0
@@ -118,10 +120,18 @@ def share_limits(crane: TowerCrane, move: Move) -> AxisLimits:
             tightest[0] = min(
                 tightest[0], (limits.acceleration / (2.0 * second)) ** 0.5, (limits.jerk / (3.0 * third)) ** (1 / 3)
             )
-    for limits, (_, second, _) in zip((crane.slewing, crane.trolley, crane.hoist), bounds, strict=True):
+    for limits, (_, second, _) in zip(axes, bounds, strict=True):
         if second > 0.0:
             tightest[1] = min(tightest[1], limits.jerk / (9.0 * second * tightest[0]))
     return AxisLimits(*tightest)
+
+
+def _radial(crane: TowerCrane, move: Move) -> AxisLimits:
+    """The limits on the radius along a move: a luffing jib's depend on where it is."""
+    if crane.luffing is None or move.line is not Line.JOINT:
+        return crane.trolley
+    near, far = sorted((move.start.radius_m, move.end.radius_m))
+    return radius_limits(crane.luffing, crane.luffing.winch, near, far)
 
 
 def slowed(limits: AxisLimits, share: float) -> AxisLimits:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.crane.kinematics import hook_of
-from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_length_m
+from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
@@ -83,8 +83,7 @@ def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendul
         pendulum: What hangs on the hook.
     """
     point_m = np.ascontiguousarray(hook_of(crane, *axes.T)[:, :2])
-    shortest = pendulum_length_m(crane, float(axes[:, 2].max()), pendulum.below_hook_m)
-    length_m = np.maximum(shortest, crane.jib_height_m - axes[:, 2] + pendulum.below_hook_m)
+    length_m = pendulum_lengths_m(crane, axes, pendulum.below_hook_m)
     return Swing(*_swing(point_m, length_m, step_s, GRAVITY_M_S2))
 
 

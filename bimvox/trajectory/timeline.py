@@ -123,7 +123,8 @@ def _profile(
     pace = calm.pace
     slower = AxisLimits(limits.rate * pace, limits.acceleration * pace**2, limits.jerk * pace**3)
     height_m = 0.5 * (move.start.height_m + move.end.height_m)
-    length_m = pendulum_length_m(crane, height_m, pendulum.below_hook_m)
+    radius_m = 0.5 * (move.start.radius_m + move.end.radius_m)
+    length_m = pendulum_length_m(crane, height_m, pendulum.below_hook_m, radius_m)
     return ShapedProfile(profile_of(slower), calm.parts, calm.stretch * half_period_s(length_m))
 
 

@@ -68,7 +68,9 @@ def sampled(
     corner = np.searchsorted(time_ns, rests_ns)
     shaping_s = 0.0
     if pendulum is not None:
-        shaping_s = half_period_s(pendulum_length_m(crane, float(axes[:, 2].max()), pendulum.below_hook_m))
+        highest = int(np.argmax(axes[:, 2]))
+        radius_m, height_m = float(axes[highest, 1]), float(axes[highest, 2])
+        shaping_s = half_period_s(pendulum_length_m(crane, height_m, pendulum.below_hook_m, radius_m))
     first, last = (CranePose(*(float(value) for value in axes[i])) for i in (0, -1))
     return Trajectory(
         time_ns=frozen(time_ns),

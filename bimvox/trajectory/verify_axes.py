@@ -8,7 +8,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bimvox.crane.kinematics import hook_of
+from bimvox.crane.kinematics import hook_of, joint_limits, joint_names, joints_of
+from bimvox.crane.reach import LUFFING_HOOK_ROOM_M
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.proof import Check
 from bimvox.trajectory.motion import LiftMotion, PhaseName
@@ -20,7 +21,6 @@ _ROUNDING = 8.0 * np.finfo(np.float64).eps
 _RANGE_M = 1e-6
 _RANGE_RAD = 1e-6
 _HOIST = 2
-_NAMES = ("slewing", "trolley", "hoist")
 _MOST_SPACING_VOX = 0.5
 
 AXES = "slew_rad, radius_m and height_m"
@@ -97,8 +97,9 @@ def check_limits(check: Check, name: str, crane: TowerCrane, motion: LiftMotion,
     is_empty = time_ns[1:] - time_ns[0] <= empty_ns
     hoist_rate = np.where(is_empty, _hoist_rate(crane, 0.0), _hoist_rate(crane, mass_kg))
     slow = _slow_between(crane, axes)
-    for axis, limits in enumerate((crane.slewing, crane.trolley, crane.hoist)):
-        values = axes[:, axis]
+    names, joints = joint_names(crane), joints_of(crane, axes)
+    for axis, limits in enumerate(joint_limits(crane)):
+        values = joints[:, axis]
         noise = np.full(len(values), _ROUNDING * (float(np.abs(values).max()) + crane.jib_height_m))
         for order, (what, limit) in enumerate(
             (("rate", limits.rate), ("acceleration", limits.acceleration), ("jerk", limits.jerk)), start=1
@@ -115,7 +116,7 @@ def check_limits(check: Check, name: str, crane: TowerCrane, motion: LiftMotion,
             check.measure(float(share[worst]))
             check.look(
                 bool(share[worst] <= 1.0 + _OVER_LIMIT),
-                f"{name}: {_NAMES[axis]} {what} {abs(values[worst]):.4g} at {time_s[worst]:.2f} s, "
+                f"{name}: {names[axis]} {what} {abs(values[worst]):.4g} at {time_s[worst]:.2f} s, "
                 f"allowed {allowed[worst]:.4g}",
                 samples=len(values),
             )
@@ -124,7 +125,7 @@ def check_limits(check: Check, name: str, crane: TowerCrane, motion: LiftMotion,
 def _hoist_rate(crane: TowerCrane, load_kg: float) -> float:
     """The rate of the slowest gear that is needed for a load, looked up from the heaviest down."""
     hung_kg = load_kg + crane.hook_block_kg + crane.rigging_mass_kg
-    rate = min([crane.hoist.rate] + [last for _, last in crane.gears[-1:]])
+    rate = min([joint_limits(crane)[_HOIST].rate] + [last for _, last in crane.gears[-1:]])
     for most_kg, faster in reversed(crane.gears):
         if hung_kg > most_kg:
             break
@@ -147,8 +148,8 @@ def check_rests(check: Check, name: str, crane: TowerCrane, trajectory: Trajecto
 
     From rest an axis goes at most a t^2 / 2 and j t^3 / 6 within t.
     """
-    time_s, axes = trajectory.time_ns / 1e9, axes_of_samples(trajectory)
-    limits = (crane.slewing, crane.trolley, crane.hoist)
+    time_s, axes = trajectory.time_ns / 1e9, joints_of(crane, axes_of_samples(trajectory))
+    limits, names = joint_limits(crane), joint_names(crane)
     most = np.array([limit.acceleration for limit in limits]), np.array([limit.jerk for limit in limits])
     noise = _ROUNDING * (np.abs(axes).max(axis=0) + crane.jib_height_m)
     inner = trajectory.corner[(trajectory.corner > 0) & (trajectory.corner < len(time_s) - 1)]
@@ -160,7 +161,7 @@ def check_rests(check: Check, name: str, crane: TowerCrane, trajectory: Trajecto
         axis = int(np.argmax(gone - reach))
         check.look(
             bool(gone[axis] <= reach[axis]),
-            f"{name}: {_NAMES[axis]} is not at rest at {time_s[at]:.2f} s of its {what}",
+            f"{name}: {names[axis]} is not at rest at {time_s[at]:.2f} s of its {what}",
         )
 
 
@@ -186,6 +187,14 @@ def check_range(check: Check, name: str, crane: TowerCrane, axes: NDArray[np.flo
         f"heights {crane.sling_m:g} to {highest_m:g} m",
         samples=len(axes),
     )
+    if crane.luffing is not None:
+        rope_m = joints_of(crane, axes)[:, _HOIST]
+        short = int(np.argmin(rope_m))
+        check.look(
+            bool(rope_m[short] >= LUFFING_HOOK_ROOM_M - _RANGE_M),
+            f"{name}: the hook is {rope_m[short]:.3f} m below the jib's tip; {LUFFING_HOOK_ROOM_M:g} m are needed",
+            samples=len(axes),
+        )
     if given.slew_rad is not None:
         first, last = given.slew_rad
         turned = np.remainder(axes[:, 0] - (first + last) / 2.0 + np.pi, 2.0 * np.pi) - np.pi

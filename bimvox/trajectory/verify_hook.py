@@ -12,10 +12,12 @@ from bimvox.planning.moment import NO_SOLID, Moment, Thing, near_and_far
 from bimvox.planning.proof import Check
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import CRANE_ID, Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
+from bimvox.trajectory.verify_jib import check_luffing_jib
 from bimvox.trajectory.verify_load import check_zone, things_over
 from bimvox.trajectory.verify_space import (
     ALWAYS_NS,
@@ -60,7 +62,16 @@ class HookProof:
             self._check_approach(name, moment, motion.approach, self.site.components[moment.before.component])
         time_ns, axes = motion.samples()
         first, last = np.searchsorted(time_ns, self.window_ns)
-        self._check_jib(name, moment.present, axes[max(int(first) - 1, 0) : int(last) + 1])
+        seen = slice(max(int(first) - 1, 0), int(last) + 1)
+        jib = self.crane.luffing
+        if jib is None:
+            self._check_jib(name, moment.present, axes[seen])
+            return
+        component = self.site.components[moment.lift.component]
+        crane = crane_for(self.site, self.crane, component)
+        loaded_ns = motion.start_ns + int(motion.loaded.time_ns[0])
+        load = (component, axes[seen][time_ns[seen] >= loaded_ns])
+        check_luffing_jib(self.checks["jib"], name, self.site, crane, jib, moment.present, axes[seen], load)
 
     def _check_approach(self, name: str, moment: Moment, approach: Trajectory, left: Component) -> None:
         """A cell at the slings' end and the line above it are free, the next part in the yard included.

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.crane.kinematics import hook_of
-from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_length_m
+from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift
 from bimvox.planning.moment import NO_SOLID, Moment, Thing, near_and_far
@@ -277,9 +277,7 @@ def _swung(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.fl
     )
     axes = np.concatenate([between, samples[-1:]])
     time_s = np.append(since_s[piece] + share * h, since_s[-1])
-    top_m = float(axes[:, 2].max())
-    shortest_m = pendulum_length_m(crane, top_m, pendulum.below_hook_m)
-    length_m = np.maximum(shortest_m, crane.jib_height_m - axes[:, 2] + pendulum.below_hook_m)
+    length_m = pendulum_lengths_m(crane, axes, pendulum.below_hook_m)
     bend = np.gradient(np.gradient(length_m, time_s), time_s) if len(time_s) > 2 else np.zeros(len(time_s))
     bend = np.clip(bend, -crane.hoist.acceleration, crane.hoist.acceleration)
     stiffness = (GRAVITY_M_S2 - bend) / length_m

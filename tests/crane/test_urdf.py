@@ -1,9 +1,13 @@
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from bimvox.crane.defaults import DEFAULT_CRANES, default_crane
-from bimvox.crane.urdf import JOINTS, urdf
+from bimvox.crane.kinematics import hook_of, joint_names, joints_of
+from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES
+from bimvox.crane.urdf import urdf
 
 
 @pytest.mark.parametrize("crane", DEFAULT_CRANES, ids=lambda crane: crane.name)
@@ -17,7 +21,7 @@ def test_it_is_one_tree_of_known_links(crane):
     assert set(parents) <= set(links)
     assert len(children) == len(set(children)) == len(links) - 1
     moving = {joint.get("name"): joint for joint in robot.findall("joint") if joint.get("type") != "fixed"}
-    assert tuple(moving) == JOINTS
+    assert tuple(moving) == joint_names(crane)
     assert [joint.get("type") for joint in moving.values()] == ["continuous", "prismatic", "prismatic"]
 
 
@@ -33,3 +37,41 @@ def test_numbers_are_the_cranes():
     assert by_name["hoist"].find("axis").get("xyz") == "0 0 -1"
     boxes = {shape.get("name") for shape in robot.iter("visual")}
     assert boxes == {"mast", "jib", "counter_jib", "counterweight", "trolley", "hook"}
+
+
+def _hook_by_urdf(robot: ET.Element, values: dict[str, float]) -> np.ndarray:
+    """Walk the joints from the site to the hook."""
+    at = np.eye(4)
+    joints = {joint.find("child").get("link"): joint for joint in robot.findall("joint")}
+    chain, link = [], "hook"
+    while link != "site":
+        chain.append(joints[link])
+        link = joints[link].find("parent").get("link")
+    for joint in reversed(chain):
+        step = np.eye(4)
+        step[:3, 3] = [float(value) for value in joint.find("origin").get("xyz").split()]
+        at = at @ step
+        mimic = joint.find("mimic")
+        value = values[mimic.get("joint")] if mimic is not None else values.get(joint.get("name"), 0.0)
+        if joint.get("type") == "fixed":
+            continue
+        axis = np.array([float(n) for n in joint.find("axis").get("xyz").split()])
+        move = np.eye(4)
+        if joint.get("type") == "prismatic":
+            move[:3, 3] = axis * value
+        else:
+            x, y, z = axis
+            cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+            move[:3, :3] = np.eye(3) + np.sin(value) * cross + (1 - np.cos(value)) * cross @ cross
+        at = at @ move
+    return at
+
+
+@pytest.mark.parametrize("crane", [DEFAULT_CRANES[0], *LUFFING_CRANES, *MOBILE_CRANES], ids=lambda crane: crane.name)
+def test_the_robot_puts_its_hook_where_the_crane_does(crane):
+    crane = replace(crane, base_m=(3.0, -4.0, 0.25))
+    axes = np.array([[0.7, 0.5 * (crane.min_radius_m + crane.jib_length_m), 4.0]])
+    values = dict(zip(joint_names(crane), joints_of(crane, axes)[0].tolist(), strict=True))
+    hook = _hook_by_urdf(ET.fromstring(urdf(crane)), values)
+    assert hook[:3, 3] == pytest.approx(hook_of(crane, *axes.T)[0], abs=1e-6)
+    assert hook[:3, 2] == pytest.approx([0.0, 0.0, 1.0], abs=1e-9)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from box_sites import test_crane as some_crane
 from google.protobuf import descriptor_pool, timestamp_pb2
 from google.protobuf.descriptor_pb2 import FileDescriptorProto
 
@@ -36,6 +37,8 @@ def test_numbers_that_were_given_out_stay() -> None:
         "height_m": 10,
         "rope_length_m": 11,
         "loaded": 12,
+        "luff_rad": 13,
+        "luff_rate_rad_s": 14,
     }
     assert {name.value: number for name, number in PHASE_NUMBERS.items()} == {
         "approach": 1,
@@ -53,7 +56,7 @@ def test_numbers_that_were_given_out_stay() -> None:
 
 def test_a_command_comes_back_from_its_bytes() -> None:
     command = CraneCommand(1_500_000_001, 4, 1, PhaseName.LOWER, 0.01, -0.2, -0.3, 7.0, 12.5, 9.25, loaded=True)
-    (message,) = to_messages([command], ["a", "b"], 30.0)
+    (message,) = to_messages([command], ["a", "b"], some_crane(height=30.0))
     back = CraneCommandMessage.FromString(message.SerializeToString())
     assert (back.time.seconds, back.time.nanos) == (1, 500_000_001)
     assert (back.lift_order, back.component_id, back.phase, back.loaded) == (4, "b", 6, True)

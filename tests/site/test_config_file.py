@@ -51,7 +51,7 @@ def test_a_misspelt_required_key_is_reported_as_such_not_as_missing():
         (MODEL + "[areas]\nyard = []\n", "areas.yard", "at least 1"),
         (MODEL + "[grid]\nlow_m = [0]\nhigh_m = [1, 1, 1]\n", "grid.low_m", "at least 2"),
         (MODEL + "[grid]\nlow_m = [0, 0]\nhigh_m = [1, -1, 1]\n", "grid", "above low_m"),
-        (MODEL + '[crane]\nkind = "luffing"\n', "crane.kind", "'hammerhead' or 'none'"),
+        (MODEL + '[crane]\nkind = "derrick"\n', "crane.kind", "'hammerhead', 'luffing', 'mobile' or 'none'"),
         (MODEL + '[crane]\nkind = "none"\nsling_m = 1\n', "crane", "no other key"),
         (MODEL + "[crane]\nchart = [[10, 100], [5, 50]]\n", "crane.chart", "ascending"),
         (MODEL + '[[component]]\nglobal_id = "a"\npose = "up"\n', "component[0].pose", "lying_x"),

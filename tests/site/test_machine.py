@@ -1,12 +1,14 @@
 from dataclasses import MISSING, fields, replace
+from math import cos, radians, sin
 
 import pytest
 from box_sites import test_crane as some_crane
 
 from bimvox.crane.defaults import DEFAULT_CRANES, default_crane
+from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES, default_luffing_crane
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError
-from bimvox.site.config import CraneConfig, ModelConfig, ReevingConfig, SiteConfig
+from bimvox.site.config import CraneConfig, LuffingConfig, ModelConfig, ReevingConfig, SiteConfig
 from bimvox.site.machine import crane_config, crane_of
 
 
@@ -20,7 +22,9 @@ def test_none_is_none():
     assert crane_config(None) == CraneConfig(kind="none")
 
 
-@pytest.mark.parametrize("crane", [some_crane(), *DEFAULT_CRANES], ids=lambda crane: crane.name)
+@pytest.mark.parametrize(
+    "crane", [some_crane(), *DEFAULT_CRANES, *LUFFING_CRANES, *MOBILE_CRANES], ids=lambda crane: crane.name
+)
 def test_a_crane_goes_through_the_file_unchanged(crane):
     config = SiteConfig(model=ModelConfig(path="a.ifc"), crane=crane_config(crane))
     assert crane_of(config) == crane
@@ -98,3 +102,32 @@ def test_a_reeving_that_a_built_in_machine_has_not_is_refused():
 def test_reevings_that_contradict_each_other_are_refused(values, said):
     with pytest.raises(ValueError, match=said):
         CraneConfig(**values)
+
+
+def test_a_luffing_crane_follows_from_its_jib():
+    crane = crane_of(site(kind="luffing", base_m=(1.0, 2.0), jib=LuffingConfig(length_m=30.0, pivot_height_m=20.0)))
+    assert crane.kind == "luffing" and crane.name == "luffing-40"
+    assert crane.jib_length_m == pytest.approx(1.5 + 30.0 * cos(radians(20.0)))
+    assert crane.jib_height_m == pytest.approx(20.0 + 30.0 * sin(radians(83.0)))
+    mobile = crane_of(site(kind="mobile", name="mobile-100t", base_m=(1.0, 2.0)))
+    assert mobile == replace(default_luffing_crane("mobile-100t"), base_m=(1.0, 2.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"kind": "luffing", "jib_length_m": 30.0}, "follows from the jib"),
+        ({"kind": "hammerhead", "jib": LuffingConfig()}, "jib is for kind"),
+    ],
+)
+def test_keys_of_another_kind_are_refused(values, said):
+    with pytest.raises(ValueError, match=said):
+        CraneConfig(**values)
+
+
+def test_a_luffing_machine_that_is_not_known_needs_every_key():
+    with pytest.raises(ConfigError, match="no built-in machine of kind") as caught:
+        crane_of(site(kind="mobile", name="luffing-40", base_m=(0.0, 0.0)))
+    assert caught.value.key == "crane.name"
+    with pytest.raises(ConfigError, match="a luffing range of"):
+        crane_of(site(kind="mobile", base_m=(0.0, 0.0), jib=LuffingConfig(luff_rad=(0.5, 1.6))))

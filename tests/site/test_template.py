@@ -3,6 +3,7 @@ from pathlib import Path
 
 from box_buildings import frame_house
 
+from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES
 from bimvox.site.component import StoredPose
 from bimvox.site.config import (
     ComponentConfig,
@@ -18,6 +19,7 @@ from bimvox.site.config import (
 )
 from bimvox.site.config_file import load_site_config, parse_site_config
 from bimvox.site.guess import guess_site
+from bimvox.site.machine import crane_config
 from bimvox.site.template import site_toml
 
 TRIANGLE = ((0.0, 0.0), (10.5, 0.0), (0.1, 1e-7))
@@ -59,6 +61,12 @@ def test_every_value_reads_back_the_same():
         text = site_toml(config)
         assert parse_site_config(text, "site.toml").model_dump() == config.model_dump()
         assert site_toml(parse_site_config(text, "site.toml")) == text
+
+
+def test_cranes_that_luff_read_back_the_same():
+    for crane in (LUFFING_CRANES[0], MOBILE_CRANES[-1]):
+        config = SiteConfig(model=ModelConfig(path="a.ifc"), crane=crane_config(crane))
+        assert parse_site_config(site_toml(config), "site.toml").model_dump() == config.model_dump()
 
 
 def test_a_written_file_loads(tmp_path):

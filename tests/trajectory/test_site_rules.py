@@ -5,7 +5,8 @@ from math import pi
 
 import numpy as np
 import pytest
-from planned_sites import all_planned, failures, planned, portal_crane, portal_site, rectangle
+from box_sites import box_site
+from planned_sites import PORTAL, all_planned, failures, planned, portal_crane, portal_site, rectangle
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.working_range import SlowZone, WorkingRange
@@ -164,3 +165,22 @@ def test_the_governing_radius_is_named():
     assert "nowhere" in reason
     near = replace(site, crane=replace(site.crane, jib_length_m=5.0, chart=site.crane.chart))
     assert "reaches from" in refused_by_crane(near, site.components[0])
+
+
+def test_hook_and_rope_keep_their_clearance_from_what_is_higher(free):
+    # A tower beside the straight way: at 4.5 m the rope passes it, with 1.5 m of clearance it goes round.
+    tower = [("tower", (6.0, 3.0, 0.0), (7.0, 4.0, 9.0))]
+    site = box_site(PORTAL, crane=portal_crane(), structure=tower)
+    plan, motions = planned(site)
+    assert not failures(plan, motions)
+    careful = replace(site, rules=replace(site.rules, rope_clearance_m=1.5))
+    other, driven = planned(careful)
+    assert all_planned(other)
+    assert not failures(other, driven)
+    wide = replace(site.rules, rope_clearance_m=4.0)
+    assert "rope_margin" in failures(plan, motions, rules=wide)
+    for motion in driven:
+        hook = hook_of(site.crane, *axes_of_samples(motion.loaded).T)
+        away = np.maximum(np.abs(hook[:, :2] - (6.5, 3.5)) - 0.5, 0.0).max(axis=1)
+        low = hook[:, 2] < 9.0 + site.crane.sling_m - 0.5
+        assert away[low].min() >= 1.5 - 0.5 - 1e-6

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of
+from bimvox.crane.luffing import LuffingJib, luff_of_radius
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.render.crane_parts import CraneParts, crane_parts
 from bimvox.render.page.blob import Blob
 
-FIXED, SLEWING, TROLLEY, HOOK = range(4)
-"""What moves a point: nothing; slewing; slewing and trolley; all three axes."""
+FIXED, SLEWING, TROLLEY, HOOK, LUFFING = range(5)
+"""What moves a point: nothing; slewing; slewing and trolley; all three axes; slewing and luffing."""
 _SAME_M = 1e-6
 
 
@@ -22,8 +23,9 @@ def crane_record(crane: TowerCrane, blob: Blob) -> dict[str, Any]:
     """Return the crane's numbers, and its lines and boxes with the joint that each point hangs on.
 
     A point's coordinates are those of its joint: from the foot of the slewing axis at z = 0, at a slewing angle, a
-    radius and a height of 0.
+    radius and a height of 0; those of a luffing jib are from its pivot, x along the jib.
     """
+    jib = crane.luffing
     rest = CranePose(0.0, 0.5 * crane.jib_length_m, 0.5 * crane.jib_height_m)
     poses = (
         rest,
@@ -39,8 +41,10 @@ def crane_record(crane: TowerCrane, blob: Blob) -> dict[str, Any]:
     def on_joints(points: Callable[[CraneParts], NDArray[np.float64]]) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
         at, slewed, trolleyed, hoisted = (points(parts) for parts in drawn)
         joint = np.zeros(at.shape[:-1], np.uint8)
-        for number, moved in ((SLEWING, slewed), (TROLLEY, trolleyed), (HOOK, hoisted)):
+        for number, moved in ((SLEWING, slewed), (TROLLEY if jib is None else LUFFING, trolleyed), (HOOK, hoisted)):
             joint[np.linalg.norm(moved - at, axis=-1) > _SAME_M] = number
+        if jib is not None:
+            return _on_jib(crane, jib, rest, at, joint, at - zero[np.where(joint == LUFFING, FIXED, joint)]), joint
         # On the slewing axis nothing tells a point that slews from one that does not, and nothing needs to.
         return at - zero[joint], joint
 
@@ -54,6 +58,10 @@ def crane_record(crane: TowerCrane, blob: Blob) -> dict[str, Any]:
     blocks = drawn[0].blocks
     return {
         "name": crane.name,
+        "kind": crane.kind,
+        "luffing": None
+        if jib is None
+        else {"pivot_offset_m": jib.pivot_offset_m, "pivot_height_m": jib.pivot_height_m, "length_m": jib.length_m},
         "base_m": list(crane.base_m),
         "jib_height_m": crane.jib_height_m,
         "jib_length_m": crane.jib_length_m,
@@ -72,3 +80,26 @@ def crane_record(crane: TowerCrane, blob: Blob) -> dict[str, Any]:
             for block, centre, joint in zip(blocks, centres, owners, strict=True)
         ],
     }
+
+
+def _on_jib(
+    crane: TowerCrane,
+    jib: LuffingJib,
+    rest: CranePose,
+    at: NDArray[np.float64],
+    joint: NDArray[np.uint8],
+    others: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Points of the luffing jib from its pivot, x along it; the others as they are."""
+    luff = float(luff_of_radius(jib, np.array([rest.radius_m]))[0])
+    pivot = np.array([crane.base_m[0] + jib.pivot_offset_m, crane.base_m[1], jib.pivot_height_m])
+    away = at - pivot
+    turned = np.stack(
+        [
+            np.cos(luff) * away[..., 0] + np.sin(luff) * away[..., 2],
+            away[..., 1],
+            np.cos(luff) * away[..., 2] - np.sin(luff) * away[..., 0],
+        ],
+        axis=-1,
+    )
+    return np.where((joint == LUFFING)[..., None], turned, others)

@@ -136,6 +136,8 @@ def _site(site: Site) -> dict[str, Any]:
 def _crane(crane: TowerCrane) -> dict[str, Any]:
     return {
         "name": crane.name,
+        "kind": crane.kind,
+        "luffing": _luffing(crane),
         "base_m": list(crane.base_m),
         "jib_height_m": crane.jib_height_m,
         "jib_length_m": crane.jib_length_m,
@@ -156,6 +158,20 @@ def _crane(crane: TowerCrane) -> dict[str, Any]:
         "trolley": _axis(crane.trolley),
         "hoist": _axis(crane.hoist),
         "chart": [list(pair) for pair in zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True)],
+    }
+
+
+def _luffing(crane: TowerCrane) -> dict[str, Any] | None:
+    jib = crane.luffing
+    if jib is None:
+        return None
+    return {
+        "length_m": jib.length_m,
+        "pivot_height_m": jib.pivot_height_m,
+        "luff_rad": list(jib.luff_rad),
+        "limits": _axis(jib.limits),
+        "winch": _axis(jib.winch),
+        "tail_radius_m": jib.tail_radius_m,
     }
 
 

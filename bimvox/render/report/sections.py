@@ -176,6 +176,17 @@ def _working_range(given: dict[str, Any]) -> str:
     return ", ".join(words)
 
 
+def _luffing_words(jib: dict[str, Any] | None) -> str:
+    """The jib that luffs; nothing where a trolley runs on it."""
+    if jib is None:
+        return ""
+    low, high = (math.degrees(angle) for angle in jib["luff_rad"])
+    return (
+        f"{jib['length_m']:g} m, pivot at {jib['pivot_height_m']:g} m, {low:.0f}° to {high:.0f}° at "
+        f"{math.degrees(jib['limits']['rate']):.2f} °/s, tail {jib['tail_radius_m']:g} m"
+    )
+
+
 def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
     """Return site and crane with its load chart."""
     site, machine = record["site"], record["crane"]
@@ -203,14 +214,18 @@ def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
     slew = math.degrees(machine["slewing"]["rate"])
     rigging = number(machine["rigging_mass_kg"], tonnes(machine["rigging_mass_kg"]), "rigging_mass_kg")
     trolley, hoist = machine["trolley"]["rate"], machine["hoist"]["rate"]
+    second = f"trolley {trolley:g} m/s"
+    if (luffing := machine["luffing"]) is not None:
+        second, hoist = f"luffing {math.degrees(luffing['limits']['rate']):.2f} °/s", luffing["winch"]["rate"]
     gears = "".join(f"; up to {tonnes(most)} t {fixed(rate * 60, 0)} m/min" for most, rate in machine["gears"])
-    jib = f"{machine['jib_length_m']:g} m long, {machine['jib_height_m']:g} m high"
+    jib = f"{machine['jib_length_m']:.4g} m long, {machine['jib_height_m']:.4g} m high"
     own = [
         ("Crane", f"<b>{escape(machine['name'])}</b>, foot at x, y, z {base} m"),
-        ("Jib", f"{jib}, hook from {machine['min_radius_m']:g} m on"),
+        ("Luffing", _luffing_words(machine["luffing"])),
+        ("Jib", f"{jib}, hook from {machine['min_radius_m']:.4g} m on"),
         ("Rigging", f"{rigging} t, slings {machine['sling_m']:g} m high"),
         ("Reeving", f"{machine['falls']} falls, hook block {tonnes(machine['hook_block_kg'])} t{gears}"),
-        ("Highest rates", f"slewing {fixed(slew, 2)} °/s, trolley {trolley:g} m/s, hoist {hoist:g} m/s"),
+        ("Highest rates", f"slewing {fixed(slew, 2)} °/s, {second}, hoist {hoist:g} m/s"),
         ("Wind", f"works up to {machine['max_wind_m_s']:g} m/s; planned for {rules['wind_speed_m_s']:g} m/s"),
         ("Working range", escape(_working_range(machine["working_range"]))),
         ("Slow zones", ", ".join(f"{share * 100:g} % of the rates" for share in machine["slow_zones"])),

@@ -25,6 +25,7 @@ CHECKS = {
     "triangles": "where neighbours share cells, the real triangles stay within the tolerance (FCL, finely sampled)",
     "rope": "everything above the hook is free up to the jib",
     "reach": "the hook stays within reach, its load within the load chart, both out of zones closed to them",
+    "rope_margin": "in transit hook and rope keep their clearance from everything higher",
     "wind": "the sail area of every part allows the wind that the site is to work in",
     "support": "what a part rests on was set before it",
     "yard": "parts wait in the yard without meeting each other, one delivery at a time",

@@ -4,8 +4,8 @@ import { SHOWN } from "./shaders.mjs";
 
 const BLOCK_STEP_M = 0.002;
 
-export const [FIXED, SLEWING, TROLLEY, HOOK] = [0, 1, 2, 3];
-export const JOINTS = 4;
+export const [FIXED, SLEWING, TROLLEY, HOOK, LUFFING] = [0, 1, 2, 3, 4];
+export const JOINTS = 5;
 
 export class Crane {
   /**
@@ -55,19 +55,34 @@ export class Crane {
   pose([slew, radius, height], shown) {
     const [x, y] = this.record.base_m;
     const out = [x + radius * Math.cos(slew), y + radius * Math.sin(slew)];
-    const places = [[0, 0, 0], [x, y, 0], [...out, 0], [...out, height]];
     const turn = aboutZ(slew);
+    const { pivot, raised } = this.jibAt(slew, radius, turn);
+    const places = [[0, 0, 0], [x, y, 0], [...out, 0], [...out, height], pivot];
     const flags = shown ? SHOWN : 0;
     const set = (row, joint, rgb) => {
-      this.rows.place(row, places[joint], joint === FIXED ? [0, 0, 0, 1] : turn);
+      this.rows.place(row, places[joint], joint === FIXED ? [0, 0, 0, 1] : joint === LUFFING ? raised : turn);
       this.rows.look(row, rgb, flags);
     };
     for (let joint = 0; joint < JOINTS; joint++) set(this.first + joint, joint, [0, 0, 0]);
     this.record.blocks.forEach((block, n) => set(this.rowOf(n), block.joint, block.rgb));
   }
 
+  /** Pivot and attitude of a luffing jib: slewing after luffing, about -y by the luff angle. */
+  jibAt(slew, radius, turn) {
+    const jib = this.record.luffing;
+    if (!jib) return { pivot: [0, 0, 0], raised: turn };
+    const [x, y] = this.record.base_m;
+    const share = Math.min(1, Math.max(-1, (radius - jib.pivot_offset_m) / jib.length_m));
+    const [sine, cosine] = [-Math.sin(Math.acos(share) / 2), Math.cos(Math.acos(share) / 2)];
+    const [, , z, w] = turn;
+    return {
+      pivot: [x + jib.pivot_offset_m * Math.cos(slew), y + jib.pivot_offset_m * Math.sin(slew), jib.pivot_height_m],
+      raised: [-z * sine, w * sine, z * cosine, w * cosine],
+    };
+  }
+
   /** Where the empty jib is shown when no lift is timed. */
   get parked() {
-    return [0, this.record.jib_length_m / 2, this.record.jib_height_m * 0.8];
+    return [0, this.record.jib_length_m / 2, this.record.jib_height_m * (this.record.luffing ? 0.5 : 0.8)];
   }
 }

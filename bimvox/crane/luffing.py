@@ -1,0 +1,136 @@
+"""A jib that luffs: the second axis is its angle, and the rope has to give way as it rises.
+
+Motions are planned in slewing, radius and height of the hook, whatever the machine. For a luffing jib of length L with
+its pivot at a radius o and a height h, radius and luff angle are one for one, ``r = o + L cos(phi)``; the rope below
+the tip is ``h + L sin(phi) - z``. So luffing takes winch: the hoist holds the hook level while the jib moves (level
+luffing). The winch's limits are shared once and for all, ``HOIST_SHARE`` for hoisting and the rest for luffing: then no
+way in which the two overlap can ask for more than the winch has.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cbrt, cos, sin, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.axis_limits import AxisLimits
+from bimvox.errors import InputError
+
+HOIST_SHARE = 0.6
+"""Of the winch's rate, acceleration and jerk for moving the hook up and down; the rest is for luffing."""
+
+
+@dataclass(frozen=True, slots=True)
+class LuffingJib:
+    """A luffing jib, or the boom of a mobile crane.
+
+    Attributes:
+        pivot_offset_m: Radius of the pivot, before (positive) or behind the slewing axis.
+        pivot_height_m: Height of the pivot above the site's z = 0.
+        length_m: From the pivot to the rope's exit at the tip.
+        luff_rad: Smallest and largest angle to the horizontal.
+        limits: Limits of the luffing axis, rad.
+        winch: Limits of the hoist winch, m of rope at the hook.
+        tail_radius_m: How far the counterweight reaches back from the slewing axis.
+        tail_low_m: Height of its underside above the site's z = 0.
+        tail_width_m: Its width.
+        width_m: Width of the jib.
+
+    Raises:
+        InputError: If the angles make no sense, or the jib does not reach beyond its pivot.
+    """
+
+    pivot_offset_m: float
+    pivot_height_m: float
+    length_m: float
+    luff_rad: tuple[float, float]
+    limits: AxisLimits
+    winch: AxisLimits
+    tail_radius_m: float
+    tail_low_m: float
+    tail_width_m: float
+    width_m: float
+
+    def __post_init__(self) -> None:
+        """Refuse a jib that cannot be."""
+        low, high = self.luff_rad
+        if not 0.0 < low < high < np.pi / 2.0:
+            raise InputError(
+                f"a luffing range of {low:g} to {high:g} rad", hint="between 0 and pi/2, smallest angle first"
+            )
+        if self.pivot_offset_m + self.length_m * cos(high) <= 0.0:
+            raise InputError(
+                f"the jib's tip is behind the slewing axis at {high:g} rad", hint="give a smaller largest luff angle"
+            )
+
+    @property
+    def radii_m(self) -> tuple[float, float]:
+        """Smallest and largest radius of the hook."""
+        low, high = self.luff_rad
+        return self.pivot_offset_m + self.length_m * cos(high), self.pivot_offset_m + self.length_m * cos(low)
+
+    @property
+    def highest_tip_m(self) -> float:
+        """Height of the tip at the largest angle."""
+        return self.pivot_height_m + self.length_m * sin(self.luff_rad[1])
+
+
+def luff_of_radius(jib: LuffingJib, radius_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the luff angles (rad) that put the hook at radii; beyond the jib's length the jib lies level."""
+    share = (np.asarray(radius_m, np.float64) - jib.pivot_offset_m) / jib.length_m
+    angle: NDArray[np.float64] = np.arccos(np.clip(share, -1.0, 1.0))
+    return angle
+
+
+def radius_of_luff(jib: LuffingJib, luff_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the radii of the hook at luff angles."""
+    radius: NDArray[np.float64] = jib.pivot_offset_m + jib.length_m * np.cos(luff_rad)
+    return radius
+
+
+def tip_height_m(jib: LuffingJib, radius_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the height of the tip above the site's z = 0 with the hook at radii."""
+    height: NDArray[np.float64] = jib.pivot_height_m + jib.length_m * np.sin(luff_of_radius(jib, radius_m))
+    return height
+
+
+def radius_limits(jib: LuffingJib, winch: AxisLimits, nearest_m: float, furthest_m: float) -> AxisLimits:
+    """Return limits on the radius under which neither the luffing axis nor the winch's share exceeds its own.
+
+    With x = r - o and s = sqrt(L^2 - x^2): phi' = -x'/s, phi'' = -x''/s - x x'^2/s^3 and so on, and the tip's height
+    T = h + s likewise. Each derivative's limit is split evenly over its terms, at the worst place between the radii.
+
+    Args:
+        jib: The jib.
+        winch: Limits of the winch in its gear.
+        nearest_m: Smallest radius of the motion.
+        furthest_m: Largest radius.
+    """
+    far, length = furthest_m - jib.pivot_offset_m, jib.length_m
+    x = max(abs(far), abs(nearest_m - jib.pivot_offset_m), 1e-3)
+    x = min(x, length * cos(jib.luff_rad[0]))
+    s = sqrt(length * length - x * x)
+    luff, left = jib.limits, 1.0 - HOIST_SHARE
+    rope_rate, rope_acceleration, rope_jerk = left * winch.rate, left * winch.acceleration, left * winch.jerk
+    rate = min(
+        luff.rate * s,
+        rope_rate * s / x,
+        sqrt(luff.acceleration * s**3 / (2.0 * x)),
+        sqrt(rope_acceleration * s**3 / (2.0 * length**2)),
+        cbrt(luff.jerk / (3.0 * (1.0 / s**3 + 3.0 * x * x / s**5))),
+        cbrt(rope_jerk * s**5 / (9.0 * length**2 * x)),
+    )
+    acceleration = min(
+        luff.acceleration * s / 2.0,
+        rope_acceleration * s / (2.0 * x),
+        luff.jerk * s**3 / (9.0 * x * rate),
+        rope_jerk * s**3 / (9.0 * length**2 * rate),
+    )
+    return AxisLimits(rate, acceleration, min(luff.jerk * s / 3.0, rope_jerk * s / (3.0 * x)))
+
+
+def hook_limits(winch: AxisLimits) -> AxisLimits:
+    """Return the limits of the hook's height: the winch's share for hoisting."""
+    return AxisLimits(HOIST_SHARE * winch.rate, HOIST_SHARE * winch.acceleration, HOIST_SHARE * winch.jerk)

@@ -1,0 +1,85 @@
+"""The crane of a site file whose jib luffs: a luffing tower crane, or a mobile crane on a fixed pad."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from bimvox.crane.luffing import LuffingJib
+from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES
+from bimvox.crane.rigging import with_luffing_jib
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+from bimvox.errors import InputError
+from bimvox.site.config import CraneConfig, LuffAxisConfig, LuffingConfig, SiteConfig, TravelConfig
+
+_LENGTHS = (
+    "pivot_height_m", "pivot_offset_m", "length_m", "luff_rad",
+    "tail_radius_m", "tail_low_m", "tail_width_m", "width_m",
+)  # fmt: skip
+
+
+def luffing_machine(config: SiteConfig, given: CraneConfig) -> TowerCrane:
+    """Return the built-in machine that a site file names; the smallest of its kind where it names none.
+
+    Raises:
+        ConfigError: If there is no machine of that name and kind.
+    """
+    machines = LUFFING_CRANES if given.kind == "luffing" else MOBILE_CRANES
+    if given.name is None:
+        return machines[0]
+    machine = next((crane for crane in machines if crane.name == given.name), None)
+    if machine is not None:
+        return machine
+    if _is_complete(given):
+        return replace(machines[0], name=given.name)
+    names = [crane.name for crane in machines]
+    raise config.error(
+        "crane.name",
+        f"{given.name!r} is no built-in machine of kind {given.kind!r}, and not every key is given",
+        available=names,
+        hint=f"built-in machines: {', '.join(names)}; one of your own needs every key of [crane] and [crane.jib]",
+    )
+
+
+def with_jib(config: SiteConfig, crane: TowerCrane, given: CraneConfig) -> TowerCrane:
+    """Return a crane with what a site file says of its jib, and everything that follows from it.
+
+    Raises:
+        ConfigError: If the jib makes no sense.
+    """
+    jib = crane.luffing
+    assert jib is not None
+    values: dict[str, Any] = {
+        key: getattr(given.jib, key)
+        for key in _LENGTHS
+        if given.jib is not None and getattr(given.jib, key) is not None
+    }
+    if given.jib is not None and (axis := given.jib.luffing) is not None:
+        values["limits"] = AxisLimits(axis.rate_rad_s, axis.acceleration_rad_s2, axis.jerk_rad_s3)
+    if (winch := given.hoist) is not None:
+        values["winch"] = AxisLimits(winch.rate_m_s, winch.acceleration_m_s2, winch.jerk_m_s3)
+    try:
+        return with_luffing_jib(crane, replace(jib, **values))
+    except InputError as error:
+        raise config.error("crane.jib", error.message, hint=error.hint) from error
+
+
+def jib_config(jib: LuffingJib) -> LuffingConfig:
+    """Return the table of a site file that describes a jib in full."""
+    axis = LuffAxisConfig(
+        rate_rad_s=jib.limits.rate, acceleration_rad_s2=jib.limits.acceleration, jerk_rad_s3=jib.limits.jerk
+    )
+    return LuffingConfig(**{key: getattr(jib, key) for key in _LENGTHS}, luffing=axis)
+
+
+def winch_config(jib: LuffingJib) -> TravelConfig:
+    """Return the table of a site file that describes its winch."""
+    return TravelConfig(rate_m_s=jib.winch.rate, acceleration_m_s2=jib.winch.acceleration, jerk_m_s3=jib.winch.jerk)
+
+
+def _is_complete(given: CraneConfig) -> bool:
+    jib = given.jib
+    keys = ("base_m", "mast_size_m", "sling_m", "rigging_mass_kg", "slewing", "hoist")
+    charted = given.chart is not None or given.reeving is not None
+    whole = jib is not None and all(getattr(jib, key) is not None for key in (*_LENGTHS, "luffing"))
+    return charted and whole and all(getattr(given, key) is not None for key in keys)
