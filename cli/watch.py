@@ -95,12 +95,19 @@ def watch(
             serve=serve,
             progress=output.progress,
         )
+        stands = False
         try:
             for change in changes:
+                stands = True
                 code = failure.exit_code_of(change)
                 if not shown.show(change, output):
                     output.line(change, _line(change))
+        except KeyboardInterrupt:
+            # Told to end while a change was being shown: as well as at any other time.
+            if once or not stands:
+                raise
         finally:
+            changes.close()
             shown.close()
     # A watch that was left to run ends well with Ctrl-C, whatever its last change was.
     raise typer.Exit(code if once else failure.DONE)

@@ -1,3 +1,7 @@
+import pytest
+
+from cli import watch as command
+from cli.main import run
 from cli.watch import _line
 
 CHANGE = {
@@ -29,3 +33,24 @@ def test_a_line_names_a_few_and_counts_the_rest():
 
 def test_a_line_without_infeasible_lifts_names_none():
     assert "0 infeasible, 41 ms" in _line(CHANGE | {"infeasible": [], "blocked": []})
+
+
+@pytest.mark.parametrize(("shown", "code"), [(0, 130), (1, 0)])
+def test_ctrl_c_while_a_change_is_shown_ends_a_watch_that_has_a_plan(monkeypatch, tmp_path, shown, code):
+    closed = []
+
+    def changes(*_args, **_options):
+        try:
+            if shown == 0:
+                raise KeyboardInterrupt
+            yield CHANGE
+        finally:
+            closed.append(True)
+
+    def interrupted(*_args, **_options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pipeline.watch.watch", changes)
+    monkeypatch.setattr(command.Output, "line", interrupted)
+    assert run(["watch", str(tmp_path / "o.json"), "--site", str(tmp_path / "s.toml")]) == code
+    assert closed == [True]
