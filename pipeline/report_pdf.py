@@ -29,6 +29,7 @@ _MAC = (
 VARIABLE = "BIMVOX_BROWSER"
 _PATIENCE_S = 180
 _DATE = re.compile(rb"/(CreationDate|ModDate) \(D:\d{14}[^)]*\)")
+_NODE = re.compile(rb"\(node\d{8}\)")
 _NO_DATE = b"19800101000000"
 
 
@@ -98,12 +99,18 @@ def pdf_of(page: bytes, browser: Path) -> bytes:
             said = done.stderr.decode(errors="replace").strip().splitlines()
             last = said[-1] if said else f"exit code {done.returncode}"
             raise BimvoxError(f"{browser} did not print: {last}", hint="write the report as .html and print it")
-        return _undated(printed.read_bytes())
+        return same_each_time(printed.read_bytes())
 
 
-def _undated(pdf: bytes) -> bytes:
-    """Return a PDF whose dates are fixed: as many bytes as before, so that its table of contents stays true."""
-    return _DATE.sub(lambda found: found[0].replace(_digits(found[0]), _NO_DATE), pdf)
+def same_each_time(pdf: bytes) -> bytes:
+    """Return a PDF with fixed dates and element ids that do not depend on when the browser came to count them.
+
+    As many bytes as before, so that its table of contents stays true; the ids keep their order, by which a PDF looks
+    them up.
+    """
+    pdf = _DATE.sub(lambda found: found[0].replace(_digits(found[0]), _NO_DATE), pdf)
+    number = {old: b"(node%08d)" % n for n, old in enumerate(sorted(set(_NODE.findall(pdf))), 1)}
+    return _NODE.sub(lambda found: number[found[0]], pdf)
 
 
 def _digits(date: bytes) -> bytes:
