@@ -197,6 +197,12 @@ class Watcher:
         """Number of the last revision."""
         return self._revision
 
+    @property
+    def _is_left_over(self) -> bool:
+        """Whether lifts are still to be planned that nothing keeps from being planned."""
+        standing = self._standing
+        return standing is not None and bool(standing.pending) and standing.held is None
+
     def take_up(self, state: FileState) -> Iterator[dict[str, Any]]:
         """The first plan: the one on disk where it is of this site and of these obstructions, else a new one."""
         from bimvox.planning.rollout import proposer
@@ -245,11 +251,14 @@ class Watcher:
 
     def wants_another_look(self) -> bool:
         """Whether the last content could not be taken for a reason that may pass without a change of the file."""
-        standing = self._standing
-        left_over = standing is not None and bool(standing.pending) and standing.held is None
-        news = self._execution is not None and self._execution.has_news(standing)
+        news = self._execution is not None and self._execution.has_news(self._standing)
         trained = self._retraining is not None and self._retraining.is_done
-        return left_over or news or trained or (self._retry_at_s is not None and time.monotonic() >= self._retry_at_s)
+        return (
+            self._is_left_over
+            or news
+            or trained
+            or (self._retry_at_s is not None and time.monotonic() >= self._retry_at_s)
+        )
 
     def warm(self) -> None:
         """Revise once in vain: compiled code is loaded and whatever is built once is there before the first change."""
@@ -294,8 +303,8 @@ class Watcher:
                 self._show()
             for news in passed:
                 yield news | {"revision": self._revision, "log": str(self._target)}
-            pending = self._standing is not None and self._standing.pending and self._standing.held is None
-            if state.digest == self._taken and self._taken is not None and not pending and self._retry_at_s is None:
+            same = state.digest == self._taken and self._taken is not None
+            if same and not self._is_left_over and self._retry_at_s is None:
                 return
         elif self._retraining is not None and self._retraining.is_done and state.digest == self._taken:
             return
@@ -318,8 +327,7 @@ class Watcher:
             self._try_again(state.seen_s)
             return
         standing = self._standing
-        waits = standing is not None and bool(standing.pending) and standing.held is None
-        if standing is not None and standing.plan.site.digest == site.digest and not waits:
+        if standing is not None and standing.plan.site.digest == site.digest and not self._is_left_over:
             self._accepted()
             yield self._unchanged("unchanged", state.seen_s)
             return

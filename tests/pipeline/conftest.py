@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from bimvox.policy import store as policies
 from pipeline.plan import plan
 from pipeline.progress import SilentProgress
 from pipeline.site import init
@@ -42,3 +43,11 @@ def site_folder(planned: tuple[Path, dict], store: Path, tmp_path: Path) -> Path
     for source in planned[0].iterdir():
         shutil.copy(source, tmp_path / source.name)
     return tmp_path
+
+
+@pytest.fixture
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty policy store of one test's own."""
+    folder = tmp_path / "own-store"
+    monkeypatch.setenv(policies.STORE_VARIABLE, str(folder))
+    return folder

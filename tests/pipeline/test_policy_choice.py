@@ -36,13 +36,6 @@ print(document["policy"]["steps"], document["policy"]["from"], by_policy)
 
 
 @pytest.fixture
-def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    folder = tmp_path / "own-store"
-    monkeypatch.setenv(policies.STORE_VARIABLE, str(folder))
-    return folder
-
-
-@pytest.fixture
 def site(site_folder: Path) -> Path:
     """The frame's site file, content with what the shipped policy reaches there."""
     file = site_folder / "frame.site.toml"

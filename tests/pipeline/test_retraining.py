@@ -10,7 +10,6 @@ from bimvox.planning.assembly import Preparation
 from bimvox.planning.lift import LiftPlan, Method
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.rollout import proposer
-from bimvox.policy import store as policies
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
 from bimvox.site.site import Site
 from pipeline.load_site import load_obstructions, load_site
@@ -23,13 +22,6 @@ STEPS = 4_096
 
 YARD = "yard = [[[-1.5, -11], [8, -11], [8, -2], [-1.5, -2]]]"
 FAR_YARD = "yard = [[[-1.5, -32], [8, -32], [8, -26], [-1.5, -26]]]"
-
-
-@pytest.fixture
-def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    folder = tmp_path / "own-store"
-    monkeypatch.setenv(policies.STORE_VARIABLE, str(folder))
-    return folder
 
 
 @pytest.fixture

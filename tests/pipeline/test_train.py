@@ -6,9 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
-
-import pytest
 
 from bimvox.policy import store as policies
 from bimvox.policy.tensorboard import FILE_NAME
@@ -22,13 +19,6 @@ from pipeline.progress import SilentProgress
 from pipeline.train import train
 train(Path(sys.argv[1]), start_from="none", steps=int(sys.argv[2]), seed=5, progress=SilentProgress())
 """
-
-
-@pytest.fixture
-def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    folder = tmp_path / "own-store"
-    monkeypatch.setenv(policies.STORE_VARIABLE, str(folder))
-    return folder
 
 
 def test_a_policy_is_stored_with_its_outline_and_its_curve_goes_where_it_is_wanted(site_folder, own_store, tmp_path):
