@@ -68,11 +68,11 @@ bench-motion: setup ## how the crane drives the samples: time over the bound, sw
 
 $(VIEWERS)/ready: | $(UV)
 	test -x $(VIEWERS)/bin/python || $(PYTHON) -m venv --without-pip $(VIEWERS)
-	for tool in pymcap-cli rerun-sdk; do \
+	for tool in pymcap-cli rerun-sdk mpxj jpype1; do \
 	  $(UV) pip install --quiet --python $(VIEWERS)/bin/python "$$tool" || echo "not installed: $$tool"; done
 	touch $@
 
-check-log: setup $(VIEWERS)/ready ## other people's checkers of MCAP files on a log (LOG=file; default: the sample frame, planned)
+check-log: setup $(VIEWERS)/ready ## other people's readers of a log and of its schedule (LOG=file; default: the sample frame, planned)
 	$(BIN)/python -m benchmarks.check_log $(VIEWERS)/bin $(LOG)
 
 bench-environment: setup ## steps a second of the paper's environment, through each interface

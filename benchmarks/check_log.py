@@ -1,18 +1,22 @@
-"""Looks at a log with other people's checkers of MCAP files, each run as a process of its own.
+"""Looks at a log with other people's readers, each run as a process of its own.
 
 ``make check-log`` (``LOG=file`` for one of yours; else the sample frame is planned, by search alone). ``pymcap-cli
-doctor`` checks the container, ``rerun mcap check`` what the viewer Rerun makes of its channels. A checker that is not
-installed is named and passed over; one that finds something ends the run with 1.
+doctor`` checks the container, ``rerun mcap check`` what the viewer Rerun makes of its channels; MPXJ reads its schedule
+as Microsoft Project XML. One that is not installed is named and passed over; one that finds something ends the run
+with 1.
 """
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 import tempfile
+from datetime import datetime, timedelta
 from pathlib import Path
 
 SAMPLE = Path(__file__).parents[1] / "sample_models" / "frame.ifc"
+READER = Path(__file__).parent / "read_ms_project.py"
 CHECKERS = (("pymcap-cli", "doctor"), ("rerun", "mcap", "check"))
 
 
@@ -33,7 +37,7 @@ def main() -> int:
     tools, *given = sys.argv[1:]
     with tempfile.TemporaryDirectory() as folder:
         log = Path(given[0]) if given else sample_log(Path(folder))
-        codes = []
+        codes = [_schedule_read(Path(tools) / "python", log, Path(folder))]
         for name, *arguments in CHECKERS:
             program = Path(tools) / name
             if not program.exists():
@@ -41,8 +45,34 @@ def main() -> int:
                 continue
             print(f"{' '.join([name, *arguments])} {log.name}", flush=True)
             codes.append(subprocess.run([program, *arguments, log], check=False).returncode)
+    codes = [code for code in codes if code is not None]
     print("found nothing" if codes and not any(codes) else "FAILED")
     return 0 if codes and not any(codes) else 1
+
+
+def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
+    """0 where MPXJ reads the schedule of a log with its times, 1 where it does not, None where it is not there."""
+    from bimvox.bim.lift_schedule import duration_text
+    from bimvox.log.reader import read_log
+    from pipeline.export import export
+    from pipeline.progress import SilentProgress
+
+    if subprocess.run([python, "-c", "import jpype, mpxj"], check=False, capture_output=True).returncode:
+        print("not installed: mpxj and jpype1")
+        return None
+    print(f"mpxj {log.stem}.xml", flush=True)
+    export(log, to="msproject", out=folder / "schedule.xml", start="2026-12-01T07:00", progress=SilentProgress())
+    read = subprocess.run([python, READER, folder / "schedule.xml"], check=False, capture_output=True, text=True)
+    if read.returncode:
+        print(read.stderr)
+        return 1
+    lifts = [task for task in json.loads(read.stdout) if not task["is_summary"]]
+    for task in lifts:
+        begins, ends = (datetime.fromisoformat(task[key]) for key in ("start", "finish"))
+        if duration_text(ends - begins) != duration_text(timedelta(seconds=round(task["duration_s"]))):
+            print(f"{task['name']}: {task['duration_s']} s from {begins} to {ends}")
+            return 1
+    return int(len(lifts) != len(read_log(log).planned))
 
 
 if __name__ == "__main__":

@@ -85,6 +85,7 @@ class Watch:
             | {"BIMVOX_POLICIES": str(folder / "policies"), "PYTHONPATH": str(Path(__file__).parents[1])},
         )
         self.notes: deque[bytes] = deque(maxlen=50)
+        self.heard: deque[dict[str, Any]] = deque(maxlen=3)
         threading.Thread(target=self._listen, daemon=True).start()
         threading.Thread(target=self._take_notes, daemon=True).start()
 
@@ -102,9 +103,17 @@ class Watch:
         until_s = time.monotonic() + limit_s
         while True:
             document = self.said.get(timeout=max(0.01, until_s - time.monotonic()))
+            if document["event"] != "state":
+                self.heard.append(document)
             waits = document.get("pending") and not (document.get("stopped") or {}).get("held")
             if document["event"] in events and not waits:
                 return document
+
+    def last_words(self) -> str:
+        """Return what it said last, shortly."""
+        keys = ("event", "revision", "error", "message", "pending", "stopped", "time_s")
+        heard = [{key: one[key] for key in keys if key in one} for one in self.heard]
+        return f"{heard}, {list(self.notes)[-3:]}"
 
     def memory_mb(self) -> float:
         """Return the resident memory."""
@@ -169,7 +178,7 @@ class Soak:
             try:
                 getattr(self, kind)()
             except queue.Empty:
-                self._expect(False, f"change {number} ({kind}): no answer; {list(self.watch.notes)[-3:]}")
+                self._expect(False, f"change {number} ({kind}): no answer; {self.watch.last_words()}")
                 self._restart()
             self.memory_mb.append(self.watch.memory_mb())
             if number % _CHECK_EVERY == _CHECK_EVERY - 1 or number == count - 1:

@@ -22,6 +22,15 @@ def init(
     up: Up = None,
     voxel_size: VoxelSize = None,
     assemblies: Assemblies = "whole",
+    crane: Annotated[
+        str | None,
+        typer.Option(
+            "--crane",
+            envvar="BIMVOX_CRANE",
+            metavar="NAME",
+            help="Crane to propose: a kind (hammerhead, luffing, mobile) or a built-in machine; default: a hammerhead.",
+        ),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", "-f", help="Replace a site file that is there already.")] = False,
     json: Json = False,
     quiet: Quiet = False,
@@ -38,6 +47,7 @@ def init(
             up=up,
             voxel_size_m=voxel_size,
             assemblies=assemblies,
+            crane=crane,
             force=force,
             progress=output.progress,
         )

@@ -40,7 +40,19 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     if "part" in document:
         facts(console, document["part"])
         return
-    facts(console, {key: value for key, value in document.items() if key not in ("parts", "totals")})
+    facts(console, _each_crane({key: value for key, value in document.items() if key not in ("parts", "totals")}))
     if document.get("parts"):
         console.print()
         show_parts(console, document["parts"])
+
+
+def _each_crane(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the document with the cranes of a site one by one, in the place of the first."""
+    cranes = document.get("cranes")
+    shown: dict[str, Any] = {}
+    for key, value in document.items():
+        if key == "crane" and cranes:
+            shown |= {f"crane {number}": crane for number, crane in enumerate(cranes, start=1)}
+        elif key != "cranes":
+            shown[key] = value
+    return shown

@@ -107,13 +107,15 @@ _SWING = {
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:
     lifts = document["lifts"]
+    cranes = ("crane",) if document["figures"].get("cranes") else ()
     planned = [lift for lift in lifts if lift["status"] == "planned"]
     rows(
         console,
-        ("order", "part", "component", "found by", "moves", "shortest", "crane s", "bound s"),
+        ("order", *cranes, "part", "component", "found by", "moves", "shortest", "crane s", "bound s"),
         [
             (
                 lift["order"],
+                *(lift[name] for name in cranes),
                 lift.get("name") or lift.get("ifc_class"),
                 lift["component"],
                 lift["method"] or lift["status"],
@@ -175,6 +177,10 @@ def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
         ("paths found", found if figures["planned"] else None),
         ("moves", None if ratio is None else f"{figures['moves']:,}, {ratio:.3f} times the fewest possible"),
         ("crane time", None if hours is None else f"{hours:.2f} h, of it {figures['loaded_hours']:.2f} h loaded"),
+        *(
+            (f"crane {crane['name']}", f"{crane['lifts']:,} lifts, at work {crane['busy_share']:.0%} of the time")
+            for crane in figures.get("cranes", ())
+        ),
         ("hook travel", None if travel is None else f"{travel / 1000:,.2f} km"),
         (
             "critical lifts",

@@ -19,14 +19,14 @@ def describe_log(path: Path) -> dict[str, Any]:
     """
     from bimvox.log.container import read_contents, read_file
     from bimvox.log.reader import read_log
-    from bimvox.log.topics import METADATA, TOPICS
+    from bimvox.log.topics import METADATA, topics_of
 
     data = read_file(path)
     contents = read_contents(data, path)
     log = read_log(path)
     counts = Counter(message.topic for message in contents.messages)
-    schemas = {topic.name: topic.schema for topic in TOPICS}
     site = log.plan.site
+    schemas = {topic.name: topic.schema for topic in topics_of(max(1, len(site.cranes)))}
     return {
         "sha256": hashlib.sha256(data).hexdigest(),
         "library": contents.library,
@@ -37,6 +37,7 @@ def describe_log(path: Path) -> dict[str, Any]:
         "shape": list(site.shape),
         "voxel_size_m": site.frame.voxel_size_m,
         "crane": site.crane.name if site.crane else None,
+        **({"cranes": [crane.name for crane in site.cranes]} if site.other_cranes else {}),
         "planned": len(log.planned),
         "infeasible": len(log.plan.lifts) - len(log.planned),
         "left_out": len(log.context),

@@ -9,6 +9,7 @@ from pipeline.map_frame import ifc_to_map
 
 if TYPE_CHECKING:
     from bimvox.bim.building import Building
+    from bimvox.crane.tower_crane import TowerCrane
     from pipeline.progress import Progress
 
 
@@ -26,7 +27,7 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
     from bimvox.site.config_file import load_site_config
     from bimvox.site.extent import site_extent
     from bimvox.site.guess import complete_config
-    from bimvox.site.machine import crane_of
+    from bimvox.site.machine import cranes_of
     from bimvox.site.placement import place_building
 
     stated = load_site_config(path)
@@ -36,8 +37,8 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
     progress.stage("describe")
     config = complete_config(stated, building)
     placed, site_to_ifc = place_building(config, building)
-    crane = crane_of(config)
-    frame, shape = site_extent(config, placed, crane)
+    cranes = cranes_of(config)
+    frame, shape = site_extent(config, placed, *cranes)
     pinned = {entry.global_id for entry in config.component if entry.pinned}
     lifted = [
         one
@@ -55,16 +56,8 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
         "cells": int(np.prod(shape)),
         "voxel_size_m": frame.voxel_size_m,
         "origin_m": list(frame.origin_m),
-        "crane": None
-        if crane is None
-        else {
-            "name": crane.name,
-            "base_m": list(crane.base_m),
-            "jib_length_m": crane.jib_length_m,
-            "jib_height_m": crane.jib_height_m,
-            "capacity_at_jib_end_t": crane.chart.capacity_kg[-1] / 1000,
-            "largest_capacity_t": crane.chart.capacity_kg[0] / 1000,
-        },
+        "crane": _crane(cranes[0]) if cranes else None,
+        **({"cranes": [_crane(crane) for crane in cranes]} if len(cranes) > 1 else {}),
         "areas": config.areas.model_dump(mode="json"),
         "zones": len(config.zone),
         "rules": config.rules.model_dump(mode="json"),
@@ -73,6 +66,17 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
         "site_to_ifc": (site_to_ifc + 0.0).tolist(),
         "ifc_to_map": ifc_to_map(building.georeference, building.source.unit),
         "notes": list(building.notes),
+    }
+
+
+def _crane(crane: TowerCrane) -> dict[str, Any]:
+    return {
+        "name": crane.name,
+        "base_m": list(crane.base_m),
+        "jib_length_m": crane.jib_length_m,
+        "jib_height_m": crane.jib_height_m,
+        "capacity_at_jib_end_t": crane.chart.capacity_kg[-1] / 1000,
+        "largest_capacity_t": crane.chart.capacity_kg[0] / 1000,
     }
 
 

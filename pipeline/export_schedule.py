@@ -11,7 +11,10 @@ from bimvox.errors import InputError
 
 if TYPE_CHECKING:
     from bimvox.bim.lift_schedule import LiftSchedule
+    from bimvox.crane.tower_crane import TowerCrane
     from bimvox.log.plan_log import PlanLog
+    from bimvox.log.track import LoadTrack
+    from bimvox.trajectory.motion import LiftMotion
 
 DEFAULT_BEGIN = datetime(2000, 1, 3, 7, 0, 0)
 """When the first lift starts where nobody says: a Monday, far from anyone's real one. A file has no wall clock."""
@@ -19,11 +22,11 @@ DEFAULT_BEGIN = datetime(2000, 1, 3, 7, 0, 0)
 
 def schedule_of(log: PlanLog, begins: datetime, orders: tuple[int, ...]) -> LiftSchedule:
     """Return the planned lifts of a log as dated tasks."""
-    from bimvox.bim.lift_schedule import LiftSchedule, LiftTask
+    from bimvox.bim.lift_schedule import CraneResource, LiftSchedule, LiftTask
     from bimvox.log.recorder import tracks_of
 
     site = log.plan.site
-    tasks = []
+    tasks, motions = [], {motion.order: motion for motion in log.motions}
     for track in tracks_of(log):
         if track.lift.order not in orders:
             continue
@@ -35,23 +38,35 @@ def schedule_of(log: PlanLog, begins: datetime, orders: tuple[int, ...]) -> Lift
                 component.global_id,
                 f"Lift {component.name or component.id}",
                 f"{component.mass_kg:.0f} kg, {track.lift.moves} moves, path by {method.value if method else 'nobody'}",
-                track.start_ns / 1e9,
-                track.end_ns / 1e9,
+                *_span_s(track, motions.get(track.lift.order)),
+                component.crane,
             )
         )
-    crane = site.crane
-    values: tuple[tuple[str, str | float], ...] = ()
-    if crane is not None:
-        x, y, z = (float(value) for value in crane.base_m)
-        values = (
-            ("base_x_m", x),
-            ("base_y_m", y),
-            ("base_z_m", z),
-            ("jib_height_m", float(crane.jib_height_m)),
-            ("jib_length_m", float(crane.jib_length_m)),
-        )
-    return LiftSchedule(
-        site.name, f"{site.digest} {log.revision}", begins, tuple(tasks), crane.name if crane else None, values
+    cranes = [CraneResource(crane.name, _values(crane)) for crane in site.cranes]
+    first, *further = cranes or [CraneResource("")]
+    name = first.name if cranes else None
+    identity = f"{site.digest} {log.revision}"
+    return LiftSchedule(site.name, identity, begins, tuple(tasks), name, first.properties, tuple(further))
+
+
+def _span_s(track: LoadTrack, motion: LiftMotion | None) -> tuple[float, float]:
+    """From when to when a lift is worked on: a crane that waits for another one before, or leaves after, is not."""
+    if motion is None:
+        return track.start_ns / 1e9, track.end_ns / 1e9
+    from bimvox.trajectory.motion import PhaseName
+
+    waited = [p.end_ns for p in motion.phases if p.name is PhaseName.WAIT and p.end_ns <= motion.released_ns]
+    return max([motion.start_ns, *waited]) / 1e9, motion.released_ns / 1e9
+
+
+def _values(crane: TowerCrane) -> tuple[tuple[str, str | float], ...]:
+    x, y, z = (float(value) for value in crane.base_m)
+    return (
+        ("base_x_m", x),
+        ("base_y_m", y),
+        ("base_z_m", z),
+        ("jib_height_m", float(crane.jib_height_m)),
+        ("jib_length_m", float(crane.jib_length_m)),
     )
 
 

@@ -56,7 +56,7 @@ def load_site(path: Path, progress: Progress) -> LoadedSite:
     from bimvox.site.config_file import load_site_config
     from bimvox.site.extent import site_extent
     from bimvox.site.guess import complete_config
-    from bimvox.site.machine import crane_of
+    from bimvox.site.machine import cranes_of
     from bimvox.site.placement import place_building
     from bimvox.voxelize.building import voxelize_building
 
@@ -70,8 +70,8 @@ def load_site(path: Path, progress: Progress) -> LoadedSite:
     progress.stage("site")
     config = complete_config(config, building)
     placed, site_to_ifc = place_building(config, building)
-    crane = crane_of(config)
-    frame, shape = site_extent(config, placed, crane)
+    cranes = cranes_of(config)
+    frame, shape = site_extent(config, placed, *cranes)
     low = np.round(np.array(frame.origin_m) / frame.voxel_size_m).astype(np.int64)
     grid = voxelize_building(
         placed, frame.voxel_size_m, low_vox=low, high_vox=low + np.array(shape), progress=progress.report
@@ -82,7 +82,8 @@ def load_site(path: Path, progress: Progress) -> LoadedSite:
         list(zip(placed.elements, all_part_cells(grid), strict=True)),
         frame,
         shape,
-        crane=crane,
+        crane=cranes[0] if cranes else None,
+        other_cranes=cranes[1:],
         rasterise=rasterise,
         site_to_ifc=site_to_ifc,
         source=grid.source,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from bimvox.planning.assembly import Preparation
     from bimvox.site.obstructions import ObstructionSet
     from bimvox.site.site import Site
-    from bimvox.trajectory.figures import PlanFigures
+    from bimvox.trajectory.figures import CraneFigures, PlanFigures
 
 
 _NOTES_SHOWN = 5
@@ -220,6 +220,7 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
                 "start_s": round(motion.start_ns / 1e9, 3) if motion else None,
                 "end_s": round(motion.end_ns / 1e9, 3) if motion else None,
                 "status": lift.status.value,
+                **({"crane": site.cranes[component.crane].name} if site.other_cranes else {}),
             }
         )
         if lift.status is Status.INFEASIBLE:
@@ -260,4 +261,14 @@ def figures_document(figures: PlanFigures) -> dict[str, Any]:
         "critical_lifts": figures.critical,
         "critical_share": figures.critical_share,
         "swing": None if figures.swing is None else figures.swing.value,
+        **({"cranes": [_crane_document(crane) for crane in figures.cranes]} if figures.cranes else {}),
+    }
+
+
+def _crane_document(crane: CraneFigures) -> dict[str, Any]:
+    return {
+        "name": crane.name,
+        "lifts": crane.lifts,
+        "busy_hours": round(crane.busy_s / 3600.0, 6),
+        "busy_share": round(crane.share, 6),
     }

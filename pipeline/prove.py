@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from bimvox.errors import NoPlanError, VerificationError
+from bimvox.errors import NoPlanError
 from pipeline.policy_choice import PolicyInUse
 from pipeline.progress import Progress
 
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 Retraining = Callable[[tuple[int, ...]], PolicyInUse]
 """From the components whose lifts a policy failed to the policy after more training, or to itself."""
-
-_ROUNDS = 12  # of planning and proving again without the lifts that failed their proof
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,10 +62,12 @@ def plan_and_prove(
     """
     from bimvox.planning.planner import plan_lifts
     from bimvox.planning.rollout import proposer
+    from bimvox.planning.rounds import Refused, proven_in_rounds
 
-    refused: dict[str, str] = {}
     propose = None if policy.network is None else proposer(policy.network)
-    for _ in range(_ROUNDS):
+
+    def attempt(refused: Refused) -> Planned | Refused:
+        nonlocal previous, retraining
         progress.stage("plan", len(site.components))
         made = plan_lifts(
             site, preparation, propose=propose, previous=previous, refused=refused, progress=progress.report
@@ -87,19 +87,16 @@ def plan_and_prove(
                     refused=refused,
                     progress=progress.report,
                 )
+        previous = made
         found = _prove(made, preparation, progress)
         if isinstance(found, Planned):
             progress.finish()
-            return found
-        previous = made
-        refused |= found
-        for component, reason in found.items():
-            progress.note(f"{component}: {reason}")
-    raise VerificationError(
-        f"after {_ROUNDS} rounds lifts still fail their proof, so nothing was written",
-        failures=[f"{component}: {reason}" for component, reason in refused.items()],
-        hint="a finer [model] voxel_size_m, or other areas, may help",
-    )
+        else:
+            for component, reason in found.items():
+                progress.note(f"{component}: {reason}")
+        return found
+
+    return proven_in_rounds(attempt, "written")
 
 
 def _left_to_search(made: LiftPlan) -> tuple[int, ...]:
@@ -117,9 +114,9 @@ def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Plan
     """Prove and time a plan; or say which lifts to refuse, and why."""
     from bimvox.errors import MotionError
     from bimvox.planning.assembly import replay
+    from bimvox.planning.rounds import refusals
     from bimvox.planning.verify import verify_plan
-    from bimvox.trajectory.revise import refusals
-    from bimvox.trajectory.time_plan import time_plan
+    from bimvox.trajectory.schedule import time_lifts
     from bimvox.trajectory.verify import verify_motions
 
     progress.stage("prove")
@@ -130,7 +127,7 @@ def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Plan
         return Planned(made, ())
     progress.stage("time", len(made.lifts))
     try:
-        motions = time_plan(made, replay(made.site, preparation, made))
+        motions = time_lifts(made, replay(made.site, preparation, made))
     except MotionError as error:
         return {error.component: f"the crane cannot drive its path: {error.message}"}
     progress.stage("prove")

@@ -112,7 +112,7 @@ def _page(revision: Revision, record: dict[str, Any], pictures: int, progress: P
     from bimvox.render.report.page import Figures, report_page
 
     figures = _figures(revision, record, pictures, progress) if pictures else Figures()
-    return report_page(record, revision.plan.site.crane, figures)
+    return report_page(record, revision.plan.site.cranes, figures)
 
 
 def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress: Progress) -> Figures:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bimvox.trajectory.motion import LiftMotion
-    from bimvox.trajectory.revise import Standing
+    from bimvox.trajectory.standing import Standing
 
 NOW_NS = "simulated_ns"
 """Metadata key: how far the plan was carried out when a revision was made."""
@@ -93,8 +93,9 @@ class Execution:
         return documents
 
     def _news(self, standing: Standing, now_ns: int) -> Iterator[tuple[int, LiftMotion, str]]:
-        for order in sorted(standing.motions):
-            motion = standing.motions[order]
+        motions = standing.on_the_clock
+        for order in sorted(motions):
+            motion = motions[order]
             if motion.start_ns > now_ns:
                 return
             told = self._told.get(motion.component)

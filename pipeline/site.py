@@ -21,6 +21,7 @@ def init(
     up: Literal["y", "z"] | None = None,
     voxel_size_m: float | None = None,
     assemblies: str = "whole",
+    crane: str | None = None,
     force: bool = False,
     progress: Progress,
 ) -> dict[str, Any]:
@@ -34,6 +35,7 @@ def init(
         up: Axis of a mesh file that points up.
         voxel_size_m: Cell size for planning; default: guessed.
         assemblies: ``whole`` or ``parts``.
+        crane: A kind of crane or a built-in machine to propose; default: a hammerhead.
         force: Whether an existing site file, which may hold the planner's edits, is replaced.
         progress: Told of the stages.
 
@@ -42,12 +44,15 @@ def init(
 
     Raises:
         FileError: If the site file exists and ``force`` is not given.
+        InputError: If no built-in crane is called so.
     """
     from bimvox.bim.building import Role
     from bimvox.bim.read import ReadOptions, read_building
-    from bimvox.site.guess import guess_site
+    from bimvox.crane.catalogue import machines_called
+    from bimvox.site.guess import cranes_that_fit, guess_site
     from bimvox.site.template import site_toml
 
+    machines = () if crane is None else machines_called(crane)
     require_input(model)
     target = out or default_output(model, ".site.toml")
     check_output(target, inputs=[model])
@@ -67,7 +72,10 @@ def init(
         up=up,
         assemblies=mode,
         voxel_size_m=voxel_size_m,
+        machines=machines,
     )
+    chosen = config.one_crane
+    others = [name for name in cranes_that_fit(config, building) if chosen is None or name != chosen.name]
     examples = [element.id for element in building.elements if element.role is Role.COMPONENT][:2]
     write_atomically(target, site_toml(config, example_ids=examples).encode(), inputs=[model])
     progress.finish()
@@ -78,14 +86,14 @@ def init(
             "lifts, and what lies under them ([[component]] pinned = true in the site file)"
         )
     roles = [element.role for element in building.elements]
-    crane = config.crane
     return {
         "site": str(target),
         "model": str(model),
         "voxel_size_m": config.model.voxel_size_m,
         "components": roles.count(Role.COMPONENT) - len(pinned),
         "structure": roles.count(Role.STRUCTURE) + len(pinned),
-        "crane": crane.name if crane is not None and crane.kind != "none" else None,
+        "crane": chosen.name if chosen is not None and chosen.kind != "none" else None,
+        "other_cranes": others,
         "notes": list(building.notes),
         "seconds": progress.seconds,
     }

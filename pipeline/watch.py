@@ -10,46 +10,32 @@ from __future__ import annotations
 
 import gc
 import threading
-import time
 from collections.abc import Generator, Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import BimvoxError, FileError, InputError, PolicyError
-from bimvox.site.obstructions import EMPTY, ObstructionSet
 from pipeline.artifacts import check_output, default_output, write_atomically
 from pipeline.file_watch import FileState, changes, state_of
-from pipeline.load_site import LoadedSite, load_obstructions, load_site
-from pipeline.plan import document_of, log_of, obstructed, policy_of, prepared, seed_of, write_log_file
+from pipeline.load_site import LoadedSite, load_site
+from pipeline.plan import document_of, policy_of, prepared, seed_of, write_log_file
 from pipeline.policy_choice import PolicyInUse
 from pipeline.progress import Progress, SilentProgress
-from pipeline.prove import Planned, plan_and_prove
-from pipeline.simulate import NOW_NS, Execution, PlanClock
-from pipeline.watch_documents import blocked, event_fields, outcome, stop_events, transit
-from pipeline.watch_live import LiveView, address_of
-from pipeline.watch_log import WholeLog, read_newest, segment_file, segments_on_disk
+from pipeline.prove import plan_and_prove
+from pipeline.simulate import Execution, PlanClock
+from pipeline.watch_documents import left_to_search
+from pipeline.watch_live import DrivenLog, LiveView, Sink, address_of, driven_until_ns
+from pipeline.watch_log import WholeLog, read_newest, segment_file
+from pipeline.watch_plan import WatchedPlan
+from pipeline.watch_reader import ObstructionReader
 from pipeline.watch_retrain import Retraining
+from pipeline.watch_revise import Change, Reviser
 
 if TYPE_CHECKING:
     from bimvox.log.live_server import LiveServer
-    from bimvox.log.plan_log import LogEvent, PlanLog
     from bimvox.planning.assembly import Preparation
-    from bimvox.planning.lift import LiftPlan
     from bimvox.site.site import Site
-    from bimvox.trajectory.revise import Better, Part, Standing
-
-_STAGES = ("read", "plan", "prove", "write")
-_FIRST = 20
-"""Lifts made anew that are written first."""
-_MOST_BYTES = 512 << 20
-"""A larger obstruction file is refused: reading it would take all memory."""
-_APART_NS = 1_000_000
-"""Changes are at least so far apart on the site's clock, which stands while a plan is taken up."""
-_SETTLE_S = 0.05
-"""A file that cannot be used may be half written: it is looked at again after this time before it is refused."""
-_RETRY_S = (1.0, 30.0)
-"""Shortest and longest wait before what could not be read or written is tried again."""
+    from bimvox.trajectory.standing import Standing
 
 
 def watch(
@@ -98,11 +84,15 @@ def watch(
     chosen = policy_of(loaded, loaded.site, preparation, policy=policy, seed=seed, steps=steps, progress=progress)
     if speed is not None and loaded.site.crane is None:
         raise InputError("without a crane there is no motion to carry out", hint="leave --simulate out")
+    if speed is not None and loaded.site.other_cranes:
+        raise InputError(
+            f"a plan of {len(loaded.site.cranes)} cranes is not carried out against a clock yet",
+            hint="leave --simulate out: the plan is revised at every change all the same",
+        )
     clock = None if speed is None else PlanClock(speed)
     watcher = Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress, clock)
     watcher.retrain(retrain)
-    if server is not None:
-        watcher.live = LiveView(server, clock)
+    watcher.show_to(() if server is None else (server,))
     yield from follow(watcher, once=once, poll_s=poll_s, stop=stop or threading.Event())
 
 
@@ -152,7 +142,6 @@ class Watcher:
         file: The obstruction file.
         told: Told of what a user should know.
         progress: Told of the stages of a change.
-        files: What the obstruction file refers to.
         is_cold: Whether the first change would be slower than the others.
         live: Shows the plan to viewers, where there are any.
     """
@@ -168,76 +157,66 @@ class Watcher:
         progress: Progress,
         clock: PlanClock | None = None,
     ) -> None:
-        self._retraining: Retraining | None = None
+        self._loaded, self._preparation, self._policy, self._seed = loaded, preparation, policy, seed
+        self.file, self.progress, self.told = file, progress, progress
         self.live: LiveView | None = None
-        self._execution = None if clock is None else Execution(clock)
-        self._carried_out_ns = 0
-        self._taken: str | None = None
-        self._loaded, self._preparation, self._policy = loaded, preparation, policy
-        self.file, self._target, self._seed = file, target, seed
-        self.progress, self.told = progress, progress
         self.is_cold = True
-        self.files: tuple[Path, ...] = ()
-        self._revision = max(segments_on_disk(target), default=-1)
-        self._standing: Standing | None = None
-        self._content: dict[str, bytes] = {}
+        self._reader = ObstructionReader(file, loaded)
+        self._plan = WatchedPlan(loaded, policy, target, seed, is_carried_out=clock is not None)
+        self._reviser = Reviser(self._plan, preparation, clock)
         self._whole = WholeLog(target, progress)
-        self._known_shapes: set[int] = set()
-        self._propose: Any = None
-        self._last_refusal: str | None = None
-        self._retry_at_s: float | None = None
+        self._clock = clock
+        self._execution = None if clock is None else Execution(clock)
+        self._retraining: Retraining | None = None
+        self._taken: str | None = None
+        self._driven_ns = 0
+        self._is_taken_up = False
 
     @property
     def standing(self) -> Standing | None:
         """The plan that stands."""
-        return self._standing
+        return self._plan.standing
 
     @property
     def revision(self) -> int:
         """Number of the last revision."""
-        return self._revision
+        return self._plan.revision
 
     @property
-    def _is_left_over(self) -> bool:
-        """Whether lifts are still to be planned that nothing keeps from being planned."""
-        standing = self._standing
-        return standing is not None and bool(standing.pending) and standing.held is None
+    def files(self) -> tuple[Path, ...]:
+        """What the obstruction file refers to."""
+        return self._reader.files
 
     def take_up(self, state: FileState) -> Iterator[dict[str, Any]]:
         """The first plan: the one on disk where it is of this site and of these obstructions, else a new one."""
         from bimvox.planning.rollout import proposer
-        from bimvox.trajectory.revise import standing_of
 
         self._taken = state.digest
-        network = self._policy.network
-        self._propose = None if network is None else proposer(network)
-        before = read_newest(self._target, self._loaded.site.fixed_digest, self.progress)
+        network, plan = self._policy.network, self._plan
+        self._reviser.propose = None if network is None else proposer(network)
+        before = read_newest(plan.target, self._loaded.site.fixed_digest, self.progress)
         if before is not None:
-            log = before.log
-            self._revision = max(self._revision, log.revision)
-            self._standing = standing_of(log.plan, log.motions)
-            self._carried_out_ns = int(log.metadata.get(NOW_NS, 0))
+            plan.take_up(before.log)
             if self._execution is not None:
-                self._execution.clock.stand_at(self._carried_out_ns)
-            self._content = {name: log.attachments[name] for name in log.attachments if name not in self._loaded.files}
+                self._is_taken_up = True
+                self._execution.clock.stand_at(max(plan.carried_out_ns, self._driven_ns))
             if not before.behind:
-                self._keep(log.revision)
+                self._keep(before.log.revision)
         try:
-            wanted, content = self._read(state)
-            site = obstructed(self._loaded.site, wanted, self.progress)
+            site, content = self._reader.read(state, self.progress)
         except BimvoxError as error:
-            if self._standing is None:
+            if plan.standing is None:
                 raise
             yield self._refused("rejected", state.seen_s, error)
             return
-        if self._standing is None:
+        if plan.standing is None:
             yield self._first_plan(site, content, state.seen_s)
-        elif self._standing.plan.site.digest == site.digest and not self._standing.pending:
-            yield self._unchanged("unchanged", state.seen_s)
+        elif plan.standing.plan.site.digest == site.digest and not plan.standing.pending:
+            yield plan.unchanged("unchanged", state.seen_s)
             if before is not None and before.behind:
-                self._whole.offer(self._record(self._standing))
+                self._whole.offer(plan.whole_log())
         else:
-            yield from self._revise(site, content, state.seen_s)
+            yield from self._revise(Change(site, content, state.seen_s))
 
     def change(self, state: FileState) -> Iterator[dict[str, Any]]:
         """What the file holds now, planned; or why the last good plan stands."""
@@ -251,21 +230,18 @@ class Watcher:
 
     def wants_another_look(self) -> bool:
         """Whether the last content could not be taken for a reason that may pass without a change of the file."""
-        news = self._execution is not None and self._execution.has_news(self._standing)
+        news = self._execution is not None and self._execution.has_news(self.standing)
         trained = self._retraining is not None and self._retraining.is_done
-        return (
-            self._is_left_over
-            or news
-            or trained
-            or (self._retry_at_s is not None and time.monotonic() >= self._retry_at_s)
-        )
+        return self._plan.is_left_over or news or trained or self._reader.is_due
 
     def warm(self) -> None:
         """Revise once in vain: compiled code is loaded and whatever is built once is there before the first change."""
         from pipeline.watch_warm import revise_in_vain
 
-        if self._standing is not None:
-            revise_in_vain(self._standing, self._preparation, self._propose, self._known_shapes, self._segment)
+        # A plan of several cranes is revised as a whole: that takes longer than it saves.
+        if self.standing is not None and not self.standing.plan.site.other_cranes:
+            reviser = self._reviser
+            revise_in_vain(self.standing, self._preparation, reviser.propose, reviser.known_shapes, self._plan.segment)
         # What is there now stays: the collector need not look through it at every change.
         gc.collect()
         gc.freeze()
@@ -276,10 +252,20 @@ class Watcher:
         if steps and self._policy.network is not None:
             self._retraining = Retraining(self._preparation, self._policy, self._seed, steps)
 
+    def show_to(self, viewers: Sequence[Sink]) -> None:
+        """Show the plan to viewers; what is driven goes into a log that grows meanwhile, too."""
+        if self._clock is None:
+            sinks = list(viewers)
+        else:
+            self._driven_ns = driven_until_ns(self._plan.target)
+            sinks = [*viewers, DrivenLog(self._plan.target, self.told)]
+        if sinks:
+            self.live = LiveView(sinks, self._clock)
+
     def begin(self) -> None:
         """Begin to carry the plan out, where it is; from where it was left."""
         if self._execution is not None:
-            self._execution.clock.start(self._carried_out_ns)
+            self._execution.clock.start(max(self._plan.carried_out_ns, self._driven_ns if self._is_taken_up else 0))
         self._show()
 
     def close(self) -> None:
@@ -288,94 +274,72 @@ class Watcher:
             self.live.close()
         if self._retraining is not None:
             self._retraining.cancel()
+        self._reviser.close()
         self._whole.close()
 
     def _keep(self, revision: int) -> None:
         """Keep the plan that was taken up: the segments to come rest on it, and the whole log will be newer."""
-        kept = segment_file(self._target, revision)
+        kept = segment_file(self._plan.target, revision)
         if not kept.exists():
-            write_atomically(kept, self._target.read_bytes())
+            write_atomically(kept, self._plan.target.read_bytes())
 
     def _change(self, state: FileState) -> Iterator[dict[str, Any]]:
+        plan, reader = self._plan, self._reader
         if self._execution is not None:
-            passed = self._execution.news(self._standing)
+            passed = self._execution.news(plan.standing)
             if passed:
                 self._show()
             for news in passed:
-                yield news | {"revision": self._revision, "log": str(self._target)}
+                yield news | {"revision": plan.revision, "log": str(plan.target)}
             same = state.digest == self._taken and self._taken is not None
-            if same and not self._is_left_over and self._retry_at_s is None:
+            if same and not plan.is_left_over and not reader.waits:
                 return
         elif self._retraining is not None and self._retraining.is_done and state.digest == self._taken:
             return
         self._taken = state.digest
         if state.digest is None:
-            self._retry_at_s = None
-            if self._last_refusal != "missing":
-                self._last_refusal = "missing"
-                yield self._unchanged("missing", state.seen_s, "the file is gone; the last good plan stands")
+            reader.forget()
+            if reader.refused != "missing":
+                reader.refused = "missing"
+                yield plan.unchanged("missing", state.seen_s, "the file is gone; the last good plan stands")
             return
         try:
-            wanted, content = self._read(state)
-            site = obstructed(self._loaded.site, wanted, self.progress)
+            site, content = reader.read(state, self.progress)
         except BimvoxError as error:
-            time.sleep(_SETTLE_S)
-            if state_of(self.file).digest != state.digest and not self.files:
+            if not reader.settles(state):
                 return  # it was being written: what it holds now is looked at next
-            if self._last_refusal != str(error):
+            if reader.refused != str(error):
                 yield self._refused("rejected", state.seen_s, error)
-            self._try_again(state.seen_s)
+            reader.try_again(state.seen_s)
             return
-        standing = self._standing
-        if standing is not None and standing.plan.site.digest == site.digest and not self._is_left_over:
-            self._accepted()
-            yield self._unchanged("unchanged", state.seen_s)
+        standing = plan.standing
+        if standing is not None and standing.plan.site.digest == site.digest and not plan.is_left_over:
+            reader.accept()
+            yield plan.unchanged("unchanged", state.seen_s)
             return
-        yield from self._revise(site, content, state.seen_s)
-
-    def _read(self, state: FileState) -> tuple[ObstructionSet, dict[str, bytes]]:
-        """Read the obstructions, and the file's bytes for the log."""
-        if state.digest is None:
-            self.progress.note(f"{self.file} does not exist yet: nothing is in the way")
-            return EMPTY, {}
-        try:
-            size = self.file.stat().st_size
-            if size > _MOST_BYTES:
-                raise FileError(
-                    self.file,
-                    f"is too large ({size >> 20} MiB, at most {_MOST_BYTES >> 20})",
-                    hint="give cells or boxes",
-                )
-            content = self.file.read_bytes()
-            found = load_obstructions(self.file, self._loaded.site)
-        except OSError as error:
-            raise FileError(self.file, f"cannot be read: {error.strerror or error}") from error
-        self.files = found.files
-        return found, {f"obstructions{self.file.suffix.lower()}": content}
+        yield from self._revise(Change(site, content, state.seen_s))
 
     def _first_plan(self, site: Site, content: dict[str, bytes], started_s: float) -> dict[str, Any]:
-        from bimvox.trajectory.revise import standing_of
+        from bimvox.trajectory.standing import standing_of
 
+        plan = self._plan
         planned = plan_and_prove(site, self._preparation, self._policy, progress=self.progress)
-        self._known_shapes = set(range(len(site.components)))
-        revision = self._revision + 1
-        files = self._loaded.files | content
-        record = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=revision)
-        segment = segment_file(self._target, revision)
-        write_log_file(segment, record, inputs=[])
-        write_atomically(self._target, segment.read_bytes())
-        self._revision, self._content = revision, content
-        self._standing = standing_of(planned.plan, planned.motions)
-        document = self._document("planned", planned.plan, None, started_s)
+        self._reviser.known_shapes = set(range(len(site.components)))
+        segment = segment_file(plan.target, plan.revision + 1)
+        write_log_file(segment, plan.first_log(planned, content), inputs=[])
+        write_atomically(plan.target, segment.read_bytes())
+        plan.revision, plan.content = plan.revision + 1, content
+        plan.standing = standing_of(planned.plan, planned.motions)
+        document = plan.document("planned", planned.plan, None, started_s)
         return document | {"segment": str(segment), "blocked": document_of(planned, self._policy)["infeasible"]}
 
     def _retrained(self, started_s: float) -> Iterator[dict[str, Any]]:
         """Ask the policy that came of a training for the lifts that it was trained for."""
         from bimvox.planning.rollout import proposer
-        from bimvox.trajectory.revise import Better
+        from bimvox.trajectory.standing import Better
 
         assert self._retraining is not None
-        assert self._standing is not None
+        assert self.standing is not None
         components = frozenset(self._retraining.components)
         try:
             found = self._retraining.result()
@@ -383,212 +347,47 @@ class Watcher:
             yield self._refused("failed", started_s, error)
             return
         if found is None or found.network is None:
-            yield self._unchanged("retrained", started_s, "no retrained policy was better: the search's paths stand")
+            message = "no retrained policy was better: the search's paths stand"
+            yield self._plan.unchanged("retrained", started_s, message)
             return
         better = Better(components, proposer(found.network))
-        yield from self._revise(self._standing.plan.site, self._content, started_s, better, found.id)
+        yield from self._revise(Change(self.standing.plan.site, self._plan.content, started_s, better, found.id))
 
-    def _revise(
-        self,
-        site: Site,
-        content: dict[str, bytes],
-        started_s: float,
-        better: Better | None = None,
-        policy: str | None = None,
-    ) -> Iterator[dict[str, Any]]:
-        """Revise the plan part by part; a part is on disk before it is told of."""
+    def _revise(self, change: Change) -> Iterator[dict[str, Any]]:
+        """Revise the plan, and say what came of it; a part is on disk before it is told of."""
         if self._retraining is not None:
             self._retraining.cancel()
-        from bimvox.trajectory.revise import revise
-        from bimvox.trajectory.underway import HOLD_S
-
-        assert self._standing is not None
-        before = self._standing.plan
-        marks = [started_s, time.monotonic()]  # noticed, read
-        verdict_s: list[float] = []
-        clock = None if self._execution is None else self._execution.clock
-        now_ns = None if clock is None else max(clock.at_ns(started_s), _after_all(before))
-        parts = revise(
-            self._standing,
-            site,
-            self._preparation,
-            propose=self._propose,
-            first=_FIRST,
-            known_shapes=self._known_shapes,
-            on_verdict=lambda: verdict_s.append(time.monotonic()),
-            now_ns=now_ns,
-            better=better,
-            hold_s=HOLD_S if clock is None else max(HOLD_S, clock.hold_s),
-        )
-        event = first = "replanned" if better is None else "retrained"
-        made: set[int] = set()
         searched: set[int] = set()
-        changed_cells, obstructions = 0, frozenset[str]()
-        while True:
-            try:
-                part = next(parts, None)
-                if part is None:
-                    return
-                marks += [verdict_s[-1], time.monotonic()]
-                made |= set(part.retimed)
-                changed_cells += part.change.cells
-                obstructions |= part.change.ids
-                document = self._document(event, part.standing.plan, before, started_s, made)
-                document |= {
-                    "revision": self._revision + 1,
-                    "changed_cells": changed_cells,
-                    "obstructions": sorted(obstructions),
-                    "pending": [_name(part.standing.plan, order) for order in sorted(part.standing.pending)],
-                    "blocked": blocked(part.standing.plan),
-                    "verdict_ms": _ms_since(started_s, verdict_s[-1] if event == first else verdict_s[0]),
-                }
-                if policy is not None:
-                    document["policy"] = policy
-                stops: list[LogEvent] = []
-                if now_ns is not None:
-                    document |= transit(part, now_ns)
-                    stops = stop_events(part, document, now_ns)
-                    self._carried_out_ns = now_ns
-                segment = self._write(part, content, event_fields(document), stops)
-            except BimvoxError as error:
-                if self._last_refusal != str(error):
-                    yield self._refused("failed", started_s, error)
-                if isinstance(error, FileError):
-                    self._try_again(started_s)
-                return
-            self._accepted()
-            marks.append(time.monotonic())
-            document |= {"segment": str(segment), "latency_ms": _ms_since(started_s, marks[-1])}
-            document["stages_ms"] = {
-                stage: round(1000.0 * (after - at), 1)
-                for stage, at, after in zip(_STAGES, marks[:-1], marks[1:], strict=True)
-            }
-            marks = [marks[-1], marks[-1]]
-            searched |= _left_to_search(part)
-            if not part.standing.pending:
-                document["all_ms"] = document["latency_ms"]
-                self._whole.offer(self._record(part.standing))
-                if self._retraining is not None and better is None:
-                    self._retraining.begin(site, searched)
-            self._show()
-            yield document
-            event = "continued"
-            if part.standing.held is not None:
-                return  # it waits for a change
-            if part.standing.pending and self._is_behind():
-                return  # what is pending goes with the next change
-
-    def _write(
-        self, part: Part, content: dict[str, bytes], fields: dict[str, str], more: Sequence[LogEvent] = ()
-    ) -> Path:
-        """Write a part's segment; only then does it stand."""
-        revision = self._revision + 1
-        target = segment_file(self._target, revision)
-        record = self._segment(part, revision, content, fields, more)
-        write_log_file(target, record, inputs=[])
-        self._revision, self._standing, self._content = revision, part.standing, content
-        return target
+        revised = self._reviser.revise(change)
+        try:
+            for one in revised:
+                self._reader.accept()
+                searched |= left_to_search(one.part)
+                if not one.part.standing.pending:
+                    self._whole.offer(self._plan.whole_log())
+                    if self._retraining is not None and change.better is None:
+                        self._retraining.begin(change.site, searched)
+                self._show()
+                yield one.document
+                if one.part.standing.held is not None:
+                    return  # it waits for a change
+                if one.part.standing.pending and self._reader.holds_other_than(self._plan.content):
+                    return  # what is pending goes with the next change
+        except BimvoxError as error:
+            if self._reader.refused != str(error):
+                yield self._refused("failed", change.started_s, error)
+            if isinstance(error, FileError):
+                self._reader.try_again(change.started_s)
+        finally:
+            revised.close()
 
     def _show(self) -> None:
         """Show viewers what stands."""
         from bimvox.log.plan_log import PlanLog
 
-        if self.live is not None and self._standing is not None:
-            self.live.show(PlanLog(plan=self._standing.plan, motions=self._standing.chain, revision=self._revision))
-
-    def _segment(
-        self,
-        part: Part,
-        revision: int,
-        content: dict[str, bytes],
-        fields: dict[str, str],
-        more: Sequence[LogEvent] = (),
-    ) -> PlanLog:
-        from bimvox.log.segments import segment_of
-
-        files = self._loaded.files | content
-        planned = Planned(part.standing.plan, ())
-        bare = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=revision)
-        return segment_of(
-            part.standing.plan,
-            part.standing.motions,
-            part.made,
-            part.standing.pending,
-            revision=revision,
-            event=fields,
-            attachments=bare.attachments,
-            metadata={**bare.metadata, **self._carried_out()},
-            more=more,
-        )
-
-    def _record(self, standing: Standing) -> PlanLog:
-        """The whole log of what stands."""
-        planned = Planned(standing.plan, standing.chain)
-        files = self._loaded.files | self._content
-        record = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=self._revision)
-        return replace(record, metadata={**record.metadata, **self._carried_out()})
-
-    def _carried_out(self) -> dict[str, str]:
-        """How far the plan is carried out, for the log."""
-        return {} if self._execution is None else {NOW_NS: str(self._carried_out_ns)}
-
-    def _is_behind(self) -> bool:
-        """Whether the file holds something else than what is being planned."""
-        try:
-            content = self.file.read_bytes()
-        except OSError:
-            return False
-        return content not in self._content.values()
-
-    def _accepted(self) -> None:
-        self._last_refusal, self._retry_at_s = None, None
-
-    def _try_again(self, started_s: float) -> None:
-        """A disk may have room again, a file that is referred to may come: look again, more seldom if that is dear."""
-        now_s = time.monotonic()
-        self._retry_at_s = now_s + min(max(_RETRY_S[0], 10.0 * (now_s - started_s)), _RETRY_S[1])
+        if self.live is not None and self.standing is not None:
+            self.live.show(PlanLog(plan=self.standing.plan, motions=self.standing.chain, revision=self.revision))
 
     def _refused(self, event: str, started_s: float, error: BimvoxError) -> dict[str, Any]:
-        self._last_refusal = str(error)
-        return self._unchanged(event, started_s, str(error))
-
-    def _unchanged(self, event: str, started_s: float, message: str | None = None) -> dict[str, Any]:
-        plan = self._standing.plan if self._standing is not None else None
-        return self._document(event, plan, plan, started_s) | ({"message": message} if message else {})
-
-    def _document(
-        self,
-        event: str,
-        plan: LiftPlan | None,
-        before: LiftPlan | None,
-        started_s: float,
-        retimed: set[int] | None = None,
-    ) -> dict[str, Any]:
-        document: dict[str, Any] = {"event": event, "revision": self._revision, "changed_cells": 0}
-        if plan is None:
-            document |= {"kept": [], "replanned": [], "infeasible": [], "retimed": []}
-        else:
-            document |= outcome(plan, before, retimed or ())
-        return document | {"log": str(self._target), "latency_ms": _ms_since(started_s)}
-
-
-def _after_all(plan: LiftPlan) -> int:
-    """The earliest time on the site's clock at which another change counts: after those that were before it."""
-    return plan.history[-1].until_ns + _APART_NS if plan.history else 0
-
-
-def _left_to_search(part: Part) -> set[int]:
-    """Components of the lifts made anew in a part whose paths no policy found."""
-    from bimvox.planning.lift import Method
-
-    made = set(part.replanned)
-    lifts = part.standing.plan.lifts
-    return {lift.component for lift in lifts if lift.order in made and lift.method is Method.SEARCH}
-
-
-def _name(plan: LiftPlan, order: int) -> str:
-    return next(plan.site.components[lift.component].id for lift in plan.lifts if lift.order == order)
-
-
-def _ms_since(started_s: float, until_s: float | None = None) -> float:
-    return round(((time.monotonic() if until_s is None else until_s) - started_s) * 1000.0, 1)
+        self._reader.refused = str(error)
+        return self._plan.unchanged(event, started_s, str(error))

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from bimvox.log.plan_log import LogEvent
     from bimvox.planning.lift import LiftPlan
     from bimvox.trajectory.motion import LiftMotion
-    from bimvox.trajectory.revise import Part
+    from bimvox.trajectory.standing import Part
 
 
 def outcome(plan: LiftPlan, before: LiftPlan | None, retimed: Collection[int] = ()) -> dict[str, Any]:
@@ -83,6 +83,7 @@ def transit(part: Part, now_ns: int) -> dict[str, Any]:
         "held": held is not None,
         "rest_s": None if stop is None else round(stop.end_ns / 1e9, 3),
         "brakes_for_s": None if stop is None else round(stop.duration_s, 3),
+        "swings_m": None if stop is None else round(stop.swing_m, 3),
         "goes_on_s": None if redirected is None else _goes_on_s(redirected.motion),
     }
     return fields
@@ -106,3 +107,12 @@ def _goes_on_s(motion: LiftMotion) -> float | None:
 
     ends = [phase.end_ns for phase in motion.phases if phase.name is PhaseName.STOP]
     return round(ends[-1] / 1e9, 3) if ends else None
+
+
+def left_to_search(part: Part) -> set[int]:
+    """Return the components of the lifts made anew in a part whose paths no policy found."""
+    from bimvox.planning.lift import Method
+
+    made = set(part.replanned)
+    lifts = part.standing.plan.lifts
+    return {lift.component for lift in lifts if lift.order in made and lift.method is Method.SEARCH}

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.propose import Propose
     from bimvox.site.site import Site
-    from bimvox.trajectory.revise import Part, Standing
+    from bimvox.trajectory.standing import Part, Standing
 
 _TRIES = 3
 
@@ -26,7 +26,7 @@ def revise_in_vain(
     preparation: Preparation,
     propose: Propose | None,
     known_shapes: set[int],
-    record_of: Callable[[Part, int, dict[str, bytes], dict[str, str]], PlanLog],
+    record_of: Callable[[Part, dict[str, bytes], dict[str, str]], PlanLog],
 ) -> None:
     """Put an obstruction of one cell on the middle of some lifts' paths, revise, write to memory, and forget it all.
 
@@ -35,7 +35,7 @@ def revise_in_vain(
         preparation: What was prepared for its site.
         propose: The policy.
         known_shapes: See ``verify_plan``.
-        record_of: Makes the record of a part: part, revision, files, event.
+        record_of: Makes the record of a part: part, files, event.
     """
     from bimvox.log.recorder import write_log
     from bimvox.trajectory.revise import revise
@@ -48,7 +48,7 @@ def revise_in_vain(
         assert lift.path_vox is not None
         site = _with_cell(standing.plan.site, lift.path_vox[len(lift.path_vox) // 2])
         part = next(revise(standing, site, preparation, propose=propose, first=1, known_shapes=known_shapes))
-        write_log(io.BytesIO(), record_of(part, 0, {}, {}))
+        write_log(io.BytesIO(), record_of(part, {}, {}))
 
 
 def _with_cell(site: Site, cell: object) -> Site:

@@ -6,13 +6,14 @@ import argparse
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from sample_models import frame, paper, prefab, yard
+from sample_models import frame, hall, paper, prefab, yard
 
 FILES: Mapping[str, Callable[[], bytes]] = {
     "paper.ifc": paper.paper_ifc,
     "frame.ifc": frame.frame_ifc,
     "frame_ifc2x3_mm.ifc": frame.frame_ifc2x3_mm,
     "frame_georeferenced.ifc": frame.frame_georeferenced,
+    "hall.ifc": hall.hall_ifc,
     "prefab.ifc": prefab.prefab_ifc,
     "yard.glb": yard.yard_glb,
     "yard.stl": yard.yard_stl,

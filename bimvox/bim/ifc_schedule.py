@@ -16,7 +16,7 @@ import ifcopenshell
 import ifcopenshell.guid
 
 from bimvox.bim.ifc_open import open_ifc
-from bimvox.bim.lift_schedule import LiftSchedule, LiftTask, duration_text
+from bimvox.bim.lift_schedule import CraneResource, LiftSchedule, LiftTask, duration_text
 from bimvox.errors import IfcError
 
 CRANE_SET = "bimvox_Crane"
@@ -58,7 +58,7 @@ class _Writer:
         self._rooted("IfcRelAggregates", "plan", RelatingObject=plan, RelatedObjects=[control])
         if not self.old:
             self._rooted("IfcRelDeclares", "declares", RelatingContext=project, RelatedDefinitions=[plan])
-        crane = self._crane() if schedule.crane is not None else None
+        cranes = [self._crane(number, crane) for number, crane in enumerate(schedule.cranes)]
         tasks = [self._task(task) for task in schedule.tasks]
         if self.old:
             for task, entity in zip(schedule.tasks, tasks, strict=True):
@@ -76,24 +76,28 @@ class _Writer:
                 RelatedObjects=[entity],
                 RelatingProduct=product,
             )
-            if crane is not None:
+            if cranes:
                 self._rooted(
                     "IfcRelAssignsToProcess",
                     f"crane {task.component}",
-                    RelatedObjects=[crane],
+                    RelatedObjects=[cranes[task.crane]],
                     RelatingProcess=entity,
                 )
         self._sequence(tasks)
 
     def _sequence(self, tasks: Sequence[Any]) -> None:
-        pairs = zip(self.schedule.tasks, self.schedule.tasks[1:], strict=False)
-        for (before, after), first, then in zip(pairs, tasks, tasks[1:], strict=False):
-            more: dict[str, Any] = {"SequenceType": "FINISH_START"}
-            if self.old:
-                more["TimeLag"] = float(round(after.start_s) - round(before.finish_s))
-            self._rooted(
-                "IfcRelSequence", f"sequence {after.component}", RelatingProcess=first, RelatedProcess=then, **more
-            )
+        for number, after in enumerate(self.schedule.tasks):
+            for earlier, is_start in self.schedule.before(number):
+                before = self.schedule.tasks[earlier]
+                more: dict[str, Any] = {"SequenceType": "FINISH_START" if is_start else "FINISH_FINISH"}
+                if self.old:
+                    more["TimeLag"] = float(
+                        round(after.start_s if is_start else after.finish_s) - round(before.finish_s)
+                    )
+                key = f"sequence {after.component}" if is_start else f"sequence {before.component} {after.component}"
+                self._rooted(
+                    "IfcRelSequence", key, RelatingProcess=tasks[earlier], RelatedProcess=tasks[number], **more
+                )
 
     def _task(self, task: LiftTask) -> Any:
         shared = {"Name": task.name, "Description": task.description, "IsMilestone": False, "WorkMethod": "crane lift"}
@@ -180,22 +184,23 @@ class _Writer:
         time = self.file.create_entity("IfcLocalTime", when.hour, when.minute, float(when.second))
         return self.file.create_entity("IfcDateAndTime", day, time)
 
-    def _crane(self) -> Any:
+    def _crane(self, number: int, resource: CraneResource) -> Any:
+        own = f" {number + 1}" if number else ""  # the first one's identities are those of a crane that is alone
         kind = {"OperationType": "NOTDEFINED"} if self.old else {"PredefinedType": "LIFTINGGEAR"}
-        crane = self._rooted("IfcTransportElement", "crane", Name=self.schedule.crane, ObjectType="TOWERCRANE", **kind)
+        crane = self._rooted("IfcTransportElement", f"crane{own}", Name=resource.name, ObjectType="TOWERCRANE", **kind)
         values = [
             self.file.create_entity(
                 "IfcPropertySingleValue",
                 Name=name,
                 NominalValue=self.file.create_entity("IfcReal" if isinstance(value, float) else "IfcLabel", value),
             )
-            for name, value in self.schedule.properties
+            for name, value in resource.properties
         ]
         if values:
-            properties = self._rooted("IfcPropertySet", "properties", Name=CRANE_SET, HasProperties=values)
+            properties = self._rooted("IfcPropertySet", f"properties{own}", Name=CRANE_SET, HasProperties=values)
             self._rooted(
                 "IfcRelDefinesByProperties",
-                "defines",
+                f"defines{own}",
                 RelatedObjects=[crane],
                 RelatingPropertyDefinition=properties,
             )
@@ -204,7 +209,10 @@ class _Writer:
         )
         if places:
             self._rooted(
-                "IfcRelContainedInSpatialStructure", "stands", RelatedElements=[crane], RelatingStructure=places[0]
+                "IfcRelContainedInSpatialStructure",
+                f"stands{own}",
+                RelatedElements=[crane],
+                RelatingStructure=places[0],
             )
         return crane
 

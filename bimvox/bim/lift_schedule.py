@@ -18,6 +18,7 @@ class LiftTask:
         description: How the path was found, mass, radius: one line for a reader.
         start_s: When it starts, seconds after the schedule's beginning.
         finish_s: When it ends.
+        crane: Which crane lifts it: 0 for ``LiftSchedule.crane``, then those of ``further``.
     """
 
     order: int
@@ -27,6 +28,20 @@ class LiftTask:
     description: str
     start_s: float
     finish_s: float
+    crane: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class CraneResource:
+    """A crane beside the first one.
+
+    Attributes:
+        name: Its name.
+        properties: Plain values about it.
+    """
+
+    name: str
+    properties: tuple[tuple[str, str | float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +55,7 @@ class LiftSchedule:
         tasks: In order.
         crane: The crane's name; None without one.
         properties: Plain values about the crane.
+        further: The cranes beside it.
     """
 
     name: str
@@ -48,6 +64,25 @@ class LiftSchedule:
     tasks: tuple[LiftTask, ...]
     crane: str | None
     properties: tuple[tuple[str, str | float], ...] = ()
+    further: tuple[CraneResource, ...] = ()
+
+    @property
+    def cranes(self) -> tuple[CraneResource, ...]:
+        """All cranes, by the numbers that tasks have."""
+        return () if self.crane is None else (CraneResource(self.crane, self.properties), *self.further)
+
+    def before(self, number: int) -> tuple[tuple[int, bool], ...]:
+        """Return what a task follows: numbers of tasks, and whether it starts (else: only ends) when they are done.
+
+        A crane's lifts follow each other. A part is set only when the part before it in the order stands by itself,
+        whichever crane sets that.
+        """
+        task = self.tasks[number]
+        own = [n for n in range(number) if self.tasks[n].crane == task.crane][-1:]
+        links = [(n, True) for n in own]
+        if number and self.tasks[number - 1].crane != task.crane:
+            links.append((number - 1, False))
+        return tuple(links)
 
     def times(self, task: LiftTask) -> tuple[datetime, datetime]:
         """Return start and finish to the second; rounded alike, so tasks that follow each other still do."""

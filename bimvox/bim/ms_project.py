@@ -10,6 +10,7 @@ from bimvox.bim.lift_schedule import LiftSchedule, duration_text
 NAMESPACE = "http://schemas.microsoft.com/project"
 
 _ELAPSED_MINUTES = "4"  # of DurationFormat: counted round the clock, not in working hours
+_FINISH_TO_FINISH = "0"
 _FINISH_TO_START = "1"
 _TENTHS_OF_MINUTES = 10
 _EQUIPMENT = "1"  # of a resource's Type: work, which equipment is too (0 is material)
@@ -18,7 +19,7 @@ _ROUND_THE_CLOCK = "1"
 
 
 def to_ms_project(schedule: LiftSchedule) -> bytes:
-    """Return a schedule as Microsoft Project XML: a summary task, one task a lift, the crane as their resource.
+    """Return a schedule as Microsoft Project XML: a summary task, one task a lift, the cranes as their resources.
 
     Durations are elapsed time to the second, on a calendar that works round the clock: a lift is not stretched over the
     night. Each task carries the part's GlobalId as ``Text1``.
@@ -50,15 +51,16 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
         start, finish = schedule.times(task)
         entry = _task(tasks, number, task.name, start, finish, level=2, summary=False)
         _fill(entry, {"Notes": task.description})
-        if number > 1:
-            gap = start - schedule.times(schedule.tasks[number - 2])[1]
+        for before, is_start in schedule.before(number - 1):
+            gap = (start if is_start else finish) - schedule.times(schedule.tasks[before])[1]
             lag = int(gap.total_seconds() * _TENTHS_OF_MINUTES / 60)
+            kind = _FINISH_TO_START if is_start else _FINISH_TO_FINISH
             link = _child(entry, "PredecessorLink")
-            _fill(link, {"PredecessorUID": str(number - 1), "Type": _FINISH_TO_START, "LinkLag": str(lag)})
+            _fill(link, {"PredecessorUID": str(before + 1), "Type": kind, "LinkLag": str(lag)})
         value = _child(entry, "ExtendedAttribute")
         _fill(value, {"FieldID": "188743731", "Value": task.global_id})
-    if schedule.crane is not None:
-        _crane(project, schedule)
+    if schedule.cranes:
+        _cranes(project, schedule)
     ElementTree.indent(project, " ")
     written: bytes = ElementTree.tostring(project, encoding="utf-8", xml_declaration=True)
     return written + b"\n"
@@ -109,9 +111,11 @@ def _calendar(calendar: ElementTree.Element) -> None:
         _fill(time, {"FromTime": "00:00:00", "ToTime": "00:00:00"})
 
 
-def _crane(project: ElementTree.Element, schedule: LiftSchedule) -> None:
-    resource = _child(_child(project, "Resources"), "Resource")
-    _fill(resource, {"UID": "1", "ID": "1", "Name": schedule.crane or "", "Type": _EQUIPMENT})
+def _cranes(project: ElementTree.Element, schedule: LiftSchedule) -> None:
+    resources = _child(project, "Resources")
+    for number, crane in enumerate(schedule.cranes, start=1):
+        resource = _child(resources, "Resource")
+        _fill(resource, {"UID": str(number), "ID": str(number), "Name": crane.name, "Type": _EQUIPMENT})
     assignments = _child(project, "Assignments")
     for number, task in enumerate(schedule.tasks, start=1):
         start, finish = schedule.times(task)
@@ -120,7 +124,7 @@ def _crane(project: ElementTree.Element, schedule: LiftSchedule) -> None:
             {
                 "UID": str(number),
                 "TaskUID": str(number),
-                "ResourceUID": "1",
+                "ResourceUID": str(task.crane + 1),
                 "Start": start.isoformat(),
                 "Finish": finish.isoformat(),
                 "Units": "1",

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.crane.defaults import DEFAULT_CRANES, HOOK_BLOCK_M
+from bimvox.crane.fit_luffing import Standing, highest_hooks_m, pivoted, places_closed
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
@@ -19,6 +20,7 @@ MAST_CLEARANCE_M = 1.5
 
 _PITCH_M = 1.0
 _RING_M = 12.0
+_MOST_BASES = 400  # at which the jib is looked at, those used least first
 
 
 def fit_crane(
@@ -30,12 +32,16 @@ def fit_crane(
     keep_clear_m: Sequence[ArrayLike] = (),
     cranes: Sequence[TowerCrane] = DEFAULT_CRANES,
     margin_m: float = 0.5,
+    standing: Standing | None = None,
 ) -> TowerCrane:
     """Return the first crane that serves every point, on the base where it is used least.
 
     Bases are tried on a lattice of 1 m in a ring around the building, clear of it and of the other areas by 1.5 m plus
     half the mast. Of the bases that serve every point the one with the smallest largest radius, as a share of what is
     allowed for that mass, is taken; ties go to the lowest y, then x. The same input gives the same crane.
+
+    A luffing tower crane gets a mast so high that its jib turns above everything. A mobile crane has to get its hook up
+    to the height at every point, and stands where its boom is over the most points with all of the site standing.
 
     Args:
         points_m: (N, 2) hook positions on plan: targets and yard corners.
@@ -45,6 +51,7 @@ def fit_crane(
         keep_clear_m: Other (K, 2) polygons that the mast has to keep clear of (yards).
         cranes: Machines to choose from, the preferred one first; their base and jib height are ignored.
         margin_m: How far inside the radius limits every point must lie.
+        standing: How high the site is built over; None where no jib can touch anything.
 
     Raises:
         InputError: If no crane serves every point; says which point stops the last one.
@@ -54,18 +61,41 @@ def fit_crane(
     areas = [np.asarray(area, dtype=np.float64) for area in (footprint_m, *keep_clear_m)]
     if not len(points):
         raise InputError("no point for a crane to reach", hint="give at least one target")
-    for crane in cranes:
+    for machine in cranes:
+        jib = machine.luffing
+        crane = machine if jib is None else pivoted(machine, jib, height_under_hook_m)
         bases = _bases(areas, MAST_CLEARANCE_M + crane.mast_size_m / 2.0)
         limits = np.array([allowed_radii_m(crane, float(mass)) for mass in masses])
         low, high = limits[:, 0] + margin_m, limits[:, 1] - margin_m
         radii = np.hypot(points[:, 0] - bases[:, 0, None], points[:, 1] - bases[:, 1, None])
         served = (radii >= low) & (radii <= high)
+        if crane.luffing is not None:
+            served &= highest_hooks_m(crane.luffing, radii) >= height_under_hook_m
         good = np.flatnonzero(served.all(axis=1))
-        if len(good):
-            use = (radii[good] / high).max(axis=1)
-            x, y = bases[good[int(np.argmin(np.round(use, 9)))]].tolist()
-            return replace(crane, base_m=(x, y, 0.0), jib_height_m=float(height_under_hook_m + HOOK_BLOCK_M))
+        if not len(good):
+            continue
+        by_use = good[np.argsort(np.round((radii[good] / high).max(axis=1), 9), kind="stable")]
+        if crane.luffing is None:
+            crane = replace(crane, jib_height_m=float(height_under_hook_m + HOOK_BLOCK_M))
+        return _standing_best(crane, bases[by_use], points, standing)
     raise _no_crane(cranes[-1], points, masses, bases, radii, served)
+
+
+def _standing_best(
+    crane: TowerCrane, bases: NDArray[np.float64], points: NDArray[np.float64], standing: Standing | None
+) -> TowerCrane:
+    """The crane on the first of the bases ((B, 2)) from which its jib is over the most points."""
+    best, fewest = replace(crane, base_m=(*bases[0].tolist(), 0.0)), len(points) + 1
+    if crane.luffing is None or standing is None:
+        return best
+    for x, y in bases[:_MOST_BASES].tolist():
+        placed = replace(crane, base_m=(x, y, 0.0))
+        closed = places_closed(placed, crane.luffing, points, standing)
+        if closed < fewest:
+            best, fewest = placed, closed
+        if closed == 0:
+            break
+    return best
 
 
 def _no_crane(

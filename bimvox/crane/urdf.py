@@ -16,7 +16,7 @@ _COUNTER_JIB_SHARE = 0.25
 _HOOK_BLOCK_M = (0.5, 0.5, 1.0)
 
 
-def urdf(crane: TowerCrane) -> str:
+def urdf(crane: TowerCrane, prefix: str = "") -> str:
     """Return the crane's URDF, an XML text that ends with a line break.
 
     Frames: ``site`` (the site's frame), ``crane_base`` (foot of the slewing axis), ``jib`` (on the axis at the height
@@ -24,9 +24,14 @@ def urdf(crane: TowerCrane) -> str:
 
     Args:
         crane: The crane.
+        prefix: Put before the names of its links and joints, where it is not alone on its site; not before ``site``.
     """
-    if crane.luffing is not None:
-        return _luffing_urdf(crane, crane.luffing)
+    robot = _luffing_robot(crane, crane.luffing) if crane.luffing is not None else _hammerhead_robot(crane)
+    _put_before(robot, prefix)
+    return _text(robot)
+
+
+def _hammerhead_robot(crane: TowerCrane) -> ET.Element:
     robot = ET.Element("robot", name=crane.name)
     mast = crane.mast_size_m
     deck = mast / 2.0
@@ -48,10 +53,10 @@ def urdf(crane: TowerCrane) -> str:
     _limit(trolley, crane.trolley, (crane.min_radius_m, crane.jib_length_m))
     hoist = _joint(robot, "hoist", "prismatic", "trolley", "hook", (0.0, 0.0, 0.0), (0, 0, -1))
     _limit(hoist, crane.hoist, (0.0, height))
-    return _text(robot)
+    return robot
 
 
-def _luffing_urdf(crane: TowerCrane, jib: LuffingJib) -> str:
+def _luffing_robot(crane: TowerCrane, jib: LuffingJib) -> ET.Element:
     """The URDF of a crane whose jib luffs.
 
     Frames: ``site``, ``crane_base``, ``platform`` (turns), ``jib`` (at the pivot, x along the jib), ``tip`` (at its
@@ -79,7 +84,16 @@ def _luffing_urdf(crane: TowerCrane, jib: LuffingJib) -> str:
     ET.SubElement(level, "mimic", joint="luffing", multiplier="1", offset="0")
     hoist = _joint(robot, "hoist", "prismatic", "tip", "hook", (0.0, 0.0, 0.0), (0, 0, -1))
     _limit(hoist, jib.winch, (0.0, jib.highest_tip_m - crane.base_m[2]))
-    return _text(robot)
+    return robot
+
+
+def _put_before(robot: ET.Element, prefix: str) -> None:
+    """Prefix the names of links and joints wherever they stand."""
+    for element in robot.iter():
+        for key in ("name", "link", "joint"):
+            names = element.tag in ("link", "joint") if key == "name" else element.tag in ("parent", "child", "mimic")
+            if names and (name := element.get(key)) not in (None, "site"):
+                element.set(key, f"{prefix}{name}")
 
 
 def _text(robot: ET.Element) -> str:

@@ -1,8 +1,9 @@
 """Wind on the load: in which wind a part with a large sail area may be lifted.
 
-A crane's wind limit supposes that a load shows the wind no more than 1.2 m2 a tonne, drag included (EN 13000:2010,
-5.2.1.3; tower cranes by EN 14439 take the same figure). A load with more is lifted in less wind: the force on it grows
-with the square of the speed, so ``v = v_max * sqrt(1.2 m2/t * m / (c_w * A_p))``, as cranes' manuals give it
+A crane's wind limit supposes that a load shows the wind no more than 1.2 m2 a tonne, drag included (EN 13000;
+FEM 5.016 explains the figure, and it is taken for tower cranes too). A load with more is lifted in less wind: the
+force on it grows with the square of the speed, so ``v = v_max * sqrt(1.2 m2/t * m / (c_w * A_p))``, as cranes' manuals
+give it
 (for instance Liebherr, "Influence of wind on crane operation", 4th issue, 4.3).
 """
 

@@ -9,10 +9,12 @@ teacher's. Offsets, windows and actions are in the frame of :mod:`bimvox.env.fra
   between: some are, the more the higher, by five of the block's placements and the share of the swept box that is
   filled. Outside the site counts as filled;
 * **clear heights**: for each column of these windows, how much higher (or lower) the component must hang so that
-  nothing is in its way at the column's block nor above it, signed logarithm; 1 where no height will do;
+  nothing is in its way at the column's block nor above it, signed logarithm; 1 where no height will do, also because
+  the hook may not be that high there (limiters, the jib of a luffing crane);
 * **about the target**: the same two, smaller and on four levels: from which side the target can be entered;
 * **the way to the target**: signs, clipped offset, logarithm of the offset, shares, logarithm of the whole;
-* **the component and the hook**: extent, height above the bottom and below the top of the site, whether the hook line
+* **the component and the hook**: extent, height above the bottom and below the top of the site or
+  of what the hook may, whether the hook line
   must be free (rope);
 * **how it came here**: the last action, how often each neighbouring cell was visited (the loop guard's memory), and the
   way made in the last 8, 32 and 128 steps: a component that is on its way around something keeps to it;
@@ -243,7 +245,7 @@ def _clear_height(
     outside = x + low[0] < 0 or y + low[1] < 0 or x + high[0] > nx or y + high[1] > ny
     if outside or hook_x < 0 or hook_y < 0 or hook_x >= nx or hook_y >= ny:
         return 1.0
-    highest = nz - high[2]
+    highest = _highest(clearance, high, hook_x, hook_y)
     lowest = max(-low[2], clearance.hook_floor[hook_x, hook_y] - clearance.hook_offset[2])
     if lowest > highest or box_sum(table, x0, y0, highest + low[2], x1, y1, nz) != 0:
         return 1.0
@@ -260,6 +262,15 @@ def _clear_height(
 
 
 @leaf_kernel
+def _highest(clearance: Clearance, high: tuple[int, int, int], hook_x: int, hook_y: int) -> int:
+    """Return the highest reference cell of the component with its hook over a column: the site's top, or the hook's."""
+    highest = clearance.table.shape[2] - 1 - high[2]
+    if clearance.hook_ceiling.size > 0:
+        highest = min(highest, clearance.hook_ceiling[hook_x, hook_y] - clearance.hook_offset[2])
+    return int(highest)
+
+
+@leaf_kernel
 def _write_body(
     clearance: Clearance,
     low: tuple[int, int, int],
@@ -273,11 +284,12 @@ def _write_body(
 ) -> int:
     """Write the component's extent, its height on the site, and whether a rope hangs above it."""
     u, v = to_frame(frame & 4, high[0] - low[0], high[1] - low[1])
-    above = clearance.table.shape[2] - 1 - z - high[2]
+    hook_x, hook_y = x + clearance.hook_offset[0], y + clearance.hook_offset[1]
+    nx, ny = clearance.hook_floor.shape
+    on_site = 0 <= hook_x < nx and 0 <= hook_y < ny
+    above = (_highest(clearance, high, hook_x, hook_y) if on_site else clearance.table.shape[2] - 1 - high[2]) - z
     for size in (u, v, high[2] - low[2], z + low[2], above):
         out[n] = min(1.0, np.log(1.0 + max(0, size)) / _LOG_HIGHEST)
         n += 1
-    hook_x, hook_y = x + clearance.hook_offset[0], y + clearance.hook_offset[1]
-    nx, ny = clearance.hook_floor.shape
-    out[n] = 1.0 if 0 <= hook_x < nx and 0 <= hook_y < ny and clearance.hook_floor[hook_x, hook_y] > 0 else 0.0
+    out[n] = 1.0 if on_site and clearance.hook_floor[hook_x, hook_y] > 0 else 0.0
     return n + 1

@@ -13,6 +13,7 @@ from bimvox.grid.labels import Label
 from bimvox.log.gltf import GltfWriter
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
+from bimvox.log.topics import of_crane
 from bimvox.log.track import LoadTrack
 from bimvox.planning.lift import Lift, Status, YardPlace
 from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
@@ -51,7 +52,8 @@ def to_animated_glb(log: PlanLog) -> bytes:
     for lift in log.plan.lifts:
         if lift.status is Status.INFEASIBLE and lift.place is not None:
             _left(writer, site, lift, lift.place, arrives)
-    _crane(writer, log)
+    for number, crane in enumerate(site.cranes):
+        _crane(writer, log, number, crane)
     end_s = max((track.end_ns for track in tracks), default=0) / 1e9
     return writer.to_bytes({"site": site.name, "revision": log.revision, "end_s": end_s, "plan": site.digest})
 
@@ -115,12 +117,11 @@ def _appears(writer: GltfWriter, node: int, arrives_ns: int) -> None:
         writer.move(node, "scale", np.array([0.0, arrives_ns / 1e9]), shown, steps=True)
 
 
-def _crane(writer: GltfWriter, log: PlanLog) -> None:
-    """Add mast, jib, trolley and rope, moved by the axes."""
-    crane = log.plan.site.crane
-    if crane is None or not log.motions:
+def _crane(writer: GltfWriter, log: PlanLog, number: int, crane: TowerCrane) -> None:
+    """Add mast, jib, trolley and rope, moved by the axes; those of further cranes have names of their own."""
+    samples = [motion.samples() for motion in log.motions if motion.crane == number]
+    if not samples:
         return
-    samples = [motion.samples() for motion in log.motions]
     time_ns = np.concatenate([times for times, _ in samples])
     axes = np.concatenate([values for _, values in samples])
     time_ns, first = np.unique(time_ns, return_index=True)
@@ -128,22 +129,24 @@ def _crane(writer: GltfWriter, log: PlanLog) -> None:
     half, top_m = crane.mast_size_m / 2, crane.jib_height_m
     base = np.array(crane.base_m, np.float64)
     if crane.luffing is not None:
-        _luffing_crane(writer, crane, crane.luffing, times, axes)
+        _luffing_crane(writer, crane, crane.luffing, times, axes, number)
         return
     mast = _boxes(np.array([[-half, -half, 0.0]]), np.array([[half, half, top_m - base[2]]]))
-    writer.node("mast", mesh=writer.mesh(*mast, _CRANE_RGB), translation_m=base)
+    writer.node(of_crane("mast", number), mesh=writer.mesh(*mast, _CRANE_RGB), translation_m=base)
     beam = _boxes(np.array([[-0.28 * crane.jib_length_m, -0.4, 0.0]]), np.array([[crane.jib_length_m, 0.4, 1.2]]))
-    jib = writer.node("jib", mesh=writer.mesh(*beam, _CRANE_RGB), translation_m=np.array([base[0], base[1], top_m]))
+    jib = writer.node(
+        of_crane("jib", number), mesh=writer.mesh(*beam, _CRANE_RGB), translation_m=np.array([base[0], base[1], top_m])
+    )
     halves = axes[:, 0] / 2
     turn = np.stack([np.zeros_like(halves), np.zeros_like(halves), np.sin(halves), np.cos(halves)], axis=1)
     kept = _corners(times, axes[:, :1], _TURNED, longest=np.pi / 4)
     writer.move(jib, "rotation", times[kept], turn[kept])
-    trolley = writer.node("trolley", parent=jib)
+    trolley = writer.node(of_crane("trolley", number), parent=jib)
     out = np.stack([axes[:, 1], np.zeros(len(axes)), np.zeros(len(axes))], axis=1)
     kept = _corners(times, out, STRAIGHT_M)
     writer.move(trolley, "translation", times[kept], out[kept])
     rope = writer.mesh(*_boxes(np.array([[-0.05, -0.05, -1.0]]), np.array([[0.05, 0.05, 0.0]])), (40, 40, 40))
-    node = writer.node("rope", mesh=rope, parent=trolley)
+    node = writer.node(of_crane("rope", number), mesh=rope, parent=trolley)
     scale = np.ones((len(axes), 3))
     scale[:, 2] = np.maximum(top_m - axes[:, 2], _GONE)
     kept = _corners(times, scale, STRAIGHT_M)
@@ -151,21 +154,28 @@ def _crane(writer: GltfWriter, log: PlanLog) -> None:
 
 
 def _luffing_crane(
-    writer: GltfWriter, crane: TowerCrane, jib: LuffingJib, times: NDArray[np.float64], axes: NDArray[np.float64]
+    writer: GltfWriter,
+    crane: TowerCrane,
+    jib: LuffingJib,
+    times: NDArray[np.float64],
+    axes: NDArray[np.float64],
+    number: int,
 ) -> None:
     """Add mast or undercarriage, platform, luffing jib and rope, moved by the joints."""
     slewing, luff, rope_m = joints_of(crane, axes).T
     base, half, wide = np.array(crane.base_m, np.float64), crane.mast_size_m / 2, jib.width_m / 2
     pivot_m = jib.pivot_height_m - base[2]
     mast = _boxes(np.array([[-half, -half, 0.0]]), np.array([[half, half, pivot_m]]))
-    writer.node("mast", mesh=writer.mesh(*mast, _CRANE_RGB), translation_m=base)
+    writer.node(of_crane("mast", number), mesh=writer.mesh(*mast, _CRANE_RGB), translation_m=base)
     tail = jib.tail_width_m / 2
     deck = _boxes(
         np.array([[-jib.tail_radius_m, -tail, jib.tail_low_m - jib.pivot_height_m]]),
         np.array([[max(jib.pivot_offset_m, 0.1), tail, 0.0]]),
     )
     platform = writer.node(
-        "platform", mesh=writer.mesh(*deck, _CRANE_RGB), translation_m=base + np.array([0.0, 0.0, pivot_m])
+        of_crane("platform", number),
+        mesh=writer.mesh(*deck, _CRANE_RGB),
+        translation_m=base + np.array([0.0, 0.0, pivot_m]),
     )
     none = np.zeros(len(axes))
     kept = _corners(times, slewing[:, None], _TURNED, longest=np.pi / 4)
@@ -177,7 +187,7 @@ def _luffing_crane(
     )
     beam = _boxes(np.array([[0.0, -wide, -wide]]), np.array([[jib.length_m, wide, wide]]))
     arm = writer.node(
-        "jib",
+        of_crane("jib", number),
         mesh=writer.mesh(*beam, _CRANE_RGB),
         translation_m=np.array([jib.pivot_offset_m, 0.0, 0.0]),
         parent=platform,
@@ -185,10 +195,10 @@ def _luffing_crane(
     kept = _corners(times, luff[:, None], _TURNED, longest=np.pi / 4)
     up = np.stack([none, -np.sin(luff / 2), none, np.cos(luff / 2)], axis=1)
     writer.move(arm, "rotation", times[kept], up[kept])
-    tip = writer.node("tip", translation_m=np.array([jib.length_m, 0.0, 0.0]), parent=arm)
+    tip = writer.node(of_crane("tip", number), translation_m=np.array([jib.length_m, 0.0, 0.0]), parent=arm)
     writer.move(tip, "rotation", times[kept], (up * [1.0, -1.0, 1.0, 1.0])[kept])
     line = writer.mesh(*_boxes(np.array([[-0.05, -0.05, -1.0]]), np.array([[0.05, 0.05, 0.0]])), (40, 40, 40))
-    rope = writer.node("rope", mesh=line, parent=tip)
+    rope = writer.node(of_crane("rope", number), mesh=line, parent=tip)
     scale = np.stack([none + 1.0, none + 1.0, np.maximum(rope_m, _GONE)], axis=1)
     kept = _corners(times, scale, STRAIGHT_M)
     writer.move(rope, "scale", times[kept], scale[kept])

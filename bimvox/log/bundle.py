@@ -31,7 +31,7 @@ def site_to_bytes(site: Site) -> bytes:
     arrays = ArrayWriter()
     document = {"format": _FORMAT, "version": _VERSION, "site": encode(site, arrays)}
     members = {"site.json": json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode()}
-    members |= {f"{dtype}.npy": _to_npy(flat) for dtype, flat in arrays.flat().items()}
+    members |= {f"{dtype}.npy": to_npy(flat) for dtype, flat in arrays.flat().items()}
     return pack(members)
 
 
@@ -54,7 +54,7 @@ def site_from_bytes(data: bytes, name: str) -> Site:
 def _read(members: dict[str, bytes]) -> Site:
     if "site.json" not in members:
         raise ArchiveError("it has no site.json")
-    flat = {dtype: _from_npy(members[f"{dtype}.npy"], dtype) for dtype in DTYPES if f"{dtype}.npy" in members}
+    flat = {dtype: from_npy(members[f"{dtype}.npy"], dtype) for dtype in DTYPES if f"{dtype}.npy" in members}
     document = json.loads(members["site.json"])
     if not isinstance(document, dict) or document.get("format") != _FORMAT:
         raise ArchiveError("it is not a site")
@@ -65,14 +65,15 @@ def _read(members: dict[str, bytes]) -> Site:
     return site
 
 
-def _to_npy(flat: NDArray[Any]) -> bytes:
+def to_npy(flat: NDArray[Any]) -> bytes:
+    """Return a flat array as a .npy, little-endian."""
     buffer = io.BytesIO()
     little = flat.astype(flat.dtype.newbyteorder("<"), copy=False)
     np.lib.format.write_array(buffer, little, version=(1, 0), allow_pickle=False)
     return buffer.getvalue()
 
 
-def _from_npy(data: bytes, dtype: str) -> NDArray[Any]:
+def from_npy(data: bytes, dtype: str) -> NDArray[Any]:
     """Return the flat array of a .npy; its size is compared with the data before anything is allocated."""
     stream = io.BytesIO(data)
     try:
@@ -108,6 +109,8 @@ def _check(site: Site) -> None:
         _check_cells(component.shape.cells, site.shape, f"{where}.shape.cells")
         _check_boxes(component.shape, f"{where}.shape.boxes")
         _check_mesh(component.mesh, f"{where}.mesh")
+        if component.crane and not 0 <= component.crane < len(site.cranes):
+            raise DecodeError(f"{where}.crane: the site has no crane {component.crane}")
         high = np.add(component.target_vox, component.shape.size_vox)
         if min(component.target_vox) < 0 or (high > site.shape).any():
             raise DecodeError(f"{where}.target_vox: outside the grid")

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, BinaryIO, Self
 
+import numpy as np
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from bimvox.log.mcap_file import McapFile
-from bimvox.log.topics import MEDIA_TYPES, OTHER_MEDIA_TYPE, SCHEMA_VERSION, TOPICS
+from bimvox.log.merge import Block
+from bimvox.log.topics import MEDIA_TYPES, OTHER_MEDIA_TYPE, SCHEMA_VERSION, topics_of
 
 # A killed or truncated log loses the chunk in progress: small chunks cost 0.5 % of size and lose little.
 CHUNK_BYTES = 64 * 1024
@@ -20,16 +22,21 @@ class LogWriter:
     """An MCAP file with every topic registered, in the table's order, before the first message.
 
     Metadata and attachments come first, so that they survive a truncated tail.
+
+    Args:
+        stream: Where to; must be able to tell its position.
+        cranes: How many cranes there are.
     """
 
-    def __init__(self, stream: BinaryIO) -> None:
+    def __init__(self, stream: BinaryIO, cranes: int = 1) -> None:
         self._file = McapFile(stream, LIBRARY, CHUNK_BYTES)
         schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._sequence: dict[str, int] = {}
-        for topic in TOPICS:
+        for topic in topics_of(cranes):
             if topic.schema not in schemas:
-                schemas[topic.schema] = self._file.schema(topic.schema, SchemaEncoding.Protobuf, topic.descriptor_set)
+                descriptors = topic.descriptor_set_for(several_cranes=cranes > 1)
+                schemas[topic.schema] = self._file.schema(topic.schema, SchemaEncoding.Protobuf, descriptors)
             self._channels[topic.name] = self._file.channel(topic.name, MessageEncoding.Protobuf, schemas[topic.schema])
         self.messages = 0
 
@@ -67,6 +74,18 @@ class LogWriter:
         self._sequence[topic] = sequence + 1
         self._file.message(self._channels[topic], sequence, time_ns, data)
         self.messages += 1
+
+    def block(self, block: Block) -> None:
+        """Write messages that follow each other, numbered as others are."""
+        sequence = np.zeros(len(block.data), np.int64)
+        for n, topic in enumerate(block.topics):
+            own = np.flatnonzero(block.topic == n)
+            first = self._sequence.get(topic, 0)
+            sequence[own] = np.arange(first, first + len(own))
+            self._sequence[topic] = first + len(own)
+        channels = np.array([self._channels[topic] for topic in block.topics])[block.topic]
+        self._file.messages(channels, sequence, block.time_ns, block.data)
+        self.messages += len(block.data)
 
     def raw(self, topic: str, sequence: int, time_ns: int, data: bytes) -> None:
         """Write a message that is numbered and serialized already."""

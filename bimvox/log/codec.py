@@ -13,11 +13,12 @@ import types
 import typing
 from collections.abc import Mapping, Sequence
 from enum import Enum
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from bimvox.site.sparse import names_to_write
 
 DTYPES = ("bool", "uint8", "int32", "int64", "float32", "float64")
 
@@ -79,7 +80,7 @@ def encode(value: Any, arrays: ArrayWriter) -> Any:
     if kind in _PLAIN:
         return value
     if dataclasses.is_dataclass(kind):
-        return {name: encode(getattr(value, name), arrays) for name in _names_of(kind)}
+        return {name: encode(getattr(value, name), arrays) for name in names_to_write(value)}
     if isinstance(value, np.ndarray):
         return arrays.put(value)
     if isinstance(value, Enum):
@@ -93,11 +94,6 @@ def encode(value: Any, arrays: ArrayWriter) -> Any:
     if value is None or isinstance(value, str | bool | int | float):
         return value
     raise TypeError(f"values of {type(value).__name__} are not stored")
-
-
-@lru_cache
-def _names_of(kind: type) -> tuple[str, ...]:
-    return tuple(field.name for field in dataclasses.fields(kind))
 
 
 def decode(hint: Any, value: Any, arrays: ArrayReader, where: str) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 import zlib
 from collections.abc import Callable, Iterator
@@ -20,7 +21,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from bimvox.errors import LogFileError
 from bimvox.log.channels import LIBRARY
-from bimvox.log.topics import TOPICS
+from bimvox.log.topics import MOST_CRANES, of_first_crane, topics_of
 
 RECOVER_HINT = "bimvox export --recover FILE saves every complete part of a damaged log"
 
@@ -29,6 +30,7 @@ _FOOTER_BYTES = 1 + 8 + 8 + 8 + 4
 _PREFIX = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 _ZSTD = b"\x04\x00\x00\x00zstd"
+_HEAD_RECORD = re.compile(b"[" + bytes((Opcode.ATTACHMENT, Opcode.METADATA)) + b"]")
 _CHUNK_START_TO_ZSTD = 1 + 8 + 8 + 8 + 8 + 4  # opcode, length, first and last time, size, checksum
 _BROKEN = (
     McapError,
@@ -69,7 +71,7 @@ class Contents:
         channels: Topic by channel id.
         messages: In the order of the file.
         lost: What could not be read, one sentence each; empty for a sound file.
-        topics: Keep only messages on these; None keeps all.
+        topics: Keep only messages on these, and on those of further cranes that mean the same; None keeps all.
     """
 
     library: str = ""
@@ -86,7 +88,7 @@ class Contents:
             self.library = record.library
             if record.library == LIBRARY:
                 # The writer registers every topic first, in this order: known even where the first chunk is lost.
-                self.channels |= {n + 1: topic.name for n, topic in enumerate(TOPICS)}
+                self.channels |= {n + 1: topic.name for n, topic in enumerate(topics_of(MOST_CRANES))}
         elif isinstance(record, Attachment):
             self.attachments[record.name] = record.data
         elif isinstance(record, Metadata):
@@ -115,7 +117,7 @@ class Contents:
 
     def _add_message(self, channel: int, sequence: int, time_ns: int, data: bytes) -> None:
         topic = self.channels[channel]
-        if self.topics is None or topic in self.topics:
+        if self.topics is None or of_first_crane(topic) in self.topics:
             self.messages.append(LogMessage(topic, sequence, time_ns, data))
 
 
@@ -142,7 +144,7 @@ def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None =
     Args:
         data: The file's bytes.
         name: Its name, for messages.
-        topics: Keep only messages on these; None keeps all.
+        topics: Keep only messages on these, and on those of further cranes that mean the same; None keeps all.
 
     Raises:
         LogFileError: If it is no MCAP file, is truncated, or any byte was changed.
@@ -165,7 +167,8 @@ def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None =
 def salvage_contents(data: bytes, name: Path | str) -> Contents:
     """Return what is left of a damaged log: every chunk, attachment and metadata record that is whole.
 
-    Records are walked from the start; where one is broken, the walk goes on at the next chunk that can be made out.
+    Records are walked from the start; where one is broken, the walk goes on at the next record that can be made out: a
+    chunk or an attachment whose checksum holds, or a metadata record that is whole. What was lost is named.
 
     Raises:
         LogFileError: If it is no MCAP file, or nothing whole is in it.
@@ -181,9 +184,11 @@ def salvage_contents(data: bytes, name: Path | str) -> Contents:
                 contents.add(record)
             except _BROKEN as error:
                 contents.lost.append(f"a record at byte {at}: {_reason(error)}")
+        if isinstance(record, DataEnd) and not contents.lost and zlib.crc32(data[:at]) != record.data_section_crc:
+            contents.lost.append("a metadata record, a channel or a schema was changed: which one is not known")
         if after is None:
-            after = _next_chunk(data, at + 1)
-            contents.lost.append(f"{(after or len(data)) - at} bytes at byte {at}")
+            after = _next_whole(data, at + 1)
+            contents.lost.append(f"{_what(data, at)}{(after or len(data)) - at} bytes at byte {at}")
         if after is None:
             break
         at = after
@@ -256,6 +261,42 @@ def _record_at(data: bytes, at: int) -> tuple[Any, int | None]:
     except _BROKEN:
         return None, None
     return record, after
+
+
+def _what(data: bytes, at: int) -> str:
+    """Return what a broken record was, where its beginning still says so."""
+    name = at + _PREFIX.size + 8 + 8  # an attachment's: after its two times
+    if at + _PREFIX.size > len(data) or data[at] != Opcode.ATTACHMENT:
+        return ""
+    length = int.from_bytes(data[name : name + 4], "little")
+    text = data[name + 4 : name + 4 + min(length, 256)].decode(errors="replace")
+    return f"the attachment {text}: " if text.isprintable() else "an attachment: "
+
+
+def _next_whole(data: bytes, start: int) -> int | None:
+    """Return where the next record begins that is whole without doubt: a chunk, or before it an attachment or metadata.
+
+    Metadata has no checksum: it counts where its fields fill it exactly.
+    """
+    chunk = _next_chunk(data, start)
+    end = len(data) if chunk is None else chunk
+    for opcode in re.finditer(_HEAD_RECORD, data[start:end]):
+        at = start + opcode.start()
+        _, length = _PREFIX.unpack_from(data, at) if at + _PREFIX.size <= end else (0, end)
+        if at + _PREFIX.size + length > end:
+            continue
+        record, _ = _record_at(data, at)
+        if isinstance(record, Attachment) or (
+            isinstance(record, Metadata) and record.name and _metadata_bytes(record) == length
+        ):
+            return at
+    return chunk
+
+
+def _metadata_bytes(record: Metadata) -> int:
+    """Return how long a metadata record is."""
+    texts = [record.name, *record.metadata.keys(), *record.metadata.values()]
+    return 4 + sum(4 + len(text.encode()) for text in texts)
 
 
 def _next_chunk(data: bytes, start: int) -> int | None:

@@ -6,14 +6,14 @@ prints are both made from them. Fields are only ever added, never renumbered.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any, NamedTuple
 
 import numpy as np
 from google.protobuf import descriptor_pool, message_factory, timestamp_pb2
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto
+from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.tower_crane import TowerCrane
@@ -64,6 +64,9 @@ FIELDS = (
     ),
 )
 
+SEVERAL_CRANES_FIELDS = (_Field(15, "string", "crane", "Name of the crane; only where a site has several."),)
+"""Fields that only logs of several cranes have: the schema of the others stays as it was, byte for byte."""
+
 _VALUES = tuple(field.name for field in FIELDS if field.type == "double")
 
 PHASE_NUMBERS: dict[PhaseName, int] = {
@@ -77,20 +80,32 @@ PHASE_NUMBERS: dict[PhaseName, int] = {
     PhaseName.RELEASE: 8,
     PhaseName.TURN: 9,
     PhaseName.STOP: 10,
+    PhaseName.WAIT: 11,
+    PhaseName.LEAVE: 12,
 }
 _PHASES = {"PHASE_UNSPECIFIED": 0, **{f"PHASE_{name.name}": number for name, number in PHASE_NUMBERS.items()}}
+_SEVERAL_CRANES_PHASES = tuple(f"PHASE_{phase.name}" for phase in (PhaseName.WAIT, PhaseName.LEAVE))
+
+
+def single_crane_descriptor() -> FileDescriptorProto:
+    """Return the descriptor of the file as it is in logs of one crane."""
+    return _descriptor({name: number for name, number in _PHASES.items() if name not in _SEVERAL_CRANES_PHASES}, FIELDS)
 
 
 def file_descriptor() -> FileDescriptorProto:
     """Return the descriptor of the file that defines the message."""
+    return _descriptor(_PHASES, (*FIELDS, *SEVERAL_CRANES_FIELDS))
+
+
+def _descriptor(phase_numbers: Mapping[str, int], fields: Sequence[_Field]) -> FileDescriptorProto:
     file = FileDescriptorProto(
         name=PROTO_FILE, package=PACKAGE, syntax="proto3", dependency=[timestamp_pb2.DESCRIPTOR.name]
     )
     message = file.message_type.add(name=MESSAGE)
     phases = message.enum_type.add(name="Phase")
-    for name, number in _PHASES.items():
+    for name, number in phase_numbers.items():
         phases.value.add(name=name, number=number)
-    for field in FIELDS:
+    for field in fields:
         added = message.field.add(name=field.name, number=field.number, label=FieldDescriptorProto.LABEL_OPTIONAL)
         if field.type in _SCALARS:
             added.type = _SCALARS[field.type]
@@ -108,7 +123,7 @@ def proto_text() -> str:
     lines += [f"message {MESSAGE} {{", "  enum Phase {"]
     lines += [f"    {name} = {number};" for name, number in _PHASES.items()]
     lines += ["  }"]
-    for field in FIELDS:
+    for field in (*FIELDS, *SEVERAL_CRANES_FIELDS):
         lines += ["", f"  // {field.comment}", f"  {field.type} {field.name} = {field.number};"]
     return "\n".join([*lines, "}", ""])
 
@@ -124,16 +139,20 @@ CraneCommandMessage: Any = _message_class()
 """The protobuf class."""
 
 
-def to_messages(commands: Iterable[CraneCommand], component_ids: list[str], crane: TowerCrane) -> Iterable[Any]:
+def to_messages(
+    commands: Iterable[CraneCommand], component_ids: list[str], crane: TowerCrane, *, named: bool = False
+) -> Iterable[Any]:
     """Yield commands as protobuf messages.
 
     Args:
         commands: In order.
         component_ids: Id of every component, by its index.
         crane: The crane, for the rope's length and the luff angle.
+        named: Whether they say which crane they are for.
     """
     for command in commands:
-        rope_length_m, luff_rad, luff_rate_rad_s = _of_machine(crane, command)
+        target = np.array([[command.target_slew_rad, command.target_radius_m, command.target_height_m]])
+        rope_length_m, luff_rad, luff_rate_rad_s = _of_machine(crane, target, np.array([command.trolley_rate_m_s]))[0]
         yield CraneCommandMessage(
             time=stamp(command.time_ns),
             lift_order=command.order,
@@ -149,20 +168,30 @@ def to_messages(commands: Iterable[CraneCommand], component_ids: list[str], cran
             loaded=command.loaded,
             luff_rad=luff_rad,
             luff_rate_rad_s=luff_rate_rad_s,
+            crane=crane.name if named else "",
         )
 
 
-def command_rows(commands: Sequence[CraneCommand], component_ids: list[str], crane: TowerCrane) -> Iterator[Rows]:
+def command_rows(
+    commands: Sequence[CraneCommand],
+    component_ids: list[str],
+    crane: TowerCrane,
+    *,
+    topic: str = COMMAND,
+    named: bool = False,
+) -> Iterator[Rows]:
     """Yield the messages of one lift's commands, serialized, phase by phase.
 
     Args:
         commands: In order.
         component_ids: Id of every component, by its index.
         crane: The crane, for the rope's length and the luff angle.
+        topic: Their topic.
+        named: Whether they say which crane they are for.
     """
     for _, group in groupby(commands, key=lambda command: (command.phase, command.loaded)):
         of_phase = list(group)
-        (message,) = to_messages(of_phase[:1], component_ids, crane)
+        (message,) = to_messages(of_phase[:1], component_ids, crane, named=named)
 
         def command(time_ns: int, row: Sequence[float], message: Any = message) -> Any:
             message.time.CopyFrom(stamp(time_ns))
@@ -179,19 +208,20 @@ def command_rows(commands: Sequence[CraneCommand], component_ids: list[str], cra
                     c.target_slew_rad,
                     c.target_radius_m,
                     c.target_height_m,
-                    *_of_machine(crane, c),
                 )
                 for c in of_phase
             ]
         )
-        yield rows_of(COMMAND, np.array([c.time_ns for c in of_phase], np.int64), values, command)
+        values = np.concatenate([values, _of_machine(crane, values[:, 3:], values[:, 1])], axis=1)
+        yield rows_of(topic, np.array([c.time_ns for c in of_phase], np.int64), values, command)
 
 
-def _of_machine(crane: TowerCrane, command: CraneCommand) -> tuple[float, float, float]:
-    """Rope below the jib, luff angle and luffing rate where a command leads."""
-    pose = np.array([[command.target_slew_rad, command.target_radius_m, command.target_height_m]])
-    (_, second, rope_m) = joints_of(crane, pose)[0].tolist()
-    jib = crane.luffing
+def _of_machine(
+    crane: TowerCrane, targets: NDArray[np.float64], trolley_rate_m_s: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(N, 3) rope below the jib, luff angle and luffing rate where commands lead ((N, 3) slew, radius, height)."""
+    joints, jib = joints_of(crane, targets), crane.luffing
     if jib is None:
-        return rope_m, 0.0, 0.0
-    return rope_m, second, -command.trolley_rate_m_s / (jib.length_m * math.sin(second))
+        return np.stack([joints[:, 2], np.zeros(len(joints)), np.zeros(len(joints))], axis=1)
+    rate = -trolley_rate_m_s / (jib.length_m * np.sin(joints[:, 1]))
+    return np.stack([joints[:, 2], joints[:, 1], rate], axis=1)

@@ -14,6 +14,7 @@ from bimvox.errors import InputError
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of, write_log
 from bimvox.planning.lift import Lift
+from bimvox.site.component import Component
 from bimvox.trajectory.motion import LiftMotion
 
 SAMPLE_COLUMNS = {
@@ -27,6 +28,7 @@ SAMPLE_COLUMNS = {
     "slew_rad": "slewing angle from the site's +x axis, counter-clockwise, unwrapped; empty without a crane",
     "radius_m": "distance of the hook from the slewing axis; empty without a crane",
     "hook_height_m": "height of the hook above the site's z = 0; empty without a crane",
+    "crane": "name of the crane that drives the lift; empty without a crane",
 }
 LIFT_COLUMNS = {
     "order": "position of the lift in the assembly order, from 0",
@@ -47,6 +49,7 @@ LIFT_COLUMNS = {
     "bound_s": "synchronised point-to-point time of the loaded motion; empty without a crane",
     "reason": "why it is infeasible",
     "blocked_by": "ids of what blocks it, separated by spaces",
+    "crane": "name of the crane that it is given to; empty without a crane",
 }
 
 
@@ -165,14 +168,15 @@ def _samples(log: PlanLog) -> Iterable[tuple[Lift, list[tuple[Any, ...]]]]:
         corner = dict(zip(track.time_ns.tolist(), track.corner_m.tolist(), strict=True))
         motion = motions.get(track.lift.order)
         if motion is None:
-            yield track.lift, [("path", t / 1e9, *xyz, None, None, None) for t, xyz in corner.items()]
+            yield track.lift, [("path", t / 1e9, *xyz, None, None, None, None) for t, xyz in corner.items()]
             continue
         times, axes = motion.samples()
+        crane = log.plan.site.cranes[motion.crane].name
         empty = (None, None, None)
         yield (
             track.lift,
             [
-                (motion.phase_at(t).name.value, t / 1e9, *corner.get(t, empty), *pose)
+                (motion.phase_at(t).name.value, t / 1e9, *corner.get(t, empty), *pose, crane)
                 for t, pose in zip(times.tolist(), axes.tolist(), strict=True)
             ],
         )
@@ -204,9 +208,15 @@ def _lift_records(log: PlanLog) -> list[dict[str, Any]]:
             None if motion is None or not np.isfinite(motion.loaded.bound_s) else motion.loaded.bound_s,
             lift.reason,
             list(lift.blocked_by),
+            _crane_name(log, component),
         )
         records.append(dict(zip(LIFT_COLUMNS, values, strict=True)))
     return records
+
+
+def _crane_name(log: PlanLog, component: Component) -> str | None:
+    crane = log.plan.site.crane_of(component)
+    return None if crane is None else crane.name
 
 
 def _table(columns: Iterable[str], rows: Iterable[Sequence[Any]]) -> str:

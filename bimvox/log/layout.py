@@ -25,9 +25,14 @@ _UNITS = {"slewing": "rad", "trolley": "m", "luffing": "rad", "hoist": "m of rop
 _RATES = ("slew_rate_rad_s", "trolley_rate_m_s", "hoist_rate_m_s")
 
 
-def joint_panels(crane: TowerCrane) -> tuple[str, ...]:
+def joint_panels(crane: TowerCrane, number: int = 0) -> tuple[str, ...]:
     """Return the names of the panels that plot the joints of a crane."""
-    return tuple(f"Plot!{joint}" for joint in joint_names(crane))
+    return tuple(f"Plot!{_own(joint, number)}" for joint in joint_names(crane))
+
+
+def crane_panels(crane: TowerCrane, number: int = 0) -> tuple[str, ...]:
+    """Return the names of all panels of a crane, from the top of the layout down."""
+    return (*joint_panels(crane, number), *(_own(panel, number) for panel in (RATE_PANEL, PHASE_PANEL, COMMAND_PANEL)))
 
 
 def foxglove_layout(site: Site) -> dict[str, Any]:
@@ -38,23 +43,15 @@ def foxglove_layout(site: Site) -> dict[str, Any]:
     """
     panels: dict[str, Any] = {SCENE_PANEL: _scene(site), LOG_PANEL: _log()}
     right: Any = LOG_PANEL
-    if site.crane is not None:
-        panels_of_joints = joint_panels(site.crane)
-        for panel, joint in zip(panels_of_joints, joint_names(site.crane), strict=True):
-            value = f'{topics.JOINTS}.joints[:]{{name=="{joint}"}}.position'
-            panels[panel] = _plot(f"{joint}, {_UNITS[joint]}", [(value, joint)])
-        panels[RATE_PANEL] = _plot("commanded rates", [(f"{topics.COMMAND}.{rate}", rate) for rate in _RATES])
-        panels[PHASE_PANEL] = {
-            "foxglovePanelTitle": "phase of the lift",
-            "isSynced": True,
-            "paths": [
-                {"value": f"{topics.COMMAND}.{field}", "timestampMethod": "receiveTime", "label": field}
-                for field in ("phase", "component_id", "loaded")
-            ],
-        }
-        panels[COMMAND_PANEL] = {"foxglovePanelTitle": "crane command", "topicPath": topics.COMMAND}
-        plots = _stacked([*panels_of_joints, RATE_PANEL, PHASE_PANEL])
-        right = _split("column", plots, _split("row", COMMAND_PANEL, LOG_PANEL, 50), 72)
+    plots, tables = [], []
+    for number, crane in enumerate(site.cranes):
+        own = _crane_panels(crane, number, f"{crane.name}: " if site.other_cranes else "")
+        panels |= own
+        *plotted, table = own
+        plots.append(_stacked(plotted))
+        tables.append(table)
+    if plots:
+        right = _split("column", _abreast(plots), _split("row", _abreast(tables), LOG_PANEL, 50), 72)
     return {
         "configById": panels,
         "globalVariables": {},
@@ -62,6 +59,32 @@ def foxglove_layout(site: Site) -> dict[str, Any]:
         "playbackConfig": {"speed": 10},
         "layout": _split("row", SCENE_PANEL, right, 62),
     }
+
+
+def _crane_panels(crane: TowerCrane, number: int, who: str) -> dict[str, Any]:
+    """The panels of a crane by name: its joints, rates and phase, and at last the table of its command."""
+    joints, command = (topics.of_crane(topic, number) for topic in (topics.JOINTS, topics.COMMAND))
+    *of_joints, rates, phase, table = crane_panels(crane, number)
+    panels: dict[str, Any] = {}
+    for panel, joint in zip(of_joints, joint_names(crane), strict=True):
+        value = f'{joints}.joints[:]{{name=="{joint}"}}.position'
+        panels[panel] = _plot(f"{who}{joint}, {_UNITS[joint]}", [(value, joint)])
+    panels[rates] = _plot(f"{who}commanded rates", [(f"{command}.{rate}", rate) for rate in _RATES])
+    panels[phase] = {
+        "foxglovePanelTitle": f"{who}phase of the lift",
+        "isSynced": True,
+        "paths": [
+            {"value": f"{command}.{field}", "timestampMethod": "receiveTime", "label": field}
+            for field in ("phase", "component_id", "loaded")
+        ],
+    }
+    panels[table] = {"foxglovePanelTitle": f"{who}crane command", "topicPath": command}
+    return panels
+
+
+def _own(panel: str, number: int) -> str:
+    """The name of a panel of a crane: numbered from the second one on."""
+    return panel if number == 0 else f"{panel}_{number + 1}"
 
 
 def layout_bytes(site: Site) -> bytes:
@@ -74,6 +97,12 @@ def _scene(site: Site) -> dict[str, Any]:
     middle = np.array(site.frame.origin_m) + size_m * [0.5, 0.5, 0.25]
     far_m = round(1.1 * hypot(*size_m.tolist()), 3)
     visible = {"visible": True}
+    cranes = range(max(1, len(site.cranes)))
+    frames = [topics.of_crane(frame, n) for n in cranes for frame in ("crane_base", "jib", "trolley", "hook")]
+    of_cranes: dict[str, Any] = {}
+    for n in cranes:
+        of_cranes[topics.of_crane(topics.LOAD, n)] = visible | {"type": "axis", "axisScale": 1}
+        of_cranes[topics.of_crane(topics.PLANNED, n)] = visible | {"type": "line", "lineWidth": 0.08}
     return {
         "foxglovePanelTitle": site.name,
         "cameraState": {
@@ -91,11 +120,10 @@ def _scene(site: Site) -> dict[str, Any]:
         "followMode": "follow-none",
         "followTf": "site",
         "scene": {"backgroundColor": "#f4f4f2", "transforms": {"showLabel": False, "editable": False, "axisScale": 0}},
-        "transforms": {f"frame:{frame}": visible for frame in ("site", "crane_base", "jib", "trolley", "hook")},
+        "transforms": {f"frame:{frame}": visible for frame in ("site", *frames)},
         "topics": {
             topics.SCENE: visible,
-            topics.LOAD: visible | {"type": "axis", "axisScale": 1},
-            topics.PLANNED: visible | {"type": "line", "lineWidth": 0.08},
+            **of_cranes,
             topics.VOXELS: {"visible": False, "colorField": "label", "colorMode": "colormap", "colorMap": "turbo"},
         },
         "layers": {},
@@ -128,6 +156,13 @@ def _log() -> dict[str, Any]:
 
 def _split(direction: str, first: Any, second: Any, percentage: int) -> dict[str, Any]:
     return {"direction": direction, "first": first, "second": second, "splitPercentage": percentage}
+
+
+def _abreast(panels: list[Any]) -> Any:
+    """Panels beside each other, all of the same width."""
+    if len(panels) == 1:
+        return panels[0]
+    return _split("row", panels[0], _abreast(panels[1:]), round(100 / len(panels)))
 
 
 def _stacked(panels: list[str]) -> Any:

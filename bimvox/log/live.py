@@ -13,7 +13,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Self
 
+from bimvox.errors import LogFileError
 from bimvox.log.channels import LogWriter
+from bimvox.log.container import read_file, salvage_contents
 
 CHUNK_S = 0.4
 """Wall time after which a chunk is closed: with the time that it takes, within half a second."""
@@ -62,10 +64,18 @@ class LiveLog:
         Raises:
             OSError: If an earlier one could not be saved (the disk is full); the log ends before it.
         """
+        self.serialized(topic, time_ns, message.SerializeToString(deterministic=True))
+
+    def serialized(self, topic: str, time_ns: int, data: bytes) -> None:
+        """Write a message that is serialized already.
+
+        Raises:
+            OSError: See ``message``.
+        """
         with self._lock:
             if self._failure is not None:
                 raise self._failure
-            self._writer.message(topic, time_ns, message)
+            self._writer.serialized(topic, time_ns, data)
 
     def close(self) -> None:
         """Write the last chunk and the index.
@@ -98,3 +108,12 @@ class LiveLog:
     def _save(self) -> None:
         self._writer.end_chunk()
         self._stream.flush()
+
+
+def last_time_ns(path: Path | str) -> int | None:
+    """Return the time of the last message that survived in a live log, closed or not; None where none did."""
+    try:
+        contents = salvage_contents(read_file(Path(path)), Path(path))
+    except LogFileError:
+        return None
+    return max((message.time_ns for message in contents.messages), default=None)

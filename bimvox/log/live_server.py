@@ -33,12 +33,13 @@ class LiveServer:
     Args:
         host: Where to listen.
         port: Its port; 0 for any that is free.
+        cranes: How many cranes there are.
 
     Raises:
         InputError: If the package is not installed, or the port cannot be had.
     """
 
-    def __init__(self, host: str, port: int) -> None:
+    def __init__(self, host: str, port: int, cranes: int = 1) -> None:
         try:
             import foxglove
         except ImportError:
@@ -54,7 +55,7 @@ class LiveServer:
                 message_encoding="protobuf",
                 context=context,
             )
-            for topic in topics.TOPICS
+            for topic in topics.topics_of(cranes)
         }
         self._kept: dict[str, list[tuple[int, bytes]]] = {}
         self._lock = threading.Lock()

@@ -10,9 +10,10 @@ from __future__ import annotations
 import struct
 import zlib
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import BinaryIO
 
+import numpy as np
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
@@ -32,9 +33,20 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
+from numpy.typing import NDArray
 
 MAGIC = b"\x89MCAP0\r\n"
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
+_HEAD = np.dtype(
+    [
+        ("opcode", "u1"),
+        ("length", "<u8"),
+        ("channel", "<u2"),
+        ("sequence", "<u4"),
+        ("log_ns", "<u8"),
+        ("publish_ns", "<u8"),
+    ]
+)
 _MESSAGE_FIELDS = _MESSAGE.size - 9  # of the length: what comes after opcode and length
 _INDEX = struct.Struct("<BQHI")  # opcode, length, channel, bytes of entries
 
@@ -110,6 +122,48 @@ class McapFile:
         chunk += data
         if len(chunk) > self._chunk_bytes:
             self.end_chunk()
+
+    def messages(
+        self,
+        channels: NDArray[np.int64],
+        sequences: NDArray[np.int64],
+        times_ns: NDArray[np.int64],
+        data: Sequence[bytes],
+    ) -> None:
+        """Write messages that follow each other, as ``message`` does one by one.
+
+        Args:
+            channels: (N,) their channels.
+            sequences: (N,) their sequence numbers.
+            times_ns: (N,) their times.
+            data: N serialized messages.
+        """
+        size = np.fromiter(map(len, data), np.int64, len(data))
+        heads = np.empty(len(data), _HEAD)
+        heads["opcode"], heads["length"], heads["channel"] = Opcode.MESSAGE, _MESSAGE_FIELDS + size, channels
+        heads["sequence"], heads["log_ns"], heads["publish_ns"] = sequences, times_ns, times_ns
+        whole = heads.tobytes()
+        pieces = [b""] * (2 * len(data))
+        pieces[0::2] = [whole[at : at + _MESSAGE.size] for at in range(0, len(whole), _MESSAGE.size)]
+        pieces[1::2] = data
+        end = np.cumsum(size + _MESSAGE.size)
+        begin = end - size - _MESSAGE.size
+        done = 0
+        while done < len(data):
+            before = len(self._chunk) - int(begin[done])
+            # The message that takes the chunk past its size is its last one.
+            last = int(np.searchsorted(end, self._chunk_bytes - before, side="right"))
+            until = min(last + 1, len(data))
+            self._chunk += b"".join(pieces[2 * done : 2 * until])
+            own = channels[done:until]
+            for channel in dict.fromkeys(own.tolist()):
+                rows = done + np.flatnonzero(own == channel)
+                entries = np.stack([times_ns[rows], begin[rows] + before], axis=1)
+                self._entries[channel] += entries.ravel().tolist()
+            self._times += (int(times_ns[done:until].min()), int(times_ns[done:until].max()))
+            done = until
+            if last < len(data):
+                self.end_chunk()
 
     def finish(self) -> None:
         """Write what is left, the summary and the footer."""

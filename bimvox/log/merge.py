@@ -3,39 +3,55 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bimvox.log.rows import Rows
 
 Timed = tuple[int, str, Any]
 """Time on the site's clock (ns), topic, message."""
 
+
+class Block(NamedTuple):
+    """Messages that follow each other.
+
+    Attributes:
+        time_ns: (N,) int64, ascending.
+        topics: Names of the topics that are among them.
+        topic: (N,) int64 index into them.
+        data: N serialized messages.
+    """
+
+    time_ns: NDArray[np.int64]
+    topics: tuple[str, ...]
+    topic: NDArray[np.int64]
+    data: list[bytes]
+
+
 _NEVER = np.iinfo(np.int64).max
 
 
-def merged(streams: Sequence[Iterable[Timed | Rows]], cuts_ns: Sequence[int] = ()) -> Iterator[tuple[int, str, bytes]]:
+def merged(streams: Sequence[Iterable[Timed | Rows]], cuts_ns: Sequence[int] = ()) -> Iterator[Block]:
     """Yield the messages of all streams by time; at equal times in the order of the streams.
 
     Args:
         streams: Each with its messages by time, one by one or in rows.
-        cuts_ns: Ascending times; what comes before one is held in memory at once.
-
-    Yields:
-        Time, topic, serialized message.
+        cuts_ns: Ascending times; what comes before one is held in memory at once, and is a block.
     """
     waiting = [_Stream(stream) for stream in streams]
     for cut_ns in (*cuts_ns, _NEVER):
         rows = [rows for stream in waiting for rows in stream.before(cut_ns)]
         if not rows:
             continue
-        order = np.argsort(np.concatenate([one.time_ns for one in rows]), kind="stable").tolist()
-        times = np.concatenate([one.time_ns for one in rows]).tolist()
-        topics = [one.topic for one in rows for _ in one.data]
+        topics = tuple(dict.fromkeys(one.topic for one in rows))
+        number = {topic: n for n, topic in enumerate(topics)}
+        times_ns = np.concatenate([one.time_ns for one in rows])
+        order = np.argsort(times_ns, kind="stable")
+        of_topic = np.repeat([number[one.topic] for one in rows], [len(one.data) for one in rows])
         data = [message for one in rows for message in one.data]
-        for n in order:
-            yield times[n], topics[n], data[n]
+        yield Block(times_ns[order], topics, of_topic[order], [data[n] for n in order.tolist()])
 
 
 class _Stream:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from bimvox.errors import LogFileError
 from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, encode
 from bimvox.log.plan_json import lines_of
+from bimvox.site.sparse import SPARSE
 from bimvox.trajectory.motion import LiftMotion, Phase
 from bimvox.trajectory.trajectory import Trajectory
 
@@ -41,6 +42,8 @@ class _Record:
     approach: _Part | None
     raising: _Part
     loaded: _Part
+    crane: int = field(default=0, metadata=SPARSE)
+    departure: _Part | None = field(default=None, metadata=SPARSE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,8 +64,9 @@ class JointSamples:
 def motions_to_json(motions: Sequence[LiftMotion]) -> bytes:
     """Return everything about motions but their samples."""
     records = []
-    first = 0
+    firsts: dict[int, int] = {}
     for motion in motions:
+        first = firsts.get(motion.crane, 0)
         count = len(motion.samples()[0])
         records.append(
             _Record(
@@ -76,18 +80,22 @@ def motions_to_json(motions: Sequence[LiftMotion]) -> bytes:
                 approach=None if motion.approach is None else _part_of(motion.approach),
                 raising=_part_of(motion.raising),
                 loaded=_part_of(motion.loaded),
+                crane=motion.crane,
+                departure=None if motion.departure is None else _part_of(motion.departure),
             )
         )
-        first += count
+        firsts[motion.crane] = first + count
     return lines_of("motions", encode(records, ArrayWriter()))
 
 
-def motions_from_json(data: bytes, joints: JointSamples, name: str, *, partial: bool = False) -> tuple[LiftMotion, ...]:
+def motions_from_json(
+    data: bytes, joints: Sequence[JointSamples], name: str, *, partial: bool = False
+) -> tuple[LiftMotion, ...]:
     """Return the motions of a log.
 
     Args:
         data: What :func:`motions_to_json` returned.
-        joints: The joint states.
+        joints: The joint states of every crane.
         name: Where it came from, for messages.
         partial: Whether motions whose samples were lost are left out, rather than an error.
 
@@ -99,7 +107,7 @@ def motions_from_json(data: bytes, joints: JointSamples, name: str, *, partial: 
         if not isinstance(document, dict):
             document = {}
         records = decode(tuple[_Record, ...], document.get("motions"), ArrayReader({}), "motions")
-        found = (_motion(record, joints, partial) for record in records)
+        found = (_motion(record, _joints_of(record, joints), partial) for record in records)
         return tuple(motion for motion in found if motion is not None)
     except (DecodeError, RecursionError, UnicodeDecodeError, json.JSONDecodeError) as error:
         raise LogFileError(name, f"the motions in it cannot be read: {error}") from error
@@ -112,6 +120,12 @@ def _part_of(trajectory: Trajectory) -> _Part:
         bound_s=float(trajectory.bound_s),
         corner=tuple(int(n) for n in trajectory.corner),
     )
+
+
+def _joints_of(record: _Record, joints: Sequence[JointSamples]) -> JointSamples:
+    if not 0 <= record.crane < len(joints):
+        raise DecodeError(f"lift {record.order}: there is no crane {record.crane}")
+    return joints[record.crane]
 
 
 def _motion(record: _Record, joints: JointSamples, partial: bool) -> LiftMotion | None:
@@ -144,6 +158,8 @@ def _motion(record: _Record, joints: JointSamples, partial: bool) -> LiftMotion 
         phases=record.phases,
         start_ns=record.start_ns,
         end_ns=record.end_ns,
+        crane=record.crane,
+        departure=None if record.departure is None else cut(record.departure),
     )
 
 

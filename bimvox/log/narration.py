@@ -13,11 +13,14 @@ from bimvox.log.messages import pairs, stamp
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.track import LoadTrack
 from bimvox.planning.lift import Status
-from bimvox.site.site import SwingRule
+from bimvox.site.component import Component
+from bimvox.site.site import Site, SwingRule
 
 LIFT_EVENT = "lift"
 PHASE_EVENT = "phase"
 OWN_EVENTS = frozenset((LIFT_EVENT, PHASE_EVENT))
+CRANE_FIELD = "crane"
+"""Field of both that names the crane; only where a site has several."""
 
 
 def log_messages(record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int) -> Iterator[tuple[int, str, Any]]:
@@ -50,18 +53,20 @@ def log_messages(record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int) ->
             track.start_ns,
             Log.INFO,
             f"lift {lift.order}: {component.ifc_class} {component.name or component.id}, {component.mass_kg:.0f} kg, "
-            f"{lift.moves} moves (fewest possible {lift.shortest_moves}) by {lift.method}",
+            f"{lift.moves} moves (fewest possible {lift.shortest_moves}) by {lift.method}{_crane_of(site, component)}",
         )
 
 
 def event_messages(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[tuple[int, str, Any]]:
     """Yield the messages of ``/events`` by their start: lifts, their phases, and the events of the record."""
-    components = record.plan.site.components
+    site, components = record.plan.site, record.plan.site.components
     events = list(record.events)
     motions = {motion.order: motion for motion in record.motions}
     for track in tracks:
         lift, component = track.lift, components[track.lift.component]
         about = {"order": str(lift.order), "component": component.id, "global_id": component.global_id}
+        if site.other_cranes and (crane := site.crane_of(component)) is not None:
+            about[CRANE_FIELD] = crane.name
         whole = about | {
             "name": component.name,
             "method": str(lift.method),
@@ -81,6 +86,12 @@ def event_messages(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[tup
             metadata=pairs({"kind": event.kind} | dict(event.fields)),
         )
         yield event.start_ns, topics.EVENTS, message
+
+
+def _crane_of(site: Site, component: Component) -> str:
+    """Which crane lifts it, where there are several."""
+    crane = site.crane_of(component)
+    return f", crane {crane.name}" if site.other_cranes and crane is not None else ""
 
 
 def _line(time_ns: int, level: Any, text: str) -> tuple[int, str, Any]:

@@ -167,11 +167,11 @@ def _lift_to_json(site: Site, lift: Lift, carried: bool) -> dict[str, Any]:
 
 def lifting_record(site: Site, component: Component) -> dict[str, Any]:
     """Return where and how a part hangs, for the reader: points in site metres, and the hook's height above its top."""
-    rise_m = component.lifting.sling_rise_vox * site.frame.voxel_size_m
+    rise_m, crane = component.lifting.sling_rise_vox * site.frame.voxel_size_m, site.crane_of(component)
     return {
         "points_m": [list(point) for point in component.lifting.points_m],
         "source": component.lifting.source,
-        "sling_m": None if site.crane is None else round(site.crane.sling_m + rise_m, 6),
+        "sling_m": None if crane is None else round(crane.sling_m + rise_m, 6),
         "sail_area_m2": component.sail_area_m2,
     }
 

@@ -13,13 +13,14 @@ from google.protobuf.message import DecodeError as ProtobufError
 from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import axes_of_joints, joint_names
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import LogFileError
 from bimvox.log import topics
 from bimvox.log.bundle import site_from_bytes
 from bimvox.log.container import Contents, LogMessage, read_contents, read_file
 from bimvox.log.messages import nanoseconds
 from bimvox.log.motion_json import JointSamples, motions_from_json
-from bimvox.log.narration import LIFT_EVENT, PHASE_EVENT
+from bimvox.log.narration import CRANE_FIELD, LIFT_EVENT, PHASE_EVENT
 from bimvox.log.plan_json import plan_from_json
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.planning.lift import Status
@@ -104,24 +105,27 @@ def _paths_and_events(
 ) -> tuple[dict[int, NDArray[np.int32]], list[LogEvent]]:
     """Return (N, 3) int32 reference cells by lift order, and the events that are not the recorder's own."""
     paths: dict[int, NDArray[np.int32]] = {}
-    starts: dict[int, NDArray[np.int32]] = {}
+    starts: dict[tuple[str, int], NDArray[np.int32]] = {}
     events: list[LogEvent] = []
-    orders: dict[int, int] = {}
+    orders: dict[tuple[str, int], int] = {}
+    planned = {topics.of_crane(topics.PLANNED, n): crane.name for n, crane in enumerate(site.cranes)}
+    planned.setdefault(topics.PLANNED, "")
+    first = planned[topics.PLANNED]
     for message in messages:
-        if message.topic == topics.PLANNED:
-            starts[message.time_ns] = _cells(message.data, site, path)
+        if message.topic in planned:
+            starts[planned[message.topic], message.time_ns] = _cells(message.data, site, path)
         elif message.topic == topics.EVENTS:
             event = Event.FromString(message.data)
             fields = {pair.key: pair.value for pair in event.metadata}
             kind = fields.pop("kind", "")
             if kind == LIFT_EVENT:
-                orders[nanoseconds(event.start_time)] = int(fields["order"])
+                orders[fields.get(CRANE_FIELD, first), nanoseconds(event.start_time)] = int(fields["order"])
             elif kind != PHASE_EVENT:
                 events.append(LogEvent(kind, nanoseconds(event.start_time), nanoseconds(event.end_time), fields))
-    # A path is sent when its lift begins, and no two lifts begin at once.
-    for start_ns, cells in starts.items():
-        if start_ns in orders:
-            paths[orders[start_ns]] = cells
+    # A path is sent when its lift begins, and no two lifts of a crane begin at once.
+    for start, cells in starts.items():
+        if start in orders:
+            paths[orders[start]] = cells
     return paths, events
 
 
@@ -140,17 +144,25 @@ def _cells(data: bytes, site: Site, path: Path) -> NDArray[np.int32]:
     return result
 
 
-def _joints(messages: list[LogMessage], site: Site, path: Path) -> JointSamples:
+def _joints(messages: list[LogMessage], site: Site, path: Path) -> tuple[JointSamples, ...]:
+    """The joint states of every crane."""
     if site.crane is None:
         raise LogFileError(path, "it holds motions, but its site has no crane")
-    found = [message for message in messages if message.topic == topics.JOINTS]
+    return tuple(
+        _joints_of(messages, crane, topics.of_crane(topics.JOINTS, number), path)
+        for number, crane in enumerate(site.cranes)
+    )
+
+
+def _joints_of(messages: list[LogMessage], crane: TowerCrane, topic: str, path: Path) -> JointSamples:
+    found = [message for message in messages if message.topic == topic]
     found.sort(key=lambda message: message.sequence)
-    names = joint_names(site.crane)
+    names = joint_names(crane)
     positions = np.array([_positions(message.data, names, path) for message in found], np.float64).reshape(-1, 3)
     return JointSamples(
         sequence=np.array([message.sequence for message in found], np.int64),
         time_ns=np.array([message.time_ns for message in found], np.int64),
-        axes=axes_of_joints(site.crane, positions),
+        axes=axes_of_joints(crane, positions),
     )
 
 

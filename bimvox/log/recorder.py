@@ -43,12 +43,13 @@ _BLOCK = 8
 """Lifts whose messages are held in memory at once."""
 
 
-def write_log(stream: BinaryIO, record: PlanLog) -> int:
+def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None) -> int:
     """Write a log.
 
     Args:
         stream: Where to; must be able to tell its position.
         record: What to write.
+        site_bytes: Its site, where that was put into bytes (``site_to_bytes``) already.
 
     Returns:
         Number of messages.
@@ -58,11 +59,13 @@ def write_log(stream: BinaryIO, record: PlanLog) -> int:
             of the log's own.
     """
     _check(record)
-    tracks = tracks_of(record)
+    tracks = sorted(tracks_of(record), key=lambda track: track.start_ns)
+    cranes = max(1, len(record.plan.site.cranes))
+    by_crane = [[track for track in tracks if _crane_number(record, track) == n] for n in range(cranes)]
     start_ns = min((track.start_ns for track in tracks), default=0)
-    with LogWriter(stream) as writer:
+    with LogWriter(stream, cranes) as writer:
         writer.metadata(topics.METADATA, _metadata(record))
-        for name, data in _own_attachments(record):
+        for name, data in _own_attachments(record, site_bytes):
             writer.attachment(name, data)
         for name in sorted(record.attachments):
             writer.attachment(name, record.attachments[name])
@@ -72,13 +75,13 @@ def write_log(stream: BinaryIO, record: PlanLog) -> int:
             _planned(record, tracks),
             log_messages(record, tracks, start_ns),
             event_messages(record, tracks),
-            _transforms(record, tracks),
-            _load(tracks),
-            _joints(record),
-            _commands(record),
+            *(_transforms(record, own) for own in by_crane),
+            *(_load(own, number) for number, own in enumerate(by_crane)),
+            *(_joints(record, number) for number in range(cranes)),
+            *(_commands(record, number) for number in range(cranes)),
         ]
-        for time_ns, topic, data in merged(streams, [track.start_ns for track in tracks[_BLOCK::_BLOCK]]):
-            writer.serialized(topic, time_ns, data)
+        for block in merged(streams, [track.start_ns for track in tracks[_BLOCK::_BLOCK]]):
+            writer.block(block)
         return writer.messages
 
 
@@ -105,7 +108,12 @@ def lift_rows(record: PlanLog, motion: LiftMotion) -> list[Rows]:
     (lift,) = (lift for lift in record.planned if lift.order == motion.order)
     own = replace(record, plan=replace(record.plan, lifts=(lift,)), motions=(motion,))
     track = crane_track(record.plan.site, lift, motion)
-    return [*_transforms(own, [track]), *_load([track]), *_joints(own), *_commands(own)]
+    number = motion.crane
+    return [*_transforms(own, [track]), *_load([track], number), *_joints(own, number), *_commands(own, number)]
+
+
+def _crane_number(record: PlanLog, track: LoadTrack) -> int:
+    return record.plan.site.components[track.lift.component].crane
 
 
 def _check(record: PlanLog) -> None:
@@ -146,11 +154,11 @@ def _metadata(record: PlanLog) -> dict[str, str]:
     return {key: str(value) for key, value in own.items()} | dict(record.metadata)
 
 
-def _own_attachments(record: PlanLog) -> Iterator[tuple[str, bytes]]:
+def _own_attachments(record: PlanLog, site_bytes: bytes | None) -> Iterator[tuple[str, bytes]]:
     yield topics.PLAN_FILE, plan_to_json(record.plan, record.context)
     if record.motions:
         yield topics.MOTION_FILE, motions_to_json(record.motions)
-    if (crane := record.plan.site.crane) is not None:
+    for number, crane in enumerate(record.plan.site.cranes):
         chart = {
             "crane": crane.name,
             "radius_m": crane.chart.radius_m,
@@ -161,10 +169,10 @@ def _own_attachments(record: PlanLog) -> Iterator[tuple[str, bytes]]:
             "gears": crane.gears,
             "max_wind_m_s": crane.max_wind_m_s,
         }
-        yield topics.URDF_FILE, urdf(crane).encode()
-        yield topics.CHART_FILE, json.dumps(chart, ensure_ascii=False, indent=1).encode()
+        yield topics.of_crane(topics.URDF_FILE, number), urdf(crane, topics.of_crane("", number)).encode()
+        yield topics.of_crane(topics.CHART_FILE, number), json.dumps(chart, ensure_ascii=False, indent=1).encode()
     yield topics.LAYOUT_FILE, layout_bytes(record.plan.site)
-    yield topics.SITE_FILE, site_to_bytes(record.plan.site)
+    yield topics.SITE_FILE, site_to_bytes(record.plan.site) if site_bytes is None else site_bytes
 
 
 def _planned(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Timed]:
@@ -173,10 +181,10 @@ def _planned(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Timed]:
         assert track.lift.path_vox is not None
         poses = [pose(corner) for corner in frame.corner_of(track.lift.path_vox).tolist()]
         message = PosesInFrame(timestamp=stamp(track.start_ns), frame_id="site", poses=poses)
-        yield track.start_ns, topics.PLANNED, message
+        yield track.start_ns, topics.of_crane(topics.PLANNED, _crane_number(record, track)), message
 
 
-def _load(tracks: Iterable[LoadTrack]) -> Iterator[Rows]:
+def _load(tracks: Iterable[LoadTrack], number: int) -> Iterator[Rows]:
     at = PoseInFrame(frame_id="site", pose=Pose(position=Vector3(), orientation=Quaternion()))
     position, turn = at.pose.position, at.pose.orientation
 
@@ -186,24 +194,26 @@ def _load(tracks: Iterable[LoadTrack]) -> Iterator[Rows]:
         return at
 
     for track in tracks:
-        yield rows_of(topics.LOAD, track.time_ns, np.concatenate([track.corner_m, track.tilt], axis=1), load_pose)
+        rows = np.concatenate([track.corner_m, track.tilt], axis=1)
+        yield rows_of(topics.of_crane(topics.LOAD, number), track.time_ns, rows, load_pose)
 
 
 def _transforms(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Rows]:
     site = record.plan.site
     motions = {motion.order: motion for motion in record.motions}
     for track in tracks:
-        component_id = site.components[track.lift.component].id
-        if site.crane is not None and (motion := motions.get(track.lift.order)) is not None:
-            yield from crane_transforms(site.crane, *motion.samples(), track, component_id)
+        component = site.components[track.lift.component]
+        component_id, crane = component.id, site.crane_of(component)
+        if crane is not None and (motion := motions.get(track.lift.order)) is not None:
+            yield from crane_transforms(crane, *motion.samples(), track, component_id, component.crane)
         else:
             yield from load_transforms(track, component_id)
 
 
-def _joints(record: PlanLog) -> Iterator[Rows]:
-    crane = record.plan.site.crane
-    if crane is None:
+def _joints(record: PlanLog, number: int) -> Iterator[Rows]:
+    if record.plan.site.crane is None:
         return
+    crane = record.plan.site.cranes[number]
     states = JointStates(joints=[JointState(name=name) for name in joint_names(crane)])
 
     def joints(time_ns: int, row: Sequence[float]) -> Any:
@@ -213,15 +223,19 @@ def _joints(record: PlanLog) -> Iterator[Rows]:
         return states
 
     for motion in record.motions:
+        if motion.crane != number:
+            continue
         times, axes = motion.samples()
-        yield rows_of(topics.JOINTS, times, joints_of(crane, axes), joints)
+        yield rows_of(topics.of_crane(topics.JOINTS, number), times, joints_of(crane, axes), joints)
 
 
-def _commands(record: PlanLog) -> Iterator[Rows]:
-    crane = record.plan.site.crane
-    if crane is None:
+def _commands(record: PlanLog, number: int) -> Iterator[Rows]:
+    site = record.plan.site
+    if site.crane is None:
         return
+    crane, topic, named = site.cranes[number], topics.of_crane(topics.COMMAND, number), bool(site.other_cranes)
     ids = [component.id for component in record.plan.site.components]
     for motion in record.motions:
-        told = commands([motion], record.plan.site.rules.sample_period_s)
-        yield from command_rows(told, ids, crane)
+        if motion.crane == number:
+            told = commands([motion], site.rules.sample_period_s)
+            yield from command_rows(told, ids, crane, topic=topic, named=named)

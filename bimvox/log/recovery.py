@@ -66,6 +66,13 @@ def recover_log(path: Path | str) -> tuple[PlanLog, Recovered]:
     """
     path = Path(path)
     contents = _salvage(path)
+    for name in (topics.SITE_FILE, topics.PLAN_FILE):
+        if name not in contents.attachments:
+            raise LogFileError(
+                path,
+                f"the attachment {name} did not survive, and nothing can stand for it ({'; '.join(contents.lost)})",
+                hint="plan again: bimvox plan SITE -o LOG.mcap",
+            )
     log = log_of(contents, path)
     if not log.planned:
         raise LogFileError(path, "no lift survived completely")
@@ -78,6 +85,6 @@ def _salvage(path: Path) -> Contents:
     if own is None:
         raise LogFileError(path, "what is left does not say that it is a log of bimvox (its metadata is lost)")
     contents.metadata[topics.METADATA] = own | {topics.RECOVERED: "true"}
-    known = {topic.name for topic in topics.TOPICS}
+    known = {topic.name for topic in topics.topics_of(topics.MOST_CRANES)}
     contents.messages = [message for message in contents.messages if message.topic in known]
     return contents

@@ -15,6 +15,8 @@ Needs ``pip install 'bimvox[ros2]'``.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +29,9 @@ from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
+from bimvox.log.topics import of_crane
 from bimvox.log.track import LoadTrack
+from bimvox.trajectory.motion import LiftMotion
 
 _BAG_VERSION = 9
 
@@ -106,34 +110,46 @@ def _write(bag: _Bag, log: PlanLog) -> None:
     site = log.plan.site
     motions = {motion.order: motion for motion in log.motions}
     tracks = tracks_of(log)
-    if site.crane is not None:
-        begins = min((track.start_ns for track in tracks), default=0)
-        bag.write("/robot_description", begins, bag.make("std_msgs/msg/String", data=urdf(site.crane)))
-    for track in tracks:
-        bag.write("/lift/path", track.start_ns, _path(bag, track))
-        motion = motions.get(track.lift.order)
-        loads = _loads(bag, track, f"component/{site.components[track.lift.component].id}")
-        if motion is None or site.crane is None:
-            for time_ns, transform in loads.items():
-                bag.write("/tf", time_ns, bag.make("tf2_msgs/msg/TFMessage", transforms=[transform]))
-            continue
-        times, axes = motion.samples()
-        joints, names = joints_of(site.crane, axes), joint_names(site.crane)
-        bag.write("/joint_trajectory", int(times[0]), _trajectory(bag, times, joints, names))
-        for time_ns, values in zip(times.tolist(), joints, strict=True):
-            state = bag.make(
-                "sensor_msgs/msg/JointState",
-                header=bag.header(time_ns, ""),
-                name=list(names),
-                position=values.copy(),
-                velocity=np.zeros(0),
-                effort=np.zeros(0),
-            )
-            bag.write("/joint_states", time_ns, state)
-            chain = _chain(bag, time_ns, site.crane, values)
-            load = loads.get(time_ns)
-            transforms = chain if load is None else [*chain, load]
-            bag.write("/tf", time_ns, bag.make("tf2_msgs/msg/TFMessage", transforms=transforms))
+    begins = min((track.start_ns for track in tracks), default=0)
+    for number, crane in enumerate(site.cranes):
+        prefix = of_crane("", number)
+        robot = bag.make("std_msgs/msg/String", data=urdf(crane, prefix))
+        bag.write(f"/{prefix}robot_description", begins, robot)
+    lifts = (_lift(bag, log, track, motions.get(track.lift.order)) for track in tracks)
+    messages: Iterable[tuple[str, int, Any]] = chain.from_iterable(lifts)
+    if site.other_cranes:
+        messages = sorted(messages, key=lambda message: message[1])  # lifts overlap
+    for topic, time_ns, message in messages:
+        bag.write(topic, time_ns, message)
+
+
+def _lift(bag: _Bag, log: PlanLog, track: LoadTrack, motion: LiftMotion | None) -> Iterator[tuple[str, int, Any]]:
+    """Yield topic, time and message of all that a lift says, in the order of their times."""
+    site = log.plan.site
+    yield "/lift/path", track.start_ns, _path(bag, track)
+    loads = _loads(bag, track, f"component/{site.components[track.lift.component].id}")
+    if motion is None or site.crane is None:
+        for time_ns, transform in loads.items():
+            yield "/tf", time_ns, bag.make("tf2_msgs/msg/TFMessage", transforms=[transform])
+        return
+    crane, prefix = site.cranes[motion.crane], of_crane("", motion.crane)
+    times, axes = motion.samples()
+    joints, names = joints_of(crane, axes), tuple(f"{prefix}{name}" for name in joint_names(crane))
+    yield "/joint_trajectory", int(times[0]), _trajectory(bag, times, joints, names)
+    for time_ns, values in zip(times.tolist(), joints, strict=True):
+        state = bag.make(
+            "sensor_msgs/msg/JointState",
+            header=bag.header(time_ns, ""),
+            name=list(names),
+            position=values.copy(),
+            velocity=np.zeros(0),
+            effort=np.zeros(0),
+        )
+        yield "/joint_states", time_ns, state
+        frames = _chain(bag, time_ns, crane, values, prefix)
+        load = loads.get(time_ns)
+        transforms = frames if load is None else [*frames, load]
+        yield "/tf", time_ns, bag.make("tf2_msgs/msg/TFMessage", transforms=transforms)
 
 
 def _path(bag: _Bag, track: LoadTrack) -> Any:
@@ -173,7 +189,7 @@ def _trajectory(bag: _Bag, times: NDArray[np.int64], joints: NDArray[np.float64]
     return bag.make("trajectory_msgs/msg/JointTrajectory", header=header, joint_names=list(names), points=points)
 
 
-def _chain(bag: _Bag, time_ns: int, crane: TowerCrane, joints: NDArray[np.float64]) -> list[Any]:
+def _chain(bag: _Bag, time_ns: int, crane: TowerCrane, joints: NDArray[np.float64], prefix: str) -> list[Any]:
     """Return the crane's frames, as in its URDF."""
     slew, radius, rope = (float(value) for value in joints)
     base_m, top_m, jib = crane.base_m, crane.jib_height_m, crane.luffing
@@ -182,15 +198,17 @@ def _chain(bag: _Bag, time_ns: int, crane: TowerCrane, joints: NDArray[np.float6
         half = radius / 2.0  # the second joint is the luff angle
         up, level = (0, -np.sin(half), 0, np.cos(half)), (0, np.sin(half), 0, np.cos(half))
         return [
-            bag.transform(time_ns, "site", "crane_base", base_m, none),
-            bag.transform(time_ns, "crane_base", "platform", (0, 0, jib.pivot_height_m - float(base_m[2])), turn),
-            bag.transform(time_ns, "platform", "jib", (jib.pivot_offset_m, 0, 0), up),
-            bag.transform(time_ns, "jib", "tip", (jib.length_m, 0, 0), level),
-            bag.transform(time_ns, "tip", "hook", (0, 0, -rope), none),
+            bag.transform(time_ns, "site", f"{prefix}crane_base", base_m, none),
+            bag.transform(
+                time_ns, f"{prefix}crane_base", f"{prefix}platform", (0, 0, jib.pivot_height_m - float(base_m[2])), turn
+            ),
+            bag.transform(time_ns, f"{prefix}platform", f"{prefix}jib", (jib.pivot_offset_m, 0, 0), up),
+            bag.transform(time_ns, f"{prefix}jib", f"{prefix}tip", (jib.length_m, 0, 0), level),
+            bag.transform(time_ns, f"{prefix}tip", f"{prefix}hook", (0, 0, -rope), none),
         ]
     return [
-        bag.transform(time_ns, "site", "crane_base", base_m, none),
-        bag.transform(time_ns, "crane_base", "jib", (0, 0, top_m - float(base_m[2])), turn),
-        bag.transform(time_ns, "jib", "trolley", (radius, 0, 0), none),
-        bag.transform(time_ns, "trolley", "hook", (0, 0, -rope), none),
+        bag.transform(time_ns, "site", f"{prefix}crane_base", base_m, none),
+        bag.transform(time_ns, f"{prefix}crane_base", f"{prefix}jib", (0, 0, top_m - float(base_m[2])), turn),
+        bag.transform(time_ns, f"{prefix}jib", f"{prefix}trolley", (radius, 0, 0), none),
+        bag.transform(time_ns, f"{prefix}trolley", f"{prefix}hook", (0, 0, -rope), none),
     ]

@@ -14,6 +14,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from numpy.typing import NDArray
 
 from bimvox.crane.luffing import LuffingJib
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.boxes import boxes_of
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
@@ -67,8 +68,8 @@ class Scene:
     def fixed(self, time_ns: int) -> Any:
         """Return the update that draws ground, areas, existing structure, obstructions and the crane."""
         entities = [entity for blocker in self.site.blockers for entity in self._blocker_entities(blocker, time_ns)]
-        if self.site.crane is not None:
-            entities += self._crane_entities(time_ns)
+        for number, crane in enumerate(self.site.cranes):
+            entities += self._crane_entities(crane, number, time_ns)
         return SceneUpdate(entities=entities)
 
     def change(self, states: States, time_ns: int) -> Any | None:
@@ -134,10 +135,8 @@ class Scene:
             if len(cells)
         ]
 
-    def _crane_entities(self, time_ns: int) -> list[Any]:
+    def _crane_entities(self, crane: TowerCrane, number: int, time_ns: int) -> list[Any]:
         """Jib, trolley and hook block as boxes in the frames that move with them."""
-        crane = self.site.crane
-        assert crane is not None
         width_m = crane.mast_size_m
         jib = crane.luffing
         boxes = (
@@ -155,8 +154,8 @@ class Scene:
         return [
             SceneEntity(
                 timestamp=stamp(time_ns),
-                frame_id=part,
-                id=f"{CRANE_ID}/{part}",
+                frame_id=topics.of_crane(part, number),
+                id=topics.of_crane(part, number) if number else f"{CRANE_ID}/{part}",
                 frame_locked=True,
                 cubes=[_cube(np.array(low), np.array(size), KIND_RGBA["crane"])],
             )
@@ -189,19 +188,30 @@ def scene_messages(
         start_ns: When the log starts.
     """
     lifts = tuple(lifts)
+    tracks = tuple(tracks)
     scene = Scene(site, {lift.component: lift for lift in lifts}, {})
     yield start_ns, topics.SCENE, scene.fixed(start_ns)
-    for track in tracks:
-        states = states_before(lifts, track.lift.order)
+    changes = [
+        (time_ns, track, state)
+        for track in tracks
         for time_ns, state in (
             (track.start_ns, ConstructionState.UNBUILT),
             (track.lifted_ns, ConstructionState.IN_TRANSIT),
             (track.arrived_ns, ConstructionState.ARRIVED),
             (track.assembled_ns, ConstructionState.ASSEMBLED),
-        ):
-            states[track.lift.component] = state
-            if (update := scene.change(states, time_ns)) is not None:
-                yield time_ns, topics.SCENE, update
+        )
+    ]
+    states: dict[int, ConstructionState] = {}
+    begun: dict[int, ConstructionState] = {}
+    for time_ns, track, state in sorted(changes, key=lambda change: change[0]):
+        if state is ConstructionState.UNBUILT:
+            # With several cranes, lifts before it may be on their way, and even begin later.
+            later = {one.lift.component for one in tracks if one.start_ns > time_ns}
+            states = states_before(lifts, track.lift.order) | begun
+            states |= {n: ConstructionState.UNBUILT for n in later if states.get(n) is ConstructionState.ASSEMBLED}
+        states[track.lift.component] = begun[track.lift.component] = state
+        if (update := scene.change(states, time_ns)) is not None:
+            yield time_ns, topics.SCENE, update
 
 
 def _entity_id(blocker: Blocker) -> str:

@@ -14,6 +14,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.planning.lift import Lift, LiftPlan, Status
+from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.shift import chained
 
@@ -93,7 +94,7 @@ def newest(base: PlanLog, segments: Sequence[PlanLog]) -> PlanLog:
     return dataclasses.replace(
         base,
         plan=dataclasses.replace(last.plan, lifts=ordered),
-        motions=_on_one_clock(motions, pending_of(last)),
+        motions=_on_one_clock(last.plan.site, motions, pending_of(last)),
         attachments=last.attachments,
         metadata=last.metadata,
         revision=last.revision,
@@ -106,8 +107,13 @@ def pending_of(log: PlanLog) -> frozenset[int]:
     return frozenset(int(order) for order in json.loads(log.metadata.get(PENDING, "[]")))
 
 
-def _on_one_clock(motions: Mapping[int, LiftMotion], pending: Collection[int]) -> tuple[LiftMotion, ...]:
-    """Behind a pending lift the clock is not known: motions stay as they are."""
+def _on_one_clock(site: Site, motions: Mapping[int, LiftMotion], pending: Collection[int]) -> tuple[LiftMotion, ...]:
+    """Behind a pending lift the clock is not known: motions stay as they are.
+
+    Of several cranes all motions that changed are in the segments, those that only moved on the clock too.
+    """
+    if site.other_cranes:
+        return tuple(motions[order] for order in sorted(motions))
     first = min(pending, default=None)
     known = [motions[order] for order in sorted(motions) if first is None or order < first]
     return (*chained(known), *(motions[order] for order in sorted(motions) if first is not None and order > first))

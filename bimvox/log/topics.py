@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from foxglove_schemas_protobuf.Event_pb2 import Event
@@ -16,7 +16,7 @@ from foxglove_schemas_protobuf.VoxelGrid_pb2 import VoxelGrid
 from mcap_protobuf.schema import build_file_descriptor_set
 
 from bimvox.log.crane_command import COMMAND as COMMAND
-from bimvox.log.crane_command import CraneCommandMessage
+from bimvox.log.crane_command import CraneCommandMessage, single_crane_descriptor
 
 SCHEMA_VERSION = 1
 """Of the log as a whole; fields and topics are only ever added."""
@@ -29,6 +29,11 @@ JOINTS = "/crane/joint_states"
 SCENE = "/scene"
 LOG = "/log"
 EVENTS = "/events"
+
+OF_A_CRANE = (PLANNED, LOAD, JOINTS, COMMAND)
+"""Topics that every crane has for itself: further cranes' begin with ``/crane_2/``, ``/crane_3/`` ..."""
+MOST_CRANES = 9
+"""Cranes whose topics a damaged log is read for."""
 
 SITE_FILE = "site.bimvox.zip"
 PLAN_FILE = "plan.json"
@@ -43,6 +48,8 @@ MEDIA_TYPES = {
     URDF_FILE: "application/xml",
     CHART_FILE: "application/json",
     LAYOUT_FILE: "application/json",
+    **{f"crane_{n}.{URDF_FILE.removeprefix('crane.')}": "application/xml" for n in range(2, MOST_CRANES + 1)},
+    **{f"crane_{n}.{CHART_FILE}": "application/json" for n in range(2, MOST_CRANES + 1)},
 }
 OTHER_MEDIA_TYPE = "application/octet-stream"
 OWN_ATTACHMENTS = frozenset(MEDIA_TYPES)
@@ -96,7 +103,17 @@ class Topic:
     @property
     def descriptor_set(self) -> bytes:
         """Its schema as MCAP wants it: a serialized FileDescriptorSet with all dependencies."""
-        return bytes(build_file_descriptor_set(self.message).SerializeToString(deterministic=True))
+        return self.descriptor_set_for(several_cranes=True)
+
+    def descriptor_set_for(self, *, several_cranes: bool) -> bytes:
+        """Return the same for logs of one crane or of several: the former lack what only the latter use."""
+        found = build_file_descriptor_set(self.message)
+        if self.message is CraneCommandMessage and not several_cranes:
+            reduced = single_crane_descriptor()
+            for file in found.file:
+                if file.name == reduced.name:
+                    file.CopyFrom(reduced)
+        return bytes(found.SerializeToString(deterministic=True))
 
 
 TOPICS = (
@@ -147,3 +164,32 @@ TOPICS = (
         "Spans: `kind` = `lift` (a whole lift), `phase` (a part of it) and others, such as `replan`.",
     ),
 )
+
+
+def of_crane(name: str, number: int) -> str:
+    """Return the topic, frame or file of a crane of that number in ``Site.cranes``, from that of the first one."""
+    if number == 0:
+        return name
+    if name.startswith("/crane/"):
+        return f"/crane_{number + 1}/{name.removeprefix('/crane/')}"
+    return f"crane_{number + 1}/{name}" if "." not in name else f"crane_{number + 1}.{name.removeprefix('crane.')}"
+
+
+def of_first_crane(name: str) -> str:
+    """Return the topic of the first crane that means the same as this one."""
+    if name.startswith("/crane_"):
+        number, _, rest = name.removeprefix("/crane_").partition("/")
+        if number.isdigit():
+            return f"/crane/{rest}"
+    return name
+
+
+def topics_of(cranes: int) -> tuple[Topic, ...]:
+    """Return the topics of a log of a site with that many cranes."""
+    further = (
+        replace(topic, name=of_crane(topic.name, number), meaning=f"The same of crane {number + 1}.")
+        for number in range(1, cranes)
+        for topic in TOPICS
+        if topic.name in OF_A_CRANE
+    )
+    return (*TOPICS, *further)

@@ -69,16 +69,17 @@ def nominal_track(site: Site, lift: Lift, start_ns: int) -> LoadTrack:
 
 def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
     """Return the track of a lift from the crane's motion."""
-    assert site.crane is not None
-    assert lift.place is not None
     component, place = site.components[lift.component], lift.place
+    crane = site.crane_of(component)
+    assert crane is not None
+    assert place is not None
     lifted_ns = motion.start_ns + int(motion.raising.time_ns[0])
     arrived_ns = motion.start_ns + int(motion.loaded.time_ns[-1])
     assembled_ns = max([arrived_ns, *(p.end_ns for p in motion.phases if p.name is PhaseName.SET)])
     time_ns, axes = _with_turn(motion, *motion.samples())
     held = (time_ns >= lifted_ns) & (time_ns <= assembled_ns)
     time_ns, axes = time_ns[held], axes[held]
-    load = load_frame(crane_for(site, site.crane, component), site.frame, component.hook_offset_vox)
+    load = load_frame(crane_for(site, crane, component), site.frame, component.hook_offset_vox)
     corner_m = site.frame.corner_of(cells_of_axes(load, axes))
     angle_rad = np.zeros(len(time_ns))
     size_m = site.frame.voxel_size_m

@@ -17,7 +17,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.messages import stamp
 from bimvox.log.rows import Rows, rows_of
 from bimvox.log.scene import component_frame
-from bimvox.log.topics import TF
+from bimvox.log.topics import TF, of_crane
 from bimvox.log.track import LoadTrack
 
 Frames = tuple[list[Any], Callable[[Sequence[float]], None], NDArray[np.float64]]
@@ -25,7 +25,12 @@ Frames = tuple[list[Any], Callable[[Sequence[float]], None], NDArray[np.float64]
 
 
 def crane_transforms(
-    crane: TowerCrane, time_ns: NDArray[np.int64], axes: NDArray[np.float64], track: LoadTrack, component_id: str
+    crane: TowerCrane,
+    time_ns: NDArray[np.int64],
+    axes: NDArray[np.float64],
+    track: LoadTrack,
+    component_id: str,
+    number: int = 0,
 ) -> Iterator[Rows]:
     """Yield the FrameTransforms of every sample of a lift, in spans without and with the load.
 
@@ -35,20 +40,22 @@ def crane_transforms(
         axes: (N, 3) float64 slew, radius, height.
         track: The load's, at a part of those samples.
         component_id: The load.
+        number: Of the crane; the frames of further cranes begin with ``crane_2/``.
     """
     # The load keeps its orientation while the jib turns under it, so its frame turns back against the hook's.
     position, turn = _in_hook_frame(crane, time_ns, axes, track)
     # Made once, and set anew for each sample: a message that takes them in copies them.
     own, move, rows = _luffing_frames(crane, axes) if crane.luffing else _trolley_frames(crane, axes)
-    of_crane = rows.shape[1]
-    load = _frame("hook", component_frame(component_id), Vector3())
+    _rename(own, number)
+    of_machine = rows.shape[1]
+    load = _frame(of_crane("hook", number), component_frame(component_id), Vector3())
 
     def chain(t: int, row: Sequence[float]) -> Any:
         frames, when = list(own), stamp(t)
         move(row)
-        if len(row) > of_crane:
+        if len(row) > of_machine:
             at, turned = load.translation, load.rotation
-            at.x, at.y, at.z, turned.x, turned.y, turned.z, turned.w = row[of_crane:]
+            at.x, at.y, at.z, turned.x, turned.y, turned.z, turned.w = row[of_machine:]
             frames.append(load)
         for frame in frames:
             frame.timestamp.CopyFrom(when)
@@ -91,6 +98,14 @@ def _luffing_frames(crane: TowerCrane, axes: NDArray[np.float64]) -> Frames:
     half, up = slewing / 2.0, luff / 2.0
     rows = [np.sin(half), np.cos(half), -np.sin(up), np.cos(up), np.sin(up), np.cos(up), -rope]
     return [base, platform, jib, tip, hook], move, np.stack(rows, axis=1)
+
+
+def _rename(frames: list[Any], number: int) -> None:
+    """Put the crane's number before the names of its frames; the site is everyone's."""
+    for frame in frames:
+        if frame.parent_frame_id != "site":
+            frame.parent_frame_id = of_crane(frame.parent_frame_id, number)
+        frame.child_frame_id = of_crane(frame.child_frame_id, number)
 
 
 def _frame(parent: str, child: str, translation: Any) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
@@ -68,19 +69,17 @@ def check_load_poses(contents: Contents, log: PlanLog) -> Check:
     """Check that the poses of every load on its way are where the crane's axes, or without a crane the path, put it."""
     check = Check("load_poses", unit="m")
     site = log.plan.site
-    found = [message for message in contents.messages if message.topic == topics.LOAD]
-    time_ns = np.array([message.time_ns for message in found], np.int64)
-    poses = [PoseInFrame.FromString(message.data).pose for message in found]
-    corner_m = np.array([(p.position.x, p.position.y, p.position.z) for p in poses], np.float64).reshape(-1, 3)
-    turned = np.array([abs(abs(p.orientation.w) - 1.0) > _ROUNDING for p in poses], np.bool_)
+    shown = [_load_poses(contents, number) for number in range(max(1, len(site.cranes)))]
     if site.crane is None:
+        _, corner_m, _ = shown[0]
         wanted = [site.frame.corner_of(lift.path_vox) for lift in log.planned if lift.path_vox is not None]
         there = {tuple(np.round(corner, 6)) for corner in corner_m.tolist()}
         for corners in wanted:
-            shown = all(tuple(np.round(corner, 6)) in there for corner in corners.tolist())
-            check.look(shown, "a planned path without the poses of its load", samples=len(corners))
+            whole = all(tuple(np.round(corner, 6)) in there for corner in corners.tolist())
+            check.look(whole, "a planned path without the poses of its load", samples=len(corners))
         return check
     for motion in log.motions:
+        time_ns, corner_m, turned = shown[motion.crane]
         start_ns = motion.start_ns + motion.loaded.time_ns
         low, high = np.searchsorted(time_ns, [start_ns[0], start_ns[-1] + 1])
         name = f"lift {motion.order}"
@@ -106,15 +105,19 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
     from samples as far apart: each axis may be off by twice a T^2 / 8, no more.
     """
     check = Check("commands", unit="share of bend")
-    crane = log.plan.site.crane
-    if crane is None:
+    site = log.plan.site
+    if site.crane is None:
         return check
-    most = np.array([axis.acceleration for axis in pose_limits(crane)])
-    allowed = 2.0 * most * log.plan.site.rules.sample_period_s**2 / 8.0 + _ROUNDING
-    found = [CraneCommandMessage.FromString(m.data) for m in contents.messages if m.topic == topics.COMMAND]
-    told = {order: [c for c in found if c.lift_order == order] for order in {c.lift_order for c in found}}
+    told = [_told(contents, topics.of_crane(topics.COMMAND, number)) for number in range(len(site.cranes))]
     for motion in log.motions:
-        name, own = f"lift {motion.order}", told.get(motion.order, [])
+        crane = site.cranes[motion.crane]
+        most = np.array([axis.acceleration for axis in pose_limits(crane)])
+        allowed = 2.0 * most * site.rules.sample_period_s**2 / 8.0 + _ROUNDING
+        name, own = f"lift {motion.order}", told[motion.crane].get(motion.order, [])
+        others = [c.crane for c in own if site.other_cranes and c.crane != crane.name]
+        if others:
+            check.look(False, f"{name}: its commands are for crane {others[0]!r}, it is driven by {crane.name!r}")
+            continue
         at_ns = np.array([nanoseconds(c.time) for c in own], np.int64)
         good = len(own) >= 2 and at_ns[0] == motion.start_ns and at_ns[-1] == motion.end_ns
         if not good or (np.diff(at_ns) <= 0).any():
@@ -138,11 +141,27 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
     return check
 
 
+def _load_poses(contents: Contents, number: int) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Times, corners (N, 3) and whether it is turned, of every pose of a crane's load."""
+    topic = topics.of_crane(topics.LOAD, number)
+    found = [message for message in contents.messages if message.topic == topic]
+    time_ns = np.array([message.time_ns for message in found], np.int64)
+    poses = [PoseInFrame.FromString(message.data).pose for message in found]
+    corner_m = np.array([(p.position.x, p.position.y, p.position.z) for p in poses], np.float64).reshape(-1, 3)
+    turned = np.array([abs(abs(p.orientation.w) - 1.0) > _ROUNDING for p in poses], np.bool_)
+    return time_ns, corner_m, turned
+
+
+def _told(contents: Contents, topic: str) -> dict[int, list[Any]]:
+    """The commands on a topic by the lift that they are for."""
+    found = [CraneCommandMessage.FromString(m.data) for m in contents.messages if m.topic == topic]
+    return {order: [c for c in found if c.lift_order == order] for order in {c.lift_order for c in found}}
+
+
 def _corners_m(site: Site, motion: LiftMotion) -> NDArray[np.float64]:
     """(N, 3) lowest corner of the reference cell at every sample with the load, metres."""
-    assert site.crane is not None
     component = site.components[motion.component]
-    crane = crane_for(site, site.crane, component)
+    crane = crane_for(site, site.cranes[motion.crane], component)
     cells = reference_cells(crane, site.frame, axes_of_samples(motion.loaded), component.hook_offset_vox)
     return site.frame.corner_of(cells)
 

@@ -194,8 +194,8 @@ class Assembly:
     def _no_place(self, component: Component) -> Obstacle:
         size = "x".join(f"{n * self._site.frame.voxel_size_m:g}" for n in component.shape.size_vox)
         reason = f"the yard has no place for it ({size} m) within the crane's reach and capacity"
-        if self._site.crane is not None:
-            low_m, high_m = allowed_radii_m(self._site.crane, component.mass_kg)
+        if (crane := self._site.crane_of(component)) is not None:
+            low_m, high_m = allowed_radii_m(crane, component.mass_kg)
             reason += f": {component.mass_kg:.0f} kg are carried from {low_m:.1f} to {high_m:.1f} m"
         return Obstacle(reason)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from bimvox.planning.lift import Lift, LiftPlan, Status
+from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.component import Component
 from bimvox.site.site import Site
 
@@ -78,7 +78,7 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
     site = plan.site
     lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
     carried = {id(lift) for lift in plan.lifts}
-    fixed = _fixed(site)
+    fixed = fixed_things(site)
     waiting: dict[int, Thing] = {}
     standing: list[Thing] = []
     placed: set[int] = set()
@@ -92,16 +92,26 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
         if id(lift) in carried:
             stored = _stored(site, lifts, lift, delivery, placed, waiting)
             yield Moment(lift, before, (*fixed, *standing, *stored), frozenset(placed))
-        component = site.components[lift.component]
-        placed.add(component.index)
-        whole = finished(component)
-        standing.append(Thing(whole.name, _inside(whole.cells, site), whole.solid))
+        placed.add(lift.component)
+        standing.append(set_thing(site, lift))
         before = lift
 
 
 def finished(component: Component) -> Thing:
     """Return a component at its place in the building."""
     return Thing(component.id, component.shape.cells + np.array(component.target_vox, np.int32), component.index)
+
+
+def set_thing(site: Site, lift: Lift) -> Thing:
+    """Return the part of a lift at its place, as much of it as is inside the site."""
+    whole = finished(site.components[lift.component])
+    return Thing(whole.name, _inside(whole.cells, site), whole.solid)
+
+
+def stored_thing(site: Site, lift: Lift, place: YardPlace) -> Thing:
+    """Return the part of a lift as it lies in the yard."""
+    cells = place.shape.cells + np.array(place.cell_vox, np.int32)
+    return Thing(site.components[lift.component].id, _inside(cells, site), NO_SOLID)
 
 
 def near_and_far(component: Component, present: Sequence[Thing]) -> tuple[list[Thing], list[Thing]]:
@@ -145,7 +155,8 @@ def cells_in_common(cells: NDArray[np.int32], others: NDArray[np.int32]) -> NDAr
     return common
 
 
-def _fixed(site: Site) -> tuple[Thing, ...]:
+def fixed_things(site: Site) -> tuple[Thing, ...]:
+    """Return what is fixed on a site: ground, masts, structure, obstructions."""
     things = []
     solid = len(site.components)
     for blocker in site.blockers:
@@ -167,8 +178,7 @@ def _stored(
         if other is lift or place is None or place.delivery != delivery or other.component in placed:
             continue
         if number not in made:
-            cells = place.shape.cells + np.array(place.cell_vox, np.int32)
-            made[number] = Thing(site.components[other.component].id, _inside(cells, site), NO_SOLID)
+            made[number] = stored_thing(site, other, place)
         things.append(made[number])
     return things
 

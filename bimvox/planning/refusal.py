@@ -24,10 +24,13 @@ def refused_by_crane(site: Site, component: Component) -> str | None:
         site: The site.
         component: The part.
     """
-    crane = site.crane
+    crane = site.crane_of(component)
     if crane is None:
         return None
-    return _by_wind(site, crane, component) or _by_radius(site, crane, component)
+    reasons = {one.name: _by_wind(site, one, component) or _by_radius(site, one, component) for one in site.cranes}
+    if reasons[crane.name] is None or not site.other_cranes:
+        return reasons[crane.name]
+    return "; ".join(f"{name}: {reason or 'could take it, but it is not its part'}" for name, reason in reasons.items())
 
 
 def place_radius_m(site: Site, crane: TowerCrane, component: Component) -> float:

@@ -2,18 +2,21 @@
 
 The order says where a part may wait, and where parts wait says which order is quick. So both are made in turn: an order
 from the places before (greedy, looking one lift ahead), then places from that order. The quickest of the few rounds is
-kept, judged by the point-to-point bound of all ways, empty and loaded.
+kept, judged by the point-to-point bound of all ways, empty and loaded; of several cranes by that of the busiest.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence as Seq
 from typing import Any
 
 import numpy as np
 
 from bimvox.crane.kinematics import Axes
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import YardPlace
-from bimvox.planning.sequence import Sequence, Sequencer
+from bimvox.planning.sequence import Prefer, Sequence, Sequencer
+from bimvox.planning.shared_order import Shared
 from bimvox.planning.travel import Travel
 from bimvox.planning.yard import allocate_yard
 from bimvox.site.site import Site
@@ -36,19 +39,42 @@ def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[Sequence, Places]:
     sequence = sequencer.lowest_first()
     if site.crane is None:
         return sequence, allocate_yard(site, sequence.order)
-    base_m, size_m = np.array(site.crane.base_m[:2]), site.frame.voxel_size_m
-    corners_m = np.array(site.frame.origin_m[:2]) + np.array([[0, 0], site.shape[:2]]) * size_m
-    travel = Travel(site.crane, float(np.abs(corners_m - base_m).max() * 2.0) + site.crane.jib_height_m)
-    rounds = [(sequence, allocate_yard(site, sequence.order)), (sequence, allocate_yard(site, sequence.order, travel))]
+    travels = [travel_of(site, crane) for crane in site.cranes]
+    rounds = [
+        (sequence, allocate_yard(site, sequence.order)),
+        (sequence, allocate_yard(site, sequence.order, *travels)),
+    ]
     for _ in range(_ROUNDS):
-        sequence = sequencer.order(_Quickest(site, travel, rounds[-1][1]))
-        rounds.append((sequence, allocate_yard(site, sequence.order, travel)))
-    most = max(_with_place(places) for _, places in rounds)
-    judged = [travel_s(site, travel, made.order, places) for made, places in rounds]
-    kept = [n for n, (_, places) in enumerate(rounds) if _with_place(places) == most]
+        prefer: Prefer
+        if site.other_cranes:
+            places = rounds[-1][1]
+            ways = [(_target_axes(site, travel), _pick_axes(site, travel, places), travel) for travel in travels]
+            prefer = Shared(site, ways)
+        else:
+            prefer = _Quickest(site, travels[0], rounds[-1][1])
+        sequence = sequencer.order(prefer)
+        rounds.append((sequence, allocate_yard(site, sequence.order, *travels)))
+    # Of several cranes, the plain order deals nothing out.
+    first = 2 if site.other_cranes else 0
+    most = max(_with_place(places) for _, places in rounds[first:])
+    judged = [busiest_s(site, travels, made.order, places) for made, places in rounds]
+    kept = [n for n, (_, places) in enumerate(rounds) if n >= first and _with_place(places) == most]
     best = min(kept, key=lambda n: round(judged[n], 3))
     plain_is_good = kept[0] == 0 and judged[0] <= _WORTH * judged[best]
     return rounds[0 if plain_is_good else best]
+
+
+def travel_of(site: Site, crane: TowerCrane) -> Travel:
+    """Return the travel times of a crane over a whole site."""
+    base_m, size_m = np.array(crane.base_m[:2]), site.frame.voxel_size_m
+    corners_m = np.array(site.frame.origin_m[:2]) + np.array([[0, 0], site.shape[:2]]) * size_m
+    return Travel(crane, float(np.abs(corners_m - base_m).max() * 2.0) + crane.jib_height_m)
+
+
+def busiest_s(site: Site, travels: Seq[Travel], order: tuple[int, ...], places: Places) -> float:
+    """Return the seconds that the hook of the crane with the longest ways is on them, as :func:`travel_s`."""
+    own = [tuple(i for i in order if site.components[i].crane == k) for k in range(len(travels))]
+    return max(travel_s(site, travel, own[k], places) for k, travel in enumerate(travels))
 
 
 def travel_s(site: Site, travel: Travel, order: tuple[int, ...], places: Places) -> float:

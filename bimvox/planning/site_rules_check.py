@@ -37,9 +37,9 @@ def check_zones(check: Check, site: Site, component: Component, path: NDArray[np
             f"{component.id}: the load is over a zone that is closed to it, at {path[over][:1].tolist()}",
             samples=len(path),
         )
-    if site.hook_heights is not None and site.crane is not None:
+    if site.hook_heights is not None and (crane := site.crane_of(component)) is not None:
         step_m = site.frame.voxel_size_m
-        height_m = site.frame.origin_m[2] + hook[:, 2] * step_m + site.crane.sling_m
+        height_m = site.frame.origin_m[2] + hook[:, 2] * step_m + crane.sling_m
         height_m += component.lifting.sling_rise_vox * step_m
         low, high = (limit[hook[:, 0], hook[:, 1]] for limit in (site.hook_heights.low_m, site.hook_heights.high_m))
         bad = (height_m < low - _SHARE) | (height_m > high + _SHARE)

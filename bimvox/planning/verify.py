@@ -289,23 +289,23 @@ class _Verifier:
         return hits
 
     def _check_hook(self, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
-        site = self.site
-        if site.crane is None:
+        site, crane = self.site, self.site.crane_of(component)
+        if crane is None:
             return
         hook = path + np.array(component.hook_offset_vox, np.int32)
         centre_m = np.array(site.frame.origin_m)[:2] + site.frame.voxel_size_m * (hook[:, :2] + 0.5)
-        radius_m = np.hypot(*(centre_m - np.array(site.crane.base_m[:2])).T)
+        radius_m = np.hypot(*(centre_m - np.array(crane.base_m[:2])).T)
         reach = self.checks["reach"]
-        low_m, high_m = site.crane.min_radius_m - 1e-6, site.crane.jib_length_m + 1e-6
+        low_m, high_m = crane.min_radius_m - 1e-6, crane.jib_length_m + 1e-6
         good = (radius_m >= low_m) & (radius_m <= high_m)
         reach.look(
             bool(good.all()), f"{component.id}: hook radius {radius_m[~good][:1]} m is out of reach", samples=len(hook)
         )
         check_zones(reach, site, component, path)
         if "wind" in self.checks:
-            check_wind(self.checks["wind"], site, site.crane, component)
-        load_kg = component.mass_kg + site.crane.tackle_kg
-        most_kg = capacity_kg(site.crane.chart, float(radius_m.max()))
+            check_wind(self.checks["wind"], site, crane, component)
+        load_kg = component.mass_kg + crane.tackle_kg
+        most_kg = capacity_kg(crane.chart, float(radius_m.max()))
         reach.measure(load_kg / most_kg if most_kg > 0 else np.inf)
         reach.look(
             load_kg <= most_kg + 1e-6,

@@ -38,13 +38,13 @@ Lying = tuple[StoredPose, int]
 """How a part lies: its pose, and the quarter turns that it is turned by."""
 
 
-def allocate_yard(site: Site, order: tuple[int, ...], travel: Travel | None = None) -> tuple[YardPlace | None, ...]:
+def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple[YardPlace | None, ...]:
     """Give every component its place in the yard.
 
     Args:
         site: The site.
         order: Component indices in assembly order.
-        travel: How long the crane is on its way; without it the first place that is free is taken.
+        travels: How long each of the site's cranes is on its way; without them the first place that is free is taken.
 
     Returns:
         Per component (by index) its place; None where it does not fit even into the empty yard, turned or not.
@@ -53,8 +53,8 @@ def allocate_yard(site: Site, order: tuple[int, ...], travel: Travel | None = No
     given = [index for index in order if site.components[index].start_vox is not None]
     places: list[YardPlace | None] = [None] * len(site.components)
     free, delivery, load_kg = _without_given(site, empty, given), 0, list[float]()
-    ways = _Ways(site, travel) if travel is not None else None
-    before: Component | None = None
+    ways = [_Ways(site, travel) for travel in travels]
+    before: dict[int, Component] = {}
     for index in order:
         component = site.components[index]
         fresh = _without_given(site, empty, given) if load_kg else free
@@ -70,7 +70,8 @@ def allocate_yard(site: Site, order: tuple[int, ...], travel: Travel | None = No
         tries = [(free, _preferred(component)), (fresh, _preferred(component))]
         tries += [(free, _turned(component)), (fresh, _turned(component))]
         for yard, choices in tries if load_kg else tries[::2]:
-            found = _find(site, component, yard, ways, before, choices)
+            own = ways[component.crane] if ways else None
+            found = _find(site, component, yard, own, before.get(component.crane), choices)
             if found is not None:
                 if yard is not free:
                     free, delivery, load_kg = fresh, delivery + 1, []
@@ -78,7 +79,7 @@ def allocate_yard(site: Site, order: tuple[int, ...], travel: Travel | None = No
                 _take(free, cell, _footprint(component, pose, turn))
                 places[index] = yard_place(component, delivery, pose, cell, turn=turn)
                 load_kg.append(component.mass_kg)
-                before = component
+                before[component.crane] = component
                 break
     return _risen(site, order, places)
 
@@ -220,6 +221,7 @@ def _find(
         cells = cells[((start >= low) & (start <= high)).all(axis=1)]
         if not len(cells):
             continue
+        cells = _on_its_side(site, component, cells, offset)
         best = 0
         if ways is not None:
             # Steps of a few seconds, first come first of each: parts lie close together, and the yard stays whole.
@@ -228,6 +230,21 @@ def _find(
         x, y = (int(n) for n in cells[best])
         return (pose, turn), (x, y, 1)
     return None
+
+
+def _on_its_side(
+    site: Site, component: Component, cells: NDArray[np.int64], offset: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Of places ((N, 2)) those nearer to the part's own crane than to any other, where there are such.
+
+    So the cranes fetch from different parts of the yard, and do not stand in each other's way there.
+    """
+    if not site.other_cranes:
+        return cells
+    hook_m = np.array(site.frame.origin_m[:2]) + site.frame.voxel_size_m * (cells + offset + 0.5)
+    apart_m = np.stack([np.hypot(*(hook_m - np.array(crane.base_m[:2])).T) for crane in site.cranes])
+    own = np.argmin(apart_m, axis=0) == component.crane
+    return cells[own] if own.any() else cells
 
 
 @kernel

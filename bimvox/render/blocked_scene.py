@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from bimvox.planning.lift import Lift, Status
 from bimvox.render.camera import View
 from bimvox.render.colours import ASSEMBLED, IN_THE_WAY, START_BOX, TARGET_BOX, UNBUILT
-from bimvox.render.crane_parts import crane_parts
 from bimvox.render.picture import PictureOptions, solids_seen
 from bimvox.render.scene import LegendEntry, Scene, Swatch
-from bimvox.render.site_scene import boxes_strokes, parked_pose, site_canvas, site_legend, target_cells, view_of_site
+from bimvox.render.site_cranes import site_cranes
+from bimvox.render.site_scene import boxes_strokes, site_canvas, site_legend, target_cells, view_of_site
 from bimvox.render.words import counted
 from bimvox.site.component import Component
 from bimvox.site.site import Site
@@ -152,7 +152,7 @@ def _gap(
 def _with_crane(site: Site, scene: Scene) -> Scene:
     if site.crane is None:
         return scene
-    parts = crane_parts(site.crane, parked_pose(site))
+    parts = site_cranes(site)
     return replace(scene, strokes=(*parts.strokes, *scene.strokes), blocks=parts.blocks)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bimvox.crane.outline import counter_jib_m, tower_head_m
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.render.colours import CONCRETE, CRANE, CRANE_EDGE, ROPE
 from bimvox.render.layers import Layer
@@ -14,8 +15,6 @@ from bimvox.render.scene import Block, Strokes
 
 Vec = NDArray[np.float64]
 _UP = np.array([0.0, 0.0, 1.0])
-_COUNTER_JIB = 0.28
-"""Length of the counter-jib as a share of the jib's."""
 _BEYOND = 0.1
 
 
@@ -52,8 +51,8 @@ def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = N
     aside = np.array([-along[1], along[0], 0.0])
     east, north = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
     axis = np.array([base[0], base[1], top_m])
-    back = max(_COUNTER_JIB * crane.jib_length_m, 3.0 * width)
-    apex = axis + _UP * float(np.clip(0.12 * crane.jib_length_m, 2.0 * width, 5.0 * width))
+    back = counter_jib_m(crane)
+    apex = axis + _UP * tower_head_m(crane)
     tip = axis + along * (crane.jib_length_m + 0.5 * width)
     rear = axis - along * back
 

@@ -12,12 +12,12 @@ from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import InputError
 from bimvox.planning.lift import Lift, Status
 from bimvox.render.colours import ARRIVED, ASSEMBLED, IN_TRANSIT, PATH, START_BOX, TARGET_BOX, UNBUILT
-from bimvox.render.crane_parts import crane_parts
 from bimvox.render.layers import Layer
 from bimvox.render.page.source import Track
 from bimvox.render.plan_scene import path_strokes, top_corners_m
 from bimvox.render.scene import Block, LegendEntry, Scene, Strokes, Swatch
-from bimvox.render.site_scene import boxes_strokes, parked_pose, site_canvas, site_legend, target_cells
+from bimvox.render.site_cranes import poses_at, site_cranes
+from bimvox.render.site_scene import boxes_strokes, site_canvas, site_legend, target_cells
 from bimvox.render.solids import Canvas
 from bimvox.render.words import PHASES, clock
 from bimvox.site.component import Component
@@ -53,11 +53,11 @@ class Film:
     ) -> None:
         if not tracks:
             raise InputError("no lift of the plan has a time", hint="leave the time out to see the site as it is")
-        self.site, self.lifts, self.tracks = site, tuple(lifts), tuple(tracks)
+        self.site, self.lifts = site, tuple(lifts)
+        self.tracks = tuple(sorted(tracks, key=lambda track: track.start_ns))
         self.motions = {motion.order: motion for motion in motions}
         self.title = title or site.name
-        self._base: tuple[int, Canvas] | None = None
-        self._axes: tuple[int, NDArray[np.int64], NDArray[np.float64]] | None = None
+        self._base: tuple[tuple[int, frozenset[int]], Canvas] | None = None
 
     @property
     def start_ns(self) -> int:
@@ -67,12 +67,24 @@ class Film:
     @property
     def end_ns(self) -> int:
         """When the last one ends."""
-        return self.tracks[-1].end_ns
+        return max(track.end_ns for track in self.tracks)
 
     def track_at(self, time_ns: int) -> Track:
-        """Return the lift under way at a time: the last one that has begun, the first one before that."""
-        begun = [track for track in self.tracks if track.start_ns <= time_ns]
-        return begun[-1] if begun else self.tracks[0]
+        """Return the lift under way at a time: the last one that has begun, the first one before that.
+
+        Of several cranes that of the one whose load hangs on its hook.
+        """
+        now = self.tracks_at(time_ns)
+        return next((track for track in now if track.lifted_ns <= time_ns < track.assembled_ns), now[-1])
+
+    def tracks_at(self, time_ns: int) -> list[Track]:
+        """Return the lift under way of every crane, that of the last one to begin at the end."""
+        latest: dict[int, Track] = {}
+        for track in self.tracks:
+            number = self.site.components[track.lift.component].crane
+            if track.start_ns <= time_ns or number not in latest:
+                latest[number] = track
+        return sorted(latest.values(), key=lambda track: track.start_ns)
 
     def track_of(self, order: int) -> Track:
         """Return the lift of an order.
@@ -94,15 +106,19 @@ class Film:
         lift = track.lift
         component = self.site.components[lift.component]
         motion = self.motions.get(lift.order)
-        canvas = self._before(lift).copy(more=2)
-        held = track.lifted_ns <= time_ns < track.assembled_ns
-        blocks, load_m = self._paint_part(canvas, track, time_ns)
-        pose = self.pose(time_ns)
-        crane = self.site.crane
-        parts = crane_parts(crane, pose or parked_pose(self.site), load_m if held else None) if crane else None
+        now = self.tracks_at(time_ns)
+        canvas = self._before(lift, now, time_ns).copy(more=2 * len(now))
+        blocks: list[Block] = []
+        loads_m: dict[int, NDArray[np.float64] | None] = {}
+        for own in now:
+            turned, load_m = self._paint_part(canvas, own, time_ns)
+            blocks += turned
+            if own.lifted_ns <= time_ns < own.assembled_ns:
+                loads_m[self.site.components[own.lift.component].crane] = load_m
+        parts = site_cranes(self.site, self.poses(time_ns), loads_m)
         assert lift.place is not None
         strokes: list[Strokes] = [
-            *(parts.strokes if parts else ()),
+            *parts.strokes,
             boxes_strokes(self.site, [(lift.place.shape, lift.place.cell_vox)], START_BOX),
             boxes_strokes(self.site, [(component.shape, component.target_vox)], TARGET_BOX),
             path_strokes(self.site, lift, motion, strong=True),
@@ -112,11 +128,11 @@ class Film:
             solids=canvas.solids,
             palette=canvas.palette,
             strokes=tuple(strokes),
-            blocks=(*(parts.blocks if parts else ()), *blocks),
+            blocks=(*parts.blocks, *blocks),
             legend=self._legend(),
             title=self.title,
             caption=self._caption(track, component, motion, time_ns),
-            points_m=parts.points_m if parts else np.zeros((0, 3)),
+            points_m=parts.points_m,
             layers=canvas.layers,
         )
 
@@ -128,38 +144,39 @@ class Film:
             if track.lift.place is not None:
                 canvas.paint(track.lift.place.shape.cells + np.array(track.lift.place.cell_vox), UNBUILT)
         points = [np.zeros((0, 3))]
-        for time_ns in times_ns:
-            pose = self.pose(time_ns)
-            if self.site.crane is not None and pose is not None:
-                points.append(crane_parts(self.site.crane, pose).points_m)
+        posed = (self.poses(time_ns) for time_ns in times_ns)
+        points += [site_cranes(self.site, poses).points_m for poses in posed if poses]
         seen = np.concatenate(points)
         scene = self.scene(times_ns[0])
         return replace(scene, solids=canvas.solids, palette=canvas.palette, layers=canvas.layers, points_m=seen)
 
-    def pose(self, time_ns: int) -> CranePose | None:
-        """Return where the crane's axes are; None without a crane."""
-        motion = self.motions.get(self.track_at(time_ns).lift.order)
-        if motion is None or self.site.crane is None:
-            return None
-        if self._axes is None or self._axes[0] != motion.order:
-            self._axes = (motion.order, *motion.samples())
-        _, at_ns, axes = self._axes
-        slew, radius, height = (float(np.interp(time_ns, at_ns, axes[:, n])) for n in range(3))
-        return CranePose(slew, radius, height)
+    def poses(self, time_ns: int) -> dict[int, CranePose]:
+        """Return where the axes of every crane are, by its number; empty without motions."""
+        now = (self.motions.get(track.lift.order) for track in self.tracks_at(time_ns))
+        return poses_at(self.site, [motion for motion in now if motion is not None], time_ns)
 
-    def _before(self, lift: Lift) -> Canvas:
-        """What stands and lies there during a lift, without its own part."""
-        if self._base is not None and self._base[0] == lift.order:
+    def _before(self, lift: Lift, now: Sequence[Track], time_ns: int) -> Canvas:
+        """What stands and lies there during a lift, without the parts of the lifts under way."""
+        under_way = frozenset(track.lift.order for track in now)
+        key = (lift.order, under_way)
+        if self._base is not None and self._base[0] == key:
             return self._base[1]
         canvas = site_canvas(self.site, 2 * len(self.lifts))
+        # With several cranes, what comes before a lift in the order need not have begun.
+        to_come = frozenset(track.lift.order for track in self.tracks if track.start_ns > time_ns)
+        done = frozenset(track.lift.order for track in self.tracks if track.start_ns <= time_ns) - under_way
         for other in self.lifts:
-            if other.status is Status.PLANNED and other.order < lift.order:
+            if other is not lift and other.order in under_way:
+                continue
+            if other.order in done or (
+                other.status is Status.PLANNED and other.order < lift.order and other.order not in to_come
+            ):
                 canvas.paint(target_cells(self.site.components[other.component]), ASSEMBLED, layer=Layer.ASSEMBLED)
-            elif other is not lift and _waits(other, lift):
+            elif other is not lift and _waits(other, lift, to_come):
                 assert other.place is not None
                 cells = other.place.shape.cells + np.array(other.place.cell_vox)
                 canvas.paint(cells, UNBUILT, layer=Layer.UNBUILT)
-        self._base = (lift.order, canvas)
+        self._base = (key, canvas)
         return canvas
 
     def _paint_part(self, canvas: Canvas, track: Track, time_ns: int) -> tuple[list[Block], NDArray[np.float64] | None]:
@@ -244,8 +261,10 @@ def turned_boxes(
     return [Block(corner_m + turn @ middle, (turn * half).T, rgb) for middle, half in zip(middles, halves, strict=True)]
 
 
-def _waits(other: Lift, lift: Lift) -> bool:
+def _waits(other: Lift, lift: Lift, to_come: frozenset[int]) -> bool:
     """Whether a part lies in the yard during a lift: a delivery comes when all lifts of the earlier ones are done."""
-    if other.place is None or lift.place is None or (other.order < lift.order and other.status is Status.PLANNED):
+    if other.place is None or lift.place is None:
+        return False
+    if other.order < lift.order and other.status is Status.PLANNED and other.order not in to_come:
         return False
     return other.place.delivery == lift.place.delivery

@@ -20,10 +20,10 @@ from bimvox.render.colours import (
     TARGET_BOX,
     UNBUILT,
 )
-from bimvox.render.crane_parts import crane_parts
 from bimvox.render.layers import Layer
 from bimvox.render.scene import LegendEntry, Scene, Strokes, Swatch, polyline
-from bimvox.render.site_scene import boxes_strokes, parked_pose, site_canvas, site_legend, target_cells
+from bimvox.render.site_cranes import poses_at, site_cranes
+from bimvox.render.site_scene import boxes_strokes, site_canvas, site_legend, target_cells
 from bimvox.render.solids import Canvas
 from bimvox.render.words import clock, counted, hours
 from bimvox.site.component import Component, IntVec
@@ -81,7 +81,11 @@ def scene_of_plan(
         component = site.components[lift.component]
         why = f"it is infeasible: {lift.reason}" if lift.status is Status.INFEASIBLE else "the log does not carry it"
         raise InputError(f"{component.id}: this lift has no path to show; {why}", hint="choose a lift that has one")
-    return _under_way(site, lifts, lift, by_order.get(lift.order), moment.share, title or site.name)
+    motion = by_order.get(lift.order)
+    others = None
+    if site.other_cranes and motion is not None:
+        others = _others_at(site, lifts, lift, by_order, _time_ns(motion, moment.share))
+    return _under_way(site, lifts, lift, motion, moment.share, title or site.name, others)
 
 
 def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotion], title: str) -> Scene:
@@ -105,14 +109,20 @@ def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotio
         legend.append(LegendEntry(f"target, not placed ({len(missing)})", TARGET_BOX, Swatch.BOX, Layer.BOXES))
     if shown:
         legend.append(LegendEntry("path" if few else "path of the last lift", PATH, Swatch.LINE, Layer.PATHS))
-    pose = _pose_at_end(motions[drawn[-1].order]) if drawn and drawn[-1].order in motions else None
+    poses = _poses_at_end([motions[lift.order] for lift in drawn if lift.order in motions])
     crane_time = f", {hours(max(m.end_ns for m in motions.values()))} of crane time" if motions else ""
     caption = f"{len(planned):,} of {counted(len(lifts), 'part')} placed{crane_time}"
-    return _scene(site, canvas, strokes, legend, title, caption, pose)
+    return _scene(site, canvas, strokes, legend, title, caption, poses)
 
 
 def _under_way(
-    site: Site, lifts: Sequence[Lift], lift: Lift, motion: LiftMotion | None, share: float, title: str
+    site: Site,
+    lifts: Sequence[Lift],
+    lift: Lift,
+    motion: LiftMotion | None,
+    share: float,
+    title: str,
+    moment: _Others | None,
 ) -> Scene:
     assert lift.place is not None
     component = site.components[lift.component]
@@ -127,6 +137,8 @@ def _under_way(
         and other is not lift
         and other not in placed
     ]
+    if moment is not None:
+        placed, stored = list(moment.placed), list(moment.stored)
     at, pose = _load_at(site, lift, motion, share)
     canvas = site_canvas(site, len(lifts))
     for other in placed:
@@ -134,6 +146,8 @@ def _under_way(
     for other in stored:
         assert other.place is not None
         canvas.paint(other.place.shape.cells + np.array(other.place.cell_vox), UNBUILT, layer=Layer.UNBUILT)
+    for other, cell in moment.carried if moment is not None else ():
+        canvas.paint(site.components[other.component].shape.cells + np.array(cell), IN_TRANSIT, over=True)
     state_rgb, state = (ARRIVED, "arrived") if arrived else (IN_TRANSIT, "in transit")
     canvas.paint(component.shape.cells + np.array(at), state_rgb, over=True)
     strokes = [
@@ -158,10 +172,61 @@ def _under_way(
         f"Lift {lift.order + 1:,} of {len(lifts):,}{at_clock}: {component.ifc_class}{name}, {component.id}, "
         f"{component.mass_kg / 1000.0:.2f} t"
     )
-    load_m = None
+    poses: dict[int, CranePose | None] = {} if moment is None else {**moment.poses}
+    loads_m: dict[int, NDArray[np.float64] | None] = {} if moment is None else {**moment.loads_m}
     if pose is not None:
-        load_m = top_corners_m(site, component, at)
-    return _scene(site, canvas, strokes, legend, title, caption, pose, load_m)
+        poses[component.crane], loads_m[component.crane] = pose, top_corners_m(site, component, at)
+    return _scene(site, canvas, strokes, legend, title, caption, poses, loads_m)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Others:
+    """What is there besides one lift at a moment, where lifts of several cranes overlap.
+
+    Attributes:
+        placed: Lifts whose part stands.
+        stored: Lifts whose part lies in the yard.
+        carried: Lifts whose part hangs on another crane, and where.
+        poses: Where the axes of every crane are, by its number.
+        loads_m: Where the slings of the others are fixed.
+    """
+
+    placed: tuple[Lift, ...]
+    stored: tuple[Lift, ...]
+    carried: tuple[tuple[Lift, IntVec], ...]
+    poses: Mapping[int, CranePose]
+    loads_m: Mapping[int, NDArray[np.float64]]
+
+
+def _others_at(
+    site: Site, lifts: Sequence[Lift], lift: Lift, motions: Mapping[int, LiftMotion], time_ns: int
+) -> _Others:
+    placed, stored, carried = [], [], []
+    loads_m: dict[int, NDArray[np.float64]] = {}
+    for other in lifts:
+        motion = motions.get(other.order)
+        if other is lift or other.place is None:
+            continue
+        if motion is None:
+            there = lift.place is not None and other.place.delivery == lift.place.delivery
+            if other.status is Status.PLANNED and other.order < lift.order:
+                placed.append(other)
+            elif there:
+                stored.append(other)
+        elif time_ns >= motion.set_ns:
+            placed.append(other)
+        elif time_ns >= motion.start_ns + int(motion.loaded.time_ns[0]):
+            loaded = motion.loaded
+            share = (time_ns - motion.start_ns - int(loaded.time_ns[0])) / max(
+                int(loaded.time_ns[-1] - loaded.time_ns[0]), 1
+            )
+            at, _ = _load_at(site, other, motion, share)
+            carried.append((other, at))
+            loads_m[motion.crane] = top_corners_m(site, site.components[other.component], at)
+        elif lift.place is not None and other.place.delivery == lift.place.delivery:
+            stored.append(other)
+    poses = poses_at(site, list(motions.values()), time_ns)
+    return _Others(tuple(placed), tuple(stored), tuple(carried), poses, loads_m)
 
 
 def path_m(site: Site, lift: Lift, motion: LiftMotion | None) -> NDArray[np.float64]:
@@ -169,10 +234,10 @@ def path_m(site: Site, lift: Lift, motion: LiftMotion | None) -> NDArray[np.floa
     component = site.components[lift.component]
     middle = np.array(component.shape.size_vox) / 2.0
     if motion is not None and site.crane is not None:
-        loaded = motion.loaded
+        loaded, crane = motion.loaded, site.cranes[motion.crane]
         axes = np.stack([loaded.slew_rad, loaded.radius_m, loaded.height_m], axis=1)
         cells = cells_of_axes(
-            load_frame(crane_for(site, site.crane, component), site.frame, component.hook_offset_vox), axes
+            load_frame(crane_for(site, crane, component), site.frame, component.hook_offset_vox), axes
         )
     else:
         assert lift.path_vox is not None
@@ -207,7 +272,8 @@ def _load_at(site: Site, lift: Lift, motion: LiftMotion | None, share: float) ->
     slew, radius, height = (
         float(np.interp(time, loaded.time_ns, axis)) for axis in (loaded.slew_rad, loaded.radius_m, loaded.height_m)
     )
-    load = load_frame(crane_for(site, site.crane, component), site.frame, component.hook_offset_vox)
+    crane = site.cranes[motion.crane]
+    load = load_frame(crane_for(site, crane, component), site.frame, component.hook_offset_vox)
     x, y, z = (round(float(n)) for n in cells_of_axes(load, np.array([slew, radius, height])))
     return (x, y, z), CranePose(slew, radius, height)
 
@@ -218,9 +284,15 @@ def _time_ns(motion: LiftMotion, share: float) -> int:
     return motion.start_ns + int(loaded.time_ns[0]) + round(min(max(share, 0.0), 1.0) * length_ns)
 
 
-def _pose_at_end(motion: LiftMotion) -> CranePose:
-    loaded = motion.loaded
-    return CranePose(float(loaded.slew_rad[-1]), float(loaded.radius_m[-1]), float(loaded.height_m[-1]))
+def _poses_at_end(motions: Sequence[LiftMotion]) -> dict[int, CranePose | None]:
+    """Where every crane has set its last part."""
+    poses: dict[int, CranePose | None] = {}
+    for motion in motions:
+        loaded = motion.loaded
+        poses[motion.crane] = CranePose(
+            float(loaded.slew_rad[-1]), float(loaded.radius_m[-1]), float(loaded.height_m[-1])
+        )
+    return poses
 
 
 def top_corners_m(site: Site, component: Component, at: IntVec) -> NDArray[np.float64]:
@@ -239,19 +311,19 @@ def _scene(
     legend: list[LegendEntry],
     title: str,
     caption: str,
-    pose: CranePose | None,
-    load_m: NDArray[np.float64] | None = None,
+    poses: Mapping[int, CranePose | None],
+    loads_m: Mapping[int, NDArray[np.float64] | None] | None = None,
 ) -> Scene:
-    parts = crane_parts(site.crane, pose or parked_pose(site), load_m) if site.crane else None
+    parts = site_cranes(site, poses, loads_m)
     return Scene(
         frame=site.frame,
         solids=canvas.solids,
         palette=canvas.palette,
-        strokes=(*(parts.strokes if parts else ()), *strokes),
-        blocks=parts.blocks if parts else (),
+        strokes=(*parts.strokes, *strokes),
+        blocks=parts.blocks,
         legend=tuple(legend),
         title=title,
         caption=caption,
-        points_m=parts.points_m if parts else np.zeros((0, 3)),
+        points_m=parts.points_m,
         layers=canvas.layers,
     )

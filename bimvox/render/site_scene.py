@@ -8,8 +8,6 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.luffing import tip_height_m
-from bimvox.crane.tower_crane import CranePose
 from bimvox.grid.labels import Label
 from bimvox.planning.yard import storage_poses
 from bimvox.render.camera import View
@@ -23,9 +21,9 @@ from bimvox.render.colours import (
     UNBUILT,
     YARD,
 )
-from bimvox.render.crane_parts import crane_parts
 from bimvox.render.layers import Layer
 from bimvox.render.scene import LegendEntry, Scene, Strokes, box_edges
+from bimvox.render.site_cranes import building_centre_m, site_cranes
 from bimvox.render.solids import Canvas
 from bimvox.render.words import counted
 from bimvox.site.component import Component, IntVec, Shape
@@ -55,7 +53,7 @@ def scene_of_site(site: Site, *, title: str = "") -> Scene:
         strokes.append(boxes_strokes(site, [(shape, cell)], START_BOX))
     if given:
         legend.append(LegendEntry(f"in the yard ({len(given)})", UNBUILT, layer=Layer.UNBUILT))
-    parts = crane_parts(site.crane, parked_pose(site)) if site.crane else None
+    parts = site_cranes(site)
     size_m = site.frame.voxel_size_m
     extent = " x ".join(f"{n * size_m:g}" for n in site.shape)
     mass_t = sum(component.mass_kg for component in site.components) / 1000.0
@@ -63,12 +61,12 @@ def scene_of_site(site: Site, *, title: str = "") -> Scene:
         frame=site.frame,
         solids=canvas.solids,
         palette=canvas.palette,
-        strokes=(*(parts.strokes if parts else ()), *strokes),
-        blocks=parts.blocks if parts else (),
+        strokes=(*parts.strokes, *strokes),
+        blocks=parts.blocks,
         legend=tuple(legend),
         title=title or site.name,
         caption=f"{counted(len(site.components), 'part')}, {mass_t:,.1f} t; {extent} m in cells of {size_m:g} m",
-        points_m=parts.points_m if parts else np.zeros((0, 3)),
+        points_m=parts.points_m,
         layers=canvas.layers,
     )
 
@@ -129,27 +127,6 @@ def given_place(component: Component) -> tuple[Shape, IntVec]:
     assert component.start_vox is not None
     pose = component.stored_pose or storage_poses(component)[0]
     return stored_shape(component.shape, pose, component.stored_turn or 0), component.start_vox
-
-
-def parked_pose(site: Site) -> CranePose:
-    """Return the pose of a crane that does nothing: the jib over the building, the hook up."""
-    assert site.crane is not None
-    crane = site.crane
-    middle = building_centre_m(site)
-    dx, dy = middle[0] - crane.base_m[0], middle[1] - crane.base_m[1]
-    radius = min(max(math.hypot(dx, dy), crane.min_radius_m), crane.jib_length_m)
-    exit_m = crane.jib_height_m
-    if crane.luffing is not None:
-        exit_m = float(tip_height_m(crane.luffing, np.array([radius]))[0])
-        return CranePose(math.atan2(dy, dx), radius, exit_m - 3.0)
-    return CranePose(math.atan2(dy, dx), radius, exit_m - 2.0 * crane.mast_size_m)
-
-
-def building_centre_m(site: Site) -> NDArray[np.float64]:
-    """Return the middle of all targets, metres: (3,)."""
-    centres = [np.array(c.target_vox) + np.array(c.shape.size_vox) / 2.0 for c in site.components]
-    middle: NDArray[np.float64] = site.frame.corner_of(np.mean(centres, axis=0))
-    return middle
 
 
 def view_of_site(site: Site, azimuth_deg: float | None = None, elevation_deg: float | None = None) -> View:

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 PHASES = {
     "approach": "empty hook",
+    "wait": "waiting",
     "hook_on": "hooking on",
     "raise": "raising",
+    "turn": "turning the part",
     "hoist": "hoisting",
     "traverse": "slewing, trolleying",
     "lower": "lowering",
     "set": "setting",
     "release": "releasing",
+    "leave": "leaving",
+    "stop": "stopping",
 }
 """What a crane does in each phase of a lift."""
 

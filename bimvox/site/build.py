@@ -10,21 +10,24 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import Element, Role
 from bimvox.crane.geometry import mast_box_m
+from bimvox.crane.outline import highest_point_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import SelectionError
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.site.areas import columns_centred_in
+from bimvox.site.assign import assigned
 from bimvox.site.checks import check_component, check_mast, check_yard
 from bimvox.site.component import Component, IntVec
 from bimvox.site.config import SiteConfig
+from bimvox.site.crane_checks import check_cranes, crane_key
 from bimvox.site.digest import digest_of
 from bimvox.site.lifting import hung
 from bimvox.site.obstruction_cells import Rasterise, obstruction_cells
 from bimvox.site.obstructions import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import component_of, entries_by_id, first_ids
-from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Rules, Site, SwingRule
+from bimvox.site.site import GROUND_ID, Blocker, Rules, Site, SwingRule, mast_id
 from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
 
 Parts = Sequence[tuple[Element, "NDArray[np.int32]"]]
@@ -38,6 +41,7 @@ def build_site(
     shape: IntVec,
     *,
     crane: TowerCrane | None,
+    other_cranes: Sequence[TowerCrane] = (),
     rasterise: Rasterise,
     obstructions: ObstructionSet = EMPTY,
     site_to_ifc: NDArray[np.float64] | None = None,
@@ -51,7 +55,8 @@ def build_site(
         parts: What the building consists of. Fittings and terrain are left out: the ground is flat at z = 0.
         frame: From ``bimvox.site.extent.site_extent``.
         shape: (X, Y, Z), with the frame.
-        crane: From ``bimvox.site.machine.crane_of``.
+        crane: From ``bimvox.site.machine.cranes_of``, the first one.
+        other_cranes: The others.
         rasterise: Turns the mesh of an obstruction into cells.
         obstructions: What is in the way for now.
         site_to_ifc: (4, 4) transform from the site's frame to the model's coordinates; default: identity.
@@ -66,6 +71,7 @@ def build_site(
     entries = entries_by_id(config, (element for element, _ in parts))
     lifted = [e for e, _ in parts if e.role is Role.COMPONENT and not (e.id in entries and entries[e.id].pinned)]
     hints = order_hints(config, lifted, first_ids(config, lifted), connections)
+    cranes = () if crane is None else (crane, *other_cranes)
     components: list[Component] = []
     blockers = [_ground(shape)]
     notes: list[str] = []
@@ -74,8 +80,7 @@ def build_site(
         entry = entries.get(element.id)
         if element.role is Role.COMPONENT and not (entry and entry.pinned):
             check_component(config, element, cells, frame, shape)
-            component = component_of(len(components), element, cells, entry, frame, hints[element.id])
-            components.append(hung(component, element, crane, rules.sling_angle_rad, frame))
+            components.append(component_of(len(components), element, cells, entry, frame, hints[element.id]))
         elif element.role in (Role.COMPONENT, Role.STRUCTURE):
             if len(cells):
                 blockers.append(Blocker(element.id, "structure", _frozen(cells), element.mesh))
@@ -87,14 +92,23 @@ def build_site(
         raise SelectionError("nothing to lift: no part of the model is a component", hint="see [model] select")
     if ignored:
         notes.append(f"{ignored} terrain element(s) left out: the ground is taken as flat at z = 0")
-    mast = _mast(crane, rules, frame, shape, rasterise) if crane else None
-    if mast is not None:
-        check_mast(config, mast, components, shape)
-        blockers.append(mast)
+    check_cranes(config, cranes, rules.crane_separation_m)
+    for number, one in enumerate(cranes):
+        mast = _mast(one, rules, frame, shape, rasterise, several=len(cranes) > 1)
+        if mast is not None:
+            check_mast(config, crane_key(number, len(cranes)), mast, components, shape)
+            blockers.append(mast)
     columns = (shape[0], shape[1])
     construction = columns_centred_in([config.areas.construction] if config.areas.construction else [], frame, columns)
     yard = columns_centred_in(config.areas.yard or (), frame, columns) & ~construction
     check_yard(config, yard, components, shape)
+    elements = {element.id: element for element, _ in parts}
+    components = [
+        hung(
+            component, elements[component.id], cranes[component.crane] if cranes else None, rules.sling_angle_rad, frame
+        )
+        for component in assigned(config, components, cranes, yard, frame, rules)
+    ]
     prohibited, no_load = (columns_without(kinds, config.zone, frame, columns) for kinds in (NO_HOOK, NO_LOAD))
     slab = np.full(columns, Label.GROUND, np.uint8)
     slab[yard] = Label.YARD
@@ -106,6 +120,7 @@ def build_site(
         blockers=tuple(blockers),
         components=tuple(components),
         crane=crane,
+        other_cranes=tuple(other_cranes),
         rules=rules,
         yard=_frozen(yard),
         site_to_ifc=np.eye(4) if site_to_ifc is None else site_to_ifc,
@@ -160,6 +175,7 @@ def _digest(fixed_digest: str, added: Sequence[Blocker]) -> str:
 
 def _with_fixed_digests(site: Site) -> Site:
     blockers = [blocker for blocker in site.blockers if blocker.kind != "obstruction"]
+    lifted_by = [component.crane for component in site.components]
     geometry = digest_of(
         "geometry 1",
         site.frame,
@@ -172,6 +188,7 @@ def _with_fixed_digests(site: Site) -> Site:
         [blocker.cells for blocker in blockers[1:]],
         [(c.shape.cells, c.target_vox, c.hook_offset_vox, c.erected, c.mass_kg) for c in site.components],
         replace(site.crane, name="") if site.crane else None,
+        *([[replace(crane, name="") for crane in site.other_cranes], lifted_by] if site.other_cranes else []),
         # How densely a log is sampled, how long a crew takes and what a truck carries is nothing to a policy.
         replace(
             site.rules,
@@ -183,12 +200,14 @@ def _with_fixed_digests(site: Site) -> Site:
             wind_speed_m_s=0.0,
             critical_share=0.0,
             swing=SwingRule.SHAPED,
+            crane_separation_m=Rules().crane_separation_m,
         ),
     )
     fixed = digest_of(
         "fixed 1",
         geometry,
         site.crane,
+        *([site.other_cranes] if site.other_cranes else []),
         site.rules,
         [
             [
@@ -227,14 +246,20 @@ def _ground(shape: IntVec) -> Blocker:
     return Blocker(GROUND_ID, "ground", _frozen(np.stack([x, y, np.zeros_like(x)], axis=1)))
 
 
-def _mast(crane: TowerCrane, rules: Rules, frame: GridFrame, shape: IntVec, rasterise: Rasterise) -> Blocker | None:
-    """The mast from its foot up through the grid's top; None where it stands outside the grid."""
+def _mast(
+    crane: TowerCrane, rules: Rules, frame: GridFrame, shape: IntVec, rasterise: Rasterise, *, several: bool
+) -> Blocker | None:
+    """The mast from its foot up through the grid's top; None where it stands outside the grid.
+
+    Of one of several cranes it ends at the crane's highest point: another one's jib may turn above it.
+    """
     low, high = mast_box_m(crane)
     # Nothing is carried over a tower's mast. Over an undercarriage the boom itself leaves no room.
-    top_m = high[2] if crane.luffing else max(high[2], frame.origin_m[2] + shape[2] * frame.voxel_size_m)
-    mast = Obstruction(CRANE_ID, Box(low, (high[0], high[1], top_m)))
+    ends_m = highest_point_m(crane) if several else frame.origin_m[2] + shape[2] * frame.voxel_size_m
+    top_m = high[2] if crane.luffing else max(high[2], ends_m)
+    mast = Obstruction(mast_id(crane, several=several), Box(low, (high[0], high[1], top_m)))
     cells, _ = obstruction_cells(mast, frame, shape, rasterise, grow_vox=_clearance_vox(rules, frame))
-    return Blocker(CRANE_ID, "crane", _frozen(cells)) if len(cells) else None
+    return Blocker(mast.id, "crane", _frozen(cells)) if len(cells) else None
 
 
 def _clearance_vox(rules: Rules, frame: GridFrame) -> int:

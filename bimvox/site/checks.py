@@ -38,13 +38,13 @@ def check_component(
         )
 
 
-def check_mast(config: SiteConfig, mast: Blocker, components: Sequence[Component], shape: IntVec) -> None:
+def check_mast(config: SiteConfig, key: str, mast: Blocker, components: Sequence[Component], shape: IntVec) -> None:
     """Refuse a mast that stands where a component is to be set."""
     there = np.zeros(shape, np.bool_)
     there[tuple(mast.cells.T)] = True
     for component in components:
         if there[tuple((component.shape.cells + np.array(component.target_vox)).T)].any():
-            raise config.error("crane.base_m", f"the mast stands where component {component.id} is to be set")
+            raise config.error(f"{key}.base_m", f"the mast stands where component {component.id} is to be set")
 
 
 def check_yard(config: SiteConfig, yard: NDArray[np.bool_], components: Sequence[Component], shape: IntVec) -> None:

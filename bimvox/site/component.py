@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.site.sparse import SPARSE
 
 IntVec = tuple[int, int, int]
 
@@ -119,6 +120,7 @@ class Component:
         material: Name of its (main) material, if any.
         mass_source: ``quantity``, ``density`` (of its material) or ``default`` (2400 kg/m3); empty where not known.
         hints: What is wished about its place in the order.
+        crane: Which crane lifts it: number in ``Site.cranes``.
     """
 
     index: int
@@ -144,3 +146,4 @@ class Component:
     stored_turn: int | None = None
     lifting: Lifting = USUAL_LIFTING
     sail_area_m2: float = 0.0
+    crane: int = field(default=0, metadata=SPARSE)

@@ -11,12 +11,25 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import shapely
-from pydantic import AfterValidator, BaseModel, Field, PrivateAttr, model_validator
+from pydantic import AfterValidator, BaseModel, Discriminator, Field, PrivateAttr, Tag, model_validator
 
 from bimvox.errors import ConfigError
 from bimvox.site.component import StoredPose
 from bimvox.site.site import Rules, SwingRule
-from bimvox.site.validation import STRICT, Flag, NotNegative, Number, Point2, Point2or3, Point3, Positive, Text, Whole
+from bimvox.site.validation import (
+    ONE,
+    SEVERAL,
+    STRICT,
+    Flag,
+    NotNegative,
+    Number,
+    Point2,
+    Point2or3,
+    Point3,
+    Positive,
+    Text,
+    Whole,
+)
 
 _RULES = Rules()
 
@@ -194,7 +207,10 @@ class LuffingConfig(BaseModel):
 
 
 class CraneConfig(BaseModel):
-    """The crane. Without this table one is chosen; ``kind = "none"`` plans without one: no rope, no reach."""
+    """The crane. Without this table one is chosen; ``kind = "none"`` plans without one: no rope, no reach.
+
+    Several cranes are an array of tables, ``[[crane]]``, each with a ``name`` of its own and its ``base_m``.
+    """
 
     model_config = STRICT
 
@@ -204,6 +220,8 @@ class CraneConfig(BaseModel):
     follow from it."""
     name: Text | None = None
     """Name of the machine. With a name from the built-in list, the keys left out come from that machine."""
+    machine: Text | None = None
+    """Name from the built-in list, where ``name`` is one of its own: two cranes may be the same machine."""
     base_m: Point2or3 | None = None
     """Foot of the slewing axis [x, y] or [x, y, z], site metres."""
     jib: LuffingConfig | None = None
@@ -271,6 +289,10 @@ class CraneConfig(BaseModel):
         return self
 
 
+def _one_or_several(given: object) -> str:
+    return SEVERAL if isinstance(given, list | tuple) else ONE
+
+
 class ComponentConfig(BaseModel):
     """What the defaults get wrong about one component."""
 
@@ -292,11 +314,13 @@ class ComponentConfig(BaseModel):
     """Ids of components that must be set earlier than this one."""
     pinned: Flag = False
     """It stands already and is not lifted."""
+    crane: Text | None = None
+    """Name of the crane that lifts it, where the site has several. Default: chosen by where it goes."""
 
     @model_validator(mode="after")
     def _liftable(self) -> Self:
-        if self.pinned and (self.start or self.pose or self.turn or self.before or self.after):
-            raise ValueError("a pinned part is not lifted: it takes no start, pose, turn, before or after")
+        if self.pinned and (self.start or self.pose or self.turn or self.before or self.after or self.crane):
+            raise ValueError("a pinned part is not lifted: it takes no start, pose, turn, before, after or crane")
         return self
 
 
@@ -379,6 +403,9 @@ class RulesConfig(BaseModel):
     """Largest angle between two legs of a sling to the part's lifting anchors."""
     critical_share: Annotated[Number, Field(gt=0.0, le=1.0)] = _RULES.critical_share
     """Share of the crane's capacity from which a lift counts as critical."""
+    crane_separation_m: Positive = _RULES.crane_separation_m
+    """Where a site has several cranes: the distance that they and what hangs on them keep, in plan or in height, at
+    every moment and also while they brake."""
 
     def rules(self) -> Rules:
         """Return them as the planner takes them."""
@@ -424,7 +451,13 @@ class SiteConfig(BaseModel):
     model: ModelConfig
     grid: GridConfig | None = None
     areas: AreasConfig = AreasConfig()
-    crane: CraneConfig | None = None
+    crane: (
+        Annotated[
+            Annotated[CraneConfig, Tag(ONE)] | Annotated[tuple[CraneConfig, ...], Field(min_length=1), Tag(SEVERAL)],
+            Discriminator(_one_or_several),
+        ]
+        | None
+    ) = None
     component: tuple[ComponentConfig, ...] = ()
     zone: tuple[ZoneConfig, ...] = ()
     sequence: SequenceConfig = SequenceConfig()
@@ -436,6 +469,18 @@ class SiteConfig(BaseModel):
         """The file that it was read from, for messages."""
         return self._file
 
+    @property
+    def cranes(self) -> tuple[CraneConfig, ...]:
+        """The tables of the cranes; none where one is to be chosen."""
+        if self.crane is None:
+            return ()
+        return (self.crane,) if isinstance(self.crane, CraneConfig) else self.crane
+
+    @property
+    def one_crane(self) -> CraneConfig | None:
+        """The crane's table, the first one of several."""
+        return self.cranes[0] if self.cranes else None
+
     def error(self, key: str | None, message: str, **more: Any) -> ConfigError:
         """Return an error about a key of this file."""
         return ConfigError(self._file, key, message, **more)
@@ -446,6 +491,24 @@ class SiteConfig(BaseModel):
         for number, global_id in enumerate(ids):
             if global_id in ids[:number]:
                 raise ValueError(f"component[{number}].global_id: {global_id!r} is listed twice")
+        return self
+
+    @model_validator(mode="after")
+    def _cranes_apart(self) -> Self:
+        if len(self.cranes) < 2:
+            return self
+        names: list[str] = []
+        for number, crane in enumerate(self.cranes):
+            key = f"crane[{number}]"
+            if crane.kind == "none":
+                raise ValueError(f'{key}.kind: "none" is for a site without a crane, and there are {len(self.cranes)}')
+            if crane.name is None:
+                raise ValueError(f"{key}.name: is missing; each of several cranes has a name of its own")
+            if crane.name in names:
+                raise ValueError(f"{key}.name: {crane.name!r} is also crane[{names.index(crane.name)}]'s name")
+            if crane.base_m is None:
+                raise ValueError(f"{key}.base_m: is missing; say where {crane.name} stands")
+            names.append(crane.name)
         return self
 
 

@@ -1,4 +1,8 @@
-"""Which crane could serve a site: the smallest built-in machine, or else a larger one of the same build."""
+"""Which crane could serve a site: the smallest built-in machine, or else a larger one of the same build.
+
+Hammerheads, unless another kind is asked for: the largest built-in one carries more at every radius than any built-in
+crane whose jib luffs, so where it will not do neither will they.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Element
+from bimvox.crane.catalogue import BUILT_IN
 from bimvox.crane.defaults import DEFAULT_CRANES
 from bimvox.crane.fit import fit_crane
+from bimvox.crane.fit_luffing import Standing, standing_of
 from bimvox.crane.tower_crane import AxisLimits, LoadChart, TowerCrane
 from bimvox.errors import InputError
 from bimvox.site.config import Polygon
@@ -23,41 +29,77 @@ _TYPICAL = 75.0
 
 
 def guess_crane(
-    components: Sequence[Element], footprint_m: NDArray[np.float64], yards: Sequence[Polygon], top_m: float
+    components: Sequence[Element],
+    footprint_m: NDArray[np.float64],
+    yards: Sequence[Polygon],
+    top_m: float,
+    machines: Sequence[TowerCrane] = (),
 ) -> TowerCrane:
     """Return a crane for a site.
 
     It carries every part at its place, and the heaviest part at every corner of the yard; where that takes more than
-    the built-in machines, the heaviest in the yard's middle and a typical one (third quartile) at the corners; then a
-    larger machine of the same build; then one that serves all but the few parts with the largest load moment; then,
-    where every part is too heavy, the largest that reaches every place: the plan then says of each what is missing.
+    the machines to choose from, the heaviest in the yard's middle and a typical one (third quartile) at the corners;
+    then, where no machine is asked for, a larger one of the same build; then one that serves all but the few parts with
+    the largest load moment; then, where every part is too heavy, the largest that reaches every place: the plan then
+    says of each what is missing.
 
     Args:
         components: What is lifted, in the site's frame.
         footprint_m: (2, 2) lowest and highest corner of the building on plan.
         yards: Polygons of the yard, site metres.
         top_m: Height that the load's top must get up to.
+        machines: What was asked for, ascending by size; nothing: the built-in hammerheads.
 
     Raises:
         InputError: If not even one part can be reached.
     """
-    places = np.array([_hook_m(element) for element in components])
-    masses = np.array([element.mass_kg for element in components])
-    site = _Site(places, masses, footprint_m, [np.array(yard) for yard in yards], top_m)
-    crane = site.crane(DEFAULT_CRANES, strict=True) or site.crane(DEFAULT_CRANES)
+    site = _site(components, footprint_m, yards, top_m)
+    first = machines or DEFAULT_CRANES
+    crane = site.crane(first, strict=True) or site.crane(first)
+    return _rounded(crane or _serving_most(site, machines or _LARGER_CRANES))
+
+
+def cranes_that_serve(
+    components: Sequence[Element], footprint_m: NDArray[np.float64], yards: Sequence[Polygon], top_m: float
+) -> tuple[str, ...]:
+    """Return the names of all built-in machines that carry every part to its place from a yard; see `guess_crane`."""
+    site = _site(components, footprint_m, yards, top_m)
+    return tuple(crane.name for crane in BUILT_IN if site.crane((crane,)) is not None)
+
+
+def _serving_most(site: _Site, machines: Sequence[TowerCrane]) -> TowerCrane:
+    """The first machine that serves all parts but as few as must be left out, or that reaches every place."""
     left_out = 0
-    while crane is None:
-        if site.crane(_LARGER_CRANES[-1:], left_out=left_out):
-            crane = site.crane(_LARGER_CRANES, left_out=left_out)
-        elif left_out == len(masses) - 1:
-            crane = replace(site, masses=np.zeros_like(masses)).crane(_LARGER_CRANES[-1:])
+    while True:
+        if site.crane(machines[-1:], left_out=left_out):
+            crane = site.crane(machines, left_out=left_out)
+            assert crane is not None
+            return crane
+        if left_out == len(site.masses) - 1:
+            crane = replace(site, masses=np.zeros_like(site.masses)).crane(machines[-1:])
             if crane is None:
                 raise InputError(
-                    "no crane reaches both the yard and a part's place",
+                    f"no crane reaches both the yard and a part's place (the largest looked at: {machines[-1].name})",
                     hint="give [areas] yard closer to the building, or a [crane] of your own",
                 )
-        left_out = min(max(1, 2 * left_out), len(masses) - 1)
+            return crane
+        left_out = min(max(1, 2 * left_out), len(site.masses) - 1)
+
+
+def _rounded(crane: TowerCrane) -> TowerCrane:
+    """The crane with rates that a planner can read; those of a hook under a luffing jib follow from the jib."""
+    if crane.luffing is not None:
+        return replace(crane, slewing=_short(crane.slewing))
     return replace(crane, slewing=_short(crane.slewing), trolley=_short(crane.trolley), hoist=_short(crane.hoist))
+
+
+def _site(
+    components: Sequence[Element], footprint_m: NDArray[np.float64], yards: Sequence[Polygon], top_m: float
+) -> _Site:
+    places = np.array([_hook_m(element) for element in components])
+    masses = np.array([element.mass_kg for element in components])
+    standing = standing_of(np.array([element.mesh.bounds_m for element in components]))
+    return _Site(places, masses, footprint_m, [np.array(yard) for yard in yards], top_m, standing)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,6 +112,7 @@ class _Site:
         footprint: (2, 2) the building's box on plan.
         yards: (K, 2) corners of each.
         top_m: Height that the load's top must get up to.
+        standing: How high the site is built over when all parts stand.
     """
 
     places: NDArray[np.float64]
@@ -77,6 +120,7 @@ class _Site:
     footprint: NDArray[np.float64]
     yards: Sequence[NDArray[np.float64]]
     top_m: float
+    standing: Standing
 
     def crane(self, machines: Sequence[TowerCrane], *, strict: bool = False, left_out: int = 0) -> TowerCrane | None:
         """The first machine that serves the site, or None where none does."""
@@ -97,6 +141,7 @@ class _Site:
                 float(np.ceil((self.top_m + sling_m) * 2) / 2),
                 keep_clear_m=self.yards,
                 cranes=machines,
+                standing=self.standing,
             )
         except InputError:
             return None

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from enum import Enum
 from typing import Protocol
 
 import numpy as np
+
+from bimvox.site.sparse import names_to_write
 
 
 class _Hash(Protocol):
@@ -40,7 +42,7 @@ def _add(hashed: _Hash, value: object) -> None:
         text = repr(plain).encode()
         hashed.update(f"{type(plain).__name__} {len(text)}\n".encode() + text)
     elif is_dataclass(value) and not isinstance(value, type):
-        names = [field.name for field in fields(value)]
+        names = names_to_write(value)
         hashed.update(f"{type(value).__name__} {len(names)}\n".encode())
         for name in names:
             _add(hashed, name)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import permutations
+
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Role
 from bimvox.crane.geometry import mast_box_m
+from bimvox.crane.outline import highest_point_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError
 from bimvox.grid.frame import GridFrame
@@ -16,23 +20,24 @@ from bimvox.site.placement import standing_bounds_m
 
 MAX_CELLS = 50_000_000
 MARGIN_VOX = 2
+_SPARE_M = 1.0
 HEADROOM_M = 3.0
 """Free height between the building's top and the tallest part carried over it; practice keeps 2 to 3 m."""
 
 
-def site_extent(config: SiteConfig, building: Building, crane: TowerCrane | None) -> tuple[GridFrame, IntVec]:
+def site_extent(config: SiteConfig, building: Building, *cranes: TowerCrane | None) -> tuple[GridFrame, IntVec]:
     """Return the frame and the shape of the site's grid.
 
-    Without a ``[grid]`` the grid covers the building, the areas and the mast with two cells around them, and reaches
+    Without a ``[grid]`` the grid covers the building, the areas and the masts with two cells around them, and reaches
     up to where the tallest part passes over the building with 3 m to spare (see :func:`top_m`), no higher than the
-    crane can hold a load, never below the building's own top; with the clearance in transit on every side of all that.
+    cranes can hold a load, never below the building's own top; with the clearance in transit on every side of all that.
     Its lattice is anchored at whole multiples of the cell size in the site's frame, to which an explicit extent is
     widened; the slab is the layer k = 0 below z = 0.
 
     Args:
         config: The site file, with ``model.voxel_size_m``.
         building: In the site's frame.
-        crane: The crane, or None.
+        cranes: The cranes; None and none stand for a site without one.
 
     Raises:
         ConfigError: If the explicit extent does not fit the cell size.
@@ -44,7 +49,7 @@ def site_extent(config: SiteConfig, building: Building, crane: TowerCrane | None
     if config.grid is not None:
         low, high = _explicit(config, size_m)
     else:
-        low, high = _around(config, building, crane, size_m)
+        low, high = _around(config, building, [crane for crane in cranes if crane is not None], size_m)
     frame = GridFrame((float(low[0]), float(low[1]), -size_m), size_m)
     nx, ny = (int(n) for n in np.ceil((high[:2] - low[:2]) / size_m - 1e-6))
     nz = 1 + int(np.ceil(high[2] / size_m - 1e-6))
@@ -63,6 +68,15 @@ def top_m(building: Building) -> float:
     return float(standing_bounds_m(building.elements)[1, 2]) + HEADROOM_M + max(heights, default=0.0)
 
 
+def _over_other_cranes(cranes: Sequence[TowerCrane], separation_m: float) -> list[float]:
+    """Heights to which hooks can be drawn up out of the way of a lower crane that turns under them."""
+    wanted = [
+        (highest_point_m(lower) + separation_m + _SPARE_M, upper.highest_hook_m - upper.sling_m)
+        for upper, lower in permutations(cranes, 2)
+    ]
+    return [height_m for height_m, most_m in wanted if height_m <= most_m]
+
+
 def _explicit(config: SiteConfig, size_m: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     assert config.grid is not None
     low, high = config.grid.low_m, config.grid.high_m
@@ -77,16 +91,18 @@ def _explicit(config: SiteConfig, size_m: float) -> tuple[NDArray[np.float64], N
 
 
 def _around(
-    config: SiteConfig, building: Building, crane: TowerCrane | None, size_m: float
+    config: SiteConfig, building: Building, cranes: Sequence[TowerCrane], size_m: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     bounds = standing_bounds_m(building.elements)
     corners = [bounds[:, :2]]
     areas = (config.areas.construction, *(config.areas.yard or ()))
     corners += [np.array(polygon) for polygon in areas if polygon is not None]
     highest = top_m(building) + config.rules.transit_clearance_m
-    if crane is not None:
-        corners.append(np.array(mast_box_m(crane))[:, :2])
-        highest = max(min(highest, crane.highest_hook_m - crane.sling_m), float(bounds[1, 2]))
+    if cranes:
+        corners += [np.array(mast_box_m(crane))[:, :2] for crane in cranes]
+        highest_load_m = max(crane.highest_hook_m - crane.sling_m for crane in cranes)
+        highest = max(min(highest, highest_load_m), float(bounds[1, 2]))
+        highest = max([highest, *_over_other_cranes(cranes, config.rules.crane_separation_m)])
     points = np.concatenate(corners)
     margin = MARGIN_VOX + int(np.ceil(config.rules.transit_clearance_m / size_m - 1e-9))
     low = (np.floor(points.min(axis=0) / size_m + 1e-6) - margin) * size_m

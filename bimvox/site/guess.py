@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -14,10 +15,10 @@ from bimvox.crane.defaults import DEFAULT_CRANES
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError, InputError, SelectionError
-from bimvox.site.config import ComponentConfig, ModelConfig, Polygon, SiteConfig
-from bimvox.site.crane_guess import guess_crane
+from bimvox.site.config import ComponentConfig, CraneConfig, ModelConfig, Polygon, SiteConfig
+from bimvox.site.crane_guess import cranes_that_serve, guess_crane
 from bimvox.site.extent import site_extent, top_m
-from bimvox.site.machine import crane_config, crane_of
+from bimvox.site.machine import crane_config, cranes_of
 from bimvox.site.parts import entries_by_id
 from bimvox.site.placement import dominant_yaw_rad, ground_height_m, standing_bounds_m
 from bimvox.site.yard_guess import yard_need, yards_beside
@@ -40,6 +41,7 @@ def guess_site(
     up: Literal["y", "z"] | None = None,
     assemblies: Literal["whole", "parts"] = "whole",
     voxel_size_m: float | None = None,
+    machines: Sequence[TowerCrane] = (),
 ) -> SiteConfig:
     """Return a complete site file for a building.
 
@@ -52,6 +54,7 @@ def guess_site(
         up: As ``[model] up``.
         assemblies: As ``[model] assemblies``.
         voxel_size_m: Cell size; default: guessed.
+        machines: Cranes to choose from; nothing: as `bimvox.site.crane_guess.guess_crane` says.
     """
     model = ModelConfig(
         path=model_path,
@@ -63,7 +66,15 @@ def guess_site(
         yaw_rad=dominant_yaw_rad(building),
     )
     cast = tuple(ComponentConfig(global_id=element_id, pinned=True) for element_id in cast_in_place(building))
-    return complete_config(SiteConfig(name=name or model_path.stem, model=model, component=cast), building)
+    return complete_config(SiteConfig(name=name or model_path.stem, model=model, component=cast), building, machines)
+
+
+def cranes_that_fit(config: SiteConfig, building: Building) -> tuple[str, ...]:
+    """Return the names of the built-in machines that would serve a complete site file's yard and parts."""
+    placed, lifted = _placed_and_lifted(config, building)
+    size_m = config.model.voxel_size_m or VOXEL_SIZES_M[0]
+    footprint = standing_bounds_m(placed.elements)[:, :2]
+    return cranes_that_serve(lifted, footprint, config.areas.yard or (), top_m(placed) + 2 * size_m)
 
 
 def cast_in_place(building: Building) -> tuple[str, ...]:
@@ -93,31 +104,39 @@ def _is_under(low_high: NDArray[np.float64], slab: NDArray[np.float64]) -> bool:
     return not beside and bool(low_high[1, 2] <= slab[1, 2] + 1e-3)
 
 
-def complete_config(config: SiteConfig, building: Building) -> SiteConfig:
+def complete_config(config: SiteConfig, building: Building, machines: Sequence[TowerCrane] = ()) -> SiteConfig:
     """Return a site file with everything filled in that it leaves out.
 
     Args:
         config: What the planner said; nothing of it is changed.
         building: As read, before it is put on the site.
+        machines: Cranes to choose from where it has none; nothing: as `guess_crane` says.
 
     Raises:
         SelectionError: If there is nothing to lift.
         ConfigError: If what is there does not fit the building.
         InputError: If no crane can serve the site.
     """
+    placed, lifted = _placed_and_lifted(config, building)
+    if not lifted:
+        raise SelectionError("nothing to lift: no part of the model is a component", hint="see [model] select")
+    config = _with_areas_and_crane(config, placed, lifted, machines)
+    size_m = config.model.voxel_size_m or planning_voxel_size_m(config, placed)
+    lowest = config.model.ground_m
+    ground_m = ground_height_m(building, size_m) if lowest is None else lowest
+    model = config.model.model_copy(update={"voxel_size_m": size_m, "ground_m": ground_m})
+    return config.model_copy(update={"model": model})
+
+
+def _placed_and_lifted(config: SiteConfig, building: Building) -> tuple[Building, list[Element]]:
+    """The building in the site's frame, and those of its elements that are lifted."""
     lowest = config.model.ground_m
     ground_local_m = lowest_m(building) if lowest is None else lowest - float(building.origin_m[2])
     placed, _ = in_site_frame(building, ground_m=ground_local_m, yaw_rad=config.model.yaw_rad)
     entries = entries_by_id(config, placed.elements)
     pinned = {element_id for element_id, entry in entries.items() if entry.pinned}
     lifted = [one for one in placed.elements if one.role is Role.COMPONENT and one.id not in pinned]
-    if not lifted:
-        raise SelectionError("nothing to lift: no part of the model is a component", hint="see [model] select")
-    config = _with_areas_and_crane(config, placed, lifted)
-    size_m = config.model.voxel_size_m or planning_voxel_size_m(config, placed)
-    ground_m = ground_height_m(building, size_m) if lowest is None else lowest
-    model = config.model.model_copy(update={"voxel_size_m": size_m, "ground_m": ground_m})
-    return config.model_copy(update={"model": model})
+    return placed, lifted
 
 
 def planning_voxel_size_m(config: SiteConfig, building: Building) -> float:
@@ -127,12 +146,12 @@ def planning_voxel_size_m(config: SiteConfig, building: Building) -> float:
         config: The site file; its own cell size is not looked at.
         building: In the site's frame.
     """
-    crane = crane_of(config)
+    cranes = cranes_of(config)
     grid = config.grid.model_copy(update={"low_m": config.grid.low_m[:2]}) if config.grid else None
     for size_m in VOXEL_SIZES_M[:-1]:
         model = config.model.model_copy(update={"voxel_size_m": size_m})
         try:
-            _, shape = site_extent(config.model_copy(update={"model": model, "grid": grid}), building, crane)
+            _, shape = site_extent(config.model_copy(update={"model": model, "grid": grid}), building, *cranes)
         except GridTooLargeError:
             continue
         if shape[0] * shape[1] * shape[2] <= PLANNING_CELLS:
@@ -140,13 +159,15 @@ def planning_voxel_size_m(config: SiteConfig, building: Building) -> float:
     return VOXEL_SIZES_M[-1]
 
 
-def _with_areas_and_crane(config: SiteConfig, building: Building, lifted: list[Element]) -> SiteConfig:
+def _with_areas_and_crane(
+    config: SiteConfig, building: Building, lifted: list[Element], machines: Sequence[TowerCrane]
+) -> SiteConfig:
     footprint = standing_bounds_m(building.elements)[:, :2]
     areas = config.areas
     if areas.construction is None:
         areas = areas.model_copy(update={"construction": _around(footprint)})
     construction = np.array(areas.construction)
-    crane = crane_of(config)
+    cranes = cranes_of(config)
     wants_crane = config.crane is None
     rough_m = config.model.voxel_size_m or planning_voxel_size_m(config.model_copy(update={"areas": areas}), building)
     if areas.yard is None:
@@ -155,22 +176,27 @@ def _with_areas_and_crane(config: SiteConfig, building: Building, lifted: list[E
     else:
         candidates = [areas.yard]
     if wants_crane:
-        yards, crane = _best_with_crane(candidates, lifted, footprint, top_m(building) + 2 * rough_m)
+        yards, crane = _best_with_crane(candidates, lifted, footprint, top_m(building) + 2 * rough_m, machines)
+        chosen: CraneConfig | tuple[CraneConfig, ...] | None = crane_config(crane)
     else:
-        yards = max(candidates, key=lambda these: _reached(crane, these, lifted))
-    areas = areas.model_copy(update={"yard": yards})
-    return config.model_copy(update={"areas": areas, "crane": crane_config(crane) if wants_crane else config.crane})
+        yards = max(candidates, key=lambda these: min((_reached(crane, these, lifted) for crane in cranes), default=0))
+        chosen = config.crane
+    return config.model_copy(update={"areas": areas.model_copy(update={"yard": yards}), "crane": chosen})
 
 
 def _best_with_crane(
-    candidates: list[tuple[Polygon, ...]], lifted: list[Element], footprint: NDArray[np.float64], height_m: float
+    candidates: list[tuple[Polygon, ...]],
+    lifted: list[Element],
+    footprint: NDArray[np.float64],
+    height_m: float,
+    machines: Sequence[TowerCrane],
 ) -> tuple[tuple[Polygon, ...], TowerCrane]:
     """The yard that needs the smallest crane; ties go to the earlier one."""
     best: tuple[float, tuple[Polygon, ...], TowerCrane] | None = None
     failed: InputError | None = None
     for yards in candidates:
         try:
-            crane = guess_crane(lifted, footprint, yards, height_m)
+            crane = guess_crane(lifted, footprint, yards, height_m, machines)
         except InputError as error:
             failed = error
             continue
@@ -183,10 +209,8 @@ def _best_with_crane(
     return best[1], best[2]
 
 
-def _reached(crane: TowerCrane | None, yards: tuple[Polygon, ...], lifted: list[Element]) -> int:
+def _reached(crane: TowerCrane, yards: tuple[Polygon, ...], lifted: list[Element]) -> int:
     """How many corners of a yard a given crane reaches with a typical part."""
-    if crane is None:
-        return 0
     low_m, high_m = allowed_radii_m(crane, float(np.median([element.mass_kg for element in lifted])))
     radii = np.hypot(*(np.concatenate([np.array(yard) for yard in yards]) - np.array(crane.base_m[:2])).T)
     return int(((radii >= low_m) & (radii <= high_m)).sum())

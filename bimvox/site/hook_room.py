@@ -37,9 +37,10 @@ def hook_room(site: Site, top: NDArray[np.int32], component: Component | None) -
     Args:
         site: The site.
         top: (X, Y) int32, one above the highest occupied cell of each column.
-        component: The load; None for the empty hook.
+        component: The load, on its own crane; None for the empty hook of the site's crane (``Site.for_crane``).
     """
-    crane = None if site.crane is None else crane_for(site, site.crane, component)
+    own = site.crane if component is None else site.crane_of(component)
+    crane = None if own is None else crane_for(site, own, component)
     load_kg = component.mass_kg if component else 0.0
     floor = hook_floor(crane, site.frame, top, load_kg, site.rules.rope, site.rules.clearance_m)
     forbidden = np.zeros(top.shape, np.bool_)

@@ -25,17 +25,18 @@ def luffing_machine(config: SiteConfig, given: CraneConfig) -> TowerCrane:
         ConfigError: If there is no machine of that name and kind.
     """
     machines = LUFFING_CRANES if given.kind == "luffing" else MOBILE_CRANES
-    if given.name is None:
+    named = given.machine or given.name
+    if named is None:
         return machines[0]
-    machine = next((crane for crane in machines if crane.name == given.name), None)
+    machine = next((crane for crane in machines if crane.name == named), None)
     if machine is not None:
-        return machine
+        return replace(machine, name=given.name or named)
     if _is_complete(given):
-        return replace(machines[0], name=given.name)
+        return replace(machines[0], name=given.name or named)
     names = [crane.name for crane in machines]
     raise config.error(
-        "crane.name",
-        f"{given.name!r} is no built-in machine of kind {given.kind!r}, and not every key is given",
+        "crane.machine" if given.machine else "crane.name",
+        f"{named!r} is no built-in machine of kind {given.kind!r}, and not every key is given",
         available=names,
         hint=f"built-in machines: {', '.join(names)}; one of your own needs every key of [crane] and [crane.jib]",
     )

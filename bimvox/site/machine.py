@@ -10,36 +10,58 @@ from bimvox.crane.defaults import DEFAULT_CRANES, DEFAULT_REEVINGS
 from bimvox.crane.rigging import with_reeving
 from bimvox.crane.tower_crane import AxisLimits, LoadChart, Reeving, TowerCrane
 from bimvox.crane.working_range import UNLIMITED, SlowZone, WorkingRange
+from bimvox.errors import ConfigError
 from bimvox.site.config import CraneConfig, SiteConfig, SlewingConfig, TravelConfig, WorkingRangeConfig
 from bimvox.site.luffing_machine import jib_config, luffing_machine, winch_config, with_jib
 
 _SLOW = 0.5
 
 
-def crane_of(config: SiteConfig) -> TowerCrane | None:
-    """Return the crane of a site file, or None where it has none.
+def cranes_of(config: SiteConfig) -> tuple[TowerCrane, ...]:
+    """Return the cranes of a site file; none where it has none.
 
     Keys that are left out come from the built-in machine of that name.
 
     Raises:
         ConfigError: If the name is no built-in machine and a key is missing, or the machine makes no sense.
     """
-    given = config.crane
+    if len(config.cranes) < 2:
+        crane = crane_of(config)
+        return () if crane is None else (crane,)
+    made = []
+    for number, given in enumerate(config.cranes):
+        try:
+            crane = crane_of(config.model_copy(update={"crane": given}))
+        except ConfigError as error:
+            own = error.message.removeprefix(f"{error.path}: {error.key}: ")
+            key = f"crane[{number}]{(error.key or '').removeprefix('crane')}"
+            raise config.error(key, own, available=error.available, hint=error.hint) from None
+        assert crane is not None
+        made.append(crane)
+    return tuple(made)
+
+
+def crane_of(config: SiteConfig) -> TowerCrane | None:
+    """Return the crane of a site file, the first of several, or None where it has none; as :func:`cranes_of`."""
+    given = config.one_crane
     if given is None or given.kind == "none":
         return None
     values = _values(given)
     if given.kind != "hammerhead":
         return _luffing(config, given, values)
-    machine = next((crane for crane in DEFAULT_CRANES if crane.name == given.name), None)
+    named = given.machine or given.name
+    machine = next((crane for crane in DEFAULT_CRANES if crane.name == named), None)
     missing = [key.name for key in fields(TowerCrane) if key.default is MISSING and key.name not in values]
     if machine is None and missing:
         names = [crane.name for crane in DEFAULT_CRANES]
-        near = difflib.get_close_matches(given.name or "", names, n=1)
+        near = difflib.get_close_matches(named or "", names, n=1)
+        own_name = given.machine or (given.name and not near)
         raise config.error(
             f"crane.{missing[0]}",
-            f"is missing, and {given.name!r} is no built-in machine" if given.name else "is missing",
+            f"is missing, and {named!r} is no built-in machine" if named else "is missing",
             available=names,
-            hint=f'name = "{near[0] if near else names[0]}" would fill in what is missing; '
+            hint=f'{"machine" if own_name else "name"} = "{near[0] if near else names[0]}" would fill in '
+            "what is missing; "
             f"built-in machines: {', '.join(names)}",
         )
     if machine is not None and "base_m" not in values:

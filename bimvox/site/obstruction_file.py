@@ -27,7 +27,7 @@ CellIndex = Annotated[Whole, Field(ge=-(2**31), lt=2**31)]
 
 
 def _not_reserved(name: str) -> str:
-    if name in (GROUND_ID, CRANE_ID):
+    if name in (GROUND_ID, CRANE_ID) or name.startswith(f"{CRANE_ID}:"):
         raise ValueError(f"{name!r} is the site's own")
     return name
 

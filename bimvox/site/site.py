@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import pi
 
@@ -14,9 +14,20 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import Component
+from bimvox.site.sparse import SPARSE
 
 GROUND_ID = "ground"
 CRANE_ID = "crane"
+
+
+def mast_id(crane: TowerCrane, *, several: bool) -> str:
+    """Return the id of a crane's mast among the site's blockers."""
+    return f"{CRANE_ID}:{crane.name}" if several else CRANE_ID
+
+
+def is_mast_of(crane: TowerCrane, name: str) -> bool:
+    """Whether a blocker is a crane's own mast."""
+    return name in (mast_id(crane, several=False), mast_id(crane, several=True))
 
 
 class SwingRule(StrEnum):
@@ -46,6 +57,7 @@ class Rules:
         sling_angle_rad: Largest angle between two legs of a sling.
         critical_share: Share of the capacity from which a lift is critical: 29 CFR 1926.751 (OSHA) counts a lift above
             75 percent so.
+        crane_separation_m: Distance that two cranes with all that hangs on them keep, in plan and in height.
         transit_clearance_m: Distance kept from everything between departure and gate, up to whole cells.
         swing: Whether the swing of loads is shaped, proven and kept small at the set point, or not looked at.
         truckload_kg: The most that a delivery may weigh, but for a part that is heavier by itself; 0 for what the yard
@@ -68,6 +80,7 @@ class Rules:
     drag_coefficient: float = 2.0
     sling_angle_rad: float = pi / 3.0
     critical_share: float = 0.75
+    crane_separation_m: float = field(default=2.0, metadata=SPARSE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +88,8 @@ class Blocker:
     """One fixed thing that can be in the way.
 
     Attributes:
-        id: ``ground``, ``crane``, the id of a structure element, or the id of an obstruction.
+        id: ``ground``, ``crane`` (``crane:NAME`` for each of several), the id of a structure element, or the id of an
+            obstruction.
         kind: ``ground``, ``crane``, ``structure`` or ``obstruction``.
         cells: (N, 3) int32 cells that it occupies, inside the grid; for obstructions and the mast grown by the rules'
             clearance.
@@ -112,7 +126,7 @@ class Site:
             obstructions.
         blockers: Everything fixed; ``blockers[0]`` is the ground.
         components: What is to be lifted.
-        crane: The crane, or None for a site without one (the paper's).
+        crane: The crane, the first of several, or None for a site without one (the paper's).
         rules: The rules.
         yard: (X, Y) bool, columns whose slab cell is yard.
         site_to_ifc: (4, 4) float64 transform from the site's frame to the model's own coordinates.
@@ -125,6 +139,7 @@ class Site:
         geometry_digest: Hash of grid, component shapes and crane: the policy's key.
         fixed_digest: Hash of all that a plan depends on but the obstructions.
         digest: Hash of all that a plan depends on, obstructions included: the plan's key.
+        other_cranes: The cranes beside the first one.
     """
 
     name: str
@@ -145,6 +160,23 @@ class Site:
     geometry_digest: str = ""
     fixed_digest: str = ""
     digest: str = ""
+    other_cranes: tuple[TowerCrane, ...] = field(default=(), metadata=SPARSE)
+
+    @property
+    def cranes(self) -> tuple[TowerCrane, ...]:
+        """All cranes; ``Component.crane`` and ``LiftMotion.crane`` count in it."""
+        return () if self.crane is None else (self.crane, *self.other_cranes)
+
+    def crane_of(self, component: Component) -> TowerCrane | None:
+        """Return the crane that lifts a component."""
+        return self.cranes[component.crane] if self.other_cranes else self.crane
+
+    def for_crane(self, number: int) -> Site:
+        """Return the site as one of its cranes works on it: as its only crane; the masts of the others stay in the way.
+
+        What looks at a single lift is given this, and need not know that there are others.
+        """
+        return replace(self, crane=self.cranes[number], other_cranes=()) if self.other_cranes else self
 
     @property
     def shape(self) -> tuple[int, int, int]:

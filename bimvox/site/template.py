@@ -36,7 +36,7 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = ()) -> str:
         _model(config),
         _grid(config),
         _areas(config.areas),
-        _crane(config.crane),
+        *(_crane(crane, several=len(config.cranes) > 1) for crane in config.cranes),
         _components(config.component, example_ids),
         _zones(config.zone, config.areas.yard),
         _sequence(config, example_ids),
@@ -85,16 +85,15 @@ def _areas(areas: AreasConfig) -> str:
     )
 
 
-def _crane(crane: CraneConfig | None) -> str:
-    if crane is None:
-        return ""
+def _crane(crane: CraneConfig, *, several: bool) -> str:
     if crane.kind == "none":
         return _lines("[crane]", 'kind = "none"  # no crane: no rope, no reach, no load chart')
-    lines: list[object] = ["[crane]", f'kind = {_text(crane.kind)}  # or "none"']
+    lines: list[object] = ["[[crane]]" if several else "[crane]", f'kind = {_text(crane.kind)}  # or "none"']
     if crane.name:
         lines += [
             LARGER in crane.name and "# Larger than the built-in machines, which could not serve this site: check it.",
             f"name = {_text(crane.name)}",
+            crane.machine and f"machine = {_text(crane.machine)}  # the built-in machine that it is",
         ]
     lines += [
         crane.base_m and f"base_m = {_numbers(crane.base_m)}  # foot of the slewing axis",
@@ -182,6 +181,7 @@ def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) 
             entry.turn is not None and f"turn = {entry.turn}",
             entry.before and f"before = [{', '.join(map(_text, entry.before))}]",
             entry.after and f"after = [{', '.join(map(_text, entry.after))}]",
+            entry.crane and f"crane = {_text(entry.crane)}",
             entry.pinned and "pinned = true  # it stands already: cast in place, or built before",
         ]
     return _lines(*lines)
@@ -234,6 +234,10 @@ def _rules(config: SiteConfig) -> str:
         _maybe("drag_coefficient", rules.drag_coefficient, "of the parts in that wind: 1.1 a cube, 2.0 a long plate"),
         _maybe("sling_angle_rad", rules.sling_angle_rad, "largest angle between two legs of a sling"),
         _maybe("critical_share", rules.critical_share, "share of the capacity from which a lift is critical"),
+        len(config.cranes) > 1
+        and _maybe(
+            "crane_separation_m", rules.crane_separation_m, "kept by the cranes from each other, while braking too"
+        ),
     )
 
 

@@ -26,6 +26,10 @@ Point2 = tuple[Number, Number]
 Point2or3 = Annotated[tuple[Number, ...], Field(min_length=2, max_length=3)]
 Point3 = tuple[Number, Number, Number]
 
+ONE = "one table"
+SEVERAL = "an array of tables"
+"""Tags of a key that takes one table or several: no part of the file, so no part of a place in it."""
+
 _EXPECTED = {
     "string_type": "a text in quotes",
     "path_type": "a text in quotes",
@@ -63,7 +67,7 @@ def first_finding(error: ValidationError, schema: type[BaseModel]) -> Finding:
     details = error.errors(include_url=False)
     chosen = next((d for d in details if d["type"] == "extra_forbidden"), details[0])
     more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
-    loc = chosen["loc"]
+    loc = tuple(step for step in chosen["loc"] if step not in (ONE, SEVERAL))
     if chosen["type"] == "extra_forbidden":
         known = _known_keys(schema, loc[:-1])
         near = nearest(str(loc[-1]), known)
@@ -114,6 +118,8 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
     """The schema inside ``X``, ``X | None`` or ``tuple[X, ...]``."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
+    if get_origin(annotation) is Annotated:
+        return _model_in(get_args(annotation)[0])
     if get_origin(annotation) in (Union, UnionType, tuple, list):
         return next((m for m in map(_model_in, get_args(annotation)) if m), None)
     return None

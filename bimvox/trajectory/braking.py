@@ -13,6 +13,7 @@ from math import copysign, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import AxisLimits
 
 
@@ -37,6 +38,38 @@ class AxisBraking:
         """Way from where braking began to where the axis rests, with its sign."""
         return self.end - float(self.state[0, 0])
 
+    @property
+    def top_rate(self) -> float:
+        """The highest rate on the way, without its sign."""
+        _, v, a, j = self.state.T
+        lengths = np.diff(np.append(self.start_s, self.duration_s))
+        # Within a piece the rate has its extreme where the acceleration is none.
+        at = np.clip(np.divide(-a, j, out=np.zeros_like(a), where=j != 0.0), 0.0, lengths)
+        rates = [v, v + at * (a + at * j / 2.0), v + lengths * (a + lengths * j / 2.0)]
+        return float(np.abs(rates).max())
+
+    @property
+    def nearest(self) -> float:
+        """The smallest position on the way."""
+        return float(min(self._extremes))
+
+    @property
+    def furthest(self) -> float:
+        """The largest position on the way."""
+        return float(max(self._extremes))
+
+    @property
+    def _extremes(self) -> list[float]:
+        """Positions at the ends of all pieces, and where the axis turns back within one."""
+        found = [self.end]
+        lengths = np.diff(np.append(self.start_s, self.duration_s))
+        for (p, v, a, j), length in zip(self.state.tolist(), lengths.tolist(), strict=True):
+            found.append(p)
+            turns = np.roots([j / 2.0, a, v]) if (j, a) != (0.0, 0.0) else np.empty(0)
+            within = turns.real[(np.abs(turns.imag) < 1e-12) & (turns.real > 0.0) & (turns.real < length)]
+            found += (p + within * (v + within * (a / 2.0 + within * j / 6.0))).tolist()
+        return found
+
     def at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the position at times ((N,)): held at the start before 0 and at the end after the axis rests."""
         piece = np.clip(np.searchsorted(self.start_s, time_s, side="right") - 1, 0, None)
@@ -54,16 +87,8 @@ def brake(position: float, rate: float, acceleration: float, limits: AxisLimits)
         acceleration: Its acceleration, unit/s^2; one beyond the limit is taken to be at it.
         limits: The axis's limits.
     """
-    most, jerk = limits.acceleration, limits.jerk
-    acceleration = min(max(acceleration, -most), most)
-    # The rate that is left when only the acceleration is taken away says which way to brake.
-    left = rate + acceleration * abs(acceleration) / (2.0 * jerk)
-    way = -copysign(1.0, left)
-    now, needed = way * acceleration, -way * rate
-    peak = min(most, sqrt(max(0.0, jerk * needed + now * now / 2.0)))
-    peak = max(peak, now)
-    held = max(0.0, (needed - (2.0 * peak * peak - now * now) / (2.0 * jerk)) / peak) if peak > 0.0 else 0.0
-    pieces = (((peak - now) / jerk, way * jerk), (held, 0.0), (peak / jerk, -way * jerk))
+    lengths, jerks, acceleration = _pieces(rate, acceleration, limits.acceleration, limits.jerk)
+    pieces = zip(lengths, jerks, strict=True)
     starts, states, at = [], [], 0.0
     p, v, a = position, rate, acceleration
     for length, j in pieces:
@@ -78,3 +103,66 @@ def brake(position: float, rate: float, acceleration: float, limits: AxisLimits)
     if not states:
         starts, states = [0.0], [(position, 0.0, 0.0, 0.0)]
     return AxisBraking(np.array(starts), np.array(states), at, p)
+
+
+def braking_ways(
+    rate: NDArray[np.float64], acceleration: NDArray[np.float64], limits: AxisLimits
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how far an axis gets back and ahead while it brakes from many states.
+
+    Args:
+        rate: (N,) how fast it goes, unit/s.
+        acceleration: (N,) its acceleration, unit/s^2.
+        limits: The axis's limits.
+
+    Returns:
+        (N,) the lowest, 0 or less, and (N,) the highest position on the way to rest, 0 or more, from where it is.
+    """
+    return _ways(rate, acceleration, limits.acceleration, limits.jerk)
+
+
+@kernel
+def _pieces(
+    rate: float, acceleration: float, most: float, jerk: float
+) -> tuple[tuple[float, float, float], tuple[float, float, float], float]:
+    """Lengths (s) and jerks of the three pieces of braking, and the acceleration that it begins with."""
+    acceleration = min(max(acceleration, -most), most)
+    # The rate that is left when only the acceleration is taken away says which way to brake.
+    left = rate + acceleration * abs(acceleration) / (2.0 * jerk)
+    way = -copysign(1.0, left)
+    now, needed = way * acceleration, -way * rate
+    peak = min(most, sqrt(max(0.0, jerk * needed + now * now / 2.0)))
+    peak = max(peak, now)
+    held = max(0.0, (needed - (2.0 * peak * peak - now * now) / (2.0 * jerk)) / peak) if peak > 0.0 else 0.0
+    return ((peak - now) / jerk, held, peak / jerk), (way * jerk, 0.0, -way * jerk), acceleration
+
+
+@kernel
+def _ways(
+    rate: NDArray[np.float64], acceleration: NDArray[np.float64], most: float, jerk: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Extremes are at ends of pieces, or where the rate is zero within one."""
+    low, high = np.zeros(rate.shape[0]), np.zeros(rate.shape[0])
+    for n in range(rate.shape[0]):
+        lengths, jerks, a = _pieces(rate[n], acceleration[n], most, jerk)
+        p, v = 0.0, rate[n]
+        for piece in range(3):
+            length, j = lengths[piece], jerks[piece]
+            if length <= 0.0:
+                continue
+            turns = a * a - 2.0 * j * v
+            if turns >= 0.0:
+                for side in (-1.0, 1.0):
+                    at = -1.0
+                    if j != 0.0:
+                        at = (-a + side * sqrt(turns)) / j
+                    elif a != 0.0:
+                        at = -v / a
+                    if 0.0 < at < length:
+                        there = p + at * (v + at * (a / 2.0 + at * j / 6.0))
+                        low[n], high[n] = min(low[n], there), max(high[n], there)
+            p += length * (v + length * (a / 2.0 + length * j / 6.0))
+            v += length * (a + length * j / 2.0)
+            a += length * j
+            low[n], high[n] = min(low[n], p), max(high[n], p)
+    return low, high

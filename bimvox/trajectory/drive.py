@@ -14,7 +14,7 @@ from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.trajectory.load_frame import LoadFrame
 from bimvox.trajectory.move import Move
 from bimvox.trajectory.shortcut import Route, along_the_path, check_path, follow, joined, over_the_top
-from bimvox.trajectory.steady import Swaying, steadied, swing_fault_s
+from bimvox.trajectory.steady import Swaying, busiest_s, steadied, swing_fault_s
 from bimvox.trajectory.swing import Pendulum
 from bimvox.trajectory.timeline import Timeline, blended
 
@@ -67,7 +67,8 @@ def drive_path(
     best = None
     if over is not None:
         best = _finished(crane, way, clearance, load, over.moves, tail, slew_rad, pendulum)
-        if best.duration_s <= _GOOD_ENOUGH * _slowest_axis_s(best):
+        assert best is not None
+        if best.duration_s <= _GOOD_ENOUGH * busiest_s(best.moves, [profile.duration_s for profile in best.profiles]):
             return best, over.clearance_height_m
     along = along_the_path(crane, way, load, head, slew_rad)
     moves = list(along.moves)
@@ -76,9 +77,13 @@ def drive_path(
         # instead of all the way up and down again it goes straight to the place.
         begins = round((moves[-1].start.height_m - load.zero_height_m) / load.voxel_size_m)
         moves, tail = moves[:-1], _straight(path_vox[-1], begins)
-    other = _finished(crane, way, clearance, load, moves, tail, slew_rad, pendulum)
+    limit_s = np.inf if best is None else best.duration_s
+    other = _finished(crane, way, clearance, load, moves, tail, slew_rad, pendulum, limit_s)
     needed_m = min(route.clearance_height_m for route in (over, along) if route is not None)
-    return (other if best is None or other.duration_s < best.duration_s else best), needed_m
+    if best is None or (other is not None and other.duration_s < best.duration_s):
+        best = other
+    assert best is not None
+    return best, needed_m
 
 
 def _without_cleared(clearance: Clearance, placements_vox: NDArray[np.int32]) -> Clearance:
@@ -106,7 +111,7 @@ def _with_set_down(
         split = max(0, len(path_vox) - 1 - contact_moves)
         return path_vox[: split + 1], path_vox[split:]
     x, y, z = (int(n) for n in path_vox[-1])
-    highest = int(np.floor((crane.highest_hook_m - load.zero_height_m) / load.voxel_size_m))
+    highest = int(np.floor((crane.highest_hook_m - load.zero_height_m) / load.voxel_size_m + 1e-6))
     above = z
     while above < min(highest, z + max(1, round(SET_DOWN_M / load.voxel_size_m))):
         if not placement_is_free(clearance, x, y, above + 1):
@@ -163,6 +168,7 @@ def drive_free(
         check_path(crane, clearance, load, found)
         route = along_the_path(crane, clearance, load, found, slew_rad)
     timeline = _steady(crane, clearance, clearance, load, joined(route.moves), 0, -np.inf, pendulum)
+    assert timeline is not None
     return timeline, route.clearance_height_m
 
 
@@ -175,12 +181,12 @@ def _finished(
     tail_vox: NDArray[np.int32],
     slew_rad: float,
     pendulum: Pendulum | None,
-) -> Timeline:
+    limit_s: float = np.inf,
+) -> Timeline | None:
     """Put the exact last moves after a route's, and lay all of them over time."""
-    last_slew = moves[-1].end.slew_rad if moves else slew_rad
-    tail = follow(load, tail_vox, last_slew)
+    tail = follow(load, tail_vox, moves[-1].end.slew_rad if moves else slew_rad)
     begins_m = load.zero_height_m + int(tail_vox[0, 2]) * load.voxel_size_m
-    return _steady(crane, way, last, load, joined([*moves, *tail]), len(tail), begins_m, pendulum)
+    return _steady(crane, way, last, load, joined([*moves, *tail]), len(tail), begins_m, pendulum, limit_s)
 
 
 def _steady(
@@ -192,7 +198,8 @@ def _steady(
     tail_moves: int,
     straight_below_m: float,
     pendulum: Pendulum | None,
-) -> Timeline:
+    limit_s: float = np.inf,
+) -> Timeline | None:
     """Lay moves over time, corners rounded, the load at rest in the last moves."""
 
     def blend(timeline: Timeline) -> Timeline:
@@ -201,13 +208,4 @@ def _steady(
     def fault_s(timeline: Timeline, sway: Swaying) -> float | None:
         return swing_fault_s(timeline, sway, load, way, last, tail_moves, straight_below_m)
 
-    return steadied(crane, moves, pendulum, blend, fault_s, load.voxel_size_m / 2.0)
-
-
-def _slowest_axis_s(timeline: Timeline) -> float:
-    """Return the time for which the busiest axis runs."""
-    busy = [0.0, 0.0, 0.0]
-    for move, profile in zip(timeline.moves, timeline.profiles, strict=True):
-        for axis, moves in enumerate(move.moving):
-            busy[axis] += profile.duration_s if moves else 0.0
-    return max(busy)
+    return steadied(crane, moves, pendulum, blend, fault_s, load.voxel_size_m / 2.0, limit_s)

@@ -6,6 +6,8 @@ where the loaded hook ended.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,6 +27,7 @@ def empty_hook_clearance(
     clearance: Clearance,
     place: YardPlace,
     left_vox: NDArray[np.int32],
+    above: Sequence[NDArray[np.int32]] = (),
 ) -> Clearance:
     """Return the collision rule for the empty hook on its way to the next part.
 
@@ -34,12 +37,16 @@ def empty_hook_clearance(
         place: Where the next part waits; the hook comes onto it from above.
         left_vox: (N, 3) cells of the slings' end on the last moves to the set point: the hook may leave by the way by
             which it came, also where neighbours share those cells.
+        above: (N, 3) cells of more that is not in the table, or may still be there: the hook is kept above it too.
     """
-    floor, ceiling = hook_room(site, _top_of_table(clearance.table), None)
+    top = _top_of_table(clearance.table)
+    for cells in above:
+        np.maximum.at(top, (cells[:, 0], cells[:, 1]), cells[:, 2] + np.int32(1))
+    floor, ceiling = hook_room(site, top, None)
     floor = floor.copy()
     # The next part is not in the table: keep the hook above it.
-    cells = place.shape.cells + np.array(place.cell_vox, np.int32)
-    np.maximum.at(floor, (cells[:, 0], cells[:, 1]), cells[:, 2] + np.int32(1))
+    for cells in (place.shape.cells + np.array(place.cell_vox, np.int32), *above):
+        np.maximum.at(floor, (cells[:, 0], cells[:, 1]), cells[:, 2] + np.int32(1))
     low, cleared = NOTHING_CLEARED
     if len(left_vox):
         low = left_vox.min(axis=0).astype(np.int32)

@@ -1,6 +1,7 @@
 """What the crane does when something comes into the way of a load in the air: the safest manoeuvre to rest.
 
-Braking at once is tried first. Where the load would meet something while it brakes, other manoeuvres are tried, each
+Braking at once is tried first. Where the load would meet something while it brakes, or as far out as it swings by
+that (``stop_swing``), other manoeuvres are tried, each
 checked all along by the same rule: braking while the load is hoisted, and going on as planned until a place from which
 braking is free. If none is free, that is said, and the crane brakes at once: the least energy.
 """
@@ -9,9 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from ruckig import InputParameter, Ruckig, RuckigError
 from ruckig import Trajectory as RuckigTrajectory
 
@@ -19,17 +20,21 @@ from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.site.clearance import Clearance
 from bimvox.site.site import Site
 from bimvox.trajectory.braking import AxisBraking
+from bimvox.trajectory.halt import Stop, to_rest
 from bimvox.trajectory.load_frame import LoadFrame
 from bimvox.trajectory.motion import LiftMotion
-from bimvox.trajectory.stop import AxisState, Stop, state_at, stop_is_free, stop_motion
+from bimvox.trajectory.stop import AxisState, state_at, stop_is_free, stop_motion
+from bimvox.trajectory.stop_swing import swing_through
 from bimvox.trajectory.swept import samples_are_free
-from bimvox.trajectory.timing import NS_PER_S, frozen, sample_times
+from bimvox.trajectory.swing import Pendulum
+from bimvox.trajectory.timing import NS_PER_S
 from bimvox.trajectory.trajectory import Trajectory
 
 STOPPED = "stopped"
 HOISTED = "hoisted while braking"
 WENT_ON = "went on to a place from which braking is free"
 UNSAFE = "braked, though the load meets something on the way: no manoeuvre is free"
+SWUNG = "braked, though the load swings into something: no manoeuvre is free"
 _RISES_VOX = (2, 4, 8, 16)
 _LATER_S = 0.5
 """How far apart the places are from which braking is tried."""
@@ -42,12 +47,23 @@ class Manoeuvre:
     Attributes:
         stop: The way to rest.
         kind: What it is, in words.
-        is_free: Whether the load meets nothing on it.
+        is_free: Whether the load meets nothing on it, as far out as it swings.
     """
 
     stop: Stop
     kind: str
     is_free: bool
+
+
+class _UnderWay(NamedTuple):
+    """What is under way when a stop is told, and the rule then; see :func:`manoeuvre`."""
+
+    motion: LiftMotion
+    part: Trajectory
+    time_ns: int
+    clearance: Clearance
+    load: LoadFrame
+    pendulum: Pendulum | None
 
 
 def manoeuvre(
@@ -58,6 +74,7 @@ def manoeuvre(
     time_ns: int,
     clearance: Clearance,
     load: LoadFrame,
+    pendulum: Pendulum | None = None,
 ) -> Manoeuvre:
     """Return the first manoeuvre to rest that is free.
 
@@ -69,24 +86,26 @@ def manoeuvre(
         time_ns: When the change was noticed, on the site's clock.
         clearance: The collision rule now.
         load: How hook poses and reference cells correspond.
+        pendulum: What hangs on the hook (``pendulum_of``); None where its swing is not looked at.
     """
+    under = _UnderWay(motion, part, time_ns, clearance, load, pendulum)
     period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
-    at_once = stop_motion(crane, motion, time_ns, sample_period_s=period_s, voxel_size_m=size_m)
-    if _is_free(motion, part, time_ns, at_once, clearance, load):
-        return Manoeuvre(at_once, STOPPED, True)
+    at_once = _tried(under, stop_motion(crane, motion, time_ns, sample_period_s=period_s, voxel_size_m=size_m))
+    if at_once.swings_free:
+        return Manoeuvre(at_once.stop, STOPPED, True)
     at_ns, state = state_at(motion, time_ns)
     for rise_vox in _RISES_VOX:
-        up = hoisting(crane, at_once, state, at_ns, rise_vox * size_m, period_s, size_m)
-        if up is not None and _is_free(motion, part, time_ns, up, clearance, load):
-            return Manoeuvre(up, HOISTED, True)
+        up = hoisting(crane, at_once.stop, state, at_ns, rise_vox * size_m, period_s, size_m)
+        if up is not None and (tried := _tried(under, up)).swings_free:
+            return Manoeuvre(tried.stop, HOISTED, True)
     for later_ns in _later(motion, part, time_ns):
         if not way_is_free(motion, part, time_ns, later_ns, clearance, load):
             break
         stop = stop_motion(crane, motion, later_ns, sample_period_s=period_s, voxel_size_m=size_m)
         inside = stop.start_ns < motion.start_ns + int(part.time_ns[-1])
-        if inside and _is_free(motion, part, time_ns, stop, clearance, load):
-            return Manoeuvre(stop, WENT_ON, True)
-    return Manoeuvre(at_once, UNSAFE, False)
+        if inside and (tried := _tried(under, stop)).swings_free:
+            return Manoeuvre(tried.stop, WENT_ON, True)
+    return Manoeuvre(at_once.stop, SWUNG if at_once.hangs_free else UNSAFE, False)
 
 
 def hoisting(
@@ -115,38 +134,8 @@ def hoisting(
     hoist = _to_rest_at(state, 2, target, crane.hoist)
     if hoist is None:
         return None
-    slew, trolley, _ = stop.axes
-    motion = _Axes(crane, (slew, trolley, hoist))
-    end_ns = int(np.ceil(max(axis.duration_s for axis in motion.axes) * NS_PER_S))
-    time_ns = sample_times(motion, end_ns, np.empty(0, np.int64), sample_period_s, voxel_size_m)
-    axes = motion.axes_at(time_ns / NS_PER_S)
-    trajectory = replace(
-        stop.trajectory,
-        time_ns=frozen(time_ns),
-        slew_rad=frozen(axes[:, 0].copy()),
-        radius_m=frozen(axes[:, 1].copy()),
-        height_m=frozen(axes[:, 2].copy()),
-        bound_s=end_ns / NS_PER_S,
-    )
-    return Stop(crane, start_ns, motion.axes, trajectory)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Axes:
-    """Three axes on their way to rest, as what can be sampled."""
-
-    crane: TowerCrane
-    axes: tuple[AxisBraking, AxisBraking, AxisBraking]
-
-    @property
-    def top_speed_m_s(self) -> float:
-        """No axis is faster than it may be."""
-        crane = self.crane
-        return float(np.linalg.norm([crane.jib_length_m * crane.slewing.rate, crane.trolley.rate, crane.hoist.rate]))
-
-    def axes_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (N, 3) float64 slew, radius and height at times."""
-        return np.stack([axis.at(time_s) for axis in self.axes], axis=1)
+    slew, radius, _ = stop.axes
+    return to_rest(crane, (slew, radius, hoist), start_ns, sample_period_s=sample_period_s, voxel_size_m=voxel_size_m)
 
 
 def _to_rest_at(state: AxisState, axis: int, target: float, limits: AxisLimits) -> AxisBraking | None:
@@ -184,11 +173,29 @@ def _later(motion: LiftMotion, part: Trajectory, time_ns: int) -> Iterator[int]:
     yield from range(time_ns + step_ns, end_ns, step_ns)
 
 
-def _is_free(
-    motion: LiftMotion, part: Trajectory, time_ns: int, stop: Stop, clearance: Clearance, load: LoadFrame
-) -> bool:
-    """Whether the load meets nothing from a time to the stop's beginning, and while it stops."""
-    return way_is_free(motion, part, time_ns, stop.start_ns, clearance, load) and stop_is_free(clearance, load, stop)
+class _Tried(NamedTuple):
+    """A stop that was looked at.
+
+    Attributes:
+        stop: With how far its load swings.
+        hangs_free: Whether the load meets nothing where it would hang, from a time until the crane is at rest.
+        swings_free: Whether it meets nothing as far out as it swings either, also after.
+    """
+
+    stop: Stop
+    hangs_free: bool
+    swings_free: bool
+
+
+def _tried(under: _UnderWay, stop: Stop) -> _Tried:
+    """Look at a stop from when it was told to where its load comes to rest."""
+    motion, part, time_ns, clearance, load, pendulum = under
+    hangs = way_is_free(motion, part, time_ns, stop.start_ns, clearance, load) and stop_is_free(clearance, load, stop)
+    if pendulum is None:
+        return _Tried(stop, hangs, hangs)
+    swinging = swing_through(motion, part, stop, pendulum)
+    stop = replace(stop, swing_m=swinging.peak_m)
+    return _Tried(stop, hangs, hangs and swinging.is_free(clearance, load, time_ns))
 
 
 def way_is_free(
@@ -198,5 +205,5 @@ def way_is_free(
     time_ns = part.time_ns + np.int64(motion.start_ns)
     first = max(int(np.searchsorted(time_ns, from_ns, side="right")) - 1, 0)
     last = int(np.searchsorted(time_ns, until_ns)) + 1
-    axes = np.stack([part.slew_rad, part.radius_m, part.height_m], axis=1)[first:last]
+    axes = part.axes[first:last]
     return len(axes) < 2 or bool(samples_are_free(clearance, load, axes))

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import InputError
+from bimvox.trajectory.halt import Stop
 from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName
-from bimvox.trajectory.stop import Stop
 from bimvox.trajectory.swing import Pendulum
 from bimvox.trajectory.time_plan import carrying_phases
 from bimvox.trajectory.timeline import Timeline

@@ -16,6 +16,8 @@ class PhaseName(StrEnum):
 
     APPROACH = "approach"
     """The empty hook goes from the previous set point to this part."""
+    WAIT = "wait"
+    """The empty hook stands still for another crane; only where a site has several."""
     HOOK_ON = "hook_on"
     """Slings are attached; the hook stands still."""
     RAISE = "raise"
@@ -32,6 +34,8 @@ class PhaseName(StrEnum):
     """The part is aligned and fixed; the hook stands still."""
     RELEASE = "release"
     """Slings are taken off; the hook stands still."""
+    LEAVE = "leave"
+    """After its last lift the crane turns away, so that another one can work; only where a site has several."""
     STOP = "stop"
     """All axes brake to rest, and the crane waits; in no plan, only where one was interrupted."""
 
@@ -58,19 +62,22 @@ class Phase:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LiftMotion:
-    """One lift over time. The site's clock starts at 0 with the first lift, and lifts follow each other.
+    """One lift over time. The site's clock starts at 0 with the first lift, and lifts of a crane follow each other.
 
     The times of the three trajectories count from ``start_ns``; between them the hook stands still.
 
     Attributes:
         order: Position in the assembly order.
         component: Index into ``Site.components``.
-        approach: The empty hook from the previous set point to this part; None for the first lift.
+        approach: The empty hook from the crane's previous set point to this part; None for its first lift.
         raising: From hook on to above its place in the yard, upright; where it was stored turned it is turned after.
         loaded: From there to its place in the building.
         phases: In order, without gaps, from ``start_ns`` to ``end_ns``; those that take no time are left out.
         start_ns: When the lift starts on the site's clock.
-        end_ns: When the slings are off.
+        end_ns: When the slings are off, and the crane has left where it does.
+        crane: The crane that drives it: number in ``Site.cranes``.
+        departure: The empty hook from the set point to a parking place, after the last lift of one of several cranes
+            where it would be in another one's way; None elsewhere.
     """
 
     order: int
@@ -81,11 +88,39 @@ class LiftMotion:
     phases: tuple[Phase, ...]
     start_ns: int
     end_ns: int
+    crane: int = 0
+    departure: Trajectory | None = None
+
+    @property
+    def released_ns(self) -> int:
+        """When the slings are off: the part stands by itself."""
+        if self.departure is None:
+            return self.end_ns
+        return next(phase.end_ns for phase in self.phases if phase.name is PhaseName.RELEASE)
+
+    @property
+    def raised_ns(self) -> int:
+        """When the part is out of the yard, its trial lift done."""
+        return next(phase.end_ns for phase in self.phases if phase.name is PhaseName.RAISE)
+
+    @property
+    def set_ns(self) -> int:
+        """When the part has come to its place."""
+        return self.start_ns + int(self.loaded.time_ns[-1])
 
     @property
     def trajectories(self) -> tuple[Trajectory, ...]:
         """The trajectories in order."""
-        return tuple(part for part in (self.approach, self.raising, self.loaded) if part is not None)
+        parts = (self.approach, self.raising, self.loaded, self.departure)
+        return tuple(part for part in parts if part is not None)
+
+    @property
+    def stops_ns(self) -> tuple[tuple[int, int], ...]:
+        """When it is stopped in need, and from when on it goes on, on the site's clock.
+
+        While it is held the load is brought to rest: it hangs still when the crane goes on.
+        """
+        return tuple((phase.start_ns, phase.end_ns) for phase in self.phases if phase.name is PhaseName.STOP)
 
     def samples(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the whole lift as one series.
@@ -95,7 +130,7 @@ class LiftMotion:
             slew (rad), radius (m) and height (m). Where the hook stands still there are only the two ends.
         """
         times = [part.time_ns for part in self.trajectories]
-        axes = [np.stack([part.slew_rad, part.radius_m, part.height_m], axis=1) for part in self.trajectories]
+        axes = [part.axes for part in self.trajectories]
         time_ns = np.concatenate([[0], *times, [self.end_ns - self.start_ns]])
         whole = np.concatenate([axes[0][:1], *axes, axes[-1][-1:]])
         steps = np.diff(time_ns)

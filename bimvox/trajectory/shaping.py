@@ -79,14 +79,16 @@ class Calm:
     pace: float = 1.0
 
 
-LADDER = (
+_SHAPED = (
     Calm(),
     Calm(TWO, 1.1),
     Calm(TWO, 1.2),
     Calm(THREE, 1.05),
     Calm(THREE, 0.95),
     Calm(THREE, 1.15),
-    *(Calm(THREE, 1.05, pace) for pace in (0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.25, 0.18, 0.12)),
 )
+FIRST_SLOW = len(_SHAPED)
+"""From here on each rung of the ladder is the one before it, driven slower."""
+LADDER = (*_SHAPED, *(Calm(THREE, 1.05, pace) for pace in (0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.25, 0.18, 0.12)))
 """Ways to give a move, tried in this order until the load hangs at rest where it must. Slewing is not quite what the
 shaping assumes (the jib turns under the swinging load, and pulls it inward), and hoisting changes the period."""

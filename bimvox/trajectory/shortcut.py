@@ -26,6 +26,9 @@ from bimvox.trajectory.load_frame import LoadFrame, axes_of_cells
 from bimvox.trajectory.move import Line, Move, axes_of, move_time_s
 from bimvox.trajectory.swept import line_is_free
 
+_HAIR_M = 1e-6
+"""A cell whose height is the highest hook's, but for rounding, is within it: as the map of hook columns has it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Route:
@@ -93,7 +96,7 @@ def _open_heights(
     """Hook heights, ascending, up to which the columns over both placements are free."""
     for z in range(min(int(start_vox[2]), int(end_vox[2])), clearance.table.shape[2]):
         height_m = load.zero_height_m + z * load.voxel_size_m
-        if height_m > crane.highest_hook_m:
+        if height_m > crane.highest_hook_m + _HAIR_M:
             return
         for x, y, low in (start_vox, end_vox):
             if z >= low and not placement_is_free(clearance, x, y, z):
@@ -203,7 +206,7 @@ def check_path(crane: TowerCrane, clearance: Clearance, load: LoadFrame, path_vo
         if not placement_is_free(clearance, cell[0], cell[1], cell[2]):
             raise PlanningError(f"the path is not free at {cell.tolist()}", hint="plan the lift again")
     highest_m = load.zero_height_m + int(path_vox[:, 2].max()) * load.voxel_size_m
-    if highest_m > crane.highest_hook_m:
+    if highest_m > crane.highest_hook_m + _HAIR_M:
         raise PlanningError(
             f"the path takes the hook up to {highest_m:.2f} m, above the jib at {crane.highest_hook_m:.2f} m",
             hint="raise [crane] jib_height_m, or shorten the slings",

@@ -8,16 +8,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import PlanningError
 from bimvox.site.clearance import Clearance
+from bimvox.trajectory.cancel import STRETCH, cancelled
 from bimvox.trajectory.load_frame import LoadFrame
 from bimvox.trajectory.move import Move
-from bimvox.trajectory.shaping import LADDER
+from bimvox.trajectory.shaping import FIRST_SLOW, LADDER, TWO, Calm
 from bimvox.trajectory.swept import swaying_is_free
 from bimvox.trajectory.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, Swing, swing_of
-from bimvox.trajectory.timeline import Timeline, in_sequence, overlapping_as
+from bimvox.trajectory.timeline import Pacer, Timeline, overlapping_as
 
+_FITS = 3
+"""How often moves are shaped together before they are slowed: rounding the corners anew changes what they leave."""
+_SHORTEST = Calm(TWO, STRETCH[0])
+"""The quickest way in which a move is ever given."""
 _LEFT_SHARE = 0.6
 """A move that leaves more than this share of what counts as rest leaves its load swinging."""
 
@@ -30,11 +36,20 @@ class Swaying:
         time_s: (N,) float64.
         axes: (N, 3) float64 slew (rad), radius (m), height (m).
         swing: At these times.
+        rate_rad_s: How fast the load swings in the end.
     """
 
     time_s: NDArray[np.float64]
     axes: NDArray[np.float64]
     swing: Swing
+    rate_rad_s: float
+
+    @property
+    def left_m(self) -> NDArray[np.float64]:
+        """(4,) float64 where the load is and how fast it goes in the end, as the swing that each leads to."""
+        step_s = float(self.time_s[1] - self.time_s[0])
+        speed_m_s = (self.swing.offset_m[-1] - self.swing.offset_m[-2]) / step_s
+        return np.concatenate([self.swing.offset_m[-1], speed_m_s / self.rate_rad_s])
 
     def left_by(self, timeline: Timeline, move: int) -> float:
         """Return how far the load still swings when a move ends, or the next one that makes it swing begins."""
@@ -60,7 +75,9 @@ def swaying(timeline: Timeline, pendulum: Pendulum, spacing_m: float) -> Swaying
     steps = int(np.ceil(max(duration_s / STEP_S, duration_s * timeline.top_speed_m_s / spacing_m))) + 1
     time_s = np.linspace(0.0, duration_s, steps + 1)
     axes = timeline.axes_at(time_s)
-    return Swaying(time_s, axes, swing_of(timeline.crane, axes, duration_s / steps, pendulum))
+    length_m = float(pendulum_lengths_m(timeline.crane, axes[-1:], pendulum.below_hook_m)[0])
+    rate_rad_s = float(np.sqrt(GRAVITY_M_S2 / length_m))
+    return Swaying(time_s, axes, swing_of(timeline.crane, axes, duration_s / steps, pendulum), rate_rad_s)
 
 
 def steadied(
@@ -70,7 +87,8 @@ def steadied(
     blend: Callable[[Timeline], Timeline],
     fault_s: Callable[[Timeline, Swaying], float | None],
     spacing_m: float,
-) -> Timeline:
+    limit_s: float = np.inf,
+) -> Timeline | None:
     """Return moves over time, each given as plainly as the swing of the load allows.
 
     Args:
@@ -80,28 +98,95 @@ def steadied(
         blend: Rounds the corners of a timeline.
         fault_s: When a timeline's load first swings too far; None where it never does.
         spacing_m: How far the hook may go between two times at which it is looked at.
+        limit_s: Moves that take as long or longer are of no use.
+
+    Returns:
+        The timeline; None where it is sure to take too long.
 
     Raises:
         PlanningError: If it swings too far however slowly the crane goes.
     """
+    pacer = Pacer(crane, moves, pendulum)
+    if limit_s < np.inf:
+        shortest_s = [pacer.profile(n, _SHORTEST).duration_s for n in range(len(moves))]
+        if busiest_s(moves, shortest_s) >= limit_s:
+            return None
+    plain = blend(pacer.in_sequence())
     if pendulum is None:
-        return blend(in_sequence(crane, moves))
+        return plain
+    sway = swaying(plain, pendulum, spacing_m)
+    at_s = fault_s(plain, sway)
+    if at_s is None:
+        return plain
+    fitted = plain
+    for _ in range(_FITS):
+        shaped = _fitted(pacer, fitted, pendulum)
+        if shaped is None:
+            break
+        fitted = blend(shaped)
+        if fault_s(fitted, swaying(fitted, pendulum, spacing_m)) is None:
+            return fitted
+    return _slower(pacer, plain, sway, at_s, pendulum, blend, fault_s, spacing_m, limit_s)
+
+
+def _fitted(pacer: Pacer, timeline: Timeline, pendulum: Pendulum) -> Timeline | None:
+    """Return the moves of a timeline in sequence, shaped together for its overlaps; None where that does not do."""
+
+    def residual_m(calms: tuple[Calm, ...]) -> NDArray[np.float64]:
+        return swaying(overlapping_as(pacer.in_sequence(calms), timeline), pendulum, np.inf).left_m
+
+    calms = cancelled([move.swings for move in timeline.moves], residual_m)
+    return None if calms is None else pacer.in_sequence(calms)
+
+
+def _slower(
+    pacer: Pacer,
+    timeline: Timeline,
+    sway: Swaying,
+    at_s: float | None,
+    pendulum: Pendulum,
+    blend: Callable[[Timeline], Timeline],
+    fault_s: Callable[[Timeline, Swaying], float | None],
+    spacing_m: float,
+    limit_s: float,
+) -> Timeline | None:
+    """Climb the ladder of plainer and slower ways to give each move, until the load swings nowhere too far."""
+    moves = timeline.moves
     rungs = [0] * len(moves)
-    timeline = blend(in_sequence(crane, moves, pendulum))
-    while True:
-        sway = swaying(timeline, pendulum, spacing_m)
-        at_s = fault_s(timeline, sway)
-        if at_s is None:
-            return timeline
+    while at_s is not None:
         # How far corners may be rounded takes long to find out: first they stay as they are.
         rough = timeline
         while at_s is not None:
             _climb(rungs, rough, sway, at_s)
-            in_turn = in_sequence(crane, moves, pendulum, tuple(LADDER[rung] for rung in rungs))
+            if limit_s < np.inf and _least_s(pacer, moves, rungs) >= limit_s:
+                return None
+            in_turn = pacer.in_sequence([LADDER[rung] for rung in rungs])
             rough = overlapping_as(in_turn, timeline)
             sway = swaying(rough, pendulum, np.inf)
             at_s = fault_s(rough, sway)
         timeline = blend(in_turn)
+        sway = swaying(timeline, pendulum, spacing_m)
+        at_s = fault_s(timeline, sway)
+    return timeline
+
+
+def busiest_s(moves: Sequence[Move], lengths_s: Sequence[float]) -> float:
+    """Return for how long the busiest axis runs: moves that drive the same axis never overlap."""
+    busy = [0.0, 0.0, 0.0]
+    for move, length_s in zip(moves, lengths_s, strict=True):
+        for axis, is_moving in enumerate(move.moving):
+            busy[axis] += length_s if is_moving else 0.0
+    return max(busy)
+
+
+def _least_s(pacer: Pacer, moves: Sequence[Move], rungs: Sequence[int]) -> float:
+    """No less than this do moves take that are given as plainly as that, or less plainly."""
+    lengths_s = []
+    for n, rung in enumerate(rungs):
+        # The plainest is the quickest; from the first slow one on each takes longer than the one before it.
+        calms = LADDER[rung : max(rung, FIRST_SLOW) + 1] if rung else LADDER[:1]
+        lengths_s.append(min(pacer.profile(n, calm).duration_s for calm in calms))
+    return busiest_s(moves, lengths_s)
 
 
 def _climb(rungs: list[int], timeline: Timeline, sway: Swaying, at_s: float) -> None:
@@ -154,7 +239,7 @@ def swing_fault_s(
         rests_s = timeline.end_s[swings[-1]] if swings else 0.0
         tail = (time_s >= rests_s) & (height_m <= straight_below_m)
     faults = [float(time_s[-1])] if sway.swing.amplitude_m[-1] > PLANNED_RESIDUAL_M else []
-    out = np.abs(beyond_m).max(axis=1) > 0.0
+    out = (beyond_m[:, 0] != 0.0) | (beyond_m[:, 1] != 0.0)
     if not sideways and (out & tail).any():
         faults.append(float(time_s[np.argmax(out & tail)]))
     for part, rule, both in ((~tail, way, True), (tail, last, False)):

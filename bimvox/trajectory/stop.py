@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import InputError, PlanningError
 from bimvox.site.clearance import Clearance, placement_is_free
-from bimvox.trajectory.braking import AxisBraking, brake
+from bimvox.trajectory.braking import brake
 from bimvox.trajectory.commands import CraneCommand, commands_along
 from bimvox.trajectory.drive import drive_path
+from bimvox.trajectory.halt import Stop, brake_radius, to_rest
 from bimvox.trajectory.load_frame import LoadFrame, axes_of_cells, cells_of_axes
 from bimvox.trajectory.motion import LiftMotion, PhaseName
 from bimvox.trajectory.move import Move, axes_of
@@ -27,8 +27,7 @@ from bimvox.trajectory.shortcut import move_is_free
 from bimvox.trajectory.swept import samples_are_free
 from bimvox.trajectory.swing import Pendulum
 from bimvox.trajectory.timeline import Timeline, in_sequence
-from bimvox.trajectory.timing import NS_PER_S, frozen, sample_times
-from bimvox.trajectory.trajectory import Trajectory
+from bimvox.trajectory.timing import NS_PER_S
 
 STOP_EVENT = "stop"
 """Kind of the log's event of a stop."""
@@ -52,51 +51,6 @@ class AxisState:
     position: NDArray[np.float64]
     rate: NDArray[np.float64]
     acceleration: NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Stop:
-    """All axes braking to rest.
-
-    Attributes:
-        crane: The crane.
-        start_ns: When braking begins, on the site's clock.
-        axes: Slewing, trolley, hoist.
-        trajectory: Its samples, times from ``start_ns``.
-    """
-
-    crane: TowerCrane
-    start_ns: int
-    axes: tuple[AxisBraking, AxisBraking, AxisBraking]
-    trajectory: Trajectory
-
-    @property
-    def end_ns(self) -> int:
-        """When the last axis is at rest, on the site's clock."""
-        return self.start_ns + int(self.trajectory.time_ns[-1])
-
-    @property
-    def duration_s(self) -> float:
-        """How long the slowest axis brakes."""
-        return max(axis.duration_s for axis in self.axes)
-
-    @property
-    def durations_s(self) -> tuple[float, float, float]:
-        """How long each axis brakes."""
-        slew, trolley, hoist = self.axes
-        return slew.duration_s, trolley.duration_s, hoist.duration_s
-
-    @property
-    def distances(self) -> tuple[float, float, float]:
-        """Stopping distances with their signs: slew (rad), trolley (m), hoist (m)."""
-        slew, trolley, hoist = self.axes
-        return slew.distance, trolley.distance, hoist.distance
-
-    @property
-    def pose(self) -> CranePose:
-        """Where the crane is at rest."""
-        slew, trolley, hoist = self.axes
-        return CranePose(slew.end, trolley.end, hoist.end)
 
 
 def stop_motion(
@@ -152,23 +106,11 @@ def stop_from(
         sample_period_s: Largest time between samples.
         voxel_size_m: Edge of a cell.
     """
-    limits = (crane.slewing, crane.trolley, crane.hoist)
-    values = zip(state.position.tolist(), state.rate.tolist(), state.acceleration.tolist(), limits, strict=True)
-    slew, trolley, hoist = (brake(*value) for value in values)
-    motion = _Braking(crane, (slew, trolley, hoist))
-    end_ns = max(1, int(np.ceil(max(axis.duration_s for axis in motion.axes) * NS_PER_S)))
-    time_ns = sample_times(motion, end_ns, np.empty(0, np.int64), sample_period_s, voxel_size_m)
-    axes = motion.axes_at(time_ns / NS_PER_S)
-    first, last = (CranePose(*(float(value) for value in axes[i])) for i in (0, -1))
-    trajectory = Trajectory(
-        time_ns=frozen(time_ns),
-        slew_rad=frozen(axes[:, 0].copy()),
-        radius_m=frozen(axes[:, 1].copy()),
-        height_m=frozen(axes[:, 2].copy()),
-        corner=frozen(np.empty(0, np.int64)),
-        bound_s=min(point_to_point_s(crane, first, last, -np.inf), end_ns / NS_PER_S),
-    )
-    return Stop(crane, start_ns, motion.axes, trajectory)
+    position, rate, acceleration = state.position.tolist(), state.rate.tolist(), state.acceleration.tolist()
+    slew = brake(position[0], rate[0], acceleration[0], crane.slewing)
+    radius = brake_radius(crane, position[1], rate[1], acceleration[1])
+    hoist = brake(position[2], rate[2], acceleration[2], crane.hoist)
+    return to_rest(crane, (slew, radius, hoist), start_ns, sample_period_s=sample_period_s, voxel_size_m=voxel_size_m)
 
 
 def state_at(motion: LiftMotion, time_ns: int) -> tuple[int, AxisState]:
@@ -192,17 +134,15 @@ def state_at(motion: LiftMotion, time_ns: int) -> tuple[int, AxisState]:
     for part in motion.trajectories:
         part_ns = part.time_ns + np.int64(motion.start_ns)
         if part_ns[0] < time_ns < part_ns[-1]:
-            axes = np.stack([part.slew_rad, part.radius_m, part.height_m], axis=1)
-            return _state_within(part_ns, axes, time_ns)
+            return _state_within(part_ns, part.axes, time_ns)
     times, axes = motion.samples()
     still = axes[int(np.searchsorted(times, time_ns))]
     return time_ns, AxisState(still, np.zeros(3), np.zeros(3))
 
 
 def stop_is_free(clearance: Clearance, load: LoadFrame, stop: Stop) -> bool:
-    """Return whether a load meets nothing while the crane brakes."""
-    t = stop.trajectory
-    return bool(samples_are_free(clearance, load, np.stack([t.slew_rad, t.radius_m, t.height_m], axis=1)))
+    """Return whether a load that hangs straight meets nothing while the crane brakes; see also ``stop_swing``."""
+    return bool(samples_are_free(clearance, load, stop.trajectory.axes))
 
 
 def go_on_cells(clearance: Clearance, load: LoadFrame, pose: CranePose) -> list[tuple[int, int, int]]:
@@ -283,39 +223,15 @@ def stop_commands(stop: Stop, order: int, component: int, period_s: float, *, lo
     Raises:
         InputError: If the period is not positive.
     """
-    t = stop.trajectory
-    axes = np.stack([t.slew_rad, t.radius_m, t.height_m], axis=1)
     return commands_along(
-        t.time_ns + np.int64(stop.start_ns),
-        axes,
+        stop.trajectory.time_ns + np.int64(stop.start_ns),
+        stop.trajectory.axes,
         period_s,
         order=order,
         component=component,
         phase_at=lambda _: PhaseName.STOP,
         is_loaded=lambda *_: loaded,
     )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Braking:
-    """Three axes braking, as what can be sampled."""
-
-    crane: TowerCrane
-    axes: tuple[AxisBraking, AxisBraking, AxisBraking]
-
-    @property
-    def top_speed_m_s(self) -> float:
-        """The hook is nowhere faster than all axes at the highest rates that they have at the start or speed up to."""
-        tops = []
-        for axis, limits in zip(self.axes, (self.crane.slewing, self.crane.trolley, self.crane.hoist), strict=True):
-            _, rate, acceleration, _ = axis.state[0].tolist()
-            tops.append(abs(rate) + acceleration**2 / (2.0 * limits.jerk))
-        reach_m = max(abs(self.axes[1].end), abs(float(self.axes[1].state[0, 0]))) + 1.0
-        return float(np.linalg.norm([reach_m * tops[0], tops[1], tops[2]]))
-
-    def axes_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (N, 3) float64 slew, radius and height at times."""
-        return np.stack([axis.at(time_s) for axis in self.axes], axis=1)
 
 
 def _state_within(time_ns: NDArray[np.int64], axes: NDArray[np.float64], wanted_ns: int) -> tuple[int, AxisState]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
+from bimvox.compiled import inline_kernel, kernel
 from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.trajectory.load_frame import LoadFrame
 
@@ -20,14 +20,33 @@ SNAP_VOX = 1e-6
 """Rounding noise: a coordinate this close to a cell is at it."""
 
 _FINEST_VOX = 1.0 / 16.0
+_NOWHERE = (0, 0, 0, -1, -1, -1)
 
 
 @kernel
 def box_is_free(clearance: Clearance, x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> bool:
     """Return whether every placement around the positions [x0, x1] x [y0, y1] x [z0, z1] (reference cells) is free."""
-    for x in range(int(np.floor(x0 + SNAP_VOX)), int(np.ceil(x1 - SNAP_VOX)) + 1):
-        for y in range(int(np.floor(y0 + SNAP_VOX)), int(np.ceil(y1 - SNAP_VOX)) + 1):
-            for z in range(int(np.floor(z0 + SNAP_VOX)), int(np.ceil(z1 - SNAP_VOX)) + 1):
+    return _all_free(clearance, _around(x0, y0, z0, x1, y1, z1))
+
+
+@inline_kernel
+def _around(x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> tuple[int, int, int, int, int, int]:
+    """First and last placement around positions, both inclusive."""
+    return (
+        int(np.floor(x0 + SNAP_VOX)),
+        int(np.floor(y0 + SNAP_VOX)),
+        int(np.floor(z0 + SNAP_VOX)),
+        int(np.ceil(x1 - SNAP_VOX)),
+        int(np.ceil(y1 - SNAP_VOX)),
+        int(np.ceil(z1 - SNAP_VOX)),
+    )
+
+
+@kernel
+def _all_free(clearance: Clearance, around: tuple[int, int, int, int, int, int]) -> bool:
+    for x in range(around[0], around[3] + 1):
+        for y in range(around[1], around[4] + 1):
+            for z in range(around[2], around[5] + 1):
                 if not placement_is_free(clearance, x, y, z):
                     return False
     return True
@@ -121,22 +140,26 @@ def samples_are_free(clearance: Clearance, load: LoadFrame, axes: NDArray[np.flo
         axes: (N, 3) slew, radius, height; close together, each axis monotone from sample to sample.
     """
     size = load.voxel_size_m
+    last = _NOWHERE
     for i in range(1, axes.shape[0]):
         slew0, slew1 = axes[i - 1, 0], axes[i, 0]
         r0, r1 = axes[i - 1, 1] / size, axes[i, 1] / size
         z0, z1 = (axes[i - 1, 2] - load.zero_height_m) / size, (axes[i, 2] - load.zero_height_m) / size
         c0, s0, c1, s1 = np.cos(slew0), np.sin(slew0), np.cos(slew1), np.sin(slew1)
         bulge = max(r0, r1) * (slew1 - slew0) ** 2 / 8.0
-        if not box_is_free(
-            clearance,
+        around = _around(
             load.axis_x + min(r0 * c0, r0 * c1, r1 * c0, r1 * c1) - bulge,
             load.axis_y + min(r0 * s0, r0 * s1, r1 * s0, r1 * s1) - bulge,
             min(z0, z1),
             load.axis_x + max(r0 * c0, r0 * c1, r1 * c0, r1 * c1) + bulge,
             load.axis_y + max(r0 * s0, r0 * s1, r1 * s0, r1 * s1) + bulge,
             max(z0, z1),
-        ):
-            return False
+        )
+        # Samples are close together: most see the same placements as the one before.
+        if around != last:
+            if not _all_free(clearance, around):
+                return False
+            last = around
     return True
 
 
@@ -163,6 +186,7 @@ def swaying_is_free(
         both_sides: Whether it may be on the other side as well.
     """
     size = load.voxel_size_m
+    last = _NOWHERE
     for i in range(axes.shape[0]):
         if not looked_at[i]:
             continue
@@ -181,6 +205,9 @@ def swaying_is_free(
             if both_sides:
                 x0, x1 = min(x0, x - dx), max(x1, x - dx)
                 y0, y1 = min(y0, y - dy), max(y1, y - dy)
-        if not box_is_free(clearance, x0, y0, z0, x1, y1, z1):
-            return i
+        around = _around(x0, y0, z0, x1, y1, z1)
+        if around != last:
+            if not _all_free(clearance, around):
+                return i
+            last = around
     return -1

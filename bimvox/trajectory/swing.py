@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.kinematics import hook_of
 from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.component import Component
@@ -54,9 +53,7 @@ class Swing:
 
     def beyond_m(self, rest_m: float) -> NDArray[np.float64]:
         """Return (N, 2) the offsets less what counts as rest: tapered to nothing where the load swings that little."""
-        length = np.linalg.norm(self.offset_m, axis=1)
-        share = np.maximum(0.0, 1.0 - rest_m / np.maximum(length, 1e-12))
-        beyond: NDArray[np.float64] = self.offset_m * share[:, None]
+        beyond: NDArray[np.float64] = _beyond(self.offset_m, rest_m)
         return beyond
 
 
@@ -82,9 +79,18 @@ def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendul
         step_s: Time between them, ``STEP_S`` at most.
         pendulum: What hangs on the hook.
     """
-    point_m = np.ascontiguousarray(hook_of(crane, *axes.T)[:, :2])
     length_m = pendulum_lengths_m(crane, axes, pendulum.below_hook_m)
-    return Swing(*_swing(point_m, length_m, step_s, GRAVITY_M_S2))
+    return Swing(*_swing(_points(axes, crane.base_m[0], crane.base_m[1]), length_m, step_s, GRAVITY_M_S2))
+
+
+@kernel
+def _points(axes: NDArray[np.float64], x_m: float, y_m: float) -> NDArray[np.float64]:
+    """(N, 2) where the hook is on the plan, by ``hook_of``."""
+    points = np.empty((axes.shape[0], 2))
+    for i in range(axes.shape[0]):
+        points[i, 0] = x_m + axes[i, 1] * np.cos(axes[i, 0])
+        points[i, 1] = y_m + axes[i, 1] * np.sin(axes[i, 0])
+    return points
 
 
 @kernel
@@ -115,3 +121,13 @@ def _swing(
         uy = vy - (point_m[after, 1] - point_m[i - 1, 1]) / span_s
         amplitude[i] = np.sqrt(x * x + y * y + (ux * ux + uy * uy) / max(stiffness, 1e-9))
     return offset, amplitude
+
+
+@kernel
+def _beyond(offset_m: NDArray[np.float64], rest_m: float) -> NDArray[np.float64]:
+    beyond = np.empty_like(offset_m)
+    for i in range(offset_m.shape[0]):
+        x, y = offset_m[i, 0], offset_m[i, 1]
+        share = max(0.0, 1.0 - rest_m / max(np.sqrt(x * x + y * y), 1e-12))
+        beyond[i, 0], beyond[i, 1] = x * share, y * share
+    return beyond

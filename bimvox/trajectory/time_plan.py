@@ -111,15 +111,14 @@ def _motion(
     crane = crane_for(site, crane, None)
     hook = load_frame(crane, site.frame, HOOK_OFFSET)
     period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
-    empty, hanging = pendulum_of(site, None), pendulum_of(site, component)
+    hanging = pendulum_of(site, component)
     spans: list[tuple[PhaseName, int]] = []
     approach: Trajectory | None = None
-    hook_on_vox = _hook_on_cell(component, place, clearance)
+    hook_on_vox = hook_on_cell(component, place, clearance)
     if before is not None:
         left_vox = left_cells(site, before)
         rule = empty_hook_clearance(site, clearance, place, left_vox)
-        timeline, needed_m = drive_free(crane, rule, hook, left_vox[-1], hook_on_vox, slew_rad, empty)
-        approach = sampled(timeline, needed_m, period_s, size_m, empty)
+        approach = empty_way(site, crane, rule, left_vox[-1], hook_on_vox, slew_rad)
         slew_rad = float(approach.slew_rad[-1])
         spans.append((PhaseName.APPROACH, int(approach.time_ns[-1])))
     spans.append((PhaseName.HOOK_ON, round(HOOK_ON_S * NS_PER_S)))
@@ -144,6 +143,33 @@ def _motion(
     return LiftMotion(lift.order, lift.component, approach, raising, loaded, tuple(phases), clock_ns, at_ns)
 
 
+def empty_way(
+    site: Site,
+    crane: TowerCrane,
+    rule: Clearance,
+    start_vox: NDArray[np.int32],
+    end_vox: NDArray[np.int32],
+    slew_rad: float,
+) -> Trajectory:
+    """Return the timed way of the empty hook between two cells of the slings' lower end.
+
+    Args:
+        site: The site.
+        crane: Its crane.
+        rule: From ``empty_hook_clearance``.
+        start_vox: (3,) where it starts.
+        end_vox: (3,) where it ends.
+        slew_rad: Slewing angle before, with the turns that it has.
+
+    Raises:
+        PlanningError: If there is no free way.
+    """
+    crane, empty = crane_for(site, crane, None), pendulum_of(site, None)
+    hook = load_frame(crane, site.frame, HOOK_OFFSET)
+    timeline, needed_m = drive_free(crane, rule, hook, start_vox, end_vox, slew_rad, empty)
+    return sampled(timeline, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, empty)
+
+
 def carrying_phases(timeline: Timeline, length_ns: int) -> list[tuple[PhaseName, int]]:
     """Cut a loaded motion into hoist, traverse and lower at the starts of moves: names and lengths, ns."""
     flat = [i for i, move in enumerate(timeline.moves) if not move.is_vertical]
@@ -161,8 +187,8 @@ def carrying_phases(timeline: Timeline, length_ns: int) -> list[tuple[PhaseName,
     ]
 
 
-def _hook_on_cell(component: Component, place: YardPlace, clearance: Clearance) -> NDArray[np.int32]:
-    """Cell of the slings' lower end at hook on: above the part's top as it lies.
+def hook_on_cell(component: Component, place: YardPlace, clearance: Clearance) -> NDArray[np.int32]:
+    """Return the cell of the slings' lower end at hook on: above the part's top as it lies.
 
     A part that lies is hooked at its head, the end away from its foot, and tipped up; where the hook may not be over
     the head, or anywhere on its way from there to over the foot (reach, rope, zones), over its foot.

@@ -8,7 +8,7 @@ between them is rounded. How early it may begin is decided by the collision chec
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from bimvox.trajectory.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, swing_
 
 _CHECK_SPACING_VOX = 0.125
 _HALVINGS = 6
+_ENDS = np.array([0.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,17 +38,18 @@ class Timeline:
         moves: In order; each starts where the one before ends.
         profiles: One per move.
         start_s: When each begins.
+        end_s: When each ends.
     """
 
     crane: TowerCrane
     moves: tuple[Move, ...]
     profiles: tuple[Profile | ShapedProfile, ...]
     start_s: tuple[float, ...]
+    end_s: tuple[float, ...] = field(init=False)
 
-    @property
-    def end_s(self) -> tuple[float, ...]:
-        """When each move ends."""
-        return tuple(start + profile.duration_s for start, profile in zip(self.start_s, self.profiles, strict=True))
+    def __post_init__(self) -> None:
+        ends = tuple(start + profile.duration_s for start, profile in zip(self.start_s, self.profiles, strict=True))
+        object.__setattr__(self, "end_s", ends)
 
     @property
     def duration_s(self) -> float:
@@ -78,54 +80,95 @@ class Timeline:
         return any(start < ends[i] for i, start in enumerate(self.start_s[1:]))
 
     def axes_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (N, 3) float64 slew, radius and height at times."""
+        """Return (N, 3) float64 slew, radius and height at times that ascend."""
         axes = np.repeat(axes_of(self.moves[0].start)[None], len(time_s), axis=0)
-        for move, profile, start in zip(self.moves, self.profiles, self.start_s, strict=True):
+        for move, profile, start_s in zip(self.moves, self.profiles, self.start_s, strict=True):
+            since_s = time_s - start_s
+            # Before it begins it adds nothing, and all of it from when it has ended on.
+            low, high = np.searchsorted(since_s, (0.0, profile.duration_s)).tolist()
+            first, last = axes_of(move.start), axes_of(move.end)
             if move.line is Line.JOINT:
-                first, last = axes_of(move.start), axes_of(move.end)
-                profile.add_line(axes, time_s - start, first, last)
+                if low < high:
+                    profile.add_line(axes[low:high], since_s[low:high], first, last)
+                axes[high:] += first + (last - first) - first
                 continue
-            axes += axes_along(self.crane, move, profile.share_at(time_s - start)) - axes_of(move.start)
+            if low < high:
+                axes[low:high] += axes_along(self.crane, move, profile.share_at(since_s[low:high])) - first
+            before, after = axes_along(self.crane, move, _ENDS) - first
+            axes[:low] += before
+            axes[high:] += after
         return axes
 
 
-def in_sequence(
-    crane: TowerCrane,
-    moves: Sequence[Move],
-    pendulum: Pendulum | None = None,
-    calms: Sequence[Calm] | None = None,
-) -> Timeline:
-    """Return the timeline on which every move waits for the end of the one before it.
+class Pacer:
+    """Gives moves their profiles; each profile is found once.
 
     Args:
         crane: The crane.
         moves: In order; each starts where the one before ends.
         pendulum: What hangs on the hook; None where moves are not shaped.
-        calms: How each move is shaped; plainly where not given.
     """
-    given = calms if calms is not None else (Calm(),) * len(moves)
-    profiles = tuple(
-        _profile(crane, move, share, pendulum if move.swings else None, calm)
-        for move, share, calm in zip(moves, slow_shares(crane, moves), given, strict=True)
-    )
-    starts = [0.0]
-    for profile in profiles[:-1]:
-        starts.append(starts[-1] + profile.duration_s)
-    return Timeline(crane, tuple(moves), profiles, tuple(starts))
+
+    def __init__(self, crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | None = None) -> None:
+        self._crane, self._moves = crane, tuple(moves)
+        self._limits = [
+            slowed(share_limits(crane, move), share)
+            for move, share in zip(self._moves, slow_shares(crane, self._moves), strict=True)
+        ]
+        self._half_periods_s = [
+            None if pendulum is None or not move.swings else _half_period_s(crane, move, pendulum)
+            for move in self._moves
+        ]
+        self._known: dict[tuple[int, Calm], Profile | ShapedProfile] = {}
+        self._paced: dict[tuple[int, float], Profile] = {}
+
+    def profile(self, n: int, calm: Calm) -> Profile | ShapedProfile:
+        """Return the profile of a move that is given like that; as it is where it makes nothing swing."""
+        known = self._known.get((n, calm))
+        if known is None:
+            known = self._known[n, calm] = self._profile(n, calm)
+        return known
+
+    def in_sequence(self, calms: Sequence[Calm] | None = None) -> Timeline:
+        """Return the timeline on which every move waits for the end of the one before it.
+
+        Args:
+            calms: How each move is given; plainly where not said.
+        """
+        given = calms if calms is not None else (Calm(),) * len(self._moves)
+        profiles = tuple(self.profile(n, calm) for n, calm in enumerate(given))
+        starts = [0.0]
+        for profile in profiles[:-1]:
+            starts.append(starts[-1] + profile.duration_s)
+        return Timeline(self._crane, self._moves, profiles, tuple(starts))
+
+    def _profile(self, n: int, calm: Calm) -> Profile | ShapedProfile:
+        limits, half_s = self._limits[n], self._half_periods_s[n]
+        if half_s is None:
+            return profile_of(limits)
+        pace = calm.pace
+        base = self._paced.get((n, pace))
+        if base is None:
+            slower = AxisLimits(limits.rate * pace, limits.acceleration * pace**2, limits.jerk * pace**3)
+            base = self._paced[n, pace] = profile_of(slower)
+        return ShapedProfile(base, calm.parts, calm.stretch * half_s)
 
 
-def _profile(
-    crane: TowerCrane, move: Move, slow: float, pendulum: Pendulum | None, calm: Calm
-) -> Profile | ShapedProfile:
-    limits = slowed(share_limits(crane, move), slow)
-    if pendulum is None:
-        return profile_of(limits)
-    pace = calm.pace
-    slower = AxisLimits(limits.rate * pace, limits.acceleration * pace**2, limits.jerk * pace**3)
+def in_sequence(crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | None = None) -> Timeline:
+    """Return the timeline on which every move, given plainly, waits for the end of the one before it.
+
+    Args:
+        crane: The crane.
+        moves: In order; each starts where the one before ends.
+        pendulum: What hangs on the hook; None where moves are not shaped.
+    """
+    return Pacer(crane, moves, pendulum).in_sequence()
+
+
+def _half_period_s(crane: TowerCrane, move: Move, pendulum: Pendulum) -> float:
     height_m = 0.5 * (move.start.height_m + move.end.height_m)
     radius_m = 0.5 * (move.start.radius_m + move.end.radius_m)
-    length_m = pendulum_length_m(crane, height_m, pendulum.below_hook_m, radius_m)
-    return ShapedProfile(profile_of(slower), calm.parts, calm.stretch * half_period_s(length_m))
+    return half_period_s(pendulum_length_m(crane, height_m, pendulum.below_hook_m, radius_m))
 
 
 def overlapping_as(timeline: Timeline, other: Timeline) -> Timeline:
@@ -233,7 +276,7 @@ def _is_free(timeline: Timeline, later: int, clearance: Clearance, load: LoadFra
     if pendulum is None:
         return True
     sway_m = swing_of(timeline.crane, axes, (end - start) / steps, pendulum).beyond_m(PLANNED_RESIDUAL_M)
-    swings = np.abs(sway_m).max(axis=1) > 0.0
+    swings = (sway_m[:, 0] != 0.0) | (sway_m[:, 1] != 0.0)
     return bool(swaying_is_free(clearance, load, axes, sway_m / load.voxel_size_m, swings, True) < 0)
 
 

@@ -29,6 +29,11 @@ class Trajectory:
     bound_s: float
 
     @property
+    def axes(self) -> NDArray[np.float64]:
+        """(N, 3) float64 slew (rad), radius (m), height (m)."""
+        return np.stack([self.slew_rad, self.radius_m, self.height_m], axis=1)
+
+    @property
     def duration_s(self) -> float:
         """Time from the first to the last sample."""
         return float(self.time_ns[-1] - self.time_ns[0]) / 1e9

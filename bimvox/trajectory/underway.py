@@ -22,10 +22,11 @@ from bimvox.site.site import Site
 from bimvox.trajectory.drive import drive_path
 from bimvox.trajectory.empty_hook import HOOK_OFFSET, empty_hook_clearance
 from bimvox.trajectory.evade import manoeuvre, way_is_free
+from bimvox.trajectory.halt import Stop
 from bimvox.trajectory.interrupt import interrupted, spliced
 from bimvox.trajectory.load_frame import cells_of_axes, load_frame
 from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName
-from bimvox.trajectory.stop import Stop, go_on, go_on_cells
+from bimvox.trajectory.stop import go_on, go_on_cells
 from bimvox.trajectory.swing import pendulum_of
 from bimvox.trajectory.time_plan import carrying_phases, left_cells
 from bimvox.trajectory.timing import NS_PER_S, sampled
@@ -47,7 +48,7 @@ class Held:
         motion: Its motion as it was when it was stopped.
         stop: How its load came to rest; None where it was not carried yet: the crane waits over its place in the yard.
         how: The manoeuvre, in words.
-        is_safe: Whether the load met nothing while it was stopped.
+        is_safe: Whether the load met nothing while it was stopped, as far out as it swung.
         reason: Why it finds no way on.
         blocked_by: Ids of what is in its way.
     """
@@ -140,7 +141,8 @@ def redirect(
     load = load_frame(loaded, site.frame, rule.component.hook_offset_vox)
     # Where the end is blocked the last moves are cleared for nothing any more.
     now = rule.clearance_with_insertion if blocked is None else rule.clearance
-    found = manoeuvre(site, loaded, motion, motion.loaded, time_ns, now, load)
+    hanging = pendulum_of(site, rule.component)
+    found = manoeuvre(site, loaded, motion, motion.loaded, time_ns, now, load, hanging)
     held = Held(lift, motion, found.stop, found.kind, found.is_free, *_why(blocked))
     return release(site, crane, held, rule, blocked, time_ns, hold_s)
 
@@ -167,7 +169,8 @@ def release(
     """
     held = replace(held, reason=_why(blocked)[0], blocked_by=_why(blocked)[1])
     if not held.is_safe:
-        return replace(held, reason="its load met something while it was stopped: look at it before it is moved")
+        met = "its load met something while it was stopped, or as far out as it swings"
+        return replace(held, reason=f"{met}: look at it before it is moved")
     if blocked is not None:
         return held
     if held.stop is None:
@@ -222,7 +225,7 @@ def _approached(
     free = empty_hook_clearance(site, rule.clearance, rule.place, left_cells(site, before))
     if way_is_free(motion, approach, time_ns, motion.end_ns, free, hook):
         return motion
-    found = manoeuvre(site, crane, motion, approach, time_ns, free, hook)
+    found = manoeuvre(site, crane, motion, approach, time_ns, free, hook, empty)
     if not found.is_free:
         return f"its empty hook {found.kind}"
     raising = motion.raising

@@ -11,12 +11,15 @@ may exceed their limit by 0.1 %.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift, LiftPlan, Status
 from bimvox.planning.moment import Moment, moments
 from bimvox.planning.proof import Check, Verification, turn_to
 from bimvox.planning.triangle_check import TriangleCheck
+from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.verify_axes import (
     check_limits,
@@ -26,7 +29,9 @@ from bimvox.trajectory.verify_axes import (
     check_spacing,
     is_sound,
 )
+from bimvox.trajectory.verify_between import Between
 from bimvox.trajectory.verify_capacity import check_capacity
+from bimvox.trajectory.verify_cranes import check_cranes, check_turns
 from bimvox.trajectory.verify_ends import check_ends
 from bimvox.trajectory.verify_hook import HookProof
 from bimvox.trajectory.verify_load import LoadProof
@@ -50,6 +55,9 @@ UNITS = {
     "swing": "m",
 }
 """The checks, and what ``worst`` is measured in."""
+
+CRANES_UNITS = {"cranes": "share of distance", "turns": ""}
+"""Checks of sites with several cranes only."""
 
 
 def verify_motions(
@@ -83,42 +91,61 @@ class _Verifier:
     ) -> None:
         self.window_ns = window_ns
         self.plan, self.site, self.motions, self.context = plan, plan.site, motions, context
-        self.checks = {name: Check(name, unit=unit) for name, unit in UNITS.items()}
+        units = UNITS | (CRANES_UNITS if plan.site.other_cranes else {})
+        self.checks = {name: Check(name, unit=unit) for name, unit in units.items()}
 
     def run(self) -> Verification:
-        crane = self.site.crane
-        if crane is None:
+        if self.site.crane is None:
             self.checks["timeline"].look(not self.motions, "motions on a site that has no crane")
             return Verification(tuple(self.checks.values()))
         self._check_timeline()
         by_order = {motion.order: motion for motion in self.motions}
         triangles, cells = TriangleCheck(self.plan), RawCells(self.site.shape)
-        load = LoadProof(self.site, crane, triangles, cells, self.checks, self.window_ns)
-        hook = HookProof(self.site, crane, triangles, cells, self.checks, self.window_ns)
-        swing = SwingProof(self.site, crane, cells, self.checks["swing"], self.window_ns)
-        previous: LiftMotion | None = None
+        proofs = [self._proofs(number, triangles, cells) for number in range(len(self.site.cranes))]
+        between = Between(self.plan, self._sound_ones(), self.context) if self.site.other_cranes else None
+        previous: dict[int, LiftMotion] = {}
         for moment in moments(self.plan, self.context):
             motion = by_order.get(moment.lift.order)
-            component_id = self.site.components[moment.lift.component].id
-            turn_to(self.checks.values(), component_id)
-            name = f"lift {moment.lift.order} ({component_id})"
+            component = self.site.components[moment.lift.component]
+            turn_to(self.checks.values(), component.id)
+            name = f"lift {moment.lift.order} ({component.id})"
+            before = previous.pop(component.crane, None)
             if motion is None or motion.component != moment.lift.component:
                 self.checks["timeline"].look(False, f"{name}: it has no motion")
-                previous = None
                 continue
             if not is_sound(self.checks["timeline"], name, motion):
-                previous = None
                 continue
-            if previous is not None and (moment.before is None or previous.order != moment.before.order):
-                previous = None
-            self._check_axes(name, moment, motion)
-            check_ends(self.checks["ends"], name, self.site, crane, moment, motion, previous)
+            if motion.crane != component.crane:
+                self.checks["timeline"].look(False, f"{name}: it is driven by crane {motion.crane}, not its own")
+                continue
+            if between is not None:
+                moment = replace(moment, before=between.before(moment.lift))
+            if before is not None and (moment.before is None or before.order != moment.before.order):
+                before = None
+            site, crane, load, hook, swing = proofs[component.crane]
+            self._check_axes(name, crane, moment, motion)
+            check_ends(self.checks["ends"], name, site, crane, moment, motion, before)
             cells.move_to(moment.present)
             load.check(name, moment, motion)
-            hook.check(name, moment, motion)
-            swing.check(name, moment, motion)
-            previous = motion
+            ways = None if between is None else tuple(between.ways(moment, motion))
+            hook.check(name, moment, motion, ways)
+            swing.check(name, moment, motion, ways)
+            previous[component.crane] = motion
+        self._check_cranes()
         return Verification(tuple(self.checks.values()))
+
+    def _proofs(
+        self, number: int, triangles: TriangleCheck, cells: RawCells
+    ) -> tuple[Site, TowerCrane, LoadProof, HookProof, SwingProof]:
+        """The site as one of its cranes works on it, and what proves that crane's motions."""
+        site, crane = self.site.for_crane(number), self.site.cranes[number]
+        shared = (site, crane, triangles, cells, self.checks, self.window_ns)
+        return site, crane, LoadProof(*shared), HookProof(*shared), SwingProof(*shared)
+
+    def _sound_ones(self) -> dict[int, LiftMotion]:
+        """The motions with sound trajectories, by order; the others are found fault with where their turn is."""
+        aside = Check("timeline")
+        return {motion.order: motion for motion in self.motions if is_sound(aside, "", motion)}
 
     def _check_timeline(self) -> None:
         """One motion per planned lift, in order, on one clock without gaps."""
@@ -129,12 +156,24 @@ class _Verifier:
         given = [motion.order for motion in self.motions]
         check.look(given == sorted(carried), f"the motions are of lifts {given}, planned are {sorted(carried)}")
         clock: dict[int, LiftMotion] = {motion.order: motion for motion in self.motions}
+        by_crane: dict[int, list[Lift]] = {}
+        for lift in planned:
+            by_crane.setdefault(self.site.components[lift.component].crane, []).append(lift)
+        for own in by_crane.values():
+            self._check_clock(own, clock)
+        check.look(given == sorted(given), "the motions do not follow each other in the order of their lifts")
+
+    def _check_clock(self, lifts: Sequence[Lift], clock: Mapping[int, LiftMotion]) -> None:
+        """The lifts of one crane follow each other without gaps, from the start of the clock."""
+        check = self.checks["timeline"]
         before: LiftMotion | None = None
-        for n, lift in enumerate(planned):
+        starts: list[int] = []
+        for n, lift in enumerate(lifts):
             motion = clock.get(lift.order)
             if motion is None:
                 before = None
                 continue
+            starts.append(motion.start_ns)
             if n == 0:
                 check.look(
                     motion.start_ns == 0, f"lift {lift.order}: the clock starts at {motion.start_ns} ns, not at 0"
@@ -148,20 +187,27 @@ class _Verifier:
             check.look(motion.end_ns > motion.start_ns, f"lift {lift.order}: ends before it starts")
             check_phases(check, f"lift {lift.order}", motion)
             before = motion
-        starts = [motion.start_ns for motion in self.motions]
         check.look(starts == sorted(starts), "the motions do not follow each other on the clock")
 
-    def _check_axes(self, name: str, moment: Moment, motion: LiftMotion) -> None:
-        crane = self.site.crane
-        assert crane is not None
+    def _check_cranes(self) -> None:
+        """Several cranes: their turns, and the distance that they keep."""
+        if not self.site.other_cranes:
+            return
+        sound = list(self._sound_ones().values())
+        check_turns(self.checks["turns"], self.site, self.plan, sound, self.context)
+        is_whole = not self.context and self.window_ns == ALWAYS_NS
+        check_cranes(self.checks["cranes"], self.site, sound, self.window_ns, is_whole=is_whole)
+
+    def _check_axes(self, name: str, crane: TowerCrane, moment: Moment, motion: LiftMotion) -> None:
         mass_kg = self.site.components[moment.lift.component].mass_kg
         check_limits(self.checks["axis_limits"], name, crane, motion, mass_kg)
         check_range(self.checks["axis_range"], name, crane, motion.samples()[1], self.site.frame.voxel_size_m)
-        masses = {id(motion.approach): 0.0}
+        masses = {id(motion.approach): 0.0, id(motion.departure): 0.0}
         for what, part in (
             ("approach", motion.approach),
             ("raising", motion.raising),
             ("loaded motion", motion.loaded),
+            ("departure", motion.departure),
         ):
             if part is None:
                 continue

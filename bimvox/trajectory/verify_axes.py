@@ -28,7 +28,7 @@ AXES = "slew_rad, radius_m and height_m"
 
 def axes_of_samples(trajectory: Trajectory) -> NDArray[np.float64]:
     """(N, 3) float64 slew (rad), radius (m), height (m)."""
-    return np.stack([trajectory.slew_rad, trajectory.radius_m, trajectory.height_m], axis=1)
+    return trajectory.axes
 
 
 def is_sound(check: Check, name: str, motion: LiftMotion) -> bool:
@@ -51,7 +51,12 @@ def check_phases(check: Check, name: str, motion: LiftMotion) -> None:
     After a stop the load is carried on, from any of the phases of carrying.
     """
     phases = motion.phases
-    order = list(PhaseName)
+    order = {phase: n for n, phase in enumerate(PhaseName)}
+    free = (
+        {PhaseName.WAIT, PhaseName.APPROACH},
+        {PhaseName.RELEASE, PhaseName.WAIT},
+        {PhaseName.WAIT, PhaseName.LEAVE},
+    )
     names = [phase.name for phase in phases]
     check.look(
         bool(phases) and phases[0].start_ns == motion.start_ns and phases[-1].end_ns == motion.end_ns,
@@ -60,7 +65,11 @@ def check_phases(check: Check, name: str, motion: LiftMotion) -> None:
     for one, other in pairwise(phases):
         check.look(
             one.end_ns == other.start_ns
-            and (PhaseName.STOP in (one.name, other.name) or order.index(one.name) < order.index(other.name)),
+            and (
+                PhaseName.STOP in (one.name, other.name)
+                or {one.name, other.name} in free
+                or order[one.name] < order[other.name]
+            ),
             f"{name}: {other.name} does not follow {one.name} at {one.end_ns / 1e9:.3f} s",
         )
     check.look(all(p.start_ns < p.end_ns for p in phases), f"{name}: a phase takes no time")
@@ -68,10 +77,13 @@ def check_phases(check: Check, name: str, motion: LiftMotion) -> None:
         ("approach", motion.approach, {PhaseName.APPROACH}, True),
         ("raising", motion.raising, {PhaseName.RAISE}, False),
         ("loaded motion", motion.loaded, {PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER}, True),
+        ("departure", motion.departure, {PhaseName.LEAVE}, True),
     )
     check.look(
         (motion.approach is not None) == (PhaseName.APPROACH in names), f"{name}: approach and its phase do not agree"
     )
+    if PhaseName.WAIT in names:
+        _check_waits(check, name, motion)
     for what, part, wanted, to_its_end in spans:
         own = [phase for phase in phases if phase.name in wanted]
         if part is None or not len(part.time_ns):
@@ -80,6 +92,26 @@ def check_phases(check: Check, name: str, motion: LiftMotion) -> None:
         fits = bool(own) and start_ns == own[0].start_ns
         fits = fits and (end_ns == own[-1].end_ns if to_its_end else end_ns <= own[-1].end_ns)
         check.look(fits, f"{name}: its {what} does not fit its phases")
+
+
+def _check_waits(check: Check, name: str, motion: LiftMotion) -> None:
+    """A crane waits with an empty hook, and no axis moves."""
+    time_ns, axes = motion.samples()
+    hooked_ns = min(phase.start_ns for phase in motion.phases if phase.name in (PhaseName.HOOK_ON, PhaseName.RAISE))
+    for phase in motion.phases:
+        if phase.name is not PhaseName.WAIT:
+            continue
+        ends = np.array([phase.start_ns, phase.end_ns])
+        at_ends = [np.interp(ends, time_ns, axis) for axis in axes.T]
+        inside = axes[(time_ns >= phase.start_ns) & (time_ns <= phase.end_ns)]
+        still = all(
+            np.ptp(np.concatenate([two, axis])) <= _RANGE_RAD for two, axis in zip(at_ends, inside.T, strict=True)
+        )
+        check.look(still, f"{name}: it waits at {phase.start_ns / 1e9:.3f} s, and moves")
+        check.look(
+            phase.end_ns <= hooked_ns or phase.start_ns >= motion.released_ns,
+            f"{name}: it waits at {phase.start_ns / 1e9:.3f} s with its load",
+        )
 
 
 def check_limits(check: Check, name: str, crane: TowerCrane, motion: LiftMotion, mass_kg: float) -> None:
@@ -95,6 +127,8 @@ def check_limits(check: Check, name: str, crane: TowerCrane, motion: LiftMotion,
     time_s = (time_ns - time_ns[0]) / 1e9
     empty_ns = 0 if motion.approach is None else int(motion.approach.time_ns[-1])
     is_empty = time_ns[1:] - time_ns[0] <= empty_ns
+    if motion.departure is not None:
+        is_empty |= time_ns[:-1] - time_ns[0] >= int(motion.departure.time_ns[0])
     hoist_rate = np.where(is_empty, _hoist_rate(crane, 0.0), _hoist_rate(crane, mass_kg))
     slow = _slow_between(crane, axes)
     names, joints = joint_names(crane), joints_of(crane, axes)

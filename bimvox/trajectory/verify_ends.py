@@ -61,10 +61,13 @@ def check_ends(
         approach = axes_of_samples(motion.approach)
         first = approach[0]
         same("the empty hook arrives", approach[-1], hook_of(crane, *raising[0]))
+    aside = motion.approach is not None and moment.before is None and PhaseName.WAIT in {p.name for p in motion.phases}
     check.look(
-        (motion.approach is None) == (moment.before is None),
+        aside or (motion.approach is None) == (moment.before is None),
         f"{name}: the first lift, and no other, begins without an approach",
     )
+    if motion.departure is not None:
+        same("it leaves", axes_of_samples(motion.departure)[0], hook_of(crane, *loaded[-1]))
     if moment.before is not None:
         left = site.components[moment.before.component]
         same("the empty hook starts", first, _hook_over(site, crane_for(site, usual, left), left, left.target_vox))

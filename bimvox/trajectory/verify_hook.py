@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.planning.moment import NO_SOLID, Moment, Thing, near_and_far
-from bimvox.planning.proof import Check
-from bimvox.planning.triangle_check import TriangleCheck
-from bimvox.site.component import Component
+from bimvox.planning.moment import Moment, Thing, near_and_far
 from bimvox.site.lifting import crane_for
-from bimvox.site.site import CRANE_ID, Site
+from bimvox.site.site import Site, is_mast_of
 from bimvox.trajectory.motion import LiftMotion
-from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
+from bimvox.trajectory.verify_between import EmptyWay, one_way
 from bimvox.trajectory.verify_jib import check_luffing_jib
+from bimvox.trajectory.verify_lift import LiftProof
 from bimvox.trajectory.verify_load import check_zone, things_over
 from bimvox.trajectory.verify_space import (
-    ALWAYS_NS,
-    RawCells,
     placements_around,
     reference_cells,
     way_of,
@@ -31,72 +27,56 @@ from bimvox.trajectory.verify_space import (
 _SLINGS_END = (0, 0, 0)
 
 
-class HookProof:
-    """Looks at one lift after the other.
+class HookProof(LiftProof):
+    """Its checks are ``empty_hook``, ``zones`` and ``jib``."""
 
-    Args:
-        site: The site.
-        crane: Its crane.
-        triangles: The test of real triangles.
-        cells: What stands where now; moved on by the caller.
-        checks: ``empty_hook``, ``zones`` and ``jib``.
-        window_ns: Positions outside this span of the site's clock are not looked at.
-    """
+    def check(self, name: str, moment: Moment, motion: LiftMotion, ways: Sequence[EmptyWay] | None = None) -> None:
+        """Check the ways of the empty hook in a lift, and the jib over all of it.
 
-    def __init__(
-        self,
-        site: Site,
-        crane: TowerCrane,
-        triangles: TriangleCheck,
-        cells: RawCells,
-        checks: Mapping[str, Check],
-        window_ns: tuple[int, int] = ALWAYS_NS,
-    ) -> None:
-        self.window_ns, self.start_ns = window_ns, 0
-        self.site, self.crane, self.triangles, self.cells, self.checks = site, crane, triangles, cells, checks
-
-    def check(self, name: str, moment: Moment, motion: LiftMotion) -> None:
-        """Check the approach of a lift, and the jib over all of it."""
+        Args:
+            name: The lift, for messages.
+            moment: The moment before it.
+            motion: Its motion.
+            ways: The ways of the empty hook; None: its approach, with what stands there at that moment.
+        """
         self.start_ns = motion.start_ns
-        if motion.approach is not None and moment.before is not None:
-            self._check_approach(name, moment, motion.approach, self.site.components[moment.before.component])
+        for way in one_way(self.site, moment, motion) if ways is None else ways:
+            self._check_approach(name, way)
         time_ns, axes = motion.samples()
         first, last = np.searchsorted(time_ns, self.window_ns)
         seen = slice(max(int(first) - 1, 0), int(last) + 1)
         jib = self.crane.luffing
+        present = (*moment.present, *(thing for way in ways or () for thing in way.present))
         if jib is None:
-            self._check_jib(name, moment.present, axes[seen])
+            self._check_jib(name, present, axes[seen])
             return
         component = self.site.components[moment.lift.component]
         crane = crane_for(self.site, self.crane, component)
         loaded_ns = motion.start_ns + int(motion.loaded.time_ns[0])
         load = (component, axes[seen][time_ns[seen] >= loaded_ns])
-        check_luffing_jib(self.checks["jib"], name, self.site, crane, jib, moment.present, axes[seen], load)
+        check_luffing_jib(self.checks["jib"], name, self.site, crane, jib, present, axes[seen], load)
 
-    def _check_approach(self, name: str, moment: Moment, approach: Trajectory, left: Component) -> None:
+    def _check_approach(self, name: str, empty: EmptyWay) -> None:
         """A cell at the slings' end and the line above it are free, the next part in the yard included.
 
         On the way out of a set point the line may run through cells of what touches the part just set, where it misses
         the real triangles.
         """
-        check, frame, place = self.checks["empty_hook"], self.site.frame, moment.lift.place
+        check, frame, approach, left = self.checks["empty_hook"], self.site.frame, empty.way, empty.left
         way = way_of(self.crane, axes_of_samples(approach), frame.voxel_size_m)
         cells = reference_cells(self.crane, frame, way.axes, _SLINGS_END)
         placements = placements_around(cells, way.slack_vox)
         time_s = approach.time_ns[way.sample] / 1e9
-        check_zone(self.checks["zones"], f"{name}, approach", self.site, placements, None, cells, time_s)
+        check_zone(self.checks["zones"], f"{name}, {empty.what}", self.site, placements, None, cells, time_s)
         if not self.site.rules.rope:
             return
-        present = list(moment.present)
-        if place is not None:
-            own = place.shape.cells + np.array(place.cell_vox, np.int32)
-            present.append(Thing(self.site.components[moment.lift.component].id, own, NO_SOLID))
-            self.cells.move_to(present)
+        present = empty.present
+        self.cells.move_to(present)
         hit = placements.at_positions(self.cells.over(placements, _SLINGS_END))
         check.look(True, "", samples=len(cells))
-        leaving = np.logical_and.accumulate(hit)
+        leaving = np.logical_and.accumulate(hit) if left is not None else np.zeros(len(hit), np.bool_)
         bad = hit & ~leaving
-        if leaving.any():
+        if left is not None and leaving.any():
             near, _ = near_and_far(left, present)
             bad |= leaving & placements.at_positions(self.cells.without(near).over(placements, _SLINGS_END))
             set_at = np.array(left.target_vox) + np.array(left.hook_offset_vox)
@@ -107,9 +87,11 @@ class HookProof:
         if bad.any():
             n = int(np.argmax(bad))
             met = ", ".join(things_over(present, placements, n, np.zeros(3, np.int64)))
-            if leaving[n]:  # the hook cannot leave where the part before was set: that lift is at fault, not this one
+            if left is not None and leaving[n]:
+                # The hook cannot leave where the part before was set: that lift is at fault, not this one.
                 check.about = left.id
-            check.look(False, f"{name}: on its approach, at {time_s[n]:.2f} s, the empty hook or its rope meets {met}")
+            when = f"{name}: on its {empty.what}, at {time_s[n]:.2f} s"
+            check.look(False, f"{when}, the empty hook or its rope meets {met}")
 
     def _check_jib(self, name: str, present: Sequence[Thing], axes: NDArray[np.float64]) -> None:
         """The jib, as wide as the mast, turns over nothing that is as high as it is.
@@ -123,7 +105,7 @@ class HookProof:
         if jib_cell(self.site, crane) >= self.site.shape[2]:
             return
         for thing in present:
-            met = thing.name != CRANE_ID and tallest_met(self.site, crane, thing.cells, axes[:, 0])
+            met = not is_mast_of(crane, thing.name) and tallest_met(self.site, crane, thing.cells, axes[:, 0])
             check.look(
                 not met, f"{name}: the jib at {crane.jib_height_m:g} m turns into {thing.name}, which is as high"
             )

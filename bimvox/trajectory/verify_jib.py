@@ -7,16 +7,17 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import kernel
 from bimvox.crane.luffing import LuffingJib
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.moment import Thing
 from bimvox.planning.proof import Check
 from bimvox.site.component import Component
-from bimvox.site.site import CRANE_ID, Site
+from bimvox.site.site import Site, is_mast_of
 from bimvox.trajectory.verify_space import way_of
 
 _STEP_VOX = 0.5
-_LINES = 5
+_NEAR_VOX = 0.25
 
 
 def check_luffing_jib(
@@ -31,8 +32,8 @@ def check_luffing_jib(
 ) -> None:
     """Check jib, counterweight and, where given, the load below the jib over a whole motion.
 
-    The jib is a band as wide as itself from pivot to tip; every half cell along it, and on lines across it, is looked
-    up in the cells of what stands there. The counterweight is the same band behind the axis, from its underside up. The
+    The jib is a band as wide as itself from pivot to tip; every half cell along and across it is looked up in the
+    cells of what stands there. The counterweight is the same band behind the axis, from its underside up. The
     load's corners towards the mast have to be below the jib.
 
     Args:
@@ -48,61 +49,99 @@ def check_luffing_jib(
     taken = swept_by_jib(site, crane, jib, axes)
     check.look(True, "", samples=len(axes))
     for thing in present:
-        met = thing.name != CRANE_ID and bool(taken[tuple(thing.cells.T)].any())
+        met = not is_mast_of(crane, thing.name) and bool(taken[tuple(thing.cells.T)].any())
         check.look(not met, f"{name}: the jib or its counterweight turns into {thing.name}")
     if load is not None and len(load[1]):
         _check_load(check, name, site, crane, jib, *load)
 
 
 def swept_by_jib(site: Site, crane: TowerCrane, jib: LuffingJib, axes: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return the (X, Y, Z) cells that jib and counterweight come through between samples ((N, 3))."""
-    way = way_of(crane, axes, site.frame.voxel_size_m).axes
-    poses = np.unique(np.round(way[:, :2], 4), axis=0)
-    points = np.concatenate([_jib_points(crane, jib, site, poses), _tail_points(crane, jib, site, poses)])
-    cells = np.unique(np.floor((points - np.array(site.frame.origin_m)) / site.frame.voxel_size_m).astype(int), axis=0)
-    cells = cells[((cells >= 0) & (cells < site.shape)).all(axis=1)]
+    """Return the (X, Y, Z) cells that jib and counterweight come through between samples ((N, 3)).
+
+    Poses are taken so close together that neither the tip nor the counterweight's end is off by more than a quarter of
+    a cell; from one point looked at to the next, along and across, it is half a cell at most.
+    """
+    size_m = site.frame.voxel_size_m
+    way = way_of(crane, axes, size_m).axes
     taken = np.zeros(site.shape, np.bool_)
-    taken[tuple(cells.T)] = True
+    place = np.array([*crane.base_m[:2], *site.frame.origin_m, size_m])
+    _mark_jib(
+        taken,
+        place,
+        np.array([jib.pivot_offset_m, jib.pivot_height_m, jib.length_m, jib.width_m]),
+        _apart(way[:, :2], np.array([_NEAR_VOX * size_m / jib.radii_m[1], _NEAR_VOX * size_m])),
+    )
+    _mark_tail(
+        taken,
+        place,
+        np.array([jib.tail_radius_m, jib.tail_low_m, jib.pivot_height_m, jib.tail_width_m]),
+        _apart(way[:, :1], np.array([_NEAR_VOX * size_m / jib.tail_radius_m]))[:, 0],
+    )
     return taken
 
 
-def _jib_points(crane: TowerCrane, jib: LuffingJib, site: Site, poses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(K, 3) points of the jib's underside at poses ((P, 2) slew, radius), within the grid's height."""
-    step_m = _STEP_VOX * site.frame.voxel_size_m
-    along = np.linspace(0.0, 1.0, int(np.ceil(jib.length_m / step_m)) + 1)
-    reach = poses[:, 1] - jib.pivot_offset_m
-    rise = np.sqrt(np.maximum(jib.length_m**2 - reach**2, 0.0))
-    radius = jib.pivot_offset_m + along * reach[:, None]
-    height = jib.pivot_height_m + along * rise[:, None]
-    highest_m = site.frame.origin_m[2] + site.shape[2] * site.frame.voxel_size_m
-    which, n = np.nonzero(height <= highest_m)
-    return _across(crane, poses[which, 0], radius[which, n], height[which, n], jib.width_m)
+def _apart(poses: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return poses ((N, A)) on a grid of steps ((A,)), each once: none is off by more than half a step."""
+    return np.asarray(np.unique(np.round(poses / step), axis=0) * step, np.float64)
 
 
-def _tail_points(crane: TowerCrane, jib: LuffingJib, site: Site, poses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(K, 3) points of the counterweight, from its underside up to the pivot, at poses."""
-    step_m = _STEP_VOX * site.frame.voxel_size_m
-    slew = np.unique(np.round(poses[:, 0], 3))
-    back = np.arange(0.0, jib.tail_radius_m + step_m, step_m)
-    up = np.arange(jib.tail_low_m + 1e-6, max(jib.pivot_height_m, jib.tail_low_m + step_m), step_m)
-    s, b, u = (values.ravel() for values in np.meshgrid(slew, -np.minimum(back, jib.tail_radius_m), up, indexing="ij"))
-    return _across(crane, s, b, u, jib.tail_width_m)
+@kernel
+def _mark_jib(
+    taken: NDArray[np.bool_], place: NDArray[np.float64], jib: NDArray[np.float64], poses: NDArray[np.float64]
+) -> None:
+    """Mark the cells of the jib's underside, a band from pivot to tip, at poses ((P, 2) slew, radius)."""
+    origin_z, size = place[4], place[5]
+    offset, pivot, length, width = jib
+    along = int(np.ceil(length / (_STEP_VOX * size)))
+    highest_m = origin_z + taken.shape[2] * size
+    for p in range(poses.shape[0]):
+        slew, radius = poses[p]
+        reach = radius - offset
+        rise = np.sqrt(max(length * length - reach * reach, 0.0))
+        for n in range(along + 1):
+            share = n / along
+            height = pivot + share * rise
+            if height > highest_m:
+                break
+            _mark_across(taken, place, slew, offset + share * reach, height, width)
 
 
-def _across(
-    crane: TowerCrane,
-    slew: NDArray[np.float64],
-    radius: NDArray[np.float64],
-    height: NDArray[np.float64],
-    width_m: float,
-) -> NDArray[np.float64]:
-    """Points on lines across a band, (K,) each -> (K * lines, 3)."""
-    lines = []
-    for aside in np.linspace(-0.5, 0.5, _LINES) * width_m:
-        x = crane.base_m[0] + radius * np.cos(slew) - aside * np.sin(slew)
-        y = crane.base_m[1] + radius * np.sin(slew) + aside * np.cos(slew)
-        lines.append(np.stack([x, y, height], axis=1))
-    return np.concatenate(lines)
+@kernel
+def _mark_tail(
+    taken: NDArray[np.bool_], place: NDArray[np.float64], tail: NDArray[np.float64], slews: NDArray[np.float64]
+) -> None:
+    """Mark the cells of the counterweight, from its underside up to the pivot, at slewing angles."""
+    origin_z, size = place[4], place[5]
+    radius, low, pivot, width = tail
+    step = _STEP_VOX * size
+    back, up = int(np.ceil(radius / step)), max(1, int(np.ceil((pivot - low) / step)))
+    highest_m = origin_z + taken.shape[2] * size
+    for slew in slews:
+        for k in range(up):
+            height = low + 1e-6 + k * step
+            if height > highest_m:
+                break
+            for n in range(back + 1):
+                _mark_across(taken, place, slew, -min(n * step, radius), height, width)
+
+
+@kernel
+def _mark_across(
+    taken: NDArray[np.bool_], place: NDArray[np.float64], slew: float, radius: float, height: float, width: float
+) -> None:
+    """Mark the cells on a level line across a band, as wide as it, at a radius of its middle."""
+    base_x, base_y, origin_x, origin_y, origin_z, size = place
+    c, s = np.cos(slew), np.sin(slew)
+    z = int(np.floor((height - origin_z) / size))
+    if z < 0 or z >= taken.shape[2]:
+        return
+    lines = int(np.ceil(width / (_STEP_VOX * size)))
+    for n in range(lines + 1):
+        aside = (n / lines - 0.5) * width
+        x = int(np.floor((base_x + radius * c - aside * s - origin_x) / size))
+        y = int(np.floor((base_y + radius * s + aside * c - origin_y) / size))
+        if 0 <= x < taken.shape[0] and 0 <= y < taken.shape[1]:
+            taken[x, y, z] = True
 
 
 def _check_load(

@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift
 from bimvox.planning.moment import Moment, Thing, near_and_far, passed_by
 from bimvox.planning.proof import Check
-from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
+from bimvox.trajectory.verify_lift import LiftProof
 from bimvox.trajectory.verify_space import (
-    ALWAYS_NS,
     BETWEEN_VOX,
     Placements,
-    RawCells,
     placements_around,
     reference_cells,
     tail_of,
@@ -31,29 +28,8 @@ from bimvox.trajectory.verify_space import (
 )
 
 
-class LoadProof:
-    """Looks at one lift after the other.
-
-    Args:
-        site: The site.
-        crane: Its crane.
-        triangles: The test of real triangles.
-        cells: What stands where now; moved on by the caller.
-        checks: ``motion_cells``, ``motion_triangles``, ``motion_rope`` and ``zones``.
-        window_ns: Positions outside this span of the site's clock are not looked at.
-    """
-
-    def __init__(
-        self,
-        site: Site,
-        crane: TowerCrane,
-        triangles: TriangleCheck,
-        cells: RawCells,
-        checks: Mapping[str, Check],
-        window_ns: tuple[int, int] = ALWAYS_NS,
-    ) -> None:
-        self.window_ns, self.start_ns = window_ns, 0
-        self.site, self.crane, self.triangles, self.cells, self.checks = site, crane, triangles, cells, checks
+class LoadProof(LiftProof):
+    """Its checks are ``motion_cells``, ``motion_triangles``, ``motion_rope`` and ``zones``."""
 
     def check(self, name: str, moment: Moment, motion: LiftMotion) -> None:
         """Check raising and loaded motion of a lift."""

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import kernel
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
@@ -144,15 +145,72 @@ def placements_around(cells: NDArray[np.float64], slack_vox: NDArray[np.float64]
         cells: (N, 3) float64.
         slack_vox: (N,) positions this close to a whole cell are taken to be at it.
     """
+    cells, slack_vox = np.ascontiguousarray(cells, np.float64), np.ascontiguousarray(slack_vox, np.float64)
+    base, size = _box_around(cells, slack_vox)
+    if int(size.prod()) > _CHUNK:  # a way through this many cells is sorted instead
+        corners = _corners(cells, slack_vox)
+        keys = np.ravel_multi_index(tuple((corners - base).T), tuple(int(n) for n in size))
+        unique, around = np.unique(keys, return_inverse=True)
+        whole = np.stack(np.unravel_index(unique, tuple(int(n) for n in size)), axis=1) + base
+        return Placements(whole.astype(np.int64), around.reshape(8, -1))
+    return Placements(*_numbered(cells, slack_vox, base, size))
+
+
+def _corners(cells: NDArray[np.float64], slack_vox: NDArray[np.float64]) -> NDArray[np.int64]:
     low = np.floor(cells + slack_vox[:, None]).astype(np.int64)
     high = np.ceil(cells - slack_vox[:, None]).astype(np.int64)
-    corners = np.stack([np.where(corner, high, low) for corner in np.ndindex(2, 2, 2)]).reshape(-1, 3)
-    base = corners.min(axis=0)
-    size = corners.max(axis=0) - base + 1
-    keys = np.ravel_multi_index(tuple((corners - base).T), tuple(int(n) for n in size))
-    unique, around = np.unique(keys, return_inverse=True)
-    whole = np.stack(np.unravel_index(unique, tuple(int(n) for n in size)), axis=1) + base
-    return Placements(whole.astype(np.int64), around.reshape(8, -1))
+    return np.stack([np.where(corner, high, low) for corner in np.ndindex(2, 2, 2)]).reshape(-1, 3)
+
+
+@kernel
+def _box_around(
+    cells: NDArray[np.float64], slack_vox: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Lowest whole cell around positions, and how many there are along each axis."""
+    low, high = np.zeros(3, np.int64), np.zeros(3, np.int64)
+    for n in range(cells.shape[0]):
+        for k in range(3):
+            down = int(np.floor(cells[n, k] + slack_vox[n]))
+            up = int(np.ceil(cells[n, k] - slack_vox[n]))
+            if n == 0:
+                low[k], high[k] = min(down, up), max(down, up)
+            low[k], high[k] = min(low[k], down, up), max(high[k], down, up)
+    return low, high - low + 1
+
+
+@kernel
+def _numbered(
+    cells: NDArray[np.float64], slack_vox: NDArray[np.float64], base: NDArray[np.int64], size: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Mark every whole cell in the box, number the marked ones in order, and look the numbers up."""
+    count = cells.shape[0]
+    at = np.empty((8, count), np.int64)
+    numbers = np.zeros(size[0] * size[1] * size[2], np.int32)
+    for n in range(count):
+        ends = np.empty((3, 2), np.int64)
+        for k in range(3):
+            ends[k, 0] = int(np.floor(cells[n, k] + slack_vox[n])) - base[k]
+            ends[k, 1] = int(np.ceil(cells[n, k] - slack_vox[n])) - base[k]
+        for c in range(8):
+            x, y, z = ends[0, c // 4], ends[1, c // 2 % 2], ends[2, c % 2]
+            key = (x * size[1] + y) * size[2] + z
+            at[c, n] = key
+            numbers[key] = 1
+    total = 0
+    for key in range(numbers.shape[0]):
+        if numbers[key]:
+            numbers[key] = total
+            total += 1
+    whole = np.empty((total, 3), np.int64)
+    for c in range(8):
+        for n in range(count):
+            key = at[c, n]
+            number = numbers[key]
+            at[c, n] = number
+            whole[number, 0] = base[0] + key // (size[1] * size[2])
+            whole[number, 1] = base[1] + key // size[2] % size[1]
+            whole[number, 2] = base[2] + key % size[2]
+    return whole, at
 
 
 class RawCells:

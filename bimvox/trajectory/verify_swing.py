@@ -1,8 +1,8 @@
 """The proof that loads hang at rest where they are set, and swing into nothing on the way.
 
 By other means than the motions were made: from the samples alone, a cubic through them between, and a pendulum that is
-turned exactly from step to step. A stop is braking in need: how far its load swings is not looked at, and the crane
-waits until it hangs still.
+turned exactly from step to step. A stop is braking in need: its load swings through it and goes on swinging while the
+crane stands, and all of that is looked at too. Before the crane goes on the load is brought to rest by its tag lines.
 """
 
 from __future__ import annotations
@@ -16,19 +16,20 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.crane.kinematics import hook_of
-from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
+from bimvox.crane.pendulum import GRAVITY_M_S2, half_period_s, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.lift import Lift
-from bimvox.planning.moment import NO_SOLID, Moment, Thing, near_and_far
-from bimvox.planning.proof import Check
+from bimvox.planning.moment import Moment, Thing, near_and_far
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
-from bimvox.trajectory.motion import LiftMotion, PhaseName
+from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.swing import RESIDUAL_M, Pendulum, pendulum_of
 from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
-from bimvox.trajectory.verify_space import ALWAYS_NS, BETWEEN_VOX, RawCells, placements_around, reference_cells, tail_of
+from bimvox.trajectory.verify_between import EmptyWay, one_way
+from bimvox.trajectory.verify_lift import LiftProof
+from bimvox.trajectory.verify_space import BETWEEN_VOX, placements_around, reference_cells, tail_of
 
 _STEP_NS = 40_000_000
 _SLINGS_END = (0, 0, 0)
@@ -52,44 +53,21 @@ class Swung(NamedTuple):
     amplitude_m: NDArray[np.float64]
 
 
-class SwingProof:
-    """Looks at one lift after the other.
+class SwingProof(LiftProof):
+    """Its checks are ``swing``."""
 
-    Args:
-        site: The site.
-        crane: Its crane.
-        cells: What stands where now; moved on to what it needs.
-        check: Where the result goes.
-        window_ns: What is there is met in this span of the site's clock only.
-    """
-
-    def __init__(
-        self,
-        site: Site,
-        crane: TowerCrane,
-        cells: RawCells,
-        check: Check,
-        window_ns: tuple[int, int] = ALWAYS_NS,
-    ) -> None:
-        self.site, self.crane, self.cells, self.checked, self.window_ns = site, crane, cells, check, window_ns
-
-    def check(self, name: str, moment: Moment, motion: LiftMotion) -> None:
-        """Check the loaded motion of a lift, and its approach."""
-        component, place = self.site.components[moment.lift.component], moment.lift.place
+    def check(self, name: str, moment: Moment, motion: LiftMotion, ways: Sequence[EmptyWay] | None = None) -> None:
+        """Check the loaded motion of a lift, and the ways of its empty hook; as ``HookProof.check``."""
+        component = self.site.components[moment.lift.component]
         loaded, empty = pendulum_of(self.site, component), pendulum_of(self.site, None)
         if loaded is None or empty is None:
             return
         self.cells.move_to(moment.present)
         self._check_way(name, component, motion, motion.loaded, loaded, moment.lift)
-        if motion.approach is None or moment.before is None:
-            return
-        present = list(moment.present)
-        if place is not None:
-            own = place.shape.cells + np.array(place.cell_vox, np.int32)
-            present.append(Thing(component.id, own, NO_SOLID))
-        self.cells.move_to(present)
-        near, _ = near_and_far(self.site.components[moment.before.component], present)
-        self._check_way(f"{name}, approach", None, motion, motion.approach, empty, None, near)
+        for way in one_way(self.site, moment, motion) if ways is None else ways:
+            self.cells.move_to(way.present)
+            near = near_and_far(way.left, way.present)[0] if way.left is not None else []
+            self._check_way(f"{name}, {way.what}", None, motion, way.way, empty, None, near)
 
     def _check_way(
         self,
@@ -104,8 +82,8 @@ class SwingProof:
         for swung in swung_parts(self.crane, motion, way, pendulum):
             at_end_m = float(swung.amplitude_m[-1])
             if swung.time_s[-1] * 1e9 >= way.time_ns[-1] - 1:
-                self.checked.measure(at_end_m)
-                self.checked.look(
+                self.checks["swing"].measure(at_end_m)
+                self.checks["swing"].look(
                     at_end_m <= RESIDUAL_M,
                     f"{name}: at its end the load still swings by {at_end_m:.3f} m, allowed are {RESIDUAL_M:g} m",
                 )
@@ -121,7 +99,7 @@ class SwingProof:
         start_ns: int,
     ) -> None:
         """A load that swings further than what counts as rest meets nothing, to either side."""
-        self.checked.look(True, "", samples=len(swung.time_s))
+        self.checks["swing"].look(True, "", samples=len(swung.time_s))
         frame = self.site.frame
         offset = _SLINGS_END if component is None else component.hook_offset_vox
         cells = reference_cells(crane_for(self.site, self.crane, component), frame, swung.axes, offset)
@@ -135,7 +113,7 @@ class SwingProof:
         rows = np.flatnonzero(swings & ~tail)
         if not len(rows):
             return
-        at, positions = across(cells, beyond_vox, thinned(cells, rows))
+        at, positions = across(cells, beyond_vox, thinned(cells, beyond_vox, rows))
         placements = placements_around(positions, np.full(len(positions), BETWEEN_VOX))
         bad = np.zeros(len(positions), np.bool_)
         if component is not None:
@@ -151,7 +129,7 @@ class SwingProof:
         if bad.any():
             n = int(at[np.argmax(bad)])
             swings_m = float(np.linalg.norm(swung.offset_m[n]))
-            self.checked.look(
+            self.checks["swing"].look(
                 False,
                 f"{name}: at {swung.time_s[n]:.2f} s the load, or its rope, swings by {swings_m:.2f} m "
                 "into what is there",
@@ -175,7 +153,7 @@ class SwingProof:
         off_vox = np.min([_from_segment(reached, a, b) for a, b in pairwise(line)], axis=0)
         worst = int(np.argmax(off_vox))
         off_m = float(off_vox[worst]) * self.site.frame.voxel_size_m
-        self.checked.look(
+        self.checks["swing"].look(
             off_m <= 1e-2 + BETWEEN_VOX * self.site.frame.voxel_size_m,
             f"{name}: at {swung.time_s[rows][worst]:.2f} s, in its last moves, the load swings {off_m:.3f} m "
             "off their line",
@@ -183,17 +161,20 @@ class SwingProof:
 
 
 def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, pendulum: Pendulum) -> Iterator[Swung]:
-    """Yield how a load swings on its way, anew after every stop; while it stops not."""
-    stops = [phase for phase in motion.phases if phase.name is PhaseName.STOP]
-    spans = [(phase.start_ns - motion.start_ns, phase.end_ns - motion.start_ns) for phase in stops]
-    spans = [span for span in spans if span[0] < way.time_ns[-1] and span[1] > way.time_ns[0]]
-    ends = [int(way.time_ns[0]), *(end for _, end in spans)]
-    begins = [*(begin for begin, _ in spans), int(way.time_ns[-1])]
+    """Yield how a load swings on its way, through every stop and while it is held after it; anew when it goes on."""
+    stops = [(begin_ns - motion.start_ns, end_ns - motion.start_ns) for begin_ns, end_ns in motion.stops_ns]
+    rests = [end for begin, end in stops if begin < way.time_ns[-1] and end > way.time_ns[0]]
     axes = axes_of_samples(way)
-    for low_ns, high_ns in zip(ends, begins, strict=True):
+    for low_ns, high_ns in pairwise([int(way.time_ns[0]), *rests, int(way.time_ns[-1])]):
         part = (way.time_ns >= low_ns) & (way.time_ns <= high_ns)
-        if part.sum() >= 2:
-            yield _swung(crane, way.time_ns[part], axes[part], pendulum)
+        if part.sum() < 2:
+            continue
+        time_ns = way.time_ns[part]
+        if high_ns in rests:
+            # How long it is held says nothing more after one period: a load without damping swings the same again.
+            length_m = float(pendulum_lengths_m(crane, axes[part][-1:], pendulum.below_hook_m)[0])
+            time_ns[-1] = min(time_ns[-1], time_ns[-2] + round(2.0e9 * half_period_s(length_m)))
+        yield _swung(crane, time_ns, axes[part], pendulum)
 
 
 def swung_placements(
@@ -217,7 +198,7 @@ def swung_placements(
         beyond_vox = beyond_rest_m(swung.offset_m) / site.frame.voxel_size_m
         rows = np.flatnonzero((np.abs(beyond_vox).max(axis=1) > 0.0) & (swung.time_s * 1e9 >= rest_ns - _STEP_NS))
         if len(rows):
-            _, positions = across(cells, beyond_vox, thinned(cells, rows))
+            _, positions = across(cells, beyond_vox, thinned(cells, beyond_vox, rows))
             found.append(placements_around(positions, np.full(len(positions), BETWEEN_VOX)).cells)
     return np.concatenate(found)
 
@@ -229,9 +210,13 @@ def beyond_rest_m(offset_m: NDArray[np.float64]) -> NDArray[np.float64]:
     return beyond
 
 
-def thinned(cells: NDArray[np.float64], rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return rows so many that their cells ((N, 3)) are an eighth of a cell apart or less, or as they are."""
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(cells, axis=0), axis=1))])
+def thinned(cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return rows so many that their cells ((N, 3)) are an eighth of a cell apart or less, or as they are.
+
+    So are the cells that the load swings to ((N, 2)): it goes on when the crane stands.
+    """
+    steps = np.linalg.norm(np.diff(cells, axis=0), axis=1) + np.linalg.norm(np.diff(beyond_vox, axis=0), axis=1)
+    way = np.concatenate([[0.0], np.cumsum(steps)])
     step = np.floor(way[rows] / 0.125)
     return rows[np.concatenate([[True], np.diff(step) > 0])] if len(rows) else rows
 

@@ -92,8 +92,8 @@ def _kind(value: Document, document: Document) -> str:
         return (
             f"[{_anchor(key)}](#{_anchor(key).lower()})" if "properties" in definition else _kind(definition, document)
         )
-    if "anyOf" in value:
-        return " or ".join(_kind(choice, document) for choice in value["anyOf"] if choice.get("type") != "null")
+    if choices := value.get("anyOf") or value.get("oneOf"):
+        return " or ".join(_kind(choice, document) for choice in choices if choice.get("type") != "null")
     kind = value.get("type")
     if isinstance(kind, list):
         return " or ".join(kind)

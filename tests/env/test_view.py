@@ -129,3 +129,24 @@ def test_what_is_seen_does_not_depend_on_where_on_the_site():
         seen(clearance_of(near), (150, 150, 12), target=(155, 150, 12)),
         seen(clearance_of(far), (155, 147, 12), target=(160, 147, 12)),
     )
+
+
+def heights(out: np.ndarray) -> np.ndarray:
+    """Clear heights of the nearest level."""
+    cells = int(np.prod(NEAREST_WINDOW))
+    return out[cells:NEAREST_SIZE]
+
+
+def test_clear_heights_end_where_the_hook_may_not_be_higher():
+    """Limiters and the jib of a luffing crane: a column that must be crossed higher than that is closed."""
+    occupied = random_occupancy(5, (30, 30, 20), 0.02)
+    high = clearance_of(occupied, (3, 2, 2), rope=True)
+    below = high._replace(hook_ceiling=np.full(occupied.shape[:2], 11, np.int32))
+    cell = (14, 14, 4)
+    free, closed = heights(seen(high, cell)), heights(seen(below, cell))
+    assert ((closed == free) | (closed == 1.0)).all()
+    assert 0 < (closed == 1.0).sum() - (free == 1.0).sum() < free.size
+    room = GOAL_START + GOAL_SIZE + 4
+    assert seen(below, cell)[room] < seen(high, cell)[room]
+    nowhere = high._replace(hook_ceiling=np.full(occupied.shape[:2], -1, np.int32))
+    assert (heights(seen(nowhere, cell)) == 1.0).all()

@@ -51,6 +51,8 @@ def test_numbers_that_were_given_out_stay() -> None:
         "release": 8,
         "turn": 9,
         "stop": 10,
+        "wait": 11,
+        "leave": 12,
     }
 
 

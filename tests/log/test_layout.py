@@ -5,12 +5,17 @@ from __future__ import annotations
 import dataclasses
 import json
 import re
+import typing
 from typing import Any
 
+import pytest
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+
 from bimvox.log import topics
+from bimvox.log.container import read_contents
 from bimvox.log.layout import SCENE_PANEL, foxglove_layout, layout_bytes
 
-from .building import tiny_log
+from .building import log_bytes, tiny_log
 
 TOPICS = {topic.name: topic.message for topic in topics.TOPICS}
 
@@ -60,3 +65,73 @@ def test_a_site_without_a_crane_has_no_panels_for_one_and_the_bytes_are_the_same
     assert sorted(panels_in(bare["layout"])) == sorted(bare["configById"]) == ["3D!scene", "RosOut!log"]
     assert layout_bytes(site) == layout_bytes(site)
     assert json.loads(layout_bytes(site)) == foxglove_layout(site)
+
+
+SETTINGS = {
+    "3D": "ThreeDeeConfig",
+    "Plot": "PlotConfig",
+    "StateTransitions": "StateTransitionsConfig",
+    "Table": "TableConfig",
+    "RosOut": "LogConfig",
+}
+"""Class of ``foxglove.layouts`` that describes the settings of each kind of panel."""
+
+SERIES = {"Plot": "PlotSeries", "StateTransitions": "StateTransitionsSeries"}
+SHOWN = {
+    "SceneUpdate": "BaseRendererSceneUpdateTopicSettings",
+    "PoseInFrame": "BaseRendererPoseTopicSettings",
+    "PosesInFrame": "BaseRendererPosesTopicSettings",
+    "VoxelGrid": "BaseRendererVoxelGridTopicSettings",
+}
+SAVED_ONLY = {"foxglovePanelTitle", "imageMode"}
+"""In every saved layout, but no setting of a panel of its own."""
+
+
+def check_settings(layouts: Any, name: str, given: dict[str, Any]) -> None:
+    """Every setting is one that Foxglove knows, and has one of its values where it knows them all."""
+    kind = getattr(layouts, name)
+    hints = typing.get_type_hints(kind, vars(layouts))
+    needed = {field.name: None for field in dataclasses.fields(kind) if field.default is dataclasses.MISSING}
+    for key in given.keys() - SAVED_ONLY:
+        assert key in kind(**needed)._to_dict(), f"{name} has no setting {key}"
+        hint = hints[re.sub("([A-Z])", lambda found: f"_{found[1].lower()}", key)]
+        known = [
+            arg
+            for part in (hint, *typing.get_args(hint))
+            if typing.get_origin(part) is typing.Literal
+            for arg in typing.get_args(part)
+        ]
+        assert not known or given[key] in known, f"{name}: {key} = {given[key]!r} is none of {known}"
+
+
+def test_every_setting_is_one_that_foxglove_publishes() -> None:
+    """Against the definitions of layouts in Foxglove's own package (the extra ``live``)."""
+    layouts = pytest.importorskip("foxglove.layouts")
+    layout = foxglove_layout(tiny_log().plan.site)
+    for panel, settings in layout["configById"].items():
+        kind = panel.split("!")[0]
+        check_settings(layouts, SETTINGS[kind], settings)
+        for path in settings.get("paths", ()):
+            check_settings(layouts, SERIES[kind], path)
+    for topic, settings in layout["configById"][SCENE_PANEL]["topics"].items():
+        check_settings(layouts, SHOWN[TOPICS[topic].DESCRIPTOR.name], settings)
+
+
+def test_every_topic_of_the_layout_has_messages_in_the_log() -> None:
+    log = tiny_log()
+    contents = read_contents(log_bytes(log), "tiny.mcap")
+    sent = {message.topic for message in contents.messages}
+    layout = json.loads(contents.attachments[topics.LAYOUT_FILE])
+    shown = {path.split(".")[0] for path in paths_in(layout["configById"])} | set(
+        layout["configById"][SCENE_PANEL]["topics"]
+    )
+    assert shown <= sent
+    frames = {key.removeprefix("frame:") for key in layout["configById"][SCENE_PANEL]["transforms"]}
+    told = {
+        name
+        for message in contents.messages
+        if message.topic == topics.TF
+        for one in FrameTransforms.FromString(message.data).transforms
+        for name in (one.parent_frame_id, one.child_frame_id)
+    }
+    assert frames | {layout["configById"][SCENE_PANEL]["followTf"]} <= told

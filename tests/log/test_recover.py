@@ -11,6 +11,8 @@ from bimvox.errors import LogFileError
 from bimvox.log.container import read_contents, salvage_contents
 from bimvox.log.reader import read_log
 from bimvox.log.recovery import Recovered, recover, recover_log, write_recovered
+from bimvox.log.topics import MOTION_FILE, PLAN_FILE, SITE_FILE
+from bimvox.planning.lift import LiftPlan
 
 from .building import log_bytes, same, tiny_log
 
@@ -150,6 +152,78 @@ def test_a_bit_flipped_anywhere_costs_no_more_than_its_chunk(data: bytes) -> Non
             else:
                 before = counts[hit - 1] if hit else 0
                 assert saved == whole.messages[:before] + whole.messages[counts[hit] :], position
+
+
+def records_of(data: bytes, opcode: int) -> list[tuple[int, int]]:
+    """Start and end of every record of a kind before the end of the data."""
+    found, at = [], 8
+    while data[at] != 0x0F:
+        length = int.from_bytes(data[at + 1 : at + 9], "little")
+        if data[at] == opcode:
+            found.append((at, at + 9 + length))
+        at += 9 + length
+    return found
+
+
+def test_a_bit_flipped_in_an_attachment_costs_that_attachment_and_is_named(data: bytes, tmp_path: Path) -> None:
+    whole = read_contents(data, "log")
+    records = records_of(data, 0x09)
+    assert len(records) == len(whole.attachments) >= 6
+    for (start, end), name in zip(records, whole.attachments, strict=True):
+        # Length, name's length, name, data near the beginning and the end, checksum.
+        for position in (start + 2, start + 9 + 16, start + 9 + 22, (start + end) // 2, end - 6, end - 1):
+            damaged = bytearray(data)
+            damaged[position] ^= 0x10
+            saved = salvage_contents(bytes(damaged), "flipped")
+            left = {key: value for key, value in whole.attachments.items() if key != name}
+            assert saved.attachments == left, (name, position - start)
+            assert saved.messages == whole.messages
+            assert saved.metadata == whole.metadata
+            assert len(saved.lost) == 1
+            assert "attachment" in saved.lost[0]
+            assert position < start + 40 or f"the attachment {name}" in saved.lost[0]
+            path = tmp_path / "flipped.mcap"
+            path.write_bytes(bytes(damaged))
+            with pytest.raises(LogFileError):
+                read_log(path)
+            if name in (SITE_FILE, PLAN_FILE):
+                with pytest.raises(LogFileError, match=f"attachment {name} did not survive"):
+                    recover_log(path)
+            elif name != MOTION_FILE:
+                log, recovered = recover_log(path)
+                same(log.plan, read_contents_plan(data, tmp_path))
+                assert recovered.lost == tuple(saved.lost)
+
+
+def read_contents_plan(data: bytes, folder: Path) -> LiftPlan:
+    path = folder / "sound.mcap"
+    path.write_bytes(data)
+    return read_log(path).plan
+
+
+def test_a_bit_flipped_in_metadata_is_told_though_it_cannot_be_found(data: bytes) -> None:
+    """Metadata records have no checksum of their own; that of the whole says that something was changed."""
+    whole = read_contents(data, "log")
+    for start, end in records_of(data, 0x0C):
+        for position in range(start + 9 + 8, end, max(1, (end - start) // 12)):
+            damaged = bytearray(data)
+            damaged[position] ^= 0x01
+            saved = salvage_contents(bytes(damaged), "flipped")
+            assert saved.messages == whole.messages
+            assert saved.attachments == whole.attachments
+            assert saved.lost, position
+
+
+def test_attachments_of_a_truncated_log_are_those_before_the_cut(data: bytes) -> None:
+    whole = read_contents(data, "log")
+    records = records_of(data, 0x09)
+    for n, (start, end) in enumerate(records):
+        cut = data[: (start + end) // 2]
+        if n == 0:
+            continue
+        saved = salvage_contents(cut, "cut")
+        assert list(saved.attachments) == list(whole.attachments)[:n]
+        assert f"the attachment {list(whole.attachments)[n]}" in saved.lost[-1]
 
 
 def test_a_log_cut_before_its_site_cannot_be_a_plan_again(data: bytes, tmp_path: Path) -> None:

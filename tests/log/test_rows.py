@@ -45,4 +45,9 @@ def test_streams_are_merged_by_time_and_at_equal_times_by_stream(streams, cuts):
         (t, one.topic, message) for one in rows for t, message in zip(one.time_ns.tolist(), one.data, strict=True)
     ]
     wanted.sort(key=lambda message: message[0])
-    assert list(merged([[one] for one in rows], cuts)) == wanted
+    found = [
+        (time_ns, block.topics[topic], message)
+        for block in merged([[one] for one in rows], cuts)
+        for time_ns, topic, message in zip(block.time_ns.tolist(), block.topic.tolist(), block.data, strict=True)
+    ]
+    assert found == wanted

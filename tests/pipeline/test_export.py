@@ -55,3 +55,18 @@ def test_a_cut_off_log_is_refused_and_recovered(site_folder):
     assert document["lost"]
     assert document["verified"] is True
     assert 0 < len(read_log(site_folder / "out.mcap").plan.lifts) <= 8
+
+
+@pytest.mark.parametrize(("name", "proven"), [("site.toml", True), ("crane.urdf", True), ("motions.json", False)])
+def test_a_log_with_a_damaged_attachment_is_recovered_without_it_and_proven_again(site_folder, name, proven):
+    log = site_folder / "frame.mcap"
+    data = bytearray(log.read_bytes())
+    data[data.index(len(name).to_bytes(4, "little") + name.encode()) + len(name) + 90] ^= 4
+    log.write_bytes(data)
+    with pytest.raises(LogFileError, match="damaged"):
+        read_log(log)
+    document = run(site_folder, recover=True, out=site_folder / "out.mcap")
+    assert document["verified"] is proven
+    (lost,) = document["lost"]
+    assert lost.startswith(f"the attachment {name}: ")
+    assert len(read_log(site_folder / "out.mcap").planned) == 8

@@ -5,6 +5,8 @@ from __future__ import annotations
 import itertools
 import json
 import shutil
+import subprocess
+import sys
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -142,6 +144,40 @@ def test_ms_project_has_the_right_durations(site_folder: Path) -> None:
         assert task.findtext(f"{space}ExtendedAttribute/{space}Value") == component.global_id
     resources = root.findall(f"{space}Assignments/{space}Assignment")
     assert [said(one, "TaskUID") for one in resources] == [said(task, "UID") for task in tasks[1:]]
+
+
+def python_with_mpxj() -> str | None:
+    """A Python that has MPXJ: this one, or that of ``make check-log``."""
+    for python in (sys.executable, str(SAMPLES.parent / ".venv-viewers" / "bin" / "python")):
+        found = Path(python).exists() and subprocess.run(
+            [python, "-c", "import jpype, mpxj; jpype.getDefaultJVMPath()"], check=False, capture_output=True
+        )
+        if found and found.returncode == 0:
+            return python
+    return None
+
+
+def test_mpxj_reads_the_schedule_as_it_is(site_folder: Path) -> None:
+    python = python_with_mpxj()
+    if python is None:
+        pytest.skip("needs mpxj, jpype1 and a Java: make check-log installs the first two")
+    out = site_folder / "mpxj.xml"
+    run(site_folder, to="msproject", start="2026-12-01T07:00", out=out)
+    reader = SAMPLES.parent / "benchmarks" / "read_ms_project.py"
+    read = subprocess.run([python, reader, out], check=True, capture_output=True, text=True, timeout=60)
+    summary, *tasks = json.loads(read.stdout)
+    log = read_log(site_folder / "frame.mcap")
+    assert summary["is_summary"]
+    assert summary["finish"] == tasks[-1]["finish"]
+    assert len(tasks) == len(log.planned)
+    for task, track in zip(tasks, tracks_of(log), strict=True):
+        start, finish = (datetime.fromisoformat(task[key]) for key in ("start", "finish"))
+        assert abs((start - BEGIN).total_seconds() - track.start_ns / 1e9) <= 0.5
+        assert task["is_elapsed"]
+        assert timedelta(seconds=round(task["duration_s"], 3)) == finish - start
+        assert task["text1"] == log.plan.site.components[track.lift.component].global_id
+        assert task["resources"] == [log.plan.site.crane.name]
+    assert [task["after"] for task in tasks[1:]] == [[[task["id"], "FS"]] for task in tasks[:-1]]
 
 
 def test_the_animated_glb_moves_every_part_to_its_place(site_folder: Path) -> None:

@@ -21,7 +21,7 @@ from bimvox.log.ros2 import write_ros2_bag
 from bimvox.render.crane_parts import crane_parts
 from bimvox.render.page.blob import Blob
 from bimvox.render.page.crane import LUFFING, crane_record
-from bimvox.render.site_scene import parked_pose
+from bimvox.render.site_cranes import parked_pose
 from bimvox.site.build import with_digests
 from pipeline.plan import write_log_file
 from pipeline.progress import SilentProgress
@@ -68,7 +68,7 @@ def test_the_drawing_holds_the_hook_at_the_tip(written: tuple[Path, PlanLog]) ->
     crane = site.crane
     assert crane is not None and crane.luffing is not None
     for kind in ("luffing", "mobile"):
-        pose = parked_pose(site)
+        pose = parked_pose(site, site.crane)
         parts = crane_parts(replace(crane, kind=kind), pose)
         assert all(np.isfinite(stroke.segments_m).all() for stroke in parts.strokes)
         tip = parts.points_m[2]

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from bimvox.bim.read import read_building
-from bimvox.errors import FileError, NoPlanError, PolicyError, VerificationError
+from bimvox.errors import FileError, InputError, NoPlanError, PolicyError, VerificationError
 from bimvox.log.reader import read_log
 from bimvox.planning.lift import Status
 from bimvox.planning.proof import turn_to
@@ -164,6 +164,24 @@ def test_the_three_dialects_of_the_frame_give_one_site(tmp_path):
         assert [c.id for c in other.components] == [c.id for c in sites[0].components]
         assert [c.target_vox for c in other.components] == [c.target_vox for c in sites[0].components]
     assert read_building(SAMPLES / "frame_georeferenced.ifc").origin_m[:2].tolist() == [155000.0, 463000.0]
+
+
+@pytest.mark.parametrize("asked", ["luffing-40", "mobile"])
+def test_a_crane_of_another_kind_is_proposed_planned_by_the_shipped_policy_and_proven(asked, store, tmp_path):
+    target = tmp_path / "s.site.toml"
+    document = init(SAMPLES / "frame.ifc", target, voxel_size_m=0.5, crane=asked, progress=SilentProgress())
+    assert document["crane"] == {"luffing-40": "luffing-40", "mobile": "mobile-60t"}[asked]
+    assert "hammerhead-30" in document["other_cranes"]
+    assert document["crane"] not in document["other_cranes"]
+    made = plan(target, tmp_path / "s.mcap", progress=SilentProgress())
+    assert made["verified"]
+    assert made["policy"]["steps"] == 0
+    assert [lift["method"] for lift in made["lifts"]] == ["policy"] * 8
+
+
+def test_init_refuses_an_unknown_crane_before_it_reads_anything(tmp_path):
+    with pytest.raises(InputError, match="meant luffing-40"):
+        init(tmp_path / "none.ifc", crane="lufing-40", progress=SilentProgress())
 
 
 def test_init_keeps_an_edited_site_file(tmp_path):

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-import pipeline.watch
+import pipeline.watch_reader
+import pipeline.watch_revise
 from bimvox.errors import FileError
 from bimvox.log.reader import read_log
 from pipeline.file_watch import changes, state_of
@@ -110,7 +111,7 @@ def test_after_a_kill_the_newest_plan_comes_from_the_segments(watcher, parts):
         put(watcher, box_on(watcher, number))
         change(watcher)
     watcher._whole.hold()  # killed before the whole log was written
-    assert read_log(watcher._target).revision == 0
+    assert read_log(watcher._plan.target).revision == 0
     again = watcher_in(watcher.file.parent, parts)
     (document,) = again.take_up(state_of(again.file))
     assert document["event"] == "unchanged"
@@ -119,9 +120,9 @@ def test_after_a_kill_the_newest_plan_comes_from_the_segments(watcher, parts):
     for one, other in zip(again.standing.plan.lifts, watcher.standing.plan.lifts, strict=True):
         assert (one.path_vox == other.path_vox).all()
     again.close()
-    whole = read_log(again._target)
+    whole = read_log(again._plan.target)
     assert whole.revision == watcher.revision
-    assert verify(again._target, progress=SilentProgress())["verified"]
+    assert verify(again._plan.target, progress=SilentProgress())["verified"]
     assert [m.end_ns for m in whole.motions] == [m.end_ns for m in watcher.standing.chain]
 
 
@@ -142,10 +143,10 @@ def test_the_page_of_a_watched_plan_has_every_revision_whole(watcher):
         return Opened(out.read_bytes()).document["revisions"]
 
     # The whole log is behind: the page is ahead of it.
-    ahead = revisions(watcher._target)
+    ahead = revisions(watcher._plan.target)
     assert [r["number"] for r in ahead] == [0, 1, 2]
     watcher.close()
-    found = revisions(watcher._target)
+    found = revisions(watcher._plan.target)
     assert [r["number"] for r in found] == [0, 1, 2]
     assert [r["carried"] for r in found] == [count] * 3
     assert all(r["proof"]["verified"] for r in found)
@@ -155,14 +156,14 @@ def test_the_page_of_a_watched_plan_has_every_revision_whole(watcher):
         for lift in revision["lifts"]:
             assert (lift["motion"] is not None) == (lift["status"] == "planned")
     # A segment's own page and report are those of the whole plan that it made.
-    segment = segment_file(watcher._target, 1)
+    segment = segment_file(watcher._plan.target, 1)
     assert [r["carried"] for r in revisions(segment)] == [count] * 2
     record = report(segment, segment.with_suffix(".html"), pictures=0, progress=SilentProgress())["record"]
     assert len(record["lifts"]) == count
     assert record["proof"]["verified"]
     # What rests on a damaged segment is left out.
     segment.write_bytes(segment.read_bytes()[:500])
-    assert [r["number"] for r in revisions(watcher._target)] == [0, 2]
+    assert [r["number"] for r in revisions(watcher._plan.target)] == [0, 2]
 
 
 def test_without_the_whole_log_or_with_a_damaged_segment_what_is_sound_is_taken_up(watcher):
@@ -170,7 +171,7 @@ def test_without_the_whole_log_or_with_a_damaged_segment_what_is_sound_is_taken_
     for number in (5, 2):
         put(watcher, box_on(watcher, number))
         change(watcher)
-    digest, target = watcher.standing.plan.site.fixed_digest, watcher._target
+    digest, target = watcher.standing.plan.site.fixed_digest, watcher._plan.target
     segments = segments_on_disk(target)
     newest = read_newest(target, digest, SilentProgress())
     assert newest.behind
@@ -185,18 +186,18 @@ def test_a_disk_without_room_loses_nothing(watcher, monkeypatch):
     taken_up(watcher)
     before = watcher.standing
     put(watcher, box_on(watcher, 5))
-    write = pipeline.watch.write_log_file
+    write = pipeline.watch_revise.write_atomically
 
-    def full(path, record, *, inputs):
+    def full(path, data):
         raise FileError(path, "cannot be written: no space left on device; nothing was changed")
 
-    monkeypatch.setattr(pipeline.watch, "write_log_file", full)
+    monkeypatch.setattr(pipeline.watch_revise, "write_atomically", full)
     (document,) = change(watcher)
     assert document["event"] == "failed"
     assert "no space" in document["message"]
     assert watcher.standing is before
     assert change(watcher) == []  # the same again is not told again
-    monkeypatch.setattr(pipeline.watch, "write_log_file", write)
+    monkeypatch.setattr(pipeline.watch_revise, "write_atomically", write)
     until = time.monotonic() + 60.0
     while not watcher.wants_another_look() and time.monotonic() < until:
         time.sleep(0.05)
@@ -207,9 +208,25 @@ def test_a_disk_without_room_loses_nothing(watcher, monkeypatch):
     watcher.close()
 
 
+def test_a_jump_of_the_systems_clock_changes_nothing(watcher, monkeypatch):
+    taken_up(watcher)
+    now_s = iter([1e10, 0.0, 5e9] * 1000)
+    monkeypatch.setattr(time, "time", lambda: next(now_s))
+    monkeypatch.setattr(time, "time_ns", lambda: int(next(now_s) * 1e9))
+    put(watcher, box_on(watcher, 5))
+    (document,) = change(watcher)
+    assert document["event"] == "replanned"
+    assert 0.0 < document["verdict_ms"] <= document["latency_ms"] < 1e6
+    assert all(0.0 <= value < 1e6 for value in document["stages_ms"].values())
+    watcher.file.write_text("{")
+    assert change(watcher)[-1]["event"] == "rejected"
+    assert not watcher.wants_another_look()
+    watcher.close()
+
+
 def test_many_lifts_come_in_parts_the_first_ones_first(watcher, monkeypatch):
     taken_up(watcher)
-    monkeypatch.setattr(pipeline.watch, "_FIRST", 1)
+    monkeypatch.setattr(pipeline.watch_revise, "_FIRST", 1)
     put(watcher, box_on(watcher, 2, "a"), box_on(watcher, 5, "b"))
     documents = change(watcher)
     assert [d["event"] for d in documents] == ["replanned", *["continued"] * (len(documents) - 1)]
@@ -220,12 +237,12 @@ def test_many_lifts_come_in_parts_the_first_ones_first(watcher, monkeypatch):
     for document in documents:
         assert verify(Path(document["segment"]), progress=SilentProgress())["verified"]
     watcher.close()
-    assert verify(watcher._target, progress=SilentProgress())["verified"]
+    assert verify(watcher._plan.target, progress=SilentProgress())["verified"]
 
 
 def test_a_newer_change_goes_first_and_nothing_is_forgotten(watcher, monkeypatch):
     taken_up(watcher)
-    monkeypatch.setattr(pipeline.watch, "_FIRST", 1)
+    monkeypatch.setattr(pipeline.watch_revise, "_FIRST", 1)
     entries = [box_on(watcher, 2, "a"), box_on(watcher, 5, "b")]
     put(watcher, *entries)
     parts = watcher.change(state_of(watcher.file))
@@ -238,7 +255,7 @@ def test_a_newer_change_goes_first_and_nothing_is_forgotten(watcher, monkeypatch
     documents = change(watcher)
     assert not documents[-1]["pending"]
     watcher.close()
-    assert verify(watcher._target, progress=SilentProgress())["verified"]
+    assert verify(watcher._plan.target, progress=SilentProgress())["verified"]
 
 
 def test_warming_up_changes_nothing(watcher):
@@ -252,7 +269,7 @@ def test_warming_up_changes_nothing(watcher):
 
 def test_a_file_that_is_too_large_is_refused(watcher, monkeypatch):
     taken_up(watcher)
-    monkeypatch.setattr(pipeline.watch, "_MOST_BYTES", 100)
+    monkeypatch.setattr(pipeline.watch_reader, "_MOST_BYTES", 100)
     watcher.file.write_text(" " * 200 + json.dumps(EMPTY))
     (document,) = change(watcher)
     assert document["event"] == "rejected"
@@ -365,7 +382,7 @@ def test_obstructions_everywhere_make_every_lift_infeasible_and_none_afterwards(
     assert document["infeasible"] == []
     assert len(document["replanned"]) == len(watcher.standing.plan.lifts)
     watcher.close()
-    assert verify(watcher._target, progress=SilentProgress())["verified"]
+    assert verify(watcher._plan.target, progress=SilentProgress())["verified"]
 
 
 def test_a_whole_watch_ends_well_and_leaves_the_newest_log(watcher):
@@ -387,7 +404,7 @@ def test_a_whole_watch_ends_well_and_leaves_the_newest_log(watcher):
     stop.set()
     thread.join(timeout=60.0)
     assert not thread.is_alive()
-    assert read_log(watcher._target).revision == watcher.revision == 1
+    assert read_log(watcher._plan.target).revision == watcher.revision == 1
 
 
 def test_polling_sees_every_content(tmp_path):
@@ -473,7 +490,7 @@ def test_retraining_goes_on_beside_and_its_path_is_taken_where_it_is_no_longer(w
     )
     watcher.retrain(100)
     taken_up(watcher)
-    watcher._propose = fails
+    watcher._reviser.propose = fails
     put(watcher, box_on(watcher, 5))
     told = change(watcher)[-1]
     assert told["event"] == "replanned"
@@ -491,7 +508,7 @@ def test_retraining_goes_on_beside_and_its_path_is_taken_where_it_is_no_longer(w
     assert verify(Path(told["segment"]), progress=SilentProgress())["verified"]
     assert change(watcher)[-1]["event"] == "unchanged"
     watcher.close()
-    assert read_log(watcher._target).revision == watcher.revision
+    assert read_log(watcher._plan.target).revision == watcher.revision
 
 
 def method_of(watcher: Watcher, name: str) -> str:
@@ -505,7 +522,7 @@ def test_retraining_that_brings_nothing_or_fails_changes_nothing(watcher, monkey
 
     watcher.retrain(100)
     taken_up(watcher)
-    watcher._propose = fails
+    watcher._reviser.propose = fails
     for number, (outcome, event, said) in enumerate(
         (
             (lambda site, preparation, policy, **_: policy, "retrained", "no retrained policy was better"),
@@ -528,7 +545,7 @@ def test_a_newer_change_ends_the_training(watcher, monkeypatch):
     monkeypatch.setattr("pipeline.policy_choice.retrained", lambda *_, **__: time.sleep(600.0))
     watcher.retrain(100)
     taken_up(watcher)
-    watcher._propose = fails
+    watcher._reviser.propose = fails
     put(watcher, box_on(watcher, 5))
     change(watcher)
     process = watcher._retraining._process

@@ -33,7 +33,7 @@ def test_a_viewer_gets_what_stands_and_what_moves(planned):
 
     record = read_log(planned[0] / "frame.mcap")
     server = LiveServer("127.0.0.1", 0)
-    view = LiveView(server, None)
+    view = LiveView([server], None)
     view.show(record)
     try:
         with client.connect(f"ws://{server.address}", subprotocols=["foxglove.sdk.v1"], max_size=None) as viewer:

@@ -16,8 +16,10 @@ from bimvox.planning.lift import Status
 from bimvox.planning.verify import verify_plan
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions import EMPTY, Box, Obstruction, ObstructionSet
-from bimvox.trajectory.revise import Standing, revise, standing_of
+from bimvox.trajectory.revise import revise
+from bimvox.trajectory.standing import Standing, standing_of
 from bimvox.trajectory.verify import verify_motions
+from pipeline.beside import Beside
 from pipeline.load_site import rasterise
 from pipeline.plan import prepared
 from pipeline.policy_choice import NO_POLICY
@@ -235,8 +237,8 @@ def test_what_is_taken_back_is_known_and_proven_still(frame, monkeypatch):
 
     free = with_obstructions(site, EMPTY, rasterise)
     with monkeypatch.context() as known:
-        known.setattr("bimvox.trajectory.revise.plan_lift", never)
-        known.setattr("bimvox.trajectory.revise.time_lift", never)
+        known.setattr("bimvox.trajectory.walk.plan_lift", never)
+        known.setattr("bimvox.trajectory.walk.time_lift", never)
         parts = list(revise(with_box.standing, free, preparation, first=3))
     last = parts[-1].standing
     assert lost <= {order for part in parts for order in part.made}
@@ -265,3 +267,50 @@ def test_a_version_is_not_taken_where_something_else_is_in_its_way(frame):
     assert not np.array_equal(lift.path_vox, path)
     assert verify_plan(other.standing.plan).verified
     assert verify_motions(other.standing.plan, other.standing.chain).verified
+
+
+def test_what_is_worked_out_on_another_core_is_what_is_worked_out_here(frame):
+    """The same paths and motions to the last bit, whether later motions are made ahead or in their turn."""
+    log, preparation = frame
+    standing = standing_of(log.plan, log.motions)
+    boxes = [
+        Obstruction(f"box {n}", Box(tuple(low), tuple(low + 0.4)))
+        for n, lift in enumerate(standing.plan.lifts)
+        if lift.path_vox is not None
+        for low in [standing.plan.site.frame.corner_of(lift.path_vox[len(lift.path_vox) // 2])]
+    ]
+    site = with_obstructions(standing.plan.site, ObstructionSet.of(boxes), rasterise)
+    beside = Beside()
+    found = [
+        next(revise(standing, site, preparation, first=6, beside=elsewhere)) for elsewhere in (None, beside, _Waiting())
+    ]
+    beside.close()
+    assert len(found[0].replanned) > 3
+    for one in found[1:]:
+        assert (one.made, one.replanned, one.retimed) == (found[0].made, found[0].replanned, found[0].retimed)
+        for motion, other in zip(found[0].standing.chain, one.standing.chain, strict=True):
+            assert motion.phases == other.phases
+            for part, same in zip(motion.trajectories, other.trajectories, strict=True):
+                for field in ("time_ns", "slew_rad", "radius_m", "height_m"):
+                    assert np.array_equal(getattr(part, field), getattr(same, field))
+        for order, way in found[0].standing.ways.items():
+            assert np.array_equal(way.heights, one.standing.ways[order].heights)
+
+
+class _Waiting:
+    """Begins work on another core and waits for it at once: what is made ahead is always there in time."""
+
+    def __call__(self, work, or_else=None):
+        beside = Beside()
+        result = beside(work, or_else)()
+        return _There(result)
+
+
+class _There:
+    is_done = True
+
+    def __init__(self, result) -> None:
+        self._result = result
+
+    def __call__(self):
+        return self._result

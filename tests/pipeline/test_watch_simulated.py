@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,10 @@ import numpy as np
 import pytest
 
 from bimvox.crane.kinematics import hook_of
+from bimvox.log import topics
+from bimvox.log.container import read_contents, salvage_contents
 from bimvox.log.reader import read_log
+from bimvox.trajectory.in_transit import behind, motion_under_way
 from pipeline.file_watch import state_of
 from pipeline.load_site import load_site
 from pipeline.plan import policy_of, prepared
@@ -19,6 +23,7 @@ from pipeline.progress import SilentProgress
 from pipeline.simulate import NOW_NS, PlanClock
 from pipeline.verify import verify
 from pipeline.watch import Watcher
+from pipeline.watch_live import driven_until_ns, live_logs
 
 EMPTY = {"version": 1, "unit": "m", "obstructions": []}
 
@@ -61,7 +66,7 @@ class Simulated:
         self.file.write_text(json.dumps(EMPTY | {"obstructions": list(entries)}))
 
     def at(self, time_ns: int) -> None:
-        self.hand.now_s = (time_ns - self.watcher._carried_out_ns) / 1e10
+        self.hand.now_s = (time_ns - self.watcher._plan.carried_out_ns) / 1e10
 
     def look(self) -> list[dict[str, Any]]:
         return list(self.watcher.change(replace(state_of(self.file), seen_s=self.hand.now_s)))
@@ -118,7 +123,7 @@ def test_a_load_in_the_air_is_stopped_and_the_segment_proves_it(simulated):
     (event,) = [event for event in read_log(segment).events if event.kind == "stop"]
     assert event.fields["how"] == stopped["how"]
     simulated.watcher.close()
-    whole = simulated.watcher._target
+    whole = simulated.watcher._plan.target
     assert verify(whole, progress=SilentProgress())["verified"]
     assert len(read_log(whole).plan.history) == 1
 
@@ -145,3 +150,69 @@ def test_after_a_kill_it_goes_on_where_the_last_revision_left_it(simulated, site
     simulated.put()
     list(again.change(replace(state_of(simulated.file), seen_s=simulated.hand.now_s)))
     assert len(again.standing.plan.history) == 2
+
+
+def test_a_load_that_is_held_is_known_after_a_kill_and_goes_on_when_it_can(simulated, site_folder, parts):
+    standing = simulated.watcher.standing
+    loaded = standing.motions[5].loaded
+    simulated.at(standing.motions[5].start_ns + int(loaded.time_ns[len(loaded.time_ns) // 2]))
+    simulated.look()
+    target = standing.plan.site.components[standing.motions[5].component]
+    low = standing.plan.site.frame.corner_of(np.array(target.target_vox) + target.shape.cells[0]) + 0.1
+    simulated.put({"id": "on its place", "box": {"min": list(low), "max": list(low + 0.2)}})
+    told = simulated.look()[-1]
+    assert told["stopped"]["held"], told
+    held = simulated.watcher.standing.held
+    again = Watcher(
+        *parts, simulated.file, site_folder / "frame.mcap", 0, SilentProgress(), PlanClock(10.0, simulated.hand)
+    )
+    list(again.take_up(replace(state_of(simulated.file), seen_s=simulated.hand.now_s)))
+    known = again.standing.held
+    assert known.lift.component == held.lift.component
+    assert (known.how, known.is_safe, known.stop.end_ns) == (held.how, held.is_safe, held.stop.end_ns)
+    assert np.array_equal(known.stop.trajectory.slew_rad, held.stop.trajectory.slew_rad)
+    simulated.put()
+    again.begin()
+    (stopped,) = [d["stopped"] for d in again.change(replace(state_of(simulated.file), seen_s=0.0)) if "stopped" in d][
+        :1
+    ]
+    assert not stopped["held"]
+    assert again.standing.held is None
+    assert held.lift.order in again.standing.motions
+    again.close()
+
+
+def test_what_is_driven_is_in_a_log_that_grows_and_the_clock_goes_on_from_there(simulated, site_folder, parts):
+    target = site_folder / "frame.mcap"
+    simulated.watcher.show_to(())
+    simulated.watcher._show()
+    motion = simulated.watcher.standing.motions[3]
+    now_ns = motion.start_ns + int(motion.loaded.time_ns[len(motion.loaded.time_ns) // 2])
+    simulated.at(now_ns)
+    simulated.look()
+    (path,) = live_logs(target).values()
+    until, there = time.monotonic() + 30.0, set()
+    while not {topics.SCENE, topics.JOINTS, topics.LOAD, topics.TF} <= there:
+        assert time.monotonic() < until
+        time.sleep(0.1)
+        there = {message.topic for message in salvage_contents(path.read_bytes(), path).messages}
+    assert driven_until_ns(target) >= now_ns - 100
+    again = Watcher(*parts, simulated.file, target, 0, SilentProgress(), PlanClock(10.0, simulated.hand))
+    again.show_to(())
+    list(again.take_up(state_of(simulated.file)))
+    again.begin()
+    assert again._execution.clock.now_ns == pytest.approx(now_ns, abs=100)
+    assert len(live_logs(target)) == 2
+    again.close()
+    simulated.watcher.close()
+    assert read_contents(path.read_bytes(), path).messages
+
+
+def test_behind_a_pending_lift_no_time_is_known(simulated):
+    standing = simulated.watcher.standing
+    gap = replace(standing, motions={o: m for o, m in standing.motions.items() if o != 3}, pending=frozenset({3}))
+    now_ns = standing.motions[5].start_ns + 10**9
+    assert behind(standing, now_ns) == 4
+    assert behind(gap, now_ns) == 2
+    assert motion_under_way(gap, standing.plan.lifts[5], now_ns) is None
+    assert motion_under_way(standing, standing.plan.lifts[5], now_ns) is standing.motions[5]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import itertools
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +16,23 @@ from bimvox.log.recorder import write_log
 from bimvox.planning.lift import Status
 from bimvox.planning.verify import verify_plan
 from bimvox.site.build import with_obstructions
+from bimvox.site.lifting import crane_for
 from bimvox.site.obstructions import EMPTY, Box, Obstruction, ObstructionSet
-from bimvox.trajectory.evade import HOISTED, STOPPED, UNSAFE, WENT_ON
+from bimvox.site.site import SwingRule
+from bimvox.trajectory.evade import HOISTED, STOPPED, SWUNG, UNSAFE, WENT_ON
+from bimvox.trajectory.interrupt import spliced
 from bimvox.trajectory.load_frame import cells_of_axes, load_frame
-from bimvox.trajectory.motion import PhaseName
+from bimvox.trajectory.motion import Phase, PhaseName
 from bimvox.trajectory.over_time import verify_motions_over_time, verify_plan_over_time
-from bimvox.trajectory.revise import Part, Standing, revise, standing_of
+from bimvox.trajectory.revise import revise
+from bimvox.trajectory.standing import Part, Standing, standing_of
+from bimvox.trajectory.stop import stop_motion
+from bimvox.trajectory.stop_swing import swing_through
+from bimvox.trajectory.swing import pendulum_of
+from bimvox.trajectory.time_plan import left_cells
+from bimvox.trajectory.timing import NS_PER_S
 from bimvox.trajectory.verify import verify_motions
+from bimvox.trajectory.verify_swing import swung_placements
 from pipeline.load_site import rasterise
 from pipeline.plan import prepared
 from pipeline.progress import SilentProgress
@@ -231,3 +243,87 @@ def test_random_changes_while_it_is_carried_out(frame, seed):
         assert all(standing.motions[order] is motion for order, motion in done.items())
         if standing.held is None:
             whole_proof(standing)
+
+
+def only_swung_into(standing: Standing, order: int, now_ns: int) -> list[tuple[int, ...]]:
+    """Cells that the load of a lift only comes into as far out as it swings when it is stopped at a time."""
+    motion, site = standing.motions[order], standing.plan.site
+    component, size_m = site.components[motion.component], site.frame.voxel_size_m
+    crane = crane_for(site, site.crane, component)
+    stop = stop_motion(crane, motion, now_ns, sample_period_s=site.rules.sample_period_s, voxel_size_m=size_m)
+    found = swing_through(motion, motion.loaded, stop, pendulum_of(site, component))
+    load = load_frame(crane, site.frame, component.hook_offset_vox)
+    after = found.time_ns >= now_ns
+    hanging = cells_of_axes(load, found.axes[after])
+    swung = hanging + np.pad(found.swing.offset_m[after] / size_m, ((0, 0), (0, 1)))
+
+    def taken(places: np.ndarray) -> set[tuple[int, ...]]:
+        around = {tuple(c) for p in places for c in np.ndindex(2, 2, 2) for c in [np.where(c, np.ceil(p), np.floor(p))]}
+        return {tuple(cell) for at in around for cell in (component.shape.cells + np.array(at, int)).tolist()}
+
+    return sorted(taken(swung) - taken(hanging) - taken(cells_of_axes(load, motion.loaded.axes)))
+
+
+def test_a_stop_counts_how_far_its_load_swings(frame):
+    log, preparation = frame
+    standing = standing_of(log.plan, log.motions)
+    for order, share in itertools.product(range(8), (0.2, 0.3)):
+        now_ns = carrying(standing, order, share)
+        for cell in only_swung_into(standing, order, now_ns)[::4]:
+            site = with_box(standing.plan.site, np.array(cell))
+            _, after = last_of(revise(standing, site, preparation, now_ns=now_ns))
+            if after.held is not None and after.held.how == SWUNG:
+                break
+        else:
+            continue
+        break
+    held = after.held
+    assert held is not None
+    assert (held.how, held.is_safe) == (SWUNG, False)
+    assert held.stop.swing_m > 0.1
+    assert "as far out as it swings" in held.infeasible.reason
+    # The proof sees it too, by its own integration of the written samples.
+    hold_ns = held.stop.end_ns - held.motion.start_ns + 10**10
+    rest = replace(held.stop.trajectory, time_ns=np.array([0, 10**9], np.int64), **still(held.stop.pose))
+    way = spliced(held.motion.loaded, held.stop, rest, held.stop.start_ns - held.motion.start_ns, hold_ns)
+    stopped = replace(held.motion, phases=(Phase(PhaseName.STOP, held.stop.start_ns, held.motion.start_ns + hold_ns),))
+    component = site.components[held.motion.component]
+    places = swung_placements(site, site.crane, stopped, way, component, 0)
+    assert any((component.shape.cells + place == cell).all(axis=1).any() for place in places)
+    # Where swing is not looked at, the load hangs clear of the box.
+    off = replace(standing.plan.site, rules=replace(standing.plan.site.rules, swing=SwingRule.OFF))
+    calm = standing_of(replace(standing.plan, site=off), standing.chain)
+    _, after = last_of(revise(calm, with_box(off, np.array(cell)), preparation, now_ns=now_ns))
+    found = after.held
+    assert found is None or found.how == STOPPED
+
+
+def still(pose: Any) -> dict[str, np.ndarray]:
+    return {
+        "slew_rad": np.full(2, pose.slew_rad),
+        "radius_m": np.full(2, pose.radius_m),
+        "height_m": np.full(2, pose.height_m),
+    }
+
+
+@pytest.mark.parametrize(("order", "phase"), [(0, PhaseName.SET), (3, PhaseName.RELEASE), (3, PhaseName.APPROACH)])
+def test_a_box_where_the_empty_hook_is_leaves_what_is_done_and_says_why_nothing_follows(frame, order, phase):
+    log, _ = frame
+    standing = standing_of(log.plan, log.motions)
+    motion = standing.motions[order + 1 if phase is PhaseName.APPROACH else order]
+    now_ns = next(one for one in motion.phases if one.name is phase).start_ns + NS_PER_S
+    hook = left_cells(standing.plan.site, standing.plan.lifts[order])[-1]
+    site = with_box(standing.plan.site, hook.astype(float))
+    _, stuck = last_of(revise(standing, site, frame[1], now_ns=now_ns))
+    assert [lift.order for lift in stuck.plan.lifts if lift.status is Status.PLANNED] == list(range(order + 1))
+    reason = stuck.plan.lifts[order + 1].reason
+    assert reason is not None
+    assert "the hook cannot leave where the last part was set" in reason
+    assert "meets box" in reason
+    free = with_obstructions(site, EMPTY, rasterise)
+    _, again = last_of(revise(stuck, free, frame[1], now_ns=now_ns + 60 * NS_PER_S))
+    if phase is PhaseName.APPROACH:  # it was moving when it was met: that cannot be proven any more
+        assert again.held is not None
+        return
+    assert all(lift.status is Status.PLANNED for lift in again.plan.lifts)
+    whole_proof(again)

@@ -7,6 +7,7 @@ from box_sites import box_cells
 from box_sites import test_crane as some_crane
 
 from bimvox.bim.building import Building, Role
+from bimvox.crane.outline import highest_point_m
 from bimvox.errors import ConfigError, SelectionError
 from bimvox.grid.labels import Label
 from bimvox.site.build import build_site, with_obstructions
@@ -250,3 +251,18 @@ def test_terrain_is_left_out_with_a_note_and_something_must_be_lifted():
     assert (site.labels == build().labels).all()
     with pytest.raises(SelectionError, match="nothing to lift"):
         build(building=building_of(box_element("wall", (0, 0, 0), (1, 1, 1), role=Role.STRUCTURE)))
+
+
+def test_the_mast_of_one_of_several_cranes_ends_where_the_jib_of_a_higher_one_may_turn():
+    low = replace(CRANE, name="low", jib_height_m=10.0, jib_length_m=14.0)
+    high = replace(CRANE, name="high", base_m=(24.0, 10.0, 0.0), jib_height_m=20.0)
+    grid = config(grid=GridConfig(low_m=(-2.0, -2.0), high_m=(26.0, 20.0, 24.0)))
+    alone = build(grid, crane=low)
+    shared = build(grid, crane=low, other_cranes=(high,))
+
+    def tops_m(site: Site) -> dict[str, float]:
+        return {b.id: 0.5 * float(b.cells[:, 2].max()) for b in site.blockers if b.kind == "crane"}
+
+    assert tops_m(alone) == {"crane": pytest.approx(24.0)}
+    assert tops_m(shared)["crane:low"] == pytest.approx(highest_point_m(low), abs=0.5)
+    assert tops_m(shared)["crane:low"] < 20.0 - shared.rules.crane_separation_m

@@ -31,6 +31,36 @@ def test_an_unknown_key_is_named_with_the_nearest_known_one(text, key, near):
     assert f"did you mean {near!r}" in str(error)
 
 
+CRANES = MODEL + '[[crane]]\nname = "a"\nbase_m = [0, 0]\n[[crane]]\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "said"),
+    [
+        (CRANES + "base_m = [9, 9]\n", None, "crane[1].name: is missing"),
+        (CRANES + 'name = "b"\n', None, "crane[1].base_m: is missing; say where b stands"),
+        (CRANES + 'name = "a"\nbase_m = [9, 9]\n', None, "'a' is also crane[0]'s name"),
+        (CRANES + 'kind = "none"\n', None, 'crane[1].kind: "none"'),
+        (CRANES + 'name = "b"\nbase_m = [9, 9]\njib_lenght_m = 3\n', "crane[1].jib_lenght_m", "did you mean"),
+        (CRANES + 'name = "b"\nbase_m = [9, 9]\njib_length_m = "x"\n', "crane[1].jib_length_m", "expected a number"),
+        ("crane = []\n" + MODEL, "crane", "at least 1"),
+        (MODEL + '[[component]]\nglobal_id = "p"\npinned = true\ncrane = "a"\n', "component[0]", "not lifted"),
+    ],
+)
+def test_several_cranes_say_what_is_wrong_by_their_number(text, key, said):
+    error = error_of(text)
+    assert error.key == key
+    assert said in f"{error} {error.hint}"
+
+
+def test_one_crane_in_an_array_is_the_same_as_one_table():
+    one, array = (
+        parse_site_config(MODEL + head + "\nbase_m = [1, 2]\n", "s.toml") for head in ("[crane]", "[[crane]]")
+    )
+    assert one.cranes == array.cranes
+    assert one.one_crane == array.one_crane
+
+
 def test_a_misspelt_required_key_is_reported_as_such_not_as_missing():
     assert error_of('[model]\npth = "house.ifc"\n').key == "model.pth"
 

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.bim.building import Role
+from bimvox.crane.catalogue import machines_called
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.errors import ConfigError, SelectionError
@@ -15,8 +16,8 @@ from bimvox.site.build import build_site
 from bimvox.site.config import AreasConfig, ComponentConfig, CraneConfig, GridConfig, ModelConfig, SiteConfig
 from bimvox.site.crane_guess import LARGER
 from bimvox.site.extent import site_extent
-from bimvox.site.guess import PLANNING_CELLS, VOXEL_SIZES_M, cast_in_place, complete_config, guess_site
-from bimvox.site.machine import crane_of
+from bimvox.site.guess import PLANNING_CELLS, VOXEL_SIZES_M, cast_in_place, complete_config, cranes_that_fit, guess_site
+from bimvox.site.machine import crane_config, crane_of
 from bimvox.site.parts import centre_of_mass_m
 from bimvox.site.placement import place_building
 
@@ -192,6 +193,34 @@ def test_parts_too_heavy_for_the_built_in_machines_get_a_larger_one_that_is_name
     assert LARGER in config.crane.name
     crane = crane_of(config)
     assert capacity_kg(crane.chart, 15.0) >= 60_000.0
+
+
+@pytest.mark.parametrize("kind", ["luffing", "mobile"])
+def test_a_crane_of_another_kind_is_proposed_when_asked_for(kind):
+    config = guess_site(frame_house(), Path("a.ifc"), machines=machines_called(kind))
+    crane = crane_of(config)
+    assert (config.crane.kind, crane.kind, crane.luffing is not None) == (kind, kind, True)
+    assert crane_of(config.model_copy(update={"crane": crane_config(crane)})) == crane
+    site = built(config, frame_house())
+    assert site.notes == ()
+    base = np.array(crane.base_m[:2])
+    for component in site.components:
+        low, high = allowed_radii_m(crane, component.mass_kg)
+        hook = site.frame.centre_of(np.array([component.target_vox]) + component.hook_offset_vox)[0, :2]
+        assert low <= float(np.hypot(*(hook - base))) <= high
+
+
+def test_the_other_machines_that_would_do_are_named():
+    names = cranes_that_fit(HOUSE, frame_house())
+    assert HOUSE.crane.name in names
+    assert {"luffing-40", "mobile-60t"} <= set(names)
+    heavy = tower(2, 9000.0)
+    assert "mobile-60t" not in cranes_that_fit(guess_site(heavy, Path("a.ifc")), heavy)
+
+
+def test_a_machine_that_cannot_carry_everything_is_proposed_all_the_same_when_asked_for():
+    heavy = tower(2, 60_000.0)
+    assert guess_site(heavy, Path("a.ifc"), machines=machines_called("mobile-60t")).crane.name == "mobile-60t"
 
 
 def test_a_part_that_nothing_can_lift_does_not_stop_the_others():

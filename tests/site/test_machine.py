@@ -131,3 +131,11 @@ def test_a_luffing_machine_that_is_not_known_needs_every_key():
     assert caught.value.key == "crane.name"
     with pytest.raises(ConfigError, match="a luffing range of"):
         crane_of(site(kind="mobile", base_m=(0.0, 0.0), jib=LuffingConfig(luff_rad=(0.5, 1.6))))
+
+
+@pytest.mark.parametrize(("name", "key"), [("west", "machine"), ("hammerhed-30", "name")])
+def test_a_crane_with_a_name_of_its_own_is_told_to_name_its_machine_beside_it(name, key):
+    config = SiteConfig(model=ModelConfig(path="a.ifc"), crane=CraneConfig(name=name, base_m=(0.0, 0.0)))
+    with pytest.raises(ConfigError, match="is missing") as caught:
+        crane_of(config)
+    assert str(caught.value.hint).startswith(f'{key} = "hammerhead-30"')

@@ -166,6 +166,18 @@ def test_the_jib_is_not_passed():
         drive_path(low, room.clearance, room.load, room.path, 0, 0.0)
 
 
+def test_the_highest_cell_is_in_reach_where_its_height_is_the_highest_hook_but_for_rounding():
+    room = crane_room(2, blocks=0)
+    top_m = float(axes_of_cells(room.load, room.start + np.array([0, 0, 8]))[2])
+    a_bit_lower = dataclasses.replace(room.crane, jib_height_m=float(np.nextafter(top_m, 0.0)))
+    path = np.array([room.start + np.array([0, 0, k]) for k in range(9)], np.int32)
+    timeline, needed_m = drive_path(a_bit_lower, room.clearance, room.load, path, 0, 0.0)
+    assert needed_m == pytest.approx(top_m)
+    assert timeline.moves[-1].end.height_m == pytest.approx(top_m)
+    over = over_the_top(a_bit_lower, room.clearance, room.load, path[-1], path[-1] + [4, 0, 0], 0.0)
+    assert over is not None
+
+
 def test_a_path_that_is_not_free_or_jumps_is_refused():
     room = crane_room(2)
     path = room.path.copy()

@@ -12,7 +12,14 @@ from bimvox.crane.kinematics import joints_of
 from bimvox.crane.luffing_defaults import default_luffing_crane
 from bimvox.crane.rigging import winch_limits, with_luffing_jib
 from bimvox.planning.lift import Status
+from bimvox.planning.proof import Check
+from bimvox.site.lifting import crane_for
 from bimvox.site.site import Blocker
+from bimvox.trajectory.braking import brake
+from bimvox.trajectory.halt import brake_radius
+from bimvox.trajectory.interrupt import spliced
+from bimvox.trajectory.stop import state_at, stop_motion
+from bimvox.trajectory.verify_axes import check_limits
 
 
 def on_site(name, base, **jib):
@@ -72,6 +79,40 @@ def test_every_lift_is_driven_within_the_joints(kind, request):
 
 
 @pytest.mark.parametrize("kind", ["luffing", "mobile"])
+@pytest.mark.parametrize("share", [0.25, 0.4, 0.55, 0.7, 0.85])
+def test_a_stop_brakes_within_the_joints_where_the_jib_is(kind, share, request):
+    """Luffing, winch and slewing keep their limits in a stop that begins anywhere; the jib may brake harder far up."""
+    plan, motions = request.getfixturevalue(kind)
+    site = plan.site
+    sampling = {"sample_period_s": site.rules.sample_period_s, "voxel_size_m": site.frame.voxel_size_m}
+    for motion in motions:
+        crane = crane_for(site, site.crane, site.components[motion.component])
+        first, last = (motion.start_ns + int(motion.loaded.time_ns[n]) for n in (0, -1))
+        stop = stop_motion(crane, motion, int(first + share * (last - first)), **sampling)
+        hold_ns = stop.end_ns - motion.start_ns + 10**10
+        pose = stop.pose
+        ends = (pose.slew_rad, pose.radius_m, pose.height_m)
+        rest = replace(
+            stop.trajectory,
+            time_ns=np.array([0, 10**9]),
+            **dict(zip(("slew_rad", "radius_m", "height_m"), (np.full(2, end) for end in ends), strict=True)),
+        )
+        way = spliced(motion.loaded, stop, rest, stop.start_ns - motion.start_ns, hold_ns)
+        check = Check("axis_limits")
+        check_limits(check, "stopped", crane, replace(motion, loaded=way), site.components[motion.component].mass_kg)
+        assert check.passed, check.failures
+        radii = stop.trajectory.radius_m
+        low, high = crane.luffing.radii_m
+        assert low - 1e-6 <= radii.min() and radii.max() <= high + 1e-6
+        # No faster than the limits at the worst of all radii would let it, which hold anywhere.
+        _, state = state_at(motion, int(first + share * (last - first)))
+        anywhere = brake(
+            *(float(values[1]) for values in (state.position, state.rate, state.acceleration)), crane.trolley
+        )
+        assert stop.durations_s[1] <= anywhere.duration_s + 1e-6
+
+
+@pytest.mark.parametrize("kind", ["luffing", "mobile"])
 def test_a_wall_in_the_way_of_the_jib_is_gone_round_or_refused(kind, request):
     plan, motions = request.getfixturevalue(kind)
     site = plan.site
@@ -98,3 +139,20 @@ def test_the_counterweight_keeps_clear_of_what_stands_behind():
     plan, driven = planned(blocked)
     assert not failures(plan, driven)
     assert "jib" in failures(free, motions, blockers=blocked.blockers)
+
+
+def test_a_jib_far_up_brakes_harder_than_one_far_down():
+    crane = default_luffing_crane("luffing-55")
+    near_m, far_m = crane.luffing.radii_m
+    rate = 0.9 * crane.trolley.rate
+    for radius, way in ((near_m + 3.0, 1.0), (0.5 * (near_m + far_m), -1.0), (far_m - 3.0, -1.0)):
+        here, anywhere = brake_radius(crane, radius, way * rate, 0.0), brake(radius, way * rate, 0.0, crane.trolley)
+        assert here.duration_s <= anywhere.duration_s
+        time_s = np.linspace(0.0, here.duration_s, 200)
+        joints = joints_of(crane, np.stack([np.zeros(200), here.at(time_s), np.full(200, 5.0)], axis=1))
+        for values, limits in ((joints[:, 1], crane.luffing.limits), (joints[:, 2], crane.luffing.winch)):
+            bent = np.diff(values, 2) / (time_s[1] - time_s[0]) ** 2
+            assert np.abs(bent).max() <= 1.01 * limits.acceleration
+            assert np.abs(np.diff(bent)).max() / (time_s[1] - time_s[0]) <= 1.05 * limits.jerk
+    steep = brake_radius(crane, near_m + 3.0, rate, 0.0)
+    assert steep.duration_s < 0.9 * brake(near_m + 3.0, rate, 0.0, crane.trolley).duration_s

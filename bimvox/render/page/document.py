@@ -57,6 +57,7 @@ def document_of(source: PageSource) -> tuple[dict[str, Any], bytes]:
             "kinds": {kind: list(rgb) for kind, rgb in KIND_RGB.items()},
         },
         "crane": crane_record(site.crane, blob) if site.crane else None,
+        **({"other_cranes": [crane_record(crane, blob) for crane in site.other_cranes]} if site.other_cranes else {}),
         "geometries": [
             {
                 "step_m": geometry.step_m,

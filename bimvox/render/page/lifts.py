@@ -54,7 +54,7 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
 
 def _lifting(site: Site, component: Component) -> dict[str, Any]:
     """Where the slings hold the part, how high they are, and which wind its sail area allows."""
-    crane, rules = site.crane, site.rules
+    crane, rules = site.crane_of(component), site.rules
     wind = None
     if crane is not None:
         hung_kg = component.mass_kg + crane.tackle_kg
@@ -71,8 +71,7 @@ def _lifting(site: Site, component: Component) -> dict[str, Any]:
 
 def _governing(site: Site, motion: LiftMotion) -> dict[str, Any] | None:
     """The sample at which the part uses most of the crane's capacity, load and rigging together."""
-    crane = site.crane
-    assert crane is not None
+    crane = site.cranes[motion.crane]
     mass_kg = site.components[motion.component].mass_kg + crane.tackle_kg
     held = (motion.raising, motion.loaded)
     time_ns = np.concatenate([part.time_ns for part in held])
@@ -91,8 +90,7 @@ def _governing(site: Site, motion: LiftMotion) -> dict[str, Any] | None:
 
 def _hook(site: Site, motion: LiftMotion, *, last: bool) -> dict[str, Any]:
     """Where the hook is when the part is hooked on, or set."""
-    crane = site.crane
-    assert crane is not None
+    crane = site.cranes[motion.crane]
     part, n = (motion.loaded, -1) if last else (motion.raising, 0)
     slew_rad, radius_m, height_m = float(part.slew_rad[n]), float(part.radius_m[n]), float(part.height_m[n])
     return {

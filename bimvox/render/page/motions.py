@@ -28,8 +28,7 @@ def crane_motion(site: Site, motion: LiftMotion, track: Track, blob: Blob) -> di
     Times count from the lift's start. While a part that was stored lying is tipped up, the height of its frame and its
     turn have keyframes of their own; after that it hangs below the hook, always in the same way.
     """
-    crane = site.crane
-    assert crane is not None
+    crane = site.cranes[motion.crane]
     time_ns, axes = motion.samples()
     events = (track.lifted_ns, track.arrived_ns, track.assembled_ns)
     ends = [motion.start_ns + int(t) for part in motion.trajectories for t in (part.time_ns[0], part.time_ns[-1])]
@@ -46,6 +45,7 @@ def crane_motion(site: Site, motion: LiftMotion, track: Track, blob: Blob) -> di
     )
     return {
         "kind": "crane",
+        **({"crane": motion.crane} if site.other_cranes else {}),
         "keys": blob.put_steps(_rows(time_ns[chosen] - motion.start_ns, axes[chosen] * scale)),
         "below_m": _metres(below_m),
         "tip": _tip(site, track, motion, blob),

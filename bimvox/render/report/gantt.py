@@ -26,15 +26,43 @@ def gantt_charts(lifts: Sequence[dict[str, Any]]) -> list[str]:
     return [_chart(timed[first : first + LIFTS_A_CHART]) for first in range(0, len(timed), LIFTS_A_CHART)]
 
 
-def _chart(lifts: Sequence[dict[str, Any]]) -> str:
-    low, high = lifts[0]["begins_s"], lifts[-1]["ends_s"]
+def crane_chart(lifts: Sequence[dict[str, Any]], cranes: Sequence[str]) -> str:
+    """Return all lifts of several cranes, a row a crane, as SVG; empty where none has a time.
+
+    Args:
+        lifts: Records of lifts.
+        cranes: Names of the cranes, by their numbers.
+    """
+    timed = [lift for lift in lifts if lift["begins_s"] is not None]
+    if not timed:
+        return ""
+    low, high = min(lift["begins_s"] for lift in timed), max(lift["ends_s"] for lift in timed)
     scale = (_WIDTH - _LEFT - _RIGHT) / max(high - low, 1e-9)
-    height = _TOP + _ROW * len(lifts) + 6.0
+    height = _TOP + 1.5 * _ROW * len(cranes) + 6.0
+    parts = _axis(low, high, scale, height)
+    for number, name in enumerate(cranes):
+        y = _TOP + 1.5 * number * _ROW
+        parts.append(text(name[:36], _LEFT - 8.0, y + 9.5, text_anchor="end", class_="label"))
+        for lift in timed:
+            if lift["crane"] == number:
+                parts += _rectangles(lift["phases"], low, scale, y)
+    return picture(_WIDTH, height, f"Gantt chart of {len(cranes)} cranes", parts, "gantt")
+
+
+def _axis(low: float, high: float, scale: float, height: float) -> list[str]:
     parts = []
     for at in ticks(low, high, 9, _STEPS_S):
         x = _LEFT + (at - low) * scale
         parts.append(element("line", x1=x, x2=x, y1=_TOP - 5.0, y2=height - 4.0, class_="grid"))
         parts.append(text(clock(at), x, _TOP - 9.0, text_anchor="middle", class_="tick"))
+    return parts
+
+
+def _chart(lifts: Sequence[dict[str, Any]]) -> str:
+    low, high = min(lift["begins_s"] for lift in lifts), max(lift["ends_s"] for lift in lifts)
+    scale = (_WIDTH - _LEFT - _RIGHT) / max(high - low, 1e-9)
+    height = _TOP + _ROW * len(lifts) + 6.0
+    parts = _axis(low, high, scale, height)
     for row, lift in enumerate(lifts):
         parts.append(_bar(lift, low, scale, _TOP + row * _ROW))
     first, last = lifts[0]["order"] + 1, lifts[-1]["order"] + 1
@@ -47,6 +75,15 @@ def _bar(lift: dict[str, Any], low: float, scale: float, y: float) -> str:
     label = label if len(label) <= 36 else label[:35] + "…"
     spans = lift["phases"] or [["traverse", lift["begins_s"], lift["ends_s"]]]
     parts = [text(label, _LEFT - 8.0, y + 9.5, text_anchor="end", class_="label critical" if mark else "label")]
+    parts += _rectangles(spans, low, scale, y)
+    words = f"Lift {lift['order'] + 1}, {named(lift)}: {clock(lift['begins_s'])} to {clock(lift['ends_s'])}"
+    return element(
+        "g", element("title", words.replace("&", "&amp;").replace("<", "&lt;")), *parts, data_order=lift["order"]
+    )
+
+
+def _rectangles(spans: Sequence[Sequence[Any]], low: float, scale: float, y: float) -> list[str]:
+    parts = []
     for name, start, end in _joined(spans):
         inset = {"carrying": 1.0, "handling": 2.5, "empty": 4.5}[name]
         parts.append(
@@ -59,17 +96,16 @@ def _bar(lift: dict[str, Any], low: float, scale: float, y: float) -> str:
                 class_=name,
             )
         )
-    words = f"Lift {lift['order'] + 1}, {named(lift)}: {clock(lift['begins_s'])} to {clock(lift['ends_s'])}"
-    return element(
-        "g", element("title", words.replace("&", "&amp;").replace("<", "&lt;")), *parts, data_order=lift["order"]
-    )
+    return parts
 
 
 def _joined(spans: Sequence[Sequence[Any]]) -> list[tuple[str, float, float]]:
-    """Phases of one kind that follow each other as one."""
+    """Phases of one kind that follow each other as one; a crane that waits is left open."""
     joined: list[tuple[str, float, float]] = []
     for name, start, end in spans:
-        kind = "carrying" if name in CARRYING else "empty" if name == "approach" else "handling"
+        if name == "wait":
+            continue
+        kind = "carrying" if name in CARRYING else "empty" if name in ("approach", "leave") else "handling"
         if joined and joined[-1][0] == kind and joined[-1][2] == start:
             joined[-1] = (kind, joined[-1][1], end)
         else:

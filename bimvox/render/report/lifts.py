@@ -54,7 +54,7 @@ def _row(lift: dict[str, Any], proof_made: bool) -> str:
         classes.append("bad")
     cells = [
         number(lift["order"], str(lift["order"] + 1), "order"),
-        f"<b>{escape(named(lift))}</b><br>{tag('code', escape(lift['global_id']))}",
+        f"<b>{escape(named(lift))}</b>{_crane(lift)}<br>{tag('code', escape(lift['global_id']))}",
         _hook(lift["pick"], "pick"),
         _hook(lift["set"], "set"),
         *(_load(lift, governs)),
@@ -64,6 +64,11 @@ def _row(lift: dict[str, Any], proof_made: bool) -> str:
         _status(lift, proof_made),
     ]
     return row(cells, " ".join(classes), data_order=str(lift["order"]))
+
+
+def _crane(lift: dict[str, Any]) -> str:
+    """The number of its crane, where there are several."""
+    return f", crane {lift['crane'] + 1}" if "crane" in lift else ""
 
 
 def _hook(at: dict[str, Any] | None, which: str) -> str:

@@ -55,7 +55,7 @@ class Figures:
     plots: tuple[Figure, ...] = ()
 
 
-def report_page(record: dict[str, Any], crane: TowerCrane | None, figures: Figures | None = None) -> bytes:
+def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: Figures | None = None) -> bytes:
     """Return the report, UTF-8.
 
     Nothing in it is fetched from anywhere, and it has no program: its own policy forbids both. All that comes from the
@@ -64,7 +64,7 @@ def report_page(record: dict[str, Any], crane: TowerCrane | None, figures: Figur
 
     Args:
         record: Of the plan, as ``record_of`` gives it.
-        crane: The crane, for its load chart.
+        cranes: The site's cranes, for their load charts.
         figures: Pictures, if any.
     """
     figures = figures or Figures()
@@ -79,7 +79,7 @@ def report_page(record: dict[str, Any], crane: TowerCrane | None, figures: Figur
             sections.critical(record),
             sections.lifts(record),
             sections.gantt(record),
-            sections.machine(record, crane),
+            sections.machine(record, cranes),
             _plots(figures.plots),
             sections.deliveries(record),
             sections.proof(record),

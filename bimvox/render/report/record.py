@@ -53,7 +53,8 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         },
         "site": _site(site),
         "crane": _crane(site.crane) if site.crane else None,
-        "totals": _totals(revision, lifts),
+        **({"other_cranes": [_crane(crane) for crane in site.other_cranes]} if site.other_cranes else {}),
+        "totals": _totals(revision, lifts) | _of_cranes(site, lifts),
         "methods": _methods(lifts),
         "critical_share": critical_share,
         "lifts": lifts,
@@ -77,6 +78,7 @@ def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_sh
     used = record["governs"]["utilisation"] if record["governs"] else None
     return {
         **record,
+        **({"crane": component.crane} if revision.plan.site.other_cranes else {}),
         "id": component.id,
         "global_id": component.global_id,
         "name": component.name,
@@ -202,6 +204,24 @@ def _totals(revision: Revision, lifts: list[dict[str, Any]]) -> dict[str, Any]:
         "moves": sum(lift["moves"] or 0 for lift in planned),
         "shortest_moves": sum(lift["shortest_moves"] or 0 for lift in planned if lift["moves"] is not None),
     }
+
+
+def _of_cranes(site: Site, lifts: list[dict[str, Any]]) -> dict[str, Any]:
+    """What each of several cranes does: its lifts, and how long it works and waits between the first and the last."""
+    if not site.other_cranes:
+        return {}
+    found = []
+    for number, crane in enumerate(site.cranes):
+        phases = [phase for lift in lifts if lift["crane"] == number for phase in lift["phases"]]
+        found.append(
+            {
+                "name": crane.name,
+                "lifts": sum(lift["crane"] == number and lift["begins_s"] is not None for lift in lifts),
+                "works_s": sum(end - start for name, start, end in phases if name != PhaseName.WAIT),
+                "waits_s": sum(end - start for name, start, end in phases if name == PhaseName.WAIT),
+            }
+        )
+    return {"cranes": found}
 
 
 def _methods(lifts: list[dict[str, Any]]) -> list[dict[str, Any]]:

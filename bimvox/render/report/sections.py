@@ -9,7 +9,7 @@ from typing import Any
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.render.report.chart import load_chart
-from bimvox.render.report.gantt import gantt_charts
+from bimvox.render.report.gantt import crane_chart, gantt_charts
 from bimvox.render.report.html import number, paragraph, row, table, tag, terms
 from bimvox.render.report.lifts import critical_first, lift_table
 from bimvox.render.report.words import CHECKS, METHODS, SWING, clock, fixed, named, span, tonnes
@@ -48,6 +48,7 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Lifts", f"{count('planned')} of {count('lifts')} parts planned, {count('infeasible')} infeasible"),
         ("Total time", f"{hours} = {span(totals['total_s'])}{nominal}"),
         ("Load on its way", number(totals["carrying_s"] or None, span(totals["carrying_s"]), "carrying_s")),
+        ("Cranes", _cranes(totals["cranes"], totals["total_s"]) if "cranes" in totals else ""),
         ("Hook travel", number(travel, f"{fixed(travel / 1000, 2)} km", "hook_travel_m") if travel else ""),
         (
             "Mass set",
@@ -61,6 +62,17 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Paths found", ", ".join(_method(method) for method in record["methods"])),
         ("Moves / fewest", number(ratio, fixed(ratio, 3), "moves_ratio") if ratio else ""),
     ]
+
+
+def _cranes(cranes: Sequence[dict[str, Any]], whole_s: float) -> str:
+    """Of several cranes: lifts, and which share of the whole time each works."""
+    words = []
+    for n, crane in enumerate(cranes, start=1):
+        lifts = number(crane["lifts"], fixed(crane["lifts"], 0), f"lifts_crane_{n}")
+        share = crane["works_s"] / whole_s if whole_s else 0.0
+        works = number(share, f"{fixed(share * 100, 0)} %", f"works_crane_{n}")
+        words.append(f"{n} {escape(crane['name'])}: {lifts} lifts, at work {works} of the time")
+    return "<br>".join(words)
 
 
 def _method(found: dict[str, Any]) -> str:
@@ -150,6 +162,8 @@ def gantt(record: dict[str, Any]) -> str:
     charts = gantt_charts(record["lifts"])
     if not charts:
         return ""
+    if "cranes" in record["totals"]:
+        charts = [crane_chart(record["lifts"], [crane["name"] for crane in record["totals"]["cranes"]]), *charts]
     legend = "".join(
         tag("li", f'<span class="swatch {name}"></span>{words}')
         for name, words in (
@@ -187,13 +201,12 @@ def _luffing_words(jib: dict[str, Any] | None) -> str:
     )
 
 
-def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
-    """Return site and crane with its load chart."""
-    site, machine = record["site"], record["crane"]
+def machine(record: dict[str, Any], cranes: Sequence[TowerCrane]) -> str:
+    """Return site and cranes with their load charts."""
+    site, rules, first = record["site"], record["site"]["rules"], record["crane"]
     size_m = site["voxel_size_m"]
     extent = " x ".join(f"{value:g}" for value in site["extent_m"])
     cells = " x ".join(str(value) for value in site["shape"])
-    rules = site["rules"]
     pairs = [
         ("Extent", f"{extent} m, {cells} cells of {number(size_m, f'{size_m:g}', 'voxel_size_m')} m"),
         ("Yard", f"{fixed(site['yard_m2'], 0)} m²"),
@@ -205,11 +218,25 @@ def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
         ("Contact tolerance", f"{rules['contact_tolerance_m'] * 1000:g} mm"),
         ("Samples", f"every {rules['sample_period_s']:g} s or closer"),
     ]
-    if machine is not None:
-        pairs.append(("Swing", SWING[rules["swing"]]))
-    if machine is None:
+    if first is None:
         pairs.append(("Crane", "none: paths are proven cell by cell, times are nominal"))
         return tag("section", "<h2>Site</h2>" + terms(pairs))
+    pairs.append(("Swing", SWING[rules["swing"]]))
+    machines = [first, *record.get("other_cranes", [])]
+    several = len(machines) > 1
+    shown = []
+    for number_, (own, crane) in enumerate(zip(machines, cranes, strict=True)):
+        lifts = [lift for lift in record["lifts"] if not several or lift["crane"] == number_]
+        title = f"Crane {number_ + 1} and load chart" if several else "Crane and load chart"
+        shown.append(_crane(record, own, crane, lifts, title))
+    return tag("section", "<h2>Site</h2>" + terms(pairs)) + "".join(shown)
+
+
+def _crane(
+    record: dict[str, Any], machine: dict[str, Any], crane: TowerCrane, lifts: Sequence[dict[str, Any]], title: str
+) -> str:
+    """One crane, and the load chart with its lifts in it."""
+    rules = record["site"]["rules"]
     base = ", ".join(fixed(value, 2) for value in machine["base_m"])
     slew = math.degrees(machine["slewing"]["rate"])
     rigging = number(machine["rigging_mass_kg"], tonnes(machine["rigging_mass_kg"]), "rigging_mass_kg")
@@ -236,14 +263,14 @@ def machine(record: dict[str, Any], crane: TowerCrane | None) -> str:
         "tr",
         "<th scope='row'>Capacity t</th>" + "".join(f"<td>{number(c, tonnes(c))}</td>" for _, c in machine["chart"]),
     )
-    drawn = load_chart(crane, record["lifts"], record["critical_share"]) if crane else ""
+    drawn = load_chart(crane, lifts, record["critical_share"])
     note = (
         f"Full line: capacity. Dashed: {fixed(record['critical_share'] * 100, 0)} % of it. A dot is a lift at its "
         "governing sample, a triangle a critical one. Between two radii the capacity falls as a hyperbola through both."
     )
-    return tag("section", "<h2>Site</h2>" + terms(pairs)) + tag(
+    return tag(
         "section",
-        "<h2>Crane and load chart</h2>" + terms(own) + tag("table", tag("tbody", chart), "chartrow")
+        f"<h2>{title}</h2>" + terms(own) + tag("table", tag("tbody", chart), "chartrow")
         + tag("div", drawn, "sheet") + paragraph(note, "faint"),
     )  # fmt: skip
 

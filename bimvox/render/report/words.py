@@ -43,6 +43,8 @@ CHECKS = {
     "zones": "hook and load stay out of zones that are closed to them, and the hook as high as limiters want it",
     "jib": "the jib meets nothing as it slews",
     "swing": "loads hang at rest at the end of their way (pendulum from the samples) and swing into nothing before",
+    "cranes": "the cranes keep their distance at every moment, and whenever one or all of them are stopped",
+    "turns": "cranes wait for each other: no part is hooked on, or set, before those that come before it allow it",
     "digests": "the hashes in the log are those of its content",
     "load_poses": "the poses that a viewer shows are where the crane's axes put the load",
     "commands": "a crane that holds the commanded rates goes where the motion goes",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import itertools
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,11 +13,15 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
+from two_cranes import two_crane_plan
 
+from bimvox.crane.kinematics import hook_of
+from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
 from bimvox.planning.lift import Method
 from bimvox.render.page.page import page_of
-from bimvox.render.page.source import PageSource
+from bimvox.render.page.source import PageSource, Revision
+from bimvox.render.site_cranes import poses_at
 
 from ...log.building import tiny_log
 from .pages import EVIL, evil_log, failed_proof, passed_proof, revision_of, tiny_source
@@ -420,5 +425,28 @@ def test_without_webgl_the_lists_work(browser, tmp_path):
     assert "no WebGL 2" in seen.text("#failure")
     seen.page.click('#list tr[data-part="2"] button')
     assert seen.text("#panel-part h2") == "Beam"
+    assert seen.complaints == []
+    seen.page.context.close()
+
+
+def test_a_page_of_two_cranes_moves_both(browser, tmp_path):
+    plan, motions = two_crane_plan()
+    log = PlanLog(plan=plan, motions=motions, attachments={}, metadata={})
+    revision = Revision(0, "two.mcap", "0" * 64, plan, (), motions, tracks_of(log), passed_proof())
+    seen = show(browser, tmp_path, PageSource((revision,)), reduced_motion="reduce")
+    places = []
+    for seconds in (0.0, 95.0, 330.0, 700.0):
+        seen.seek(seconds)
+        seen.wait(f"Math.abs(window.page.time - {seconds}) < 1")
+        poses = poses_at(plan.site, motions, int(seconds * 1e9))
+        hook = seen.page.evaluate("() => window.page.scene.hook")
+        hooks = [hook_of(crane, *dataclasses.astuple(poses[n])) for n, crane in enumerate(plan.site.cranes)]
+        assert min(np.linalg.norm(np.array(hook) - own) for own in hooks) < 0.05
+        places.append(seen.picture())
+    assert all((one != other).any() for one, other in itertools.pairwise(places))
+    seen.page.click("#tab-plan")
+    terms = seen.terms("#panel-plan")
+    assert terms["Crane west"].startswith("4 lifts, busy")
+    assert terms["Crane east"].startswith("3 lifts, busy")
     assert seen.complaints == []
     seen.page.context.close()

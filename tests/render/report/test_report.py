@@ -20,7 +20,7 @@ from .reading import ReadReport
 
 def page_of(log, proof=None, *, critical_share: float = 0.75, figures: Figures | None = None) -> bytes:
     record = record_of(revision_of(log, proof), critical_share=critical_share)
-    return report_page(record, log.plan.site.crane, figures)
+    return report_page(record, log.plan.site.cranes, figures)
 
 
 def test_every_number_of_a_lift_is_that_of_the_log():
@@ -74,7 +74,7 @@ def test_totals_and_shares_are_those_of_the_log():
 def test_the_page_carries_the_record_itself():
     log = tiny_log(crane=True)
     record = record_of(revision_of(log, passed_proof()))
-    read = ReadReport(report_page(record, log.plan.site.crane))
+    read = ReadReport(report_page(record, log.plan.site.cranes))
     assert read.record == json.loads(json.dumps(record))
 
 
@@ -133,7 +133,7 @@ def test_every_input_has_its_hash():
 def test_nothing_comes_from_elsewhere_and_names_are_only_text():
     log = evil_log()
     record = record_of(revision_of(log))
-    page = report_page(record, log.plan.site.crane)
+    page = report_page(record, log.plan.site.cranes)
     text = page.decode()
     # Every number but sizes of the drawing itself is text; nothing is fetched and nothing runs.
     assert re.findall(r'(?:src|href)="(?!data:)', text) == []

@@ -7,6 +7,11 @@ const BLOCK_STEP_M = 0.002;
 export const [FIXED, SLEWING, TROLLEY, HOOK, LUFFING] = [0, 1, 2, 3, 4];
 export const JOINTS = 5;
 
+/** Records of all cranes, the first one first; none on a site without. */
+export function cranesOf(document) {
+  return document.crane ? [document.crane, ...(document.other_cranes ?? [])] : [];
+}
+
 export class Crane {
   /**
    * @param record The crane's record.

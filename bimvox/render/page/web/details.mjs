@@ -1,5 +1,6 @@
 // What is known of the chosen part, and of the plan as a whole.
 import { byId, el, fill, terms } from "./dom.mjs";
+import { cranesOf } from "./cranes.mjs";
 import { HOT } from "./plan.mjs";
 import { extent } from "./overlays.mjs";
 import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, fixed, metres, nameOf, percent, point, span, tonnes, whole } from "./words.mjs";
@@ -122,6 +123,7 @@ export class Details {
       parts.push(
         el("h3", {}, "Time"),
         terms([
+          ["Crane", cranesOf(app.document).length > 1 ? cranesOf(app.document)[motion.crane ?? 0].name : null],
           ["Begins", clock(lift.begins_s)],
           ["Whole lift", nominal ? `${span(motion.length_s)} (nominal, 1 s a move)` : span(motion.length_s)],
           ["Carrying", lift.duration_s === null ? null : span(lift.duration_s)],
@@ -152,6 +154,19 @@ export class Details {
         ]),
       );
     return parts;
+  }
+
+  /** Of several cranes: name, lifts, and how much of the time each works. */
+  _cranes() {
+    const { plan, document } = this.app;
+    const cranes = cranesOf(document);
+    if (cranes.length < 2) return [];
+    const whole = Math.max(plan.ends - plan.begins, 1e-9);
+    return cranes.map((crane, n) => {
+      const lifts = plan.ofCrane[n] ?? [];
+      const busy = lifts.flatMap((lift) => plan.busyOf(lift)).reduce((sum, [start, end]) => sum + end - start, 0);
+      return [`Crane ${crane.name}`, `${counted(lifts.length, "lift")}, busy ${percent(busy / whole)}`];
+    });
   }
 
   _obstruction(record) {
@@ -192,7 +207,8 @@ export class Details {
         ["In this log", revision.carried < app.plan.lifts.length ? `${revision.carried} (it is an extract)` : null],
         ["Recovered", revision.metadata.recovered === "true" ? "saved from a damaged log; some lifts may be missing" : null],
         ["Crane time", revision.timed ? span(revision.ends_s - revision.begins_s) : "no crane: nominal times, 1 s a move"],
-        ["Crane", app.document.crane?.name],
+        ["Crane", cranesOf(app.document).length > 1 ? null : app.document.crane?.name],
+        ...this._cranes(),
         ["Rigging", app.document.crane ? tonnes(app.document.crane.rigging_mass_kg) : null],
         ["Mass lifted", tonnes(app.plan.lifts.filter((lift) => lift.status === "planned").reduce((sum, lift) => sum + app.parts[lift.part].mass_kg, 0))],
         ["Found by", [...shares].map(([method, count]) => `${METHODS[method] ?? method} ${count}`).join(", ")],

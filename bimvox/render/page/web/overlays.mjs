@@ -21,9 +21,9 @@ export class Overlays {
   /** Shows the lines of a moment: slings, boxes, ways and outlines; each kind is made anew only when it changes. */
   show(moment, lift, motion, since) {
     const { plan, layers, chosen, obstruction } = moment;
-    const held = motion !== null && motion !== undefined && motion.kind === "crane" && since >= motion.lifted_s && since < motion.assembled_s;
-    this._overlay("slings", [lift?.order, held, layers.voxels, layers.crane], (lines) => {
-      if (held && layers.crane) this._addSlings(lines, lift.part, layers.voxels);
+    const held = this._held(plan, moment.time);
+    this._overlay("slings", [held.map((own) => own.order), layers.voxels, layers.crane], (lines) => {
+      if (layers.crane) for (const own of held) this._addSlings(lines, own.part, layers.voxels, plan.motionOf(own).crane ?? 0);
     });
     const about = [plan.revision.number, lift?.order, chosen, layers.targets, layers.boxes];
     this._overlay("boxes", about, (lines) => this._addBoxes(lines, moment, lift));
@@ -37,6 +37,16 @@ export class Overlays {
     });
   }
 
+  /** The lifts whose part hangs on a hook. */
+  _held(plan, time) {
+    const own = this.scene.cranes.map((_, n) => plan.liftOf(n, time));
+    return own.filter((lift) => {
+      const motion = lift && plan.motionOf(lift);
+      const since = lift ? time - lift.begins_s : 0;
+      return motion && motion.kind === "crane" && since >= motion.lifted_s && since < motion.assembled_s;
+    });
+  }
+
   /** Makes lines anew when what they depend on changed. */
   _overlay(name, about, fill) {
     const key = JSON.stringify(about);
@@ -47,7 +57,7 @@ export class Overlays {
     this.made[name] = { key, batch: lines.upload(this.scene.gl) };
   }
 
-  _addSlings(lines, n, voxels) {
+  _addSlings(lines, n, voxels, crane) {
     const part = this.scene.parts[n];
     const scale = voxels ? this.scene.site.voxel_size_m : this.scene.shapes[part.geometry].step;
     const offset = voxels ? [0, 0, 0] : part.low_m;
@@ -55,7 +65,7 @@ export class Overlays {
     for (const a of [0.1, 0.9])
       for (const b of [0.1, 0.9]) {
         const at = [a * sx, b * sy, sz].map((value, axis) => (value - offset[axis]) / scale);
-        lines.add([0, 0, 0], at, this.scene.craneRow + HOOK, this.scene.partRow(n), { rgba: INK.rope, width: 1.3, metres: 0.03 });
+        lines.add([0, 0, 0], at, this.scene.cranes[crane].first + HOOK, this.scene.partRow(n), { rgba: INK.rope, width: 1.3, metres: 0.03 });
       }
   }
 
@@ -103,13 +113,12 @@ export class Overlays {
   }
 
   _addPaths(lines, { plan, chosen, layers }, lift) {
-    const base = this.scene.document.crane?.base_m;
     for (const other of plan.timed) {
       const near = other === lift && layers.paths !== "chosen" && layers.paths !== "none";
       const own = other.part === chosen && layers.paths !== "none";
       if (!near && !own && layers.paths !== "all") continue;
       const style = near || own ? { rgba: INK.path, width: 3 } : { rgba: INK.other, width: 1.2 };
-      lines.addPolyline(wayOf(plan.motionOf(other), base, this.scene.parts[other.part]), 0, style);
+      lines.addPolyline(wayOf(plan.motionOf(other), this.scene.baseOf(plan.motionOf(other)), this.scene.parts[other.part]), 0, style);
     }
   }
 }

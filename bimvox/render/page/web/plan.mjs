@@ -17,7 +17,9 @@ export class Plan {
     this.parts = parts;
     this.lifts = revision.lifts;
     this.motions = motions;
-    this.timed = this.lifts.filter((lift) => lift.motion !== null);
+    this.timed = this.lifts.filter((lift) => lift.motion !== null).sort((a, b) => a.begins_s - b.begins_s || a.order - b.order);
+    this.cranes = Math.max(1, ...this.timed.map((lift) => (motions[lift.motion].crane ?? 0) + 1));
+    this.ofCrane = Array.from({ length: this.cranes }, (_, n) => this.timed.filter((lift) => (motions[lift.motion].crane ?? 0) === n));
     this.ofPart = new Array(parts.length).fill(null);
     for (const lift of this.lifts) this.ofPart[lift.part] = lift;
     this.begins = revision.begins_s;
@@ -32,16 +34,38 @@ export class Plan {
     return lift.begins_s + this.motionOf(lift).length_s;
   }
 
-  /** The lift under way at a time: the last one that has begun; null where nothing is timed. */
+  /** The lift under way at a time: the last one that has begun; null where nothing is timed. Of several cranes, that of the one that is busiest. */
   liftAt(time) {
+    if (this.cranes === 1) return this.liftOf(0, time);
+    const own = this.ofCrane.map((_, n) => this.liftOf(n, time)).filter((lift) => lift !== null);
+    const busy = (lift) => {
+      const motion = this.motionOf(lift);
+      const since = time - lift.begins_s;
+      if (since < 0 || since >= motion.length_s) return 0;
+      if (since >= motion.lifted_s && since < motion.assembled_s) return 3;
+      return this.phaseAt(lift, time) === "wait" ? 1 : 2;
+    };
+    return own.reduce((best, lift) => (best === null || busy(lift) > busy(best) ? lift : best), null);
+  }
+
+  /** The lift that a crane drives at a time: its last one that has begun; null where it has none. */
+  liftOf(crane, time) {
+    const timed = this.ofCrane[crane] ?? [];
     let low = 0;
-    let high = this.timed.length - 1;
+    let high = timed.length - 1;
     while (low < high) {
       const middle = (low + high + 1) >> 1;
-      if (this.timed[middle].begins_s <= time) low = middle;
+      if (timed[middle].begins_s <= time) low = middle;
       else high = middle - 1;
     }
-    return this.timed[low] ?? null;
+    return timed[low] ?? null;
+  }
+
+  /** Spans of a lift in which its crane does not wait: [start, end] on the plan's clock. */
+  busyOf(lift) {
+    const { phases } = this.motionOf(lift);
+    const ends = [...phases.slice(1).map(([, start]) => lift.begins_s + start), this.endOf(lift)];
+    return phases.map(([name, start], n) => [name, lift.begins_s + start, ends[n]]).filter(([name]) => name !== "wait").map(([, start, end]) => [start, end]);
   }
 
   /** The lift before or after another in time; null at the ends. */
@@ -61,6 +85,30 @@ export class Plan {
    * (it arrives when all lifts of the earlier ones are done), later deliveries are not there.
    */
   statesAt(time) {
+    return this.cranes > 1 ? this._overlapping(time) : this._oneByOne(time);
+  }
+
+  /** The same where lifts of several cranes overlap: every part by its own motion. */
+  _overlapping(time) {
+    const states = new Uint8Array(this.parts.length);
+    const since = (lift) => time - lift.begins_s;
+    const waiting = this.timed.filter((lift) => since(lift) < this.motionOf(lift).lifted_s);
+    const next = waiting.reduce((first, lift) => (first === null || lift.order < first.order ? lift : first), null);
+    for (const lift of this.lifts) {
+      const motion = this.motionOf(lift);
+      const there = next !== null && lift.start_m !== null && lift.delivery === next.delivery;
+      if (motion === null) {
+        if (lift.status === "planned" && (next === null || lift.order < next.order)) states[lift.part] = ASSEMBLED;
+        else if (there) states[lift.part] = UNBUILT;
+      } else if (since(lift) >= motion.assembled_s) states[lift.part] = ASSEMBLED;
+      else if (since(lift) >= motion.arrived_s) states[lift.part] = ARRIVED;
+      else if (since(lift) >= motion.lifted_s) states[lift.part] = IN_TRANSIT;
+      else if (there) states[lift.part] = UNBUILT;
+    }
+    return states;
+  }
+
+  _oneByOne(time) {
     const states = new Uint8Array(this.parts.length);
     const now = this.liftAt(time);
     for (const lift of this.lifts) {

@@ -1,9 +1,9 @@
 // The site in 3-D at a moment: puts everything in its place and draws it.
 import { Lines, Rows, Solids } from "./batches.mjs";
-import { Crane } from "./cranes.mjs";
+import { Crane, cranesOf } from "./cranes.mjs";
 import { programOf, textureOf } from "./gl.mjs";
 import { lookAt, multiplied, orthographic, unit } from "./maths.mjs";
-import { axesAt, loadAt, storedAt } from "./motion.mjs";
+import { axesAt, hookOf, loadAt, storedAt } from "./motion.mjs";
 import { Overlays } from "./overlays.mjs";
 import { ARRIVED, ASSEMBLED, AWAY, IN_TRANSIT, UNBUILT } from "./plan.mjs";
 import { DEPTH_FRAGMENT, EDGE_FRAGMENT, EDGE_VERTEX, HATCHED, LINE_FRAGMENT, LINE_VERTEX, PICK_FRAGMENT, PICK_VERTEX, SHOWN, SOLID_FRAGMENT, SOLID_VERTEX, VOXELS } from "./shaders.mjs";
@@ -40,14 +40,23 @@ export class Scene {
     this.shown = null;
   }
 
+  /** Foot of the crane of a motion. */
+  baseOf(motion) {
+    return this.cranes[motion.crane ?? 0]?.record.base_m;
+  }
+
   partRow(index) {
     return 1 + index;
   }
 
   _layOutRows(numbers) {
     let next = 1 + this.parts.length;
-    this.craneRow = next;
-    if (this.document.crane) next += Crane.rowsOf(this.document.crane);
+    const cranes = cranesOf(this.document);
+    const firsts = cranes.map((record) => {
+      const first = next;
+      next += Crane.rowsOf(record);
+      return first;
+    });
     this.standing = this.document.standing.map((record) => ({ ...record, row: next++, boxes: numbers(record.boxes) }));
     this.obstructions = new Map();
     for (const revision of this.document.revisions)
@@ -58,7 +67,7 @@ export class Scene {
     this.rows = new Rows(this.gl, next);
     this.rows.shape(0, 1, [0, 0, 0]);
     this.rows.look(0, [0, 0, 0], SHOWN);
-    this.crane = this.document.crane ? new Crane(this.document.crane, numbers, this.rows, this.craneRow) : null;
+    this.cranes = cranes.map((record, n) => new Crane(record, numbers, this.rows, firsts[n]));
   }
 
   /** The obstruction of a revision's record. */
@@ -83,7 +92,7 @@ export class Scene {
       }
     }
     for (const thing of this.obstructions.values()) fixed.addBoxes(thing.row, thing.boxes);
-    if (this.crane) this.crane.addTo(fixed, craneLines);
+    for (const crane of this.cranes) crane.addTo(fixed, craneLines);
     this.batches = { real: real.upload(gl), voxels: voxels.upload(gl), fixed: fixed.upload(gl), crane: craneLines.upload(gl) };
     this.overlays = new Overlays(this);
   }
@@ -129,11 +138,13 @@ export class Scene {
     }
     const motion = lift && plan.motionOf(lift);
     const since = lift ? time - lift.begins_s : 0;
-    if (this.crane) {
-      const pose = motion && motion.kind === "crane" ? axesAt(motion, since) : this.crane.parked;
-      this.hook = [this.crane.record.base_m[0] + pose[1] * Math.cos(pose[0]), this.crane.record.base_m[1] + pose[1] * Math.sin(pose[0]), pose[2]];
-      this.crane.pose(pose, layers.crane);
-    }
+    this.cranes.forEach((crane, n) => {
+      const own = plan.liftOf(n, time);
+      const driven = own && plan.motionOf(own);
+      const pose = driven && driven.kind === "crane" ? axesAt(driven, time - own.begins_s) : crane.parked;
+      if (n === (motion?.crane ?? 0)) this.hook = hookOf(crane.record.base_m, pose);
+      crane.pose(pose, layers.crane);
+    });
     this.overlays.show(moment, lift, motion, since);
     this.shown = { states, lift };
   }
@@ -170,7 +181,7 @@ export class Scene {
     if (state === UNBUILT) at = storedAt(lift, part);
     else if (state !== ASSEMBLED) {
       const motion = plan.motionOf(lift);
-      at = loadAt(motion, this.document.crane?.base_m, lift.stored, time - lift.begins_s);
+      at = loadAt(motion, this.baseOf(motion), lift.stored, time - lift.begins_s);
     }
     this.rows.place(row, at.corner, at.tilt);
     const flags = SHOWN | (layers.voxels ? VOXELS : 0) | (state === IN_TRANSIT ? HATCHED : 0);
@@ -351,8 +362,8 @@ export class Scene {
       take(part.target_m, sum(part.target_m, part.size_m));
       if (lift.start_m) take(lift.start_m, sum(lift.start_m, lift.start_size_m));
     }
-    if (this.crane) {
-      const { base_m, jib_height_m, mast_size_m } = this.crane.record;
+    for (const crane of this.cranes) {
+      const { base_m, jib_height_m, mast_size_m } = crane.record;
       take(base_m, [base_m[0], base_m[1], jib_height_m + mast_size_m]);
     }
     return [low, high];

@@ -50,7 +50,7 @@ export class Timeline {
     if (SPEEDS[at]) this.app.setSpeed(SPEEDS[at]);
   }
 
-  /** One band a lift: the one under way blue, the chosen one black, above 90 % of the capacity a red mark. */
+  /** One band a lift, a row a crane: what is under way blue, the chosen one black, above 90 % of the capacity a red mark, waits left open. */
   drawTicks() {
     const { app, ticks } = this;
     this.lift = app.lift;
@@ -64,7 +64,8 @@ export class Timeline {
     const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
     const { plan } = app;
     const x = (time) => THUMB + ((time - plan.begins) / Math.max(plan.ends - plan.begins, 1e-9)) * (width - 2 * THUMB);
-    plan.timed.forEach((lift, n) => {
+    if (plan.cranes > 1) this._drawRows(draw, x, height, colour);
+    else plan.timed.forEach((lift, n) => {
       const [from, to] = [x(lift.begins_s), x(plan.endOf(lift))];
       draw.fillStyle = colour(lift === app.lift ? "--accent" : n % 2 ? "--line" : "--press");
       draw.fillRect(from, height - 17, Math.max(to - from, 0.6), 11);
@@ -78,6 +79,29 @@ export class Timeline {
       }
     });
     this._drawHours(draw, x, width, colour("--faint"));
+  }
+
+  /** The lifts of every crane in a row of its own. */
+  _drawRows(draw, x, height, colour) {
+    const { app } = this;
+    const { plan } = app;
+    const tall = Math.floor(13 / plan.cranes) - 1;
+    plan.ofCrane.forEach((lifts, crane) => {
+      const top = height - 18 + crane * (tall + 1);
+      lifts.forEach((lift, n) => {
+        const busy = plan.busyOf(lift);
+        draw.fillStyle = colour(lift === app.lift ? "--accent" : n % 2 ? "--faint" : "--line");
+        for (const [start, end] of busy) draw.fillRect(x(start), top, Math.max(x(end) - x(start), 0.6), tall);
+        if ((lift.governs?.utilisation ?? 0) >= HOT) {
+          draw.fillStyle = colour("--bad");
+          draw.fillRect(x(busy[0][0]), top, Math.max(x(busy.at(-1)[1]) - x(busy[0][0]), 1.5), 2);
+        }
+        if (lift.part === app.chosen) {
+          draw.fillStyle = colour("--ink");
+          draw.fillRect(x(lift.begins_s) - 0.5, height - 4, Math.max(x(plan.endOf(lift)) - x(lift.begins_s) + 1, 3), 3);
+        }
+      });
+    });
   }
 
   _drawHours(draw, x, width, ink) {

@@ -1,0 +1,47 @@
+"""Reads a Microsoft Project XML file with MPXJ, a Java library by others, and prints its tasks as JSON.
+
+Run by a Python that has ``mpxj`` and ``jpype1`` (``make check-log`` makes one), and a Java: it imports nothing of
+bimvox. ``python benchmarks/read_ms_project.py FILE.xml``
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Any
+
+
+def tasks_in(path: str) -> list[dict[str, Any]]:
+    """Return the tasks of a project file as MPXJ understands them."""
+    import jpype
+    import mpxj  # noqa: F401 - puts its jars on the class path
+
+    jpype.startJVM("-Xmx512m")
+    from org.mpxj import TimeUnit  # type: ignore[import-not-found]
+    from org.mpxj.reader import UniversalProjectReader  # type: ignore[import-not-found]
+
+    project = UniversalProjectReader().read(path)
+    errors = [str(error) for error in project.getIgnoredErrors()]
+    if errors:
+        raise SystemExit("\n".join(errors))
+    properties = project.getProjectProperties()
+    return [
+        {
+            "id": int(task.getID()),
+            "name": str(task.getName()),
+            "start": str(task.getStart()),
+            "finish": str(task.getFinish()),
+            "duration_s": 60.0
+            * float(task.getDuration().convertUnits(TimeUnit.ELAPSED_MINUTES, properties).getDuration()),
+            "is_elapsed": bool(task.getDuration().getUnits().isElapsed()),
+            "text1": None if task.getText(1) is None else str(task.getText(1)),
+            "after": [[int(one.getPredecessorTask().getID()), str(one.getType())] for one in task.getPredecessors()],
+            "resources": [str(one.getResource().getName()) for one in task.getResourceAssignments()],
+            "is_summary": bool(task.getSummary()),
+        }
+        for task in project.getTasks()
+    ]
+
+
+if __name__ == "__main__":
+    print(json.dumps(tasks_in(sys.argv[1])))

@@ -1,0 +1,316 @@
+"""Whether two cranes come too near each other, over time (EN 17076: anti-collision).
+
+A crane's track says, span by span of the site's clock, within which bounds its axes are, with the ways that they need
+to brake added: so two cranes whose spans are apart stay apart whatever moment they are stopped at, one or both. A span
+is not a point in time: everything that a part sweeps between the bounds counts. For two strips that turn about two axes
+the nearest approach is found by halving the ranges of their angles; a half is dropped as soon as no pose in it can be
+near. Nothing is sampled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.crane.outline import CraneOutline
+
+SPAN_NS = 500_000_000
+"""Length of a span of a track."""
+
+PARTS = ("jib", "counter-jib", "mast", "load", "rope")
+SLEW_LOW, SLEW_HIGH, RADIUS_LOW, RADIUS_HIGH, LOWEST, HOOK_LOW, HOOK_HIGH, LOAD_HALF, ROPE_HALF = range(9)
+"""Columns of a span: angles (rad), radii of the hook (m), the lowest of what hangs on it, heights of the hook, and the
+radii of the discs that hold the load and the rope on the plan, swing included (m)."""
+COLUMNS = 9
+_LOWS = (SLEW_LOW, RADIUS_LOW, LOWEST, HOOK_LOW)
+
+_TOLERANCE_M = 0.05
+"""Poses this much further apart than they must be may count as too near."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CraneTrack:
+    """Where a crane may be, span by span. Before the first span it stands as in ``first``, after the last in ``last``.
+
+    Attributes:
+        start_ns: When the first span begins, on the site's clock.
+        spans: (N, 9) float64 bounds during ``start_ns + n * SPAN_NS`` and one span more; see ``SLEW_LOW``.
+        first: (9,) float64 where it stands before.
+        last: (9,) float64 where it stands after.
+    """
+
+    start_ns: int
+    spans: NDArray[np.float64]
+    first: NDArray[np.float64]
+    last: NDArray[np.float64]
+
+    @property
+    def end_ns(self) -> int:
+        """When the last span ends."""
+        return self.start_ns + len(self.spans) * SPAN_NS
+
+    def later(self, by_ns: int) -> CraneTrack:
+        """Return the same track, later on the clock."""
+        return replace(self, start_ns=self.start_ns + by_ns)
+
+
+@dataclass(frozen=True, slots=True)
+class Conflict:
+    """Two cranes that come too near each other.
+
+    Attributes:
+        time_ns: Start of the first span in which they do, on the site's clock.
+        parts: Which parts of the first and of the second crane (``PARTS``).
+        distance_m: How near they get on the plan.
+        needed_m: How far apart they must be.
+    """
+
+    time_ns: int
+    parts: tuple[str, str]
+    distance_m: float
+    needed_m: float
+
+
+def joined(tracks: Sequence[CraneTrack]) -> CraneTrack:
+    """Return tracks of one crane that follow each other as one; between them it stands where the one before ends."""
+    start_ns = tracks[0].start_ns
+    count = max(-(-(track.end_ns - start_ns) // SPAN_NS) for track in tracks)
+    spans = np.full((count, COLUMNS), -np.inf)
+    spans[:, _LOWS] = np.inf
+    for n, track in enumerate(tracks):
+        late_ns = track.start_ns - start_ns
+        first, is_between = late_ns // SPAN_NS, late_ns % SPAN_NS > 0
+        _spread(spans, first, track.spans)
+        if is_between:
+            _spread(spans, first + 1, track.spans)
+        until_ns = tracks[n + 1].start_ns if n + 1 < len(tracks) else start_ns + count * SPAN_NS
+        idle = slice((track.end_ns - start_ns) // SPAN_NS, -(-(until_ns - start_ns) // SPAN_NS))
+        rows = max(0, min(idle.stop, count) - idle.start)
+        _spread(spans, idle.start, np.broadcast_to(track.last, (rows, COLUMNS)))
+    return CraneTrack(start_ns, spans, tracks[0].first, tracks[-1].last)
+
+
+def standing(track: CraneTrack) -> CraneTrack:
+    """Return a crane that stands for ever where a track ends."""
+    return CraneTrack(track.end_ns, track.last[None, :], track.last, track.last)
+
+
+def first_conflict(
+    cranes: tuple[CraneOutline, CraneOutline],
+    a: CraneTrack,
+    b: CraneTrack,
+    separation_m: float,
+    *,
+    from_ns: int | None = None,
+) -> Conflict | None:
+    """Return where two cranes first come too near each other; None where they never do.
+
+    Both stand where their tracks end from then on for ever, and where they begin until then.
+
+    Args:
+        cranes: What they are.
+        a: Where the first one is.
+        b: Where the second one is.
+        separation_m: Distance that parts keep on the plan, wherever their heights are no further apart than this.
+        from_ns: Nothing before this moment is looked at; None: from the earlier start.
+    """
+    begin_ns = min(a.start_ns, b.start_ns) if from_ns is None else from_ns
+    end_ns = max(a.end_ns, b.end_ns, begin_ns + 1)
+    time_ns, one, other, distance_m, needed_m = _first_conflict(
+        _numbers(cranes[0]),
+        _numbers(cranes[1]),
+        np.concatenate([a.first[None], a.spans, a.last[None]]),
+        np.concatenate([b.first[None], b.spans, b.last[None]]),
+        np.array([a.start_ns, b.start_ns, begin_ns, end_ns, SPAN_NS], np.int64),
+        separation_m,
+        _TOLERANCE_M,
+    )
+    if one < 0:
+        return None
+    return Conflict(int(time_ns), (PARTS[one], PARTS[other]), float(distance_m), float(needed_m))
+
+
+def _spread(spans: NDArray[np.float64], at: int, rows: NDArray[np.float64]) -> None:
+    """Widen spans from ``at`` on so that they hold the rows as well."""
+    own = spans[at : at + len(rows)]
+    rows = rows[: len(own)]
+    for column in range(COLUMNS):
+        widen = np.minimum if column in _LOWS else np.maximum
+        widen(own[:, column], rows[:, column], out=own[:, column])
+
+
+def _numbers(outline: CraneOutline) -> NDArray[np.float64]:
+    """The outline as the kernel takes it."""
+    return np.array([*outline.solids_m, float(outline.luffs)])
+
+
+@kernel
+def _first_conflict(
+    outline_a: NDArray[np.float64],
+    outline_b: NDArray[np.float64],
+    rows_a: NDArray[np.float64],
+    rows_b: NDArray[np.float64],
+    clock: NDArray[np.int64],
+    separation_m: float,
+    tolerance_m: float,
+) -> tuple[int, int, int, float, float]:
+    """Go over all pairs of spans that share a moment."""
+    start_a, start_b, begin, end, length = clock
+    parts_a, parts_b = np.empty((5, 5)), np.empty((5, 5))
+    last_a, last_b = -1, -1
+    time = begin
+    while time < end:
+        # Row 0 is before the first span, the last row is after the last one.
+        at_a = min(max((time - start_a) // length + 1, 0), rows_a.shape[0] - 1)
+        at_b = min(max((time - start_b) // length + 1, 0), rows_b.shape[0] - 1)
+        if at_a != last_a:
+            _parts_of(outline_a, rows_a[at_a], parts_a)
+        if at_b != last_b:
+            _parts_of(outline_b, rows_b[at_b], parts_b)
+        if at_a != last_a or at_b != last_b:
+            last_a, last_b = at_a, at_b
+            one, other, distance, needed = _pair(
+                outline_a, rows_a[at_a], parts_a, outline_b, rows_b[at_b], parts_b, separation_m, tolerance_m
+            )
+            if one >= 0:
+                return time, one, other, distance, needed
+        next_a = start_a + at_a * length if at_a < rows_a.shape[0] - 1 else end
+        next_b = start_b + at_b * length if at_b < rows_b.shape[0] - 1 else end
+        time = min(max(next_a, time + 1), max(next_b, time + 1))
+    # Both stand from now on.
+    at_a, at_b = rows_a.shape[0] - 1, rows_b.shape[0] - 1
+    _parts_of(outline_a, rows_a[at_a], parts_a)
+    _parts_of(outline_b, rows_b[at_b], parts_b)
+    one, other, distance, needed = _pair(
+        outline_a, rows_a[at_a], parts_a, outline_b, rows_b[at_b], parts_b, separation_m, tolerance_m
+    )
+    return end, one, other, distance, needed
+
+
+@kernel
+def _parts_of(outline: NDArray[np.float64], row: NDArray[np.float64], parts: NDArray[np.float64]) -> None:
+    """The five parts in one span: inner and outer radius, half width, lowest, highest."""
+    luffs = outline[14] > 0.0
+    end = min(outline[2], row[RADIUS_HIGH]) if luffs else outline[2]
+    parts[0] = 0.0, end, outline[3], outline[4], outline[5]
+    parts[1] = -outline[6], 0.0, outline[7], outline[8], outline[9]
+    parts[2] = 0.0, 0.0, outline[10], outline[11], outline[12]
+    parts[3] = row[RADIUS_LOW], row[RADIUS_HIGH], row[LOAD_HALF], row[LOWEST], row[HOOK_HIGH]
+    parts[4] = row[RADIUS_LOW], row[RADIUS_HIGH], row[ROPE_HALF], row[HOOK_LOW], outline[13]
+
+
+@kernel
+def _pair(
+    outline_a: NDArray[np.float64],
+    row_a: NDArray[np.float64],
+    parts_a: NDArray[np.float64],
+    outline_b: NDArray[np.float64],
+    row_b: NDArray[np.float64],
+    parts_b: NDArray[np.float64],
+    separation_m: float,
+    tolerance_m: float,
+) -> tuple[int, int, float, float]:
+    """The first pair of parts that is too near in one pair of spans, how near, and how far it must be apart."""
+    dx, dy = outline_b[0] - outline_a[0], outline_b[1] - outline_a[1]
+    apart = np.sqrt(dx * dx + dy * dy)
+    for one in range(5):
+        for other in range(5):
+            if (one == 2 and other > 1) or (other == 2 and one > 1):
+                continue  # masts stand still, and loads and ropes are kept off them as off everything that stands
+            if (
+                parts_a[one, 3] - parts_b[other, 4] >= separation_m
+                or parts_b[other, 3] - parts_a[one, 4] >= separation_m
+            ):
+                continue
+            needed = separation_m + parts_a[one, 2] + parts_b[other, 2]
+            reach_a = max(abs(parts_a[one, 0]), abs(parts_a[one, 1]))
+            reach_b = max(abs(parts_b[other, 0]), abs(parts_b[other, 1]))
+            if apart - reach_a - reach_b >= needed:
+                continue
+            distance = _nearest(row_a, parts_a[one], row_b, parts_b[other], dx, dy, needed, tolerance_m)
+            if distance < needed:
+                return one, other, max(0.0, distance - parts_a[one, 2] - parts_b[other, 2]), separation_m
+    return -1, -1, 0.0, 0.0
+
+
+@kernel
+def _nearest(
+    row_a: NDArray[np.float64],
+    part_a: NDArray[np.float64],
+    row_b: NDArray[np.float64],
+    part_b: NDArray[np.float64],
+    dx: float,
+    dy: float,
+    needed: float,
+    tolerance: float,
+) -> float:
+    """A distance of two turning strips below ``needed``, if they get so near; infinite where they do not.
+
+    Branch and bound over the rectangle of both angles: from its middle no point moves further than radius times half
+    the range.
+    """
+    reach_a = max(abs(part_a[0]), abs(part_a[1]))
+    reach_b = max(abs(part_b[0]), abs(part_b[1]))
+    stack = np.empty((128, 4))
+    stack[0] = row_a[SLEW_LOW], row_a[SLEW_HIGH], row_b[SLEW_LOW], row_b[SLEW_HIGH]
+    count = 1
+    while count > 0:
+        count -= 1
+        low_a, high_a, low_b, high_b = stack[count]
+        mid_a, mid_b = 0.5 * (low_a + high_a), 0.5 * (low_b + high_b)
+        ca, sa, cb, sb = np.cos(mid_a), np.sin(mid_a), np.cos(mid_b), np.sin(mid_b)
+        distance = _segments_apart(
+            part_a[0] * ca,
+            part_a[0] * sa,
+            part_a[1] * ca,
+            part_a[1] * sa,
+            dx + part_b[0] * cb,
+            dy + part_b[0] * sb,
+            dx + part_b[1] * cb,
+            dy + part_b[1] * sb,
+        )
+        if distance < needed:
+            return distance
+        sweep_a, sweep_b = 0.5 * reach_a * (high_a - low_a), 0.5 * reach_b * (high_b - low_b)
+        if distance - sweep_a - sweep_b >= needed:
+            continue
+        if sweep_a + sweep_b < tolerance or count + 2 > 128:
+            return needed - 1e-9
+        if sweep_a >= sweep_b:
+            stack[count] = low_a, mid_a, low_b, high_b
+            stack[count + 1] = mid_a, high_a, low_b, high_b
+        else:
+            stack[count] = low_a, high_a, low_b, mid_b
+            stack[count + 1] = low_a, high_a, mid_b, high_b
+        count += 2
+    return np.inf
+
+
+@kernel
+def _segments_apart(ax: float, ay: float, bx: float, by: float, cx: float, cy: float, dx: float, dy: float) -> float:
+    """Distance of the segments a-b and c-d on the plan."""
+    ux, uy, vx, vy = bx - ax, by - ay, dx - cx, dy - cy
+    cross = ux * vy - uy * vx
+    if abs(cross) > 1e-12:
+        s = ((cx - ax) * vy - (cy - ay) * vx) / cross
+        t = ((cx - ax) * uy - (cy - ay) * ux) / cross
+        if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
+            return 0.0
+    least = _point_apart(ax, ay, cx, cy, vx, vy)
+    least = min(least, _point_apart(bx, by, cx, cy, vx, vy))
+    least = min(least, _point_apart(cx, cy, ax, ay, ux, uy))
+    least = min(least, _point_apart(dx, dy, ax, ay, ux, uy))
+    return float(np.sqrt(least))
+
+
+@kernel
+def _point_apart(px: float, py: float, ax: float, ay: float, ux: float, uy: float) -> float:
+    """Squared distance of a point from the segment from a along u."""
+    length = ux * ux + uy * uy
+    along = 0.0 if length <= 0.0 else min(max(((px - ax) * ux + (py - ay) * uy) / length, 0.0), 1.0)
+    x, y = px - ax - along * ux, py - ay - along * uy
+    return x * x + y * y

@@ -1,0 +1,137 @@
+"""How much room a crane takes up beside another one: its jib, counter-jib, mast, rope and load as simple solids.
+
+Everything that turns is a strip along a ray from the slewing axis, from one radius to another, of a half width and
+between two heights; what hangs on the rope is a disc on the plan. So two cranes are compared on the plan, part by part,
+wherever the heights of the parts come near each other. The solids hold the crane as it is drawn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bimvox.crane.tower_crane import TowerCrane
+
+COUNTER_JIB_SHARE = 0.28
+"""Length of a hammerhead's counter-jib as a share of its jib's."""
+
+_UNDER_JIB_M = 0.5
+"""Trolley and catwalk below the rope's exit."""
+
+
+@dataclass(frozen=True, slots=True)
+class CraneOutline:
+    """Solids of a crane that do not depend on its load.
+
+    Attributes:
+        name: Name of the crane, for messages.
+        base_m: (x, y) of the slewing axis.
+        jib_end_m: Radius of the jib's end; of a luffing jib at its flattest.
+        jib_half_m: Half the jib's width.
+        jib_m: Lowest and highest of the jib, metres above z = 0; of a luffing jib from the pivot to the steepest tip.
+        tail_m: Length of the counter-jib, or of the counterweight behind the axis.
+        tail_half_m: Half its width.
+        tail_height_m: Lowest and highest of it.
+        mast_half_m: Radius of the circle around the mast's section.
+        mast_height_m: Lowest and highest of the mast and its head.
+        rope_top_m: Where the rope leaves the jib; of a luffing jib the tip at its steepest.
+        luffs: Whether the jib luffs: it then ends over the hook.
+    """
+
+    name: str
+    base_m: tuple[float, float]
+    jib_end_m: float
+    jib_half_m: float
+    jib_m: tuple[float, float]
+    tail_m: float
+    tail_half_m: float
+    tail_height_m: tuple[float, float]
+    mast_half_m: float
+    mast_height_m: tuple[float, float]
+    rope_top_m: float
+    luffs: bool
+
+    @property
+    def solids_m(self) -> tuple[float, ...]:
+        """The 14 lengths above, in their order, from ``base_m`` to ``rope_top_m``: what compiled code takes."""
+        return (
+            *self.base_m,
+            self.jib_end_m,
+            self.jib_half_m,
+            *self.jib_m,
+            self.tail_m,
+            self.tail_half_m,
+            *self.tail_height_m,
+            self.mast_half_m,
+            *self.mast_height_m,
+            self.rope_top_m,
+        )
+
+
+def outline_of(crane: TowerCrane) -> CraneOutline:
+    """Return the solids of a crane."""
+    x, y, foot_m = crane.base_m
+    width = crane.mast_size_m
+    mast_half = width / 2.0**0.5
+    jib = crane.luffing
+    if jib is not None:
+        top = jib.highest_tip_m + jib.width_m / 2.0
+        return CraneOutline(
+            crane.name,
+            (x, y),
+            jib_end_m=jib.radii_m[1],
+            jib_half_m=jib.width_m / 2.0,
+            jib_m=(jib.pivot_height_m - jib.width_m / 2.0, top),
+            tail_m=jib.tail_radius_m,
+            tail_half_m=jib.tail_width_m / 2.0,
+            tail_height_m=(jib.tail_low_m, jib.pivot_height_m + jib.width_m),
+            mast_half_m=mast_half,
+            mast_height_m=(foot_m, jib.pivot_height_m),
+            rope_top_m=jib.highest_tip_m,
+            luffs=True,
+        )
+    top = highest_point_m(crane)
+    return CraneOutline(
+        crane.name,
+        (x, y),
+        jib_end_m=crane.jib_length_m + width / 2.0,
+        jib_half_m=width / 2.0,
+        jib_m=(crane.jib_height_m - _UNDER_JIB_M, top),
+        tail_m=counter_jib_m(crane),
+        tail_half_m=width / 2.0,
+        tail_height_m=(crane.jib_height_m - width, top),
+        mast_half_m=mast_half,
+        mast_height_m=(foot_m, top),
+        rope_top_m=crane.jib_height_m,
+        luffs=False,
+    )
+
+
+def counter_jib_m(crane: TowerCrane) -> float:
+    """Return the length of a hammerhead's counter-jib."""
+    return max(COUNTER_JIB_SHARE * crane.jib_length_m, 3.0 * crane.mast_size_m)
+
+
+def tower_head_m(crane: TowerCrane) -> float:
+    """Return how high a hammerhead's tower head, to which the jib is tied, stands above its jib."""
+    width = crane.mast_size_m
+    return min(max(0.12 * crane.jib_length_m, 2.0 * width), 5.0 * width)
+
+
+def highest_point_m(crane: TowerCrane) -> float:
+    """Return the height of the highest point of a crane above the site's z = 0."""
+    if crane.luffing is not None:
+        return crane.luffing.highest_tip_m + crane.luffing.width_m / 2.0
+    return crane.jib_height_m + tower_head_m(crane)
+
+
+def lowest_turning_m(crane: TowerCrane) -> float:
+    """Return the height of the lowest point of what turns with a crane, ropes and load aside."""
+    outline = outline_of(crane)
+    return min(outline.jib_m[0], outline.tail_height_m[0])
+
+
+def turning_radius_m(crane: TowerCrane) -> float:
+    """Return the radius of the circle that jib and counter-jib never leave."""
+    outline = outline_of(crane)
+    reaches = (outline.jib_end_m, outline.jib_half_m), (outline.tail_m, outline.tail_half_m)
+    return max(float((along**2 + half**2) ** 0.5) for along, half in reaches)

@@ -1,0 +1,71 @@
+"""The order of lifts that several cranes share.
+
+Parts are set one after the other in the plan's order, whichever crane carries them, so the order deals them out: next
+comes a part of the crane that has worked least so far, and of its parts the one to which it has the shortest way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.kinematics import Axes
+from bimvox.planning.travel import Travel
+from bimvox.site.site import Site
+
+_HANDLING_S = 70.0
+"""Hooking on and the trial lift, beside the crew's times of the rules."""
+
+
+class Shared:
+    """Chooses the part that comes next on a site with several cranes.
+
+    Args:
+        site: The site.
+        ways: Per crane the hook's axes over the places and over the picks of all parts, and its travel times.
+    """
+
+    def __init__(self, site: Site, ways: Sequence[tuple[Axes, Axes, Travel]]) -> None:
+        self._crane = np.array([component.crane for component in site.components])
+        self._assembly = [component.hints.assembly for component in site.components]
+        self._empty_s: list[NDArray[np.float64]] = []
+        self._loaded_s: list[NDArray[np.float64]] = []
+        for targets, picks, travel in ways:
+            self._empty_s.append(np.round(travel.between_s(_at(targets, _COLUMN), _at(picks, _ROW))))
+            self._loaded_s.append(travel.between_s(picks, targets))
+        self._crew_s = _HANDLING_S + site.rules.bracing_s + site.rules.release_s
+        self._worked_s = np.zeros(len(ways))
+        self._last: dict[int, int] = {}
+        self._counted = 0
+
+    def __call__(self, ready: list[int], order: list[int]) -> int:
+        """Return the part that comes next."""
+        self._count(order)
+        if order and self._assembly[order[-1]] is not None:
+            ready = [i for i in ready if self._assembly[i] == self._assembly[order[-1]]] or ready
+        numbers = np.array(ready)
+        owners = self._crane[numbers]
+        least = min(set(owners.tolist()), key=lambda k: (round(float(self._worked_s[k]), 3), k))
+        numbers = numbers[owners == least]
+        last = self._last.get(least)
+        if last is None:
+            return int(numbers[0])
+        return int(numbers[np.argmin(self._empty_s[least][last, numbers])])
+
+    def _count(self, order: list[int]) -> None:
+        for i in order[self._counted :]:
+            k = int(self._crane[i])
+            empty_s = float(self._empty_s[k][self._last[k], i]) if k in self._last else 0.0
+            self._worked_s[k] += self._crew_s + empty_s + float(self._loaded_s[k][i])
+            self._last[k] = i
+        self._counted = len(order)
+
+
+_COLUMN, _ROW = (slice(None), None), (None, slice(None))
+
+
+def _at(axes: Axes, numbers: Any) -> Axes:
+    return axes[0][numbers], axes[1][numbers], axes[2][numbers]

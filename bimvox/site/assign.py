@@ -1,0 +1,155 @@
+"""Which crane lifts which part, where a site has several.
+
+A crane can take a part that it carries to its place and from some column of the yard. Where more than one can, the plan
+is divided between them as by weighted bisectors: a part goes to the crane whose base is nearest to its place, each
+crane's distances made longer by a length of its own, chosen so that the most loaded crane has as little to do as
+possible. So each crane works in a part of the site of its own, and all have about the same work on every storey.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.bound import rest_to_rest_s
+from bimvox.crane.reach import allowed_radii_m
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.grid.frame import GridFrame
+from bimvox.site.component import Component
+from bimvox.site.config import SiteConfig
+from bimvox.site.site import Rules
+
+_HANDLING_S = 70.0
+"""Hooking on and the trial lift: what every lift takes beside the crew's times of the rules and the crane's way."""
+_ROUNDS = 200
+_SLACK_M = 1e-6
+
+
+def assigned(
+    config: SiteConfig,
+    components: Sequence[Component],
+    cranes: Sequence[TowerCrane],
+    yard: NDArray[np.bool_],
+    frame: GridFrame,
+    rules: Rules,
+) -> list[Component]:
+    """Return the components, each with the number of the crane that lifts it.
+
+    A part that no crane can take is given to the one whose reach it exceeds least; planning says why it cannot be
+    lifted.
+
+    Args:
+        config: The site file; its ``[[component]] crane`` goes before everything.
+        components: All of them.
+        cranes: All of them.
+        yard: (X, Y) columns of the yard.
+        frame: Of the grid.
+        rules: The site's.
+
+    Raises:
+        ConfigError: If a part is given to a crane that the site does not have.
+    """
+    named = _named(config, components, cranes)
+    if len(cranes) < 2:
+        return list(components)
+    places_m = np.array([_hook_m(component, frame) for component in components])
+    yard_m = _centres_m(np.argwhere(yard), frame)
+    excess_m = np.empty((len(components), len(cranes)))
+    for k, crane in enumerate(cranes):
+        from_yard_m = _distances_m(crane, yard_m)
+        for n, component in enumerate(components):
+            start_m = from_yard_m if component.start_vox is None else _distances_m(crane, _start_m(component, frame))
+            excess_m[n, k] = _excess_m(crane, component, places_m[n], start_m)
+    can = excess_m <= _SLACK_M
+    for n in range(len(components)):
+        if n in named:
+            can[n] = np.arange(len(cranes)) == named[n]
+        elif not can[n].any():
+            can[n, int(np.argmin(excess_m[n]))] = True
+    reach_m = np.stack([_distances_m(crane, places_m) for crane in cranes], axis=1)
+    work_s = np.stack([_work_s(crane, reach_m[:, k], rules) for k, crane in enumerate(cranes)], axis=1)
+    choice = _balanced(can, reach_m, work_s)
+    return [replace(component, crane=int(k)) for component, k in zip(components, choice, strict=True)]
+
+
+def _balanced(can: NDArray[np.bool_], reach_m: NDArray[np.float64], work_s: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(N,) crane of each part: the least ``reach + longer`` among those that can, ``longer`` evening out the work."""
+    rows = np.arange(len(can))
+    longer_m, step_m = np.zeros(can.shape[1]), float(reach_m.max(initial=1.0))
+    best: tuple[float, NDArray[np.int64]] | None = None
+    for _ in range(_ROUNDS):
+        choice = np.argmin(np.where(can, reach_m + longer_m, np.inf), axis=1)
+        load_s = np.bincount(choice, weights=work_s[rows, choice], minlength=can.shape[1])
+        if best is None or load_s.max() < best[0] - 1e-6:
+            best = float(load_s.max()), choice
+        mean_s = max(float(load_s.mean()), 1.0)
+        longer_m = longer_m + step_m * np.clip((load_s - mean_s) / mean_s, -1.0, 1.0)
+        step_m *= 0.95
+    assert best is not None
+    return best[1]
+
+
+def _named(config: SiteConfig, components: Sequence[Component], cranes: Sequence[TowerCrane]) -> dict[int, int]:
+    """Component -> crane, as the site file says."""
+    names = [crane.name for crane in cranes]
+    by_id = {name: component.index for component in components for name in (component.global_id, component.id)}
+    found = {}
+    for number, entry in enumerate(config.component):
+        if entry.crane is None:
+            continue
+        if entry.crane not in names:
+            known = ", ".join(names) or "none"
+            raise config.error(
+                f"component[{number}].crane",
+                f"the site has no crane called {entry.crane!r}",
+                available=names,
+                hint=f"its cranes: {known}",
+            )
+        found[by_id[entry.global_id]] = names.index(entry.crane)
+    return found
+
+
+def _excess_m(
+    crane: TowerCrane, component: Component, place_m: NDArray[np.float64], start_m: NDArray[np.float64]
+) -> float:
+    """By how much a part's place, or the nearest start, is beyond what the crane reaches with it; 0 where it is not."""
+    low_m, high_m = allowed_radii_m(crane, component.mass_kg)
+    if high_m < low_m:
+        return float(np.inf)
+
+    def outside_m(radius_m: NDArray[np.float64]) -> float:
+        return float(np.maximum(np.maximum(low_m - radius_m, radius_m - high_m), 0.0).min(initial=np.inf))
+
+    return max(outside_m(_distances_m(crane, place_m[None])), outside_m(start_m))
+
+
+def _work_s(crane: TowerCrane, radius_m: NDArray[np.float64], rules: Rules) -> NDArray[np.float64]:
+    """(N,) about how long a crane works on parts set at these radii: a quarter turn there and back, and the crew."""
+    turn_s = rest_to_rest_s(np.pi / 2.0, crane.slewing)
+    trolley_s = np.array([rest_to_rest_s(float(radius) / 2.0, crane.trolley) for radius in radius_m])
+    work_s: NDArray[np.float64] = _HANDLING_S + rules.bracing_s + rules.release_s + 2.0 * np.maximum(turn_s, trolley_s)
+    return work_s
+
+
+def _hook_m(component: Component, frame: GridFrame) -> tuple[float, float]:
+    x, y = (component.target_vox[i] + component.hook_offset_vox[i] + 0.5 for i in (0, 1))
+    at = frame.corner_of([x, y, 0])
+    return float(at[0]), float(at[1])
+
+
+def _start_m(component: Component, frame: GridFrame) -> NDArray[np.float64]:
+    assert component.start_vox is not None
+    return _centres_m(np.array([component.start_vox[:2]]), frame)
+
+
+def _centres_m(columns: NDArray[np.int64], frame: GridFrame) -> NDArray[np.float64]:
+    centres: NDArray[np.float64] = np.array(frame.origin_m[:2]) + frame.voxel_size_m * (columns + 0.5)
+    return centres
+
+
+def _distances_m(crane: TowerCrane, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    distances: NDArray[np.float64] = np.hypot(*(points_m - np.array(crane.base_m[:2])).T)
+    return distances

@@ -1,0 +1,35 @@
+"""Fields that are written down, and hashed, only where they differ from their default.
+
+A type that grows such a field keeps the bytes and the digests of everything that does not use it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, Field, fields
+from functools import cache
+from typing import Any
+
+SPARSE = {"sparse": True}
+"""``metadata`` of such a field; its default must compare by value."""
+
+
+def names_to_write(value: Any) -> tuple[str, ...]:
+    """Return the names of a dataclass's fields without the sparse ones that have their default."""
+    names, sparse = _names_of(type(value))  # type: ignore[arg-type]  # a class is hashable
+    if not sparse:
+        return names
+    left_out = {name for name, default in sparse if getattr(value, name) == default}
+    return tuple(name for name in names if name not in left_out)
+
+
+@cache
+def _names_of(kind: type[Any]) -> tuple[tuple[str, ...], tuple[tuple[str, Any], ...]]:
+    known = fields(kind)
+    return tuple(one.name for one in known), tuple(
+        (one.name, _default(one)) for one in known if one.metadata.get("sparse")
+    )
+
+
+def _default(one: Field[Any]) -> Any:
+    assert one.default is not MISSING
+    return one.default

@@ -1,0 +1,35 @@
+"""Rounds of making and proving end where a further one would be no other."""
+
+import pytest
+
+from bimvox.errors import VerificationError
+from bimvox.planning.rounds import proven_in_rounds
+
+
+def test_what_fails_is_refused_in_the_next_round():
+    seen = []
+
+    def attempt(refused):
+        seen.append(dict(refused))
+        return {"a": "too low"} if not refused else {"b": "too high"} if len(refused) == 1 else "plan"
+
+    assert proven_in_rounds(attempt, "written") == "plan"
+    assert seen == [{}, {"a": "too low"}, {"a": "too low", "b": "too high"}]
+
+
+def test_a_lift_that_is_made_though_it_is_refused_ends_the_rounds_and_is_named():
+    asked = []
+
+    def attempt(refused):
+        asked.append(len(refused))
+        return {"hanging": "it meets box 29"}
+
+    with pytest.raises(VerificationError, match="nothing was changed; the last one hanging: it meets box 29") as caught:
+        proven_in_rounds(attempt, "changed")
+    assert asked == [0, 1]
+    assert caught.value.failures == ("hanging: it meets box 29",)
+
+
+def test_lifts_that_fail_one_after_the_other_without_end_are_given_up():
+    with pytest.raises(VerificationError, match="again and again, so nothing was written; the last one part 11"):
+        proven_in_rounds(lambda refused: {f"part {len(refused)}": "it fails"}, "written")

@@ -1,0 +1,104 @@
+"""A site with two cranes of the same height that share the yard between them, its lifts driven one after the other."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import cache
+
+import numpy as np
+from box_sites import box_site, test_crane
+
+from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.lift import LiftPlan, Status
+from bimvox.planning.planner import plan_lifts
+from bimvox.site.build import with_digests
+from bimvox.site.site import Rules, Site
+from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName
+from bimvox.trajectory.time_plan import time_plan
+
+PARTS = [
+    ("west left", (4.0, 2.0, 0.0), (4.5, 2.5, 3.0), {"ifc_class": "IfcColumn", "start_vox": (26, 10, 1)}),
+    ("west right", (8.0, 2.0, 0.0), (8.5, 2.5, 3.0), {"ifc_class": "IfcColumn", "start_vox": (26, 13, 1)}),
+    ("west beam", (4.0, 2.0, 3.0), (8.5, 2.5, 3.5), {"start_vox": (24, 16, 1)}),
+    ("east left", (31.0, 2.0, 0.0), (31.5, 2.5, 3.0), {"ifc_class": "IfcColumn", "start_vox": (53, 10, 1)}),
+    ("east right", (35.0, 2.0, 0.0), (35.5, 2.5, 3.0), {"ifc_class": "IfcColumn", "start_vox": (53, 13, 1)}),
+    ("east beam", (31.0, 2.0, 3.0), (35.5, 2.5, 3.5), {"start_vox": (42, 10, 1)}),
+    ("west bridge", (18.0, 2.0, 3.0), (22.0, 2.5, 3.5), {"start_vox": (24, 19, 1), "after": ("east beam",)}),
+]
+PIERS = [("left pier", (18.0, 2.0, 0.0), (18.5, 2.5, 3.0)), ("right pier", (21.5, 2.0, 0.0), (22.0, 2.5, 3.0))]
+
+
+def two_crane_site(**rules: float) -> Site:
+    """Two hammerheads 20 m apart with jibs of 14.5 m: neither reaches the other's mast, both reach the bridge."""
+    west = dataclasses.replace(test_crane(base=(10.0, -3.0, 0.0), height=14.0), name="west", jib_length_m=14.5)
+    east = dataclasses.replace(west, name="east", base_m=(30.0, -3.0, 0.0))
+    site = box_site(PARTS, shape=(80, 40, 40), yard=((24.0, 8.0), (60.0, 22.0)), structure=PIERS, crane=west)
+    components = tuple(
+        dataclasses.replace(component, crane=int(component.id.startswith("east"))) for component in site.components
+    )
+    own = Rules(bracing_s=10.0, release_s=5.0, **rules)
+    return with_digests(dataclasses.replace(site, components=components, other_cranes=(east,), rules=own))
+
+
+@cache
+def two_crane_plan() -> tuple[LiftPlan, tuple[LiftMotion, ...]]:
+    """Its lifts, each begun when the one before it in the order has ended, whichever crane drives it."""
+    site = two_crane_site()
+    # One crane that reaches everything: whose part it is matters to the motions only.
+    view = dataclasses.replace(site, crane=test_crane(base=(20.0, -20.0, 0.0), height=14.0), other_cranes=())
+    preparation = prepare(view)
+    made = plan_lifts(view, preparation)
+    assert all(lift.status is Status.PLANNED for lift in made.lifts)
+    motions: dict[int, LiftMotion] = {}
+    for number in (0, 1):
+        own = dataclasses.replace(made, site=site.for_crane(number))
+        mine = [pair for pair in replay(view, preparation, made) if site.components[pair[0].component].crane == number]
+        motions |= {m.order: dataclasses.replace(m, crane=number) for m in time_plan(own, mine)}
+    plan = dataclasses.replace(made, site=site)
+    return plan, one_after_the_other([motions[order] for order in sorted(motions)])
+
+
+def one_after_the_other(motions: list[LiftMotion]) -> tuple[LiftMotion, ...]:
+    """Each crane goes to its next part at once, and waits there until the lift before has ended."""
+    free_ns: dict[int, int] = {}
+    done: list[LiftMotion] = []
+    for motion in motions:
+        start_ns = free_ns.get(motion.crane, 0)
+        there_ns = start_ns + (0 if motion.approach is None else int(motion.approach.time_ns[-1]))
+        begin_ns = done[-1].end_ns if done else 0
+        done.append(waiting(motion, start_ns, max(0, begin_ns - there_ns)))
+        free_ns[motion.crane] = done[-1].end_ns
+    return tuple(done)
+
+
+def waiting(motion: LiftMotion, start_ns: int, wait_ns: int) -> LiftMotion:
+    """The motion from another moment on, its crane standing over the part for a while before it hooks on."""
+    phases, at_ns = [], start_ns
+    for phase in motion.phases:
+        if phase.name is PhaseName.HOOK_ON and wait_ns > 0:
+            phases.append(Phase(PhaseName.WAIT, at_ns, at_ns + wait_ns))
+            at_ns += wait_ns
+        length_ns = phase.end_ns - phase.start_ns
+        phases.append(Phase(phase.name, at_ns, at_ns + length_ns))
+        at_ns += length_ns
+    raising, loaded = (
+        dataclasses.replace(part, time_ns=part.time_ns + np.int64(wait_ns)) for part in (motion.raising, motion.loaded)
+    )
+    return dataclasses.replace(
+        motion, raising=raising, loaded=loaded, phases=tuple(phases), start_ns=start_ns, end_ns=at_ns
+    )
+
+
+def shifted(motions: tuple[LiftMotion, ...], crane: int, by_ns: int) -> tuple[LiftMotion, ...]:
+    """All motions of one crane, earlier or later."""
+    return tuple(
+        dataclasses.replace(
+            motion,
+            start_ns=motion.start_ns + by_ns,
+            end_ns=motion.end_ns + by_ns,
+            phases=tuple(Phase(p.name, p.start_ns + by_ns, p.end_ns + by_ns) for p in motion.phases),
+        )
+        if motion.crane == crane
+        else motion
+        for motion in motions
+    )
