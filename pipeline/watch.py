@@ -23,7 +23,7 @@ from pipeline.policy_choice import PolicyInUse
 from pipeline.progress import Progress, SilentProgress
 from pipeline.prove import plan_and_prove
 from pipeline.simulate import Execution, PlanClock
-from pipeline.watch_documents import left_to_search
+from pipeline.watch_documents import left_to_search, revision_events
 from pipeline.watch_live import DrivenLog, LiveView, Sink, address_of, driven_until_ns
 from pipeline.watch_log import WholeLog, read_newest, segment_file
 from pipeline.watch_plan import WatchedPlan
@@ -33,6 +33,7 @@ from pipeline.watch_revise import Change, Reviser
 
 if TYPE_CHECKING:
     from bimvox.log.live_server import LiveServer
+    from bimvox.log.plan_log import LogEvent
     from bimvox.planning.assembly import Preparation
     from bimvox.site.site import Site
     from bimvox.trajectory.standing import Standing
@@ -92,6 +93,8 @@ def watch(
     clock = None if speed is None else PlanClock(speed)
     watcher = Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress, clock)
     watcher.retrain(retrain)
+    if server is not None:
+        server.advertise(len(loaded.site.cranes))
     watcher.show_to(() if server is None else (server,))
     yield from follow(watcher, once=once, poll_s=poll_s, stop=stop or threading.Event())
 
@@ -258,7 +261,7 @@ class Watcher:
             sinks = list(viewers)
         else:
             self._driven_ns = driven_until_ns(self._plan.target)
-            sinks = [*viewers, DrivenLog(self._plan.target, self.told)]
+            sinks = [*viewers, DrivenLog(self._plan.target, self.told, len(self._loaded.site.cranes))]
         if sinks:
             self.live = LiveView(sinks, self._clock)
 
@@ -367,7 +370,7 @@ class Watcher:
                     self._whole.offer(self._plan.whole_log())
                     if self._retraining is not None and change.better is None:
                         self._retraining.begin(change.site, searched)
-                self._show()
+                self._show(revision_events(one.part, one.document, self._plan.carried_out_ns))
                 yield one.document
                 if one.part.standing.held is not None:
                     return  # it waits for a change
@@ -381,12 +384,13 @@ class Watcher:
         finally:
             revised.close()
 
-    def _show(self) -> None:
-        """Show viewers what stands."""
+    def _show(self, events: tuple[LogEvent, ...] = ()) -> None:
+        """Show viewers what stands, and what happened to it."""
         from bimvox.log.plan_log import PlanLog
 
-        if self.live is not None and self.standing is not None:
-            self.live.show(PlanLog(plan=self.standing.plan, motions=self.standing.chain, revision=self.revision))
+        if self.live is not None and (now := self.standing) is not None:
+            motions = tuple(now.on_the_clock[order] for order in sorted(now.on_the_clock))
+            self.live.show(PlanLog(now.plan, motions, revision=self.revision, events=events), now.held)
 
     def _refused(self, event: str, started_s: float, error: BimvoxError) -> dict[str, Any]:
         self._reader.refused = str(error)

@@ -12,9 +12,9 @@ from bimvox.errors import InputError
 from pipeline.progress import Progress
 
 if TYPE_CHECKING:
-    from bimvox.log.live_server import Moving
-    from bimvox.log.merge import Timed
+    from bimvox.log.live_view import Moving
     from bimvox.log.plan_log import PlanLog
+    from bimvox.trajectory.underway import Held
     from pipeline.simulate import PlanClock
 
 _TICK_S = 0.1
@@ -37,8 +37,8 @@ def address_of(text: str) -> tuple[str, int]:
 class Sink(Protocol):
     """Where messages go."""
 
-    def keep(self, messages: list[Timed]) -> None:
-        """Take what stays until it is sent again."""
+    def keep(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
+        """Take what stays until it is sent again: topic, time (ns), data."""
 
     def send(self, topic: str, time_ns: int, data: bytes) -> None:
         """Take what moves."""
@@ -53,9 +53,10 @@ class DrivenLog:
     Args:
         target: The whole log of the plan; every run of the watch has a live log of its own beside it.
         progress: Told where it cannot be written.
+        cranes: How many cranes there are.
     """
 
-    def __init__(self, target: Path, progress: Progress) -> None:
+    def __init__(self, target: Path, progress: Progress, cranes: int = 1) -> None:
         from bimvox.log import topics
         from bimvox.log.live import LiveLog
 
@@ -64,14 +65,15 @@ class DrivenLog:
         self._progress, self._log = progress, None
         path = target.resolve().with_name(f"{target.stem}.live{number:04d}{target.suffix}")
         try:
-            self._log = LiveLog(path, {topics.METADATA: {"schema_version": str(topics.SCHEMA_VERSION)}}, {})
+            metadata = {topics.METADATA: {"schema_version": str(topics.SCHEMA_VERSION)}}
+            self._log = LiveLog(path, metadata, {}, cranes=cranes)
         except OSError as error:
             self._fail(error)
 
-    def keep(self, messages: list[Timed]) -> None:
+    def keep(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
         """Write what stays until it is sent again."""
-        for time_ns, topic, message in messages:
-            self.send(topic, time_ns, message.SerializeToString(deterministic=True))
+        for topic, time_ns, data in messages:
+            self.send(topic, time_ns, data)
 
     def send(self, topic: str, time_ns: int, data: bytes) -> None:
         """Write what moves."""
@@ -126,18 +128,33 @@ class LiveView:
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def show(self, record: PlanLog) -> None:
-        """Show a plan from now on."""
-        from bimvox.log.live_server import Moving, standing_messages
+    def show(self, record: PlanLog, held: Held | None = None) -> None:
+        """Show a plan from now on.
 
+        Args:
+            record: The plan, with the motions whose time is known, and what happened to it.
+            held: The lift whose load is held.
+        """
+        from bimvox.log.live_view import Moving, standing_messages, with_held
+
+        hanging = None
+        if held is not None and held.stop is not None:
+            record, hanging = with_held(record, held), held.lift.component
         with self._lock:
             now_ns = self._now_ns()
-            messages = list(standing_messages(record, now_ns))
+            standing = standing_messages(record, now_ns, hanging)
+            messages = [(topic, at_ns, one.SerializeToString(deterministic=True)) for at_ns, topic, one in standing]
+            moving = Moving(record)
+            if self._clock is None:
+                # Nothing moves: whoever begins to look on later is to see the cranes too.
+                messages += [(topic, now_ns, data) for topic, data in moving.at(now_ns)]
             for sink in self._sinks:
                 sink.keep(messages)
-            self._moving = Moving(record)
+            self._moving = moving
+        if self._clock is None:
+            return
         self._tick()
-        if self._clock is not None and self._thread is None:
+        if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="live", daemon=True)
             self._thread.start()
 

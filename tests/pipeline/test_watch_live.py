@@ -33,6 +33,7 @@ def test_a_viewer_gets_what_stands_and_what_moves(planned):
 
     record = read_log(planned[0] / "frame.mcap")
     server = LiveServer("127.0.0.1", 0)
+    server.advertise(1)
     view = LiveView([server], None)
     view.show(record)
     try:
@@ -44,20 +45,47 @@ def test_a_viewer_gets_what_stands_and_what_moves(planned):
                     advertised |= {channel["topic"]: channel for channel in json.loads(said)["channels"]}
             assert set(advertised) == {topic.name for topic in topics.TOPICS}
             assert {channel["encoding"] for channel in advertised.values()} == {"protobuf"}
-            wanted = {topics.VOXELS, topics.SCENE, topics.PLANNED}
-            numbers = {n: advertised[topic]["id"] for n, topic in enumerate(sorted(wanted | {topics.TF}))}
+            names = [topics.VOXELS, topics.SCENE, topics.PLANNED, topics.TF, topics.JOINTS]
+            numbers = {n: advertised[topic]["id"] for n, topic in enumerate(names)}
             subscriptions = [{"id": n, "channelId": channel} for n, channel in numbers.items()]
             viewer.send(json.dumps({"op": "subscribe", "subscriptions": subscriptions}))
             got: set[str] = set()
-            names = sorted(wanted | {topics.TF})
-            while not wanted <= got:
+            while not set(names) <= got:  # where nothing moves, the crane is shown as it stands
                 said = viewer.recv(timeout=20)
                 if isinstance(said, bytes) and said[0] == 1:
                     got.add(names[int.from_bytes(said[1:5], "little")])
-            view.show(record)  # a new revision moves the crane for whoever looks on
-            while topics.TF not in got:
+    finally:
+        view.close()
+
+
+def test_each_cranes_topics_reach_a_viewer():
+    """A log of one crane knows no topics of a second one; the server has as many as the site has cranes."""
+    pytest.importorskip("foxglove")
+    client = pytest.importorskip("websockets.sync.client")
+    from two_cranes import two_crane_plan
+
+    from bimvox.log.live_server import LiveServer
+    from bimvox.log.plan_log import PlanLog
+
+    plan, motions = two_crane_plan()
+    server = LiveServer("127.0.0.1", 0)
+    server.advertise(2)
+    view = LiveView([server], None)
+    view.show(PlanLog(plan=plan, motions=motions))
+    second = {topics.of_crane(topic, 1) for topic in (topics.PLANNED, topics.JOINTS, topics.COMMAND)}
+    try:
+        with client.connect(f"ws://{server.address}", subprotocols=["foxglove.sdk.v1"], max_size=None) as viewer:
+            topic_of: dict[int, str] = {}
+            got: set[str] = set()
+            while not second <= got:
                 said = viewer.recv(timeout=20)
-                if isinstance(said, bytes) and said[0] == 1:
-                    got.add(names[int.from_bytes(said[1:5], "little")])
+                if isinstance(said, str) and json.loads(said)["op"] == "advertise":
+                    new = {channel["id"]: channel["topic"] for channel in json.loads(said)["channels"]}
+                    topic_of |= new
+                    subscriptions = [{"id": number, "channelId": number} for number in new]
+                    viewer.send(json.dumps({"op": "subscribe", "subscriptions": subscriptions}))
+                elif isinstance(said, bytes) and said[0] == 1:
+                    got.add(topic_of[int.from_bytes(said[1:5], "little")])
+            assert set(topic_of.values()) == {topic.name for topic in topics.topics_of(2)}
     finally:
         view.close()

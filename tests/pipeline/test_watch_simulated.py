@@ -204,8 +204,12 @@ def test_what_is_driven_is_in_a_log_that_grows_and_the_clock_goes_on_from_there(
     assert again._execution.clock.now_ns == pytest.approx(now_ns, abs=100)
     assert len(live_logs(target)) == 2
     again.close()
+    simulated.put(simulated.box_ahead(3, 0.9))
+    assert [one["event"] for one in simulated.look() if one["event"] != "state"] == ["replanned"]
     simulated.watcher.close()
-    assert read_contents(path.read_bytes(), path).messages
+    happened = [m.data for m in read_contents(path.read_bytes(), path).messages if m.topic == topics.EVENTS]
+    assert [b"replan" in data for data in happened] == [True, False]
+    assert b"stop" in happened[1]
 
 
 def test_behind_a_pending_lift_no_time_is_known(simulated):
