@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import threading
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ from bimvox.errors import InputError
 from pipeline.progress import Progress
 
 if TYPE_CHECKING:
+    from bimvox.log.live_server import LiveServer
     from bimvox.log.live_view import Moving
     from bimvox.log.plan_log import PlanLog
     from bimvox.trajectory.underway import Held
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
 _TICK_S = 0.1
 _HOST = "127.0.0.1"
 _PORTS = 65536
+KEPT_LIVE_LOGS = 5
+"""Live logs that hold something, with the one that grows; older ones are removed when a watch begins."""
 
 
 def address_of(text: str) -> tuple[str, int]:
@@ -32,6 +36,19 @@ def address_of(text: str) -> tuple[str, int]:
     if not port.isdigit() or int(port) >= _PORTS:
         raise InputError(f"--serve {text}: not a port, or a host and a port", hint="for example --serve 8765")
     return host or _HOST, int(port)
+
+
+def server_at(address: str, progress: Progress) -> LiveServer:
+    """Return a server of ``[HOST:]PORT``, and say where it is.
+
+    Raises:
+        InputError: If the address is none, or nothing can be served there.
+    """
+    from bimvox.log.live_server import LiveServer
+
+    server = LiveServer(*address_of(address))
+    progress.note(f"viewers may look on at ws://{server.address}")
+    return server
 
 
 class Sink(Protocol):
@@ -54,21 +71,25 @@ class DrivenLog:
         target: The whole log of the plan; every run of the watch has a live log of its own beside it.
         progress: Told where it cannot be written.
         cranes: How many cranes there are.
+        first: Digest of the plan that the watch began with.
     """
 
-    def __init__(self, target: Path, progress: Progress, cranes: int = 1) -> None:
+    def __init__(self, target: Path, progress: Progress, cranes: int, first: str) -> None:
         from bimvox.log import topics
         from bimvox.log.live import LiveLog
+        from bimvox.log.segments import FIRST_PLAN
 
         earlier = live_logs(target)
         number = max(earlier, default=-1) + 1
         self._progress, self._log = progress, None
         path = target.resolve().with_name(f"{target.stem}.live{number:04d}{target.suffix}")
         try:
-            metadata = {topics.METADATA: {"schema_version": str(topics.SCHEMA_VERSION)}}
+            metadata = {topics.METADATA: {"schema_version": str(topics.SCHEMA_VERSION), FIRST_PLAN: first}}
             self._log = LiveLog(path, metadata, {}, cranes=cranes)
         except OSError as error:
             self._fail(error)
+        else:
+            self._remove_old(earlier)
 
     def keep(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
         """Write what stays until it is sent again."""
@@ -92,6 +113,17 @@ class DrivenLog:
             except OSError as error:
                 self._fail(error)
 
+    def _remove_old(self, earlier: dict[int, Path]) -> None:
+        """Remove what is older than the newest few that hold something; what holds nothing stands in for none."""
+        holding = [number for number, path in earlier.items() if _last_ns(path) is not None]
+        if len(holding) < KEPT_LIVE_LOGS:
+            return  # with the new one there are no more than that
+        old = [path for number, path in earlier.items() if number < holding[1 - KEPT_LIVE_LOGS]]
+        for path in old:
+            with contextlib.suppress(OSError):
+                path.unlink()
+        self._progress.note(f"{len(old)} live logs of the oldest runs are removed, the newest {KEPT_LIVE_LOGS} kept")
+
     def _fail(self, error: OSError) -> None:
         """The plan goes on; the segments hold it."""
         self._progress.note(f"the live log ends here: {error.strerror or error}")
@@ -105,12 +137,30 @@ def live_logs(target: Path) -> dict[int, Path]:
     return dict(sorted((int(m.group(1)), p) for p in folder.iterdir() if (m := pattern.fullmatch(p.name))))
 
 
-def driven_until_ns(target: Path) -> int:
-    """Return how far the site's clock had come when the last run of the watch ended, by its live log; 0 where none."""
-    from bimvox.log.live import last_time_ns
+def driven_until_ns(target: Path, first: str) -> int:
+    """Return how far the site's clock had come when the last run of the watch ended, by its live log; 0 where none.
 
-    logs = live_logs(target)
-    return (last_time_ns(logs[max(logs)]) or 0) if logs else 0
+    Args:
+        target: The whole log of the plan.
+        first: Digest of the plan that the watch began with; live logs of other plans do not count.
+    """
+    for path in reversed(live_logs(target).values()):
+        # A run that was killed at once, or had no room on the disk, left nothing: the one before it knows.
+        if (last_ns := _last_ns(path, first)) is not None:
+            return last_ns
+    return 0
+
+
+def _last_ns(path: Path, first: str | None = None) -> int | None:
+    """Time of the last message in a live log (of a plan); None where there is none, or it cannot be read."""
+    from bimvox.log.live import driven_of
+    from bimvox.log.segments import FIRST_PLAN
+
+    try:
+        driven = driven_of(path)
+    except OSError:
+        return None
+    return None if first is not None and driven.metadata.get(FIRST_PLAN) != first else driven.last_ns
 
 
 class LiveView:

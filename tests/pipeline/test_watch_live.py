@@ -1,15 +1,19 @@
-"""The live server: needs foxglove-sdk (the extra ``live``) and a websocket client; skipped without them."""
+"""Live logs; the live server, whose tests need foxglove-sdk (the extra ``live``) and a websocket client."""
 
 from __future__ import annotations
 
+import errno
 import json
+from pathlib import Path
 from typing import Any
 
 import pytest
+from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from bimvox.errors import InputError
 from bimvox.log import topics
-from pipeline.watch_live import LiveView, address_of
+from pipeline.progress import SilentProgress
+from pipeline.watch_live import DrivenLog, LiveView, address_of, driven_until_ns, live_logs
 
 
 @pytest.mark.parametrize(
@@ -23,6 +27,46 @@ def test_an_address_is_a_port_or_a_host_and_a_port(text, address):
 def test_what_is_no_address_is_said(text):
     with pytest.raises(InputError, match="not a port"):
         address_of(text)
+
+
+def driven(target: Path, time_ns: int | None) -> SilentProgress:
+    """A run of a watch that drives until a time; where None, it is killed before anything is written."""
+    quiet = SilentProgress()
+    log = DrivenLog(target, quiet, 1, "plan")
+    if time_ns is not None:
+        log.send(topics.LOG, time_ns, Log(message="driven").SerializeToString())
+    log.close()
+    return quiet
+
+
+def test_the_newest_live_logs_that_hold_something_are_kept(tmp_path):
+    target = tmp_path / "frame.mcap"
+    other = tmp_path / "other.live0000.mcap"
+    other.write_bytes(b"")
+    times_ns: list[int | None] = [1, None, 2, 3, None, 4, None, None, None, 5]
+    for number, time_ns in enumerate(times_ns):
+        assert not driven(target, time_ns).notes
+        assert list(live_logs(target)) == list(range(number + 1))
+    (note,) = driven(target, 6).notes
+    assert "newest 5" in note
+    assert list(live_logs(target)) == list(range(2, 11)), "runs that left nothing do not push out those that did"
+    assert driven_until_ns(target, "plan") == 6
+    assert driven_until_ns(target, "another") == 0
+    assert other.exists()
+
+
+def test_a_disk_without_room_removes_no_live_log(tmp_path, monkeypatch):
+    target = tmp_path / "frame.mcap"
+    for time_ns in range(1, 6):
+        driven(target, time_ns)
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "no space left on device")
+
+    monkeypatch.setattr("bimvox.log.live.LiveLog.__init__", full)
+    quiet = driven(target, 6)
+    assert quiet.notes == ["the live log ends here: no space left on device"]
+    assert list(live_logs(target)) == list(range(5))
 
 
 def test_a_viewer_gets_what_stands_and_what_moves(planned):
