@@ -152,6 +152,7 @@ def _line(change: Mapping[str, Any]) -> str:
         parts.append(f"{change['latency_ms']:.0f} ms")
     if stopped := change.get("stopped"):
         parts.append(f"{stopped['component']} {stopped['how']}{', and is held' if stopped['held'] else ''}")
+    parts.extend(change.get("notes") or ())
     line = ", ".join(parts)
     return f"{line}: {change['message']}" if change.get("message") else line
 

@@ -18,7 +18,7 @@ import select
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -31,6 +31,7 @@ _LIMIT_S = 60.0
 _STUCK_S = 0.5
 """So is one that has slept for so long and used no processor time: its work waits for nothing but a lock."""
 _LOOK_S = 0.05
+_TOLD_TO_END = (signal.SIGINT, signal.SIGTERM)
 _STATE, _USER_TICKS, _SYSTEM_TICKS = 0, 11, 12
 """Of the fields of /proc/PID/stat after the name, see proc(5)."""
 
@@ -84,16 +85,18 @@ class Begun(Generic[T]):
         except OSError:
             return
         here = os.getpid()
+        # Told to end before it is deaf to that, the copy would end as this process does: write, close, tell.
+        heard = signal.pthread_sigmask(signal.SIG_BLOCK, _TOLD_TO_END)
         try:
             pid = os.fork()
+            if pid == 0:
+                _work(work, read, write, here, heard)
+            self._pid, self._read = pid, read
         except OSError:
             os.close(read)
+        finally:
             os.close(write)
-            return
-        if pid == 0:
-            _work(work, read, write, here)
-        os.close(write)
-        self._pid, self._read = pid, read
+            signal.pthread_sigmask(signal.SIG_SETMASK, heard)
 
     @property
     def goes_on(self) -> bool:
@@ -131,13 +134,14 @@ class Begun(Generic[T]):
 
     def give_up(self) -> None:
         """End the copy, if there is one still."""
-        if self._pid:
+        pid, read = self._pid, self._read
+        self._pid, self._read = 0, -1  # first: whatever interrupts this, nothing is closed or waited for twice
+        if pid:
             with contextlib.suppress(ProcessLookupError):
-                os.kill(self._pid, signal.SIGKILL)
-            os.close(self._read)
+                os.kill(pid, signal.SIGKILL)
+            os.close(read)
             with contextlib.suppress(ChildProcessError):
-                os.waitpid(self._pid, 0)
-            self._pid, self._read = 0, -1
+                os.waitpid(pid, 0)
 
 
 def can_copy() -> bool:
@@ -172,12 +176,13 @@ class _Slept:
         return now_s - self._since_s > _STUCK_S
 
 
-def _work(work: Callable[[], Any], read: int, write: int, parent: int) -> None:
+def _work(work: Callable[[], Any], read: int, write: int, parent: int, heard: Collection[int]) -> None:
     """In the copy: work, answer, and be gone; nothing of the original's is closed, flushed or told."""
     code = 1
     try:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        signal.pthread_sigmask(signal.SIG_SETMASK, heard)
         end_with(parent)
         os.close(read)
         answer = pickle.dumps(work(), pickle.HIGHEST_PROTOCOL)

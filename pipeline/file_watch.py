@@ -12,6 +12,7 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -109,7 +110,9 @@ def _folders(path: Path, others: tuple[Path, ...]) -> set[Path]:
             break
         link = link.parent / link.readlink()
         folders.add(link.parent)
-    folders |= {path.resolve().parent, *(other.resolve().parent for other in others)}
+    for file in (path, *others):
+        with suppress(OSError, RuntimeError):  # a link may lead to itself
+            folders.add(file.resolve().parent)
     return {folder for folder in folders if folder.is_dir()}
 
 

@@ -25,7 +25,7 @@ from pipeline.prove import plan_and_prove
 from pipeline.simulate import Execution, PlanClock
 from pipeline.watch_documents import left_to_search, revision_events
 from pipeline.watch_live import DrivenLog, LiveView, Sink, driven_until_ns, server_at
-from pipeline.watch_log import WholeLog, read_newest, segment_file
+from pipeline.watch_log import WholeLog, keep_as_segment, read_newest, segment_file
 from pipeline.watch_plan import WatchedPlan
 from pipeline.watch_reader import ObstructionReader
 from pipeline.watch_retrain import Retraining
@@ -168,6 +168,7 @@ class Watcher:
         self._execution = None if clock is None else Execution(clock)
         self._retraining: Retraining | None = None
         self._taken: str | None = None
+        self._known_files: tuple[Path, ...] = ()
         self._driven_ns = 0
 
     @property
@@ -199,12 +200,11 @@ class Watcher:
                 self._driven_ns = driven_until_ns(plan.target, plan.first)
                 self._execution.clock.stand_at(max(plan.carried_out_ns, self._driven_ns))
             if not before.behind:
-                self._keep(before.log.revision)
+                keep_as_segment(plan.target, before.log.revision)
         if state.digest is None:
             self._reader.refused = "missing"
             if plan.standing is not None and plan.standing.plan.site.is_obstructed:
-                message = f"{self.file} does not exist; the obstructions of the last good plan stand"
-                yield plan.unchanged("missing", state.seen_s, message)
+                yield self._missing(state)
                 return
         try:
             site, content = self._reader.read(state, self.progress)
@@ -281,12 +281,6 @@ class Watcher:
         self._reviser.close()
         self._whole.close()
 
-    def _keep(self, revision: int) -> None:
-        """Keep the plan that was taken up: the segments to come rest on it, and the whole log will be newer."""
-        kept = segment_file(self._plan.target, revision)
-        if not kept.exists():
-            write_atomically(kept, self._plan.target.read_bytes())
-
     def _change(self, state: FileState) -> Iterator[dict[str, Any]]:
         plan, reader = self._plan, self._reader
         if self._execution is not None:
@@ -301,11 +295,11 @@ class Watcher:
         elif self._retraining is not None and self._retraining.is_done and state.digest == self._taken:
             return
         self._taken = state.digest
+        known, self._known_files = self._known_files, reader.files
         if state.digest is None:
             reader.forget()
             if reader.refused != "missing":
-                reader.refused = "missing"
-                yield plan.unchanged("missing", state.seen_s, "the file is gone; the last good plan stands")
+                yield self._missing(state)
             return
         try:
             site, content = reader.read(state, self.progress)
@@ -319,7 +313,8 @@ class Watcher:
         standing = plan.standing
         if standing is not None and standing.plan.site.digest == site.digest and not plan.is_left_over:
             reader.accept()
-            yield plan.unchanged("unchanged", state.seen_s)
+            if known == reader.files:  # else only the files that it refers to are looked at now too
+                yield plan.unchanged("unchanged", state.seen_s, notes=site.obstruction_notes)
             return
         yield from self._revise(Change(site, content, state.seen_s))
 
@@ -392,6 +387,12 @@ class Watcher:
         if self.live is not None and (now := self.standing) is not None:
             motions = tuple(now.on_the_clock[order] for order in sorted(now.on_the_clock))
             self.live.show(PlanLog(now.plan, motions, revision=self.revision, events=events), now.held)
+
+    def _missing(self, state: FileState) -> dict[str, Any]:
+        self._reader.refused = "missing"
+        what = self._reader.why_missing() or f"{self.file} does not exist"
+        message = f"{what}; the last good plan stands, with its obstructions"
+        return self._plan.unchanged("missing", state.seen_s, message)
 
     def _refused(self, event: str, started_s: float, error: BimvoxError) -> dict[str, Any]:
         self._reader.refused = str(error)

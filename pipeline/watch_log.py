@@ -25,15 +25,22 @@ _RETRY_S = 5.0
 
 
 def segment_file(log: Path, revision: int) -> Path:
-    """Return where the segment of a revision is kept."""
+    """Return where the segment of a revision is kept: beside the log's name, also where that is a link."""
     return log.with_name(f"{log.stem}.r{revision:04d}{log.suffix}")
 
 
 def segments_on_disk(log: Path) -> dict[int, Path]:
     """Return the segments of a log by revision, ascending."""
     pattern = re.compile(re.escape(log.stem) + r"\.r(\d{4,})" + re.escape(log.suffix))
-    found = {int(m.group(1)): p for p in log.resolve().parent.iterdir() if (m := pattern.fullmatch(p.name))}
+    found = {int(m.group(1)): p for p in log.parent.iterdir() if (m := pattern.fullmatch(p.name))}
     return dict(sorted(found.items()))
+
+
+def keep_as_segment(log: Path, revision: int) -> None:
+    """Keep a whole log that was taken up: the segments to come rest on it, and the whole log will be newer."""
+    kept = segment_file(log, revision)
+    if not kept.exists():
+        write_atomically(kept, log.read_bytes())
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -145,13 +145,16 @@ class WatchedPlan:
         if plan is None:
             document |= {"kept": [], "replanned": [], "infeasible": [], "retimed": []}
         else:
-            document |= outcome(plan, before, retimed or ())
+            document |= outcome(plan, before, retimed or ()) | {"notes": list(plan.site.obstruction_notes)}
         return document | {"log": str(self.target), "latency_ms": ms_since(started_s)}
 
-    def unchanged(self, event: str, started_s: float, message: str | None = None) -> dict[str, Any]:
+    def unchanged(
+        self, event: str, started_s: float, message: str | None = None, notes: Sequence[str] = ()
+    ) -> dict[str, Any]:
         """Return what is said of a change that changes nothing about the plan."""
         plan = self.standing.plan if self.standing is not None else None
-        return self.document(event, plan, plan, started_s) | ({"message": message} if message else {})
+        document = self.document(event, plan, plan, started_s) | {"notes": list(notes)}
+        return document | ({"message": message} if message else {})
 
     def _about(self, now_ns: int) -> dict[str, str]:
         """Which plan it comes from, and how far it is carried out, for the log."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from bimvox.errors import FileError
 from bimvox.site.obstructions import EMPTY, ObstructionSet
+from pipeline.artifacts import reason_of
 from pipeline.file_watch import FileState, state_of
 from pipeline.load_site import LoadedSite, load_obstructions
 from pipeline.plan import obstructed
@@ -75,6 +76,17 @@ class ObstructionReader:
         except OSError:
             return False
 
+    def why_missing(self) -> FileError | None:
+        """Return why a file that is there cannot be read; None where it is not there."""
+        try:
+            with self.file.open("rb"):
+                return None  # it came back meanwhile
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            hint = "where nothing is in the way, write an empty list of obstructions"
+            return FileError(self.file, f"cannot be read: {reason_of(error)}", hint=hint)
+
     def accept(self) -> None:
         """What it holds was taken."""
         self.refused, self._retry_at_s = None, None
@@ -90,6 +102,8 @@ class ObstructionReader:
 
     def _read(self, state: FileState, progress: Progress) -> tuple[ObstructionSet, dict[str, bytes]]:
         if state.digest is None:
+            if (error := self.why_missing()) is not None:
+                raise error
             progress.note(f"{self.file} does not exist yet: nothing is in the way")
             return EMPTY, {}
         try:
@@ -103,6 +117,6 @@ class ObstructionReader:
             content = self.file.read_bytes()
             found = load_obstructions(self.file, self._loaded.site)
         except OSError as error:
-            raise FileError(self.file, f"cannot be read: {error.strerror or error}") from error
+            raise FileError(self.file, f"cannot be read: {reason_of(error)}") from error
         self.files = found.files
         return found, {f"obstructions{self.file.suffix.lower()}": content}

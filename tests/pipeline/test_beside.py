@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from bimvox.errors import VerificationError
-from pipeline.beside import Beside, can_copy
+from pipeline.beside import Begun, Beside, can_copy
 
 ORPHAN = """
 import time
@@ -96,6 +96,47 @@ def test_a_copy_that_is_at_work_is_waited_for(monkeypatch):
         return os.getpid()
 
     assert (Beside()(works)() != here) is can_copy()
+
+
+@pytest.mark.skipif(not can_copy(), reason="no copies here")
+def test_a_copy_that_is_told_to_end_as_it_is_made_does_not_go_on_as_this_process(monkeypatch):
+    """Ctrl-C is for the whole group of processes: the copy must not run what ends the original."""
+    fork = os.fork
+
+    def forked() -> int:
+        pid = fork()
+        if pid == 0:
+            os.kill(os.getpid(), signal.SIGINT)
+        return pid
+
+    monkeypatch.setattr(os, "fork", forked)
+    here = os.getpid()
+    begun = Begun(os.getpid, os.getpid, 60.0)
+    try:
+        if os.getpid() != here:
+            os._exit(3)
+        assert begun() not in (here, 0)
+    finally:
+        if os.getpid() != here:
+            os._exit(3)
+
+
+@pytest.mark.skipif(not can_copy(), reason="no copies here")
+def test_a_copy_that_is_given_up_twice_at_once_is_closed_once(monkeypatch):
+    """As where Ctrl-C comes while it is given up: the watch gives it up once more as it ends."""
+    begun = Begun(lambda: time.sleep(600.0), lambda: None, 60.0)
+    waitpid = os.waitpid
+
+    def interrupted(pid: int, options: int) -> tuple[int, int]:
+        waitpid(pid, options)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "waitpid", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            begun.give_up()
+    begun.give_up()
+    assert not begun.goes_on
 
 
 @pytest.mark.skipif(not can_copy(), reason="no copies here")

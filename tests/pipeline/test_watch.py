@@ -150,6 +150,23 @@ def test_a_link_to_a_file_elsewhere_is_followed(tmp_path):
     thread.join(timeout=10)
 
 
+def test_a_link_that_leads_to_itself_is_a_missing_file_and_ends_nothing(tmp_path):
+    file = tmp_path / "o.json"
+    file.write_text("one")
+    stop, seen = threading.Event(), []
+    thread = collect(file, stop, seen)
+    time.sleep(0.5)
+    file.unlink()
+    file.symlink_to(file)
+    wait_for(seen, 1)
+    file.unlink()
+    file.write_text("two")
+    wait_for(seen, 2)
+    stop.set()
+    thread.join(timeout=10)
+    assert (seen[0], seen[-1] is None) == (None, False)
+
+
 _WATCH = """
 import signal, sys
 # What a shell starts in the background inherits a deaf ear for Ctrl-C; a terminal's child does not.

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
 import pipeline.watch_reader
 import pipeline.watch_revise
@@ -226,7 +227,7 @@ def test_a_file_that_is_gone_when_the_watch_begins_takes_no_obstruction_away(wat
     again = watcher_in(watcher.file.parent, parts)
     (document,) = again.take_up(state_of(again.file))
     assert document["event"] == "missing"
-    assert "obstructions of the last good plan" in document["message"]
+    assert "does not exist; the last good plan stands, with its obstructions" in document["message"]
     assert again.standing.plan.site.digest == watcher.standing.plan.site.digest
     assert list(again.change(state_of(again.file))) == []
     put(again)
@@ -318,6 +319,71 @@ def test_warming_up_changes_nothing(watcher):
     assert watcher.standing is before
     assert not watcher.is_cold
     assert sorted(watcher.file.parent.iterdir()) == on_disk
+
+
+def test_what_is_there_and_cannot_be_read_is_not_said_to_be_gone(watcher, parts):
+    taken_up(watcher)
+    watcher.file.unlink()
+    watcher.file.mkdir()
+    (document,) = change(watcher)
+    assert document["event"] == "missing"
+    assert "obstructions.json: cannot be read: is a directory" in document["message"]
+    assert "the last good plan stands" in document["message"]
+    watcher.close()
+    again = watcher_in(watcher.file.parent, parts)
+    (document,) = again.take_up(state_of(again.file))
+    assert document["event"] == "rejected"
+    assert "is a directory" in document["message"]
+    again.close()
+
+
+def test_an_obstruction_beside_the_site_is_taken_and_said(watcher):
+    """Most likely its author meant other units, or another origin."""
+    taken_up(watcher)
+    watcher.progress = SilentProgress()  # as when it watches
+    far = {"id": "far", "box": {"min": [500.0, 500.0, 0.0], "max": [502.0, 502.0, 2.0]}}
+    for entry in (far, box_on(watcher, 5)):
+        put(watcher, far, entry) if entry is not far else put(watcher, far)
+        (document,) = change(watcher)
+        (note,) = document["notes"]
+        assert "far" in note
+        assert "outside" in note
+    put(watcher)
+    (document,) = change(watcher)
+    assert document["notes"] == []
+    watcher.close()
+
+
+def test_files_that_are_referred_to_for_the_first_time_are_no_change_of_their_own(watcher):
+    taken_up(watcher)
+    trimesh.creation.box(extents=(1.0, 1.0, 1.0)).export(watcher.file.parent / "works.stl")
+    put(watcher, {"id": "works", "mesh": "works.stl"})
+    (document,) = change(watcher)
+    assert document["event"] == "replanned"
+    with_mesh = state_of(watcher.file, watcher.files)
+    assert list(watcher.change(with_mesh)) == []
+    put(watcher, {"mesh": "works.stl", "id": "works"})
+    (document,) = watcher.change(state_of(watcher.file, watcher.files))
+    assert document["event"] == "unchanged"
+    watcher.close()
+
+
+def test_segments_lie_beside_a_log_that_is_a_link_and_are_found_again(watcher, parts):
+    """The whole log goes where the link leads; the segments are beside the name that was given."""
+    target = watcher._plan.target
+    elsewhere = target.parent / "elsewhere"
+    elsewhere.mkdir()
+    target.rename(elsewhere / target.name)
+    target.symlink_to(elsewhere / target.name)
+    taken_up(watcher)
+    put(watcher, box_on(watcher, 5))
+    change(watcher)
+    watcher._whole.hold()  # killed before the whole log was written
+    again = watcher_in(watcher.file.parent, parts)
+    (document,) = again.take_up(state_of(again.file))
+    assert (document["event"], document["revision"]) == ("unchanged", watcher.revision)
+    again.close()
+    assert target.is_symlink()
 
 
 def test_a_file_that_is_too_large_is_refused(watcher, monkeypatch):
