@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.grid.distinct import distinct
 from bimvox.site.site import Site
 
 
@@ -60,7 +61,7 @@ def _flat(obstructions: dict[str, NDArray[np.int32]], shape: tuple[int, int, int
     if not obstructions:
         return np.zeros(0, np.int64)
     cells = np.concatenate(list(obstructions.values())).astype(np.int64)
-    return np.unique((cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2])
+    return distinct((cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2])
 
 
 def _cells(flat: NDArray[np.int64], shape: tuple[int, int, int]) -> NDArray[np.int32]:
