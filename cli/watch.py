@@ -146,7 +146,9 @@ def _line(change: Mapping[str, Any]) -> str:
         parts.append(f"{change['changed_cells']:,} cells changed")
     parts.extend(f"{len(change[key]):,} {key}" for key in ("kept", "replanned") if key in change)
     if "infeasible" in change:
-        parts.append(f"{len(change['infeasible']):,} infeasible{_why(change)}")
+        # Why they are was said when they became so; a change that was not taken has something else to say.
+        why = "" if change["event"] in ("rejected", "missing", "failed") else _why(change)
+        parts.append(f"{len(change['infeasible']):,} infeasible{why}")
     parts.extend(f"{len(change[key]):,} {key}" for key in ("retimed", "pending") if change.get(key))
     if change.get("latency_ms") is not None:
         parts.append(f"{change['latency_ms']:.0f} ms")

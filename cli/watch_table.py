@@ -18,7 +18,7 @@ _STATES = {
     "kept": ("as before", "dim"),
 }
 _UNBUILT, _HANGS = "unbuilt", ("in_transit", "arrived")
-_ROWS_LEFT_FREE = 7
+_ROWS_LEFT_FREE = 8
 _LATENCIES_KEPT = 200
 
 
@@ -36,6 +36,7 @@ class WatchTable:
         self._reasons: dict[str, str] = {}
         self._doing: dict[str, str] = {}
         self._last: Mapping[str, Any] | None = None
+        self._lines = ["", ""]
         self._live = Live(console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False)
         self._live.start()
 
@@ -48,17 +49,18 @@ class WatchTable:
         """
         if document["event"] == "state":
             self._doing[document["component"]] = document["state"]
-            if self._last is None:
-                return
-            document = self._last
-        self._last = document
-        if document["event"] in ("replanned", "continued"):
-            self._latencies_ms = [*self._latencies_ms, float(document["latency_ms"])][-_LATENCIES_KEPT:]
-        if "blocked" in document:
-            self._reasons = {
-                entry["component"]: ", ".join([entry["reason"], *entry["blocked_by"]]) for entry in document["blocked"]
-            }
-        self._live.update(Group(self._table(document), Text(self._footer(line))), refresh=True)
+            self._lines[1] = line
+        else:
+            self._last, self._lines[0] = document, line
+            if document["event"] in ("replanned", "continued"):
+                self._latencies_ms = [*self._latencies_ms, float(document["latency_ms"])][-_LATENCIES_KEPT:]
+            if "blocked" in document:
+                self._reasons = {
+                    entry["component"]: ", ".join([entry["reason"], *entry["blocked_by"]])
+                    for entry in document["blocked"]
+                }
+        if self._last is not None:
+            self._live.update(Group(self._table(self._last), Text(self._footer())), refresh=True)
 
     def close(self) -> None:
         """Leave the last table on the terminal."""
@@ -87,7 +89,8 @@ class WatchTable:
     def _on_the_hook(self) -> set[str]:
         return {name for name, state in self._doing.items() if state in _HANGS}
 
-    def _footer(self, line: str) -> str:
+    def _footer(self) -> str:
+        line = "\n".join(filter(None, self._lines))
         if not self._latencies_ms:
             return line
         ordered = sorted(self._latencies_ms)

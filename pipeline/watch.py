@@ -94,16 +94,15 @@ def watch(
     watcher.retrain(retrain)
     if server is not None:
         server.advertise(len(loaded.site.cranes))
-    viewers = () if server is None else (server,)
-    yield from follow(watcher, once=once, poll_s=poll_s, stop=stop or threading.Event(), viewers=viewers)
+    ending, viewers = stop or threading.Event(), () if server is None else (server,)
+    yield from follow(watcher, once=once, poll_s=poll_s, stop=ending, viewers=viewers)
 
 
 def follow(
     watcher: Watcher, *, once: bool, poll_s: float | None, stop: threading.Event, viewers: Sequence[Sink] = ()
 ) -> Iterator[dict[str, Any]]:
     """Take up or make the first plan, then revise it at every change of the file; see ``watch``."""
-    file = watcher.file
-    start = state_of(file)
+    file, start = watcher.file, state_of(watcher.file)
     try:
         yield from watcher.take_up(start)
         if once:
@@ -253,7 +252,9 @@ class Watcher:
 
     def retrain(self, steps: int) -> None:
         """From now on, train the policy further beside the watch where it fails lifts; with 0 steps, do not."""
-        if steps and self._policy.network is not None:
+        if steps and self._policy.network is None:
+            self.told.note("--retrain: there is no policy that could be trained further; the search's paths stay")
+        elif steps:
             self._retraining = Retraining(self._preparation, self._policy, self._seed, steps)
 
     def show_to(self, viewers: Sequence[Sink]) -> None:

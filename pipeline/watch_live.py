@@ -13,6 +13,7 @@ from bimvox.errors import InputError
 from pipeline.progress import Progress
 
 if TYPE_CHECKING:
+    from bimvox.log.live import LiveLog
     from bimvox.log.live_server import LiveServer
     from bimvox.log.live_view import Moving
     from bimvox.log.plan_log import PlanLog
@@ -75,24 +76,14 @@ class DrivenLog:
     """
 
     def __init__(self, target: Path, progress: Progress, cranes: int, first: str) -> None:
-        from bimvox.log import topics
-        from bimvox.log.live import LiveLog
-        from bimvox.log.segments import FIRST_PLAN
-
-        earlier = live_logs(target)
-        number = max(earlier, default=-1) + 1
-        self._progress, self._log = progress, None
-        path = target.resolve().with_name(f"{target.stem}.live{number:04d}{target.suffix}")
-        try:
-            metadata = {topics.METADATA: {"schema_version": str(topics.SCHEMA_VERSION), FIRST_PLAN: first}}
-            self._log = LiveLog(path, metadata, {}, cranes=cranes)
-        except OSError as error:
-            self._fail(error)
-        else:
-            self._remove_old(earlier)
+        self._target, self._progress, self._cranes, self._first = target, progress, cranes, first
+        self._log: LiveLog | None = None
+        self._open()
 
     def keep(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
-        """Write what stays until it is sent again."""
+        """Write what stays until it is sent again; where the log had to end, one begins with it if there is room."""
+        if self._log is None:
+            self._open()
         for topic, time_ns, data in messages:
             self.send(topic, time_ns, data)
 
@@ -113,6 +104,24 @@ class DrivenLog:
             except OSError as error:
                 self._fail(error)
 
+    def _open(self) -> None:
+        from bimvox.log import topics
+        from bimvox.log.live import LiveLog
+        from bimvox.log.segments import FIRST_PLAN
+
+        earlier = live_logs(self._target)
+        name = f"{self._target.stem}.live{max(earlier, default=-1) + 1:04d}{self._target.suffix}"
+        path = self._target.resolve().with_name(name)
+        metadata = {topics.METADATA: {"schema_version": str(topics.SCHEMA_VERSION), FIRST_PLAN: self._first}}
+        try:
+            self._log = LiveLog(path, metadata, {}, cranes=self._cranes)
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                path.unlink(missing_ok=True)
+            self._fail(error)
+        else:
+            self._remove_old(earlier)
+
     def _remove_old(self, earlier: dict[int, Path]) -> None:
         """Remove what is older than the newest few that hold something; what holds nothing stands in for none."""
         holding = [number for number, path in earlier.items() if _last_ns(path) is not None]
@@ -126,7 +135,8 @@ class DrivenLog:
 
     def _fail(self, error: OSError) -> None:
         """The plan goes on; the segments hold it."""
-        self._progress.note(f"the live log ends here: {error.strerror or error}")
+        why = error.strerror or error
+        self._progress.note(f"the live log ends here: {why}; another begins when something changes and there is room")
         self._log = None
 
 

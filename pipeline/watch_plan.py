@@ -13,7 +13,7 @@ from pipeline.plan import log_of
 from pipeline.policy_choice import PolicyInUse
 from pipeline.prove import Planned
 from pipeline.simulate import NOW_NS
-from pipeline.watch_documents import outcome
+from pipeline.watch_documents import blocked, outcome
 from pipeline.watch_log import segments_on_disk
 
 if TYPE_CHECKING:
@@ -154,6 +154,8 @@ class WatchedPlan:
         """Return what is said of a change that changes nothing about the plan."""
         plan = self.standing.plan if self.standing is not None else None
         document = self.document(event, plan, plan, started_s) | {"notes": list(notes)}
+        if plan is not None:
+            document["blocked"] = blocked(plan)
         return document | ({"message": message} if message else {})
 
     def _about(self, now_ns: int) -> dict[str, str]:

@@ -7,6 +7,7 @@ its index and is a log like any other, but for the sizes of its chunks, which de
 
 from __future__ import annotations
 
+import contextlib
 import os
 import struct
 import threading
@@ -55,11 +56,16 @@ class LiveLog:
         self._lock = threading.Lock()
         self._closed = threading.Event()
         self._failure: OSError | None = None
-        for name, values in metadata.items():
-            self._writer.metadata(name, values)
-        for name, data in attachments.items():
-            self._writer.attachment(name, data)
-        self._save()
+        try:
+            for name, values in metadata.items():
+                self._writer.metadata(name, values)
+            for name, data in attachments.items():
+                self._writer.attachment(name, data)
+            self._save()
+        except OSError:
+            with contextlib.suppress(OSError):  # what could not be written then cannot now
+                self._stream.close()
+            raise
         self._thread = threading.Thread(target=self._run, args=(every_s,), name="live log", daemon=True)
         self._thread.start()
 

@@ -23,6 +23,7 @@ from bimvox.log.motion_json import JointSamples, motions_from_json
 from bimvox.log.narration import CRANE_FIELD, LIFT_EVENT, PHASE_EVENT
 from bimvox.log.plan_json import plan_from_json
 from bimvox.log.plan_log import LogEvent, PlanLog
+from bimvox.log.segments import FIRST_PLAN
 from bimvox.planning.lift import Status
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
@@ -64,6 +65,9 @@ def log_of(contents: Contents, path: Path) -> PlanLog:
         )
     for name in (topics.SITE_FILE, topics.PLAN_FILE):
         if name not in contents.attachments:
+            if FIRST_PLAN in metadata and not contents.attachments:
+                hint = "viewers show it; the plan is in the log without .liveNNNN in its name"
+                raise LogFileError(path, "is a live log: what a watch drove, without the plan", hint=hint)
             raise LogFileError(path, f"the attachment {name} is missing")
     try:
         return _assemble(contents, metadata, path, partial=metadata.get(topics.RECOVERED) == "true")

@@ -31,6 +31,22 @@ def test_the_table_shows_states_reasons_and_latency():
         assert part in text
 
 
+def test_a_state_of_a_part_hides_nothing_of_the_last_change_and_is_no_change():
+    screen = io.StringIO()
+    table = WatchTable(Console(file=screen, force_terminal=True, width=100, height=30), "o.json")
+    table.show(DOCUMENT, "revision 3: replanned")
+    refused = {key: DOCUMENT[key] for key in ("kept", "replanned", "infeasible", "revision")}
+    table.show(refused | {"event": "rejected", "latency_ms": 1.0}, "revision 3: rejected: o.json: not JSON")
+    for state in ("in_transit", "arrived", "assembled"):
+        screen.truncate(0)
+        table.show({"event": "state", "component": "a", "state": state}, f"60 s: a is {state}")
+        text = screen.getvalue()
+        assert "rejected: o.json: not JSON" in text
+        assert f"60 s: a is {state}" in text
+        assert "(1 changes)" in text
+    table.close()
+
+
 def test_a_low_screen_shows_what_matters_and_counts_the_rest():
     screen = io.StringIO()
     table = WatchTable(Console(file=screen, force_terminal=True, width=100, height=11), "o.json")

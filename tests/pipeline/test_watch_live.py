@@ -10,8 +10,10 @@ from typing import Any
 import pytest
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
-from bimvox.errors import InputError
+from bimvox.errors import InputError, LogFileError
 from bimvox.log import topics
+from bimvox.log.live import LiveLog
+from bimvox.log.reader import read_log
 from pipeline.progress import SilentProgress
 from pipeline.watch_live import DrivenLog, LiveView, address_of, driven_until_ns, live_logs
 
@@ -55,6 +57,12 @@ def test_the_newest_live_logs_that_hold_something_are_kept(tmp_path):
     assert other.exists()
 
 
+def test_a_live_log_says_that_it_is_one_where_a_plan_is_asked_for(tmp_path):
+    driven(tmp_path / "frame.mcap", 5)
+    with pytest.raises(LogFileError, match="is a live log"):
+        read_log(tmp_path / "frame.live0000.mcap")
+
+
 def test_a_disk_without_room_removes_no_live_log(tmp_path, monkeypatch):
     target = tmp_path / "frame.mcap"
     for time_ns in range(1, 6):
@@ -65,8 +73,33 @@ def test_a_disk_without_room_removes_no_live_log(tmp_path, monkeypatch):
 
     monkeypatch.setattr("bimvox.log.live.LiveLog.__init__", full)
     quiet = driven(target, 6)
-    assert quiet.notes == ["the live log ends here: no space left on device"]
+    (note,) = quiet.notes
+    assert note.startswith("the live log ends here: no space left on device")
     assert list(live_logs(target)) == list(range(5))
+
+
+def test_after_a_disk_was_full_a_live_log_goes_on_with_the_next_change(tmp_path, monkeypatch):
+    """Else the clock would go back to the last revision when the watch begins again."""
+    target = tmp_path / "frame.mcap"
+    log = DrivenLog(target, SilentProgress(), 1, "plan")
+    log.send(topics.LOG, 5, Log(message="before").SerializeToString())
+    save = LiveLog._save
+
+    def full(_: LiveLog) -> None:
+        raise OSError(errno.ENOSPC, "no space left on device")
+
+    monkeypatch.setattr(LiveLog, "_save", full)
+    assert log._log is not None
+    log._log._failure = OSError(errno.ENOSPC, "no space left on device")
+    for time_ns in (6, 7):
+        log.keep([(topics.LOG, time_ns, Log(message="lost").SerializeToString())])
+    assert list(live_logs(target)) == [0], "an attempt leaves nothing behind"
+    monkeypatch.setattr(LiveLog, "_save", save)
+    log.send(topics.LOG, 8, Log(message="lost").SerializeToString())
+    log.keep([(topics.LOG, 9, Log(message="after").SerializeToString())])
+    log.close()
+    assert list(live_logs(target)) == [0, 1]
+    assert driven_until_ns(target, "plan") == 9
 
 
 def test_a_viewer_gets_what_stands_and_what_moves(planned):
