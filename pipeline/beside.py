@@ -2,6 +2,11 @@
 
 Where there is only one core, or no copy can be made, or it does not answer, the work is done here when its result is
 asked for: the result is the same.
+
+A copy is made by a process that has threads (the whole log, viewers, what watches the file), and has none of them. A
+lock that one of these held at that moment is held in the copy for ever: Python makes its own new, the C library too,
+and no work done here takes one of ours, but a module that is just being imported, or a kernel that is just being
+compiled elsewhere, has one. A copy that waits for it uses no processor time; that is noticed within a second.
 """
 
 from __future__ import annotations
@@ -14,12 +19,20 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Generic, TypeVar
+
+from pipeline.orphans import end_with
 
 T = TypeVar("T")
 
 _LIMIT_S = 60.0
-"""A copy that has not answered then is given up: a lock that another thread held may have been copied with it."""
+"""A copy that has not answered then is given up."""
+_STUCK_S = 0.5
+"""So is one that has slept for so long and used no processor time: its work waits for nothing but a lock."""
+_LOOK_S = 0.05
+_STATE, _USER_TICKS, _SYSTEM_TICKS = 0, 11, 12
+"""Of the fields of /proc/PID/stat after the name, see proc(5)."""
 
 
 class Beside:
@@ -70,6 +83,7 @@ class Begun(Generic[T]):
             read, write = os.pipe()
         except OSError:
             return
+        here = os.getpid()
         try:
             pid = os.fork()
         except OSError:
@@ -77,7 +91,7 @@ class Begun(Generic[T]):
             os.close(write)
             return
         if pid == 0:
-            _work(work, read, write)
+            _work(work, read, write, here)
         os.close(write)
         self._pid, self._read = pid, read
 
@@ -94,13 +108,26 @@ class Begun(Generic[T]):
     def __call__(self) -> T:
         """Return the result."""
         try:
-            answer = _all_of(self._read, time.monotonic() + self._limit_s) if self._pid else None
+            answer = self._all() if self._pid else None
         finally:
             self.give_up()
         if answer is None:
             return self._or_else()  # here it says for itself what went wrong
         result: T = pickle.loads(answer)
         return result
+
+    def _all(self) -> bytes | None:
+        """Everything that comes until the end; None where nothing does, or too late."""
+        until_s = time.monotonic() + self._limit_s
+        slept, parts = _Slept(self._pid), list[bytes]()
+        while not slept.too_long and time.monotonic() < until_s:
+            if select.select([self._read], [], [], _LOOK_S)[0]:
+                part = os.read(self._read, 1 << 20)
+                if not part:
+                    return b"".join(parts) or None
+                parts.append(part)
+                slept = _Slept(self._pid)
+        return None
 
     def give_up(self) -> None:
         """End the copy, if there is one still."""
@@ -118,11 +145,40 @@ def can_copy() -> bool:
     return sys.platform == "linux" and len(os.sched_getaffinity(0)) > 1
 
 
-def _work(work: Callable[[], Any], read: int, write: int) -> None:
+class _Slept:
+    """How long a process has slept without using any processor time.
+
+    Args:
+        pid: The process.
+    """
+
+    def __init__(self, pid: int) -> None:
+        self._pid = pid
+        self._since_s, self._ticks = time.monotonic(), -1
+
+    @property
+    def too_long(self) -> bool:
+        """Whether it waits for what will not come; not where the system does not say."""
+        try:
+            with Path(f"/proc/{self._pid}/stat").open("rb") as stream:
+                fields = stream.read().rpartition(b")")[2].split()
+        except OSError:
+            return False
+        ticks = int(fields[_USER_TICKS]) + int(fields[_SYSTEM_TICKS])
+        now_s = time.monotonic()
+        # Ready to run, or waiting for a disk, is not asleep.
+        if fields[_STATE] != b"S" or ticks != self._ticks:
+            self._since_s, self._ticks = now_s, ticks
+        return now_s - self._since_s > _STUCK_S
+
+
+def _work(work: Callable[[], Any], read: int, write: int, parent: int) -> None:
     """In the copy: work, answer, and be gone; nothing of the original's is closed, flushed or told."""
     code = 1
     try:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        end_with(parent)
         os.close(read)
         answer = pickle.dumps(work(), pickle.HIGHEST_PROTOCOL)
         with os.fdopen(write, "wb") as stream:
@@ -130,16 +186,3 @@ def _work(work: Callable[[], Any], read: int, write: int) -> None:
         code = 0
     finally:
         os._exit(code)
-
-
-def _all_of(read: int, until_s: float) -> bytes | None:
-    """Everything that comes until the end; None where nothing does, or too late."""
-    parts: list[bytes] = []
-    while True:
-        ready, _, _ = select.select([read], [], [], max(0.0, until_s - time.monotonic()))
-        if not ready:
-            return None
-        part = os.read(read, 1 << 20)
-        if not part:
-            return b"".join(parts) or None
-        parts.append(part)

@@ -122,7 +122,7 @@ class _Chain:
 
     def put(self, read: Read) -> Read | None:
         """Return the whole plan of a segment's revision; None where what it rests on is not there."""
-        from bimvox.log.segments import newest
+        from bimvox.log.segments import first_plan_of, newest
 
         record = read.record
         if record.plan.site.fixed_digest != self._digest:
@@ -131,7 +131,7 @@ class _Chain:
         if not record.context:
             self._newest = record
             return read
-        if self._newest is None:
+        if self._newest is None or first_plan_of(record) != first_plan_of(self._newest):
             return None
         self._newest = newest(self._newest, [record])
         return Read(read.file, read.sha256, None, _without_pending(self._newest))

@@ -23,8 +23,8 @@ from pipeline.policy_choice import PolicyInUse
 from pipeline.progress import Progress, SilentProgress
 from pipeline.prove import plan_and_prove
 from pipeline.simulate import Execution, PlanClock
-from pipeline.watch_documents import left_to_search
-from pipeline.watch_live import DrivenLog, LiveView, Sink, address_of, driven_until_ns
+from pipeline.watch_documents import left_to_search, revision_events
+from pipeline.watch_live import DrivenLog, LiveView, Sink, driven_until_ns, server_at
 from pipeline.watch_log import WholeLog, read_newest, segment_file
 from pipeline.watch_plan import WatchedPlan
 from pipeline.watch_reader import ObstructionReader
@@ -32,7 +32,7 @@ from pipeline.watch_retrain import Retraining
 from pipeline.watch_revise import Change, Reviser
 
 if TYPE_CHECKING:
-    from bimvox.log.live_server import LiveServer
+    from bimvox.log.plan_log import LogEvent
     from bimvox.planning.assembly import Preparation
     from bimvox.site.site import Site
     from bimvox.trajectory.standing import Standing
@@ -76,7 +76,7 @@ def watch(
         One document per change, see ``bimvox watch --json``.
     """
     target = out or default_output(site, ".mcap")
-    server = None if serve is None else _server(serve, progress)
+    server = None if serve is None else server_at(serve, progress)
     check_output(target, inputs=[site, obstructions])
     loaded = load_site(site, progress)
     check_output(target, inputs=[site, obstructions, loaded.config.model.path])
@@ -92,11 +92,15 @@ def watch(
     clock = None if speed is None else PlanClock(speed)
     watcher = Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress, clock)
     watcher.retrain(retrain)
-    watcher.show_to(() if server is None else (server,))
-    yield from follow(watcher, once=once, poll_s=poll_s, stop=stop or threading.Event())
+    if server is not None:
+        server.advertise(len(loaded.site.cranes))
+    viewers = () if server is None else (server,)
+    yield from follow(watcher, once=once, poll_s=poll_s, stop=stop or threading.Event(), viewers=viewers)
 
 
-def follow(watcher: Watcher, *, once: bool, poll_s: float | None, stop: threading.Event) -> Iterator[dict[str, Any]]:
+def follow(
+    watcher: Watcher, *, once: bool, poll_s: float | None, stop: threading.Event, viewers: Sequence[Sink] = ()
+) -> Iterator[dict[str, Any]]:
     """Take up or make the first plan, then revise it at every change of the file; see ``watch``."""
     file = watcher.file
     start = state_of(file)
@@ -105,6 +109,7 @@ def follow(watcher: Watcher, *, once: bool, poll_s: float | None, stop: threadin
         if once:
             return
         watcher.warm()
+        watcher.show_to(viewers)
         watcher.begin()
         watcher.progress.note(f"watching {file}")
         watcher.progress = SilentProgress()
@@ -115,14 +120,8 @@ def follow(watcher: Watcher, *, once: bool, poll_s: float | None, stop: threadin
         watcher.told.note("stopped; the last revision stands")
     finally:
         watcher.close()
-
-
-def _server(address: str, progress: Progress) -> LiveServer:
-    from bimvox.log.live_server import LiveServer
-
-    server = LiveServer(*address_of(address))
-    progress.note(f"viewers may look on at ws://{server.address}")
-    return server
+        for viewer in viewers if watcher.live is None else ():
+            viewer.close()
 
 
 class Watcher:
@@ -170,7 +169,6 @@ class Watcher:
         self._retraining: Retraining | None = None
         self._taken: str | None = None
         self._driven_ns = 0
-        self._is_taken_up = False
 
     @property
     def standing(self) -> Standing | None:
@@ -198,10 +196,16 @@ class Watcher:
         if before is not None:
             plan.take_up(before.log)
             if self._execution is not None:
-                self._is_taken_up = True
+                self._driven_ns = driven_until_ns(plan.target, plan.first)
                 self._execution.clock.stand_at(max(plan.carried_out_ns, self._driven_ns))
             if not before.behind:
                 self._keep(before.log.revision)
+        if state.digest is None:
+            self._reader.refused = "missing"
+            if plan.standing is not None and plan.standing.plan.site.is_obstructed:
+                message = f"{self.file} does not exist; the obstructions of the last good plan stand"
+                yield plan.unchanged("missing", state.seen_s, message)
+                return
         try:
             site, content = self._reader.read(state, self.progress)
         except BimvoxError as error:
@@ -257,15 +261,15 @@ class Watcher:
         if self._clock is None:
             sinks = list(viewers)
         else:
-            self._driven_ns = driven_until_ns(self._plan.target)
-            sinks = [*viewers, DrivenLog(self._plan.target, self.told)]
+            cranes = len(self._loaded.site.cranes)
+            sinks = [*viewers, DrivenLog(self._plan.target, self.told, cranes, self._plan.first)]
         if sinks:
             self.live = LiveView(sinks, self._clock)
 
     def begin(self) -> None:
         """Begin to carry the plan out, where it is; from where it was left."""
         if self._execution is not None:
-            self._execution.clock.start(max(self._plan.carried_out_ns, self._driven_ns if self._is_taken_up else 0))
+            self._execution.clock.start(max(self._plan.carried_out_ns, self._driven_ns))
         self._show()
 
     def close(self) -> None:
@@ -367,7 +371,7 @@ class Watcher:
                     self._whole.offer(self._plan.whole_log())
                     if self._retraining is not None and change.better is None:
                         self._retraining.begin(change.site, searched)
-                self._show()
+                self._show(revision_events(one.part, one.document, self._plan.carried_out_ns))
                 yield one.document
                 if one.part.standing.held is not None:
                     return  # it waits for a change
@@ -381,12 +385,13 @@ class Watcher:
         finally:
             revised.close()
 
-    def _show(self) -> None:
-        """Show viewers what stands."""
+    def _show(self, events: tuple[LogEvent, ...] = ()) -> None:
+        """Show viewers what stands, and what happened to it."""
         from bimvox.log.plan_log import PlanLog
 
-        if self.live is not None and self.standing is not None:
-            self.live.show(PlanLog(plan=self.standing.plan, motions=self.standing.chain, revision=self.revision))
+        if self.live is not None and (now := self.standing) is not None:
+            motions = tuple(now.on_the_clock[order] for order in sorted(now.on_the_clock))
+            self.live.show(PlanLog(now.plan, motions, revision=self.revision, events=events), now.held)
 
     def _refused(self, event: str, started_s: float, error: BimvoxError) -> dict[str, Any]:
         self._reader.refused = str(error)

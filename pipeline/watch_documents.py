@@ -102,6 +102,15 @@ def stop_events(part: Part, document: dict[str, Any], now_ns: int) -> list[LogEv
     return [LogEvent(STOP_EVENT, now_ns, until_ns, {key: str(value) for key, value in stopped.items()})]
 
 
+def revision_events(part: Part, document: dict[str, Any], now_ns: int) -> tuple[LogEvent, ...]:
+    """Return what viewers are told of a revision: what it changed, and of a stop."""
+    from bimvox.log.plan_log import LogEvent
+    from bimvox.log.segments import REPLAN_EVENT
+
+    replanned = LogEvent(REPLAN_EVENT, now_ns, now_ns, event_fields(document))
+    return replanned, *stop_events(part, document, now_ns)
+
+
 def _goes_on_s(motion: LiftMotion) -> float | None:
     from bimvox.trajectory.motion import PhaseName
 

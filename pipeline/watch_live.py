@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import threading
 from collections.abc import Sequence
@@ -12,14 +13,17 @@ from bimvox.errors import InputError
 from pipeline.progress import Progress
 
 if TYPE_CHECKING:
-    from bimvox.log.live_server import Moving
-    from bimvox.log.merge import Timed
+    from bimvox.log.live_server import LiveServer
+    from bimvox.log.live_view import Moving
     from bimvox.log.plan_log import PlanLog
+    from bimvox.trajectory.underway import Held
     from pipeline.simulate import PlanClock
 
 _TICK_S = 0.1
 _HOST = "127.0.0.1"
 _PORTS = 65536
+KEPT_LIVE_LOGS = 5
+"""Live logs that hold something, with the one that grows; older ones are removed when a watch begins."""
 
 
 def address_of(text: str) -> tuple[str, int]:
@@ -34,11 +38,24 @@ def address_of(text: str) -> tuple[str, int]:
     return host or _HOST, int(port)
 
 
+def server_at(address: str, progress: Progress) -> LiveServer:
+    """Return a server of ``[HOST:]PORT``, and say where it is.
+
+    Raises:
+        InputError: If the address is none, or nothing can be served there.
+    """
+    from bimvox.log.live_server import LiveServer
+
+    server = LiveServer(*address_of(address))
+    progress.note(f"viewers may look on at ws://{server.address}")
+    return server
+
+
 class Sink(Protocol):
     """Where messages go."""
 
-    def keep(self, messages: list[Timed]) -> None:
-        """Take what stays until it is sent again."""
+    def keep(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
+        """Take what stays until it is sent again: topic, time (ns), data."""
 
     def send(self, topic: str, time_ns: int, data: bytes) -> None:
         """Take what moves."""
@@ -53,25 +70,31 @@ class DrivenLog:
     Args:
         target: The whole log of the plan; every run of the watch has a live log of its own beside it.
         progress: Told where it cannot be written.
+        cranes: How many cranes there are.
+        first: Digest of the plan that the watch began with.
     """
 
-    def __init__(self, target: Path, progress: Progress) -> None:
+    def __init__(self, target: Path, progress: Progress, cranes: int, first: str) -> None:
         from bimvox.log import topics
         from bimvox.log.live import LiveLog
+        from bimvox.log.segments import FIRST_PLAN
 
         earlier = live_logs(target)
         number = max(earlier, default=-1) + 1
         self._progress, self._log = progress, None
         path = target.resolve().with_name(f"{target.stem}.live{number:04d}{target.suffix}")
         try:
-            self._log = LiveLog(path, {topics.METADATA: {"schema_version": str(topics.SCHEMA_VERSION)}}, {})
+            metadata = {topics.METADATA: {"schema_version": str(topics.SCHEMA_VERSION), FIRST_PLAN: first}}
+            self._log = LiveLog(path, metadata, {}, cranes=cranes)
         except OSError as error:
             self._fail(error)
+        else:
+            self._remove_old(earlier)
 
-    def keep(self, messages: list[Timed]) -> None:
+    def keep(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
         """Write what stays until it is sent again."""
-        for time_ns, topic, message in messages:
-            self.send(topic, time_ns, message.SerializeToString(deterministic=True))
+        for topic, time_ns, data in messages:
+            self.send(topic, time_ns, data)
 
     def send(self, topic: str, time_ns: int, data: bytes) -> None:
         """Write what moves."""
@@ -90,6 +113,17 @@ class DrivenLog:
             except OSError as error:
                 self._fail(error)
 
+    def _remove_old(self, earlier: dict[int, Path]) -> None:
+        """Remove what is older than the newest few that hold something; what holds nothing stands in for none."""
+        holding = [number for number, path in earlier.items() if _last_ns(path) is not None]
+        if len(holding) < KEPT_LIVE_LOGS:
+            return  # with the new one there are no more than that
+        old = [path for number, path in earlier.items() if number < holding[1 - KEPT_LIVE_LOGS]]
+        for path in old:
+            with contextlib.suppress(OSError):
+                path.unlink()
+        self._progress.note(f"{len(old)} live logs of the oldest runs are removed, the newest {KEPT_LIVE_LOGS} kept")
+
     def _fail(self, error: OSError) -> None:
         """The plan goes on; the segments hold it."""
         self._progress.note(f"the live log ends here: {error.strerror or error}")
@@ -103,12 +137,30 @@ def live_logs(target: Path) -> dict[int, Path]:
     return dict(sorted((int(m.group(1)), p) for p in folder.iterdir() if (m := pattern.fullmatch(p.name))))
 
 
-def driven_until_ns(target: Path) -> int:
-    """Return how far the site's clock had come when the last run of the watch ended, by its live log; 0 where none."""
-    from bimvox.log.live import last_time_ns
+def driven_until_ns(target: Path, first: str) -> int:
+    """Return how far the site's clock had come when the last run of the watch ended, by its live log; 0 where none.
 
-    logs = live_logs(target)
-    return (last_time_ns(logs[max(logs)]) or 0) if logs else 0
+    Args:
+        target: The whole log of the plan.
+        first: Digest of the plan that the watch began with; live logs of other plans do not count.
+    """
+    for path in reversed(live_logs(target).values()):
+        # A run that was killed at once, or had no room on the disk, left nothing: the one before it knows.
+        if (last_ns := _last_ns(path, first)) is not None:
+            return last_ns
+    return 0
+
+
+def _last_ns(path: Path, first: str | None = None) -> int | None:
+    """Time of the last message in a live log (of a plan); None where there is none, or it cannot be read."""
+    from bimvox.log.live import driven_of
+    from bimvox.log.segments import FIRST_PLAN
+
+    try:
+        driven = driven_of(path)
+    except OSError:
+        return None
+    return None if first is not None and driven.metadata.get(FIRST_PLAN) != first else driven.last_ns
 
 
 class LiveView:
@@ -126,18 +178,33 @@ class LiveView:
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def show(self, record: PlanLog) -> None:
-        """Show a plan from now on."""
-        from bimvox.log.live_server import Moving, standing_messages
+    def show(self, record: PlanLog, held: Held | None = None) -> None:
+        """Show a plan from now on.
 
+        Args:
+            record: The plan, with the motions whose time is known, and what happened to it.
+            held: The lift whose load is held.
+        """
+        from bimvox.log.live_view import Moving, standing_messages, with_held
+
+        hanging = None
+        if held is not None and held.stop is not None:
+            record, hanging = with_held(record, held), held.lift.component
         with self._lock:
             now_ns = self._now_ns()
-            messages = list(standing_messages(record, now_ns))
+            standing = standing_messages(record, now_ns, hanging)
+            messages = [(topic, at_ns, one.SerializeToString(deterministic=True)) for at_ns, topic, one in standing]
+            moving = Moving(record)
+            if self._clock is None:
+                # Nothing moves: whoever begins to look on later is to see the cranes too.
+                messages += [(topic, now_ns, data) for topic, data in moving.at(now_ns)]
             for sink in self._sinks:
                 sink.keep(messages)
-            self._moving = Moving(record)
+            self._moving = moving
+        if self._clock is None:
+            return
         self._tick()
-        if self._clock is not None and self._thread is None:
+        if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="live", daemon=True)
             self._thread.start()
 

@@ -57,7 +57,7 @@ def read_newest(log: Path, fixed_digest: str, progress: Progress) -> Newest | No
         fixed_digest: Of the site.
         progress: Told of what is passed over.
     """
-    from bimvox.log.segments import newest
+    from bimvox.log.segments import first_plan_of, newest
 
     segments = segments_on_disk(log)
     base = _read(log, fixed_digest, progress) if log.exists() else None
@@ -74,7 +74,13 @@ def read_newest(log: Path, fixed_digest: str, progress: Progress) -> Newest | No
             base = segment
         else:
             after.append(segment)
-    return None if base is None else Newest(newest(base, after[::-1]), no_whole or bool(after))
+    if base is None:
+        return None
+    first = first_plan_of(base)
+    own = [segment for segment in after[::-1] if first_plan_of(segment) == first]
+    if len(own) < len(after):
+        progress.note(f"{len(after) - len(own)} segments beside {log} are of an earlier plan, they are not taken up")
+    return Newest(newest(base, own), no_whole or bool(own))
 
 
 def _read(path: Path, fixed_digest: str, progress: Progress) -> PlanLog | None:

@@ -37,6 +37,7 @@ class WatchedPlan:
         revision: Number of the last revision; -1 before the first.
         standing: The plan; None before the first.
         content: The obstruction file's bytes, by the name that they have in the log.
+        first: Digest of the plan that it began with.
         carried_out_ns: How far it was carried out when the last revision was made.
     """
 
@@ -49,6 +50,7 @@ class WatchedPlan:
         self.revision = max(segments_on_disk(target), default=-1)
         self.standing: Standing | None = None
         self.content: Mapping[str, bytes] = {}
+        self.first = ""
         self.carried_out_ns = 0
 
     @property
@@ -60,9 +62,10 @@ class WatchedPlan:
     def take_up(self, log: PlanLog) -> None:
         """Let the plan of a log stand."""
         from bimvox.log.held import HELD_FILE, held_from_bytes
+        from bimvox.log.segments import first_plan_of
         from bimvox.trajectory.standing import standing_of
 
-        self.revision = max(self.revision, log.revision)
+        self.revision, self.first = max(self.revision, log.revision), first_plan_of(log)
         self.standing = standing_of(log.plan, log.motions)
         self.carried_out_ns = int(log.metadata.get(NOW_NS, 0))
         if self._is_carried_out and HELD_FILE in log.attachments:
@@ -72,8 +75,12 @@ class WatchedPlan:
 
     def first_log(self, planned: Planned, content: Mapping[str, bytes]) -> PlanLog:
         """Return the whole log of a first plan, which is the next revision."""
+        from bimvox.log.segments import first_plan_of
+
         files = self._loaded.files | dict(content)
-        return log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=self.revision + 1)
+        log = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=self.revision + 1)
+        self.first = first_plan_of(log)
+        return log
 
     def whole_log(self) -> PlanLog:
         """Return the whole log of what stands."""
@@ -81,7 +88,7 @@ class WatchedPlan:
         planned = Planned(self.standing.plan, self.standing.chain)
         files = self._loaded.files | dict(self.content) | _held(self.standing)
         record = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=self.revision)
-        return replace(record, metadata={**record.metadata, **self._carried_out(self.carried_out_ns)})
+        return replace(record, metadata={**record.metadata, **self._about(self.carried_out_ns)})
 
     def segment(
         self,
@@ -113,7 +120,7 @@ class WatchedPlan:
             revision=revision,
             event=fields,
             attachments=bare.attachments,
-            metadata={**bare.metadata, **self._carried_out(now_ns)},
+            metadata={**bare.metadata, **self._about(now_ns)},
             more=more,
         )
 
@@ -146,9 +153,11 @@ class WatchedPlan:
         plan = self.standing.plan if self.standing is not None else None
         return self.document(event, plan, plan, started_s) | ({"message": message} if message else {})
 
-    def _carried_out(self, now_ns: int) -> dict[str, str]:
-        """How far the plan is carried out, for the log."""
-        return {NOW_NS: str(now_ns)} if self._is_carried_out else {}
+    def _about(self, now_ns: int) -> dict[str, str]:
+        """Which plan it comes from, and how far it is carried out, for the log."""
+        from bimvox.log.segments import FIRST_PLAN
+
+        return {FIRST_PLAN: self.first} | ({NOW_NS: str(now_ns)} if self._is_carried_out else {})
 
 
 def _held(standing: Standing) -> dict[str, bytes]:

@@ -14,6 +14,7 @@ from multiprocessing.process import BaseProcess
 from typing import TYPE_CHECKING
 
 from bimvox.errors import InputError, PolicyError
+from pipeline.orphans import end_with
 from pipeline.policy_choice import PolicyInUse
 from pipeline.progress import SilentProgress
 
@@ -57,7 +58,8 @@ class Retraining:
         self.components = tuple(sorted(components))
         context = multiprocessing.get_context("fork")
         self._answer, there = context.Pipe(duplex=False)
-        arguments = (there, site, self._preparation, self._policy, self.components, self._seed, self._steps)
+        parent = os.getpid()
+        arguments = (there, parent, site, self._preparation, self._policy, self.components, self._seed, self._steps)
         self._process = context.Process(target=_train, args=arguments, daemon=True)
         self._process.start()
         there.close()
@@ -98,6 +100,7 @@ class Retraining:
 
 def _train(
     answer: Connection,
+    parent: int,
     site: Site,
     preparation: Preparation,
     policy: PolicyInUse,
@@ -112,6 +115,7 @@ def _train(
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the whole group; the watch ends this process
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    end_with(parent)
     os.nice(_NICE)
     try:
         found = retrained(

@@ -8,14 +8,23 @@ its index and is a log like any other, but for the sizes of its chunks, which de
 from __future__ import annotations
 
 import os
+import struct
 import threading
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
-from bimvox.errors import LogFileError
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Metadata
+from mcap.stream_reader import MAGIC_SIZE
+
 from bimvox.log.channels import LogWriter
-from bimvox.log.container import read_file, salvage_contents
+from bimvox.log.topics import METADATA
+
+_PREFIX = struct.Struct("<BQ")  # of a record: kind, length
+_TIMES = struct.Struct("<QQ")  # of a chunk: first and last time
 
 CHUNK_S = 0.4
 """Wall time after which a chunk is closed: with the time that it takes, within half a second."""
@@ -28,6 +37,7 @@ class LiveLog:
         path: Where to; what is there is replaced.
         metadata: Metadata records, written first.
         attachments: Files, written after them, by name.
+        cranes: How many cranes there are.
         every_s: Largest wall time between two chunks.
     """
 
@@ -37,10 +47,11 @@ class LiveLog:
         metadata: Mapping[str, Mapping[str, str]],
         attachments: Mapping[str, bytes],
         *,
+        cranes: int = 1,
         every_s: float = CHUNK_S,
     ) -> None:
         self._stream = Path(path).open("wb")  # noqa: SIM115 (open as long as the log is)
-        self._writer = LogWriter(self._stream)
+        self._writer = LogWriter(self._stream, cranes)
         self._lock = threading.Lock()
         self._closed = threading.Event()
         self._failure: OSError | None = None
@@ -110,10 +121,39 @@ class LiveLog:
         self._stream.flush()
 
 
-def last_time_ns(path: Path | str) -> int | None:
-    """Return the time of the last message that survived in a live log, closed or not; None where none did."""
-    try:
-        contents = salvage_contents(read_file(Path(path)), Path(path))
-    except LogFileError:
-        return None
-    return max((message.time_ns for message in contents.messages), default=None)
+class Driven(NamedTuple):
+    """What a live log says of itself, closed or not.
+
+    Attributes:
+        metadata: Of its record of ours.
+        last_ns: Time of the last message that survived; None where none did.
+    """
+
+    metadata: Mapping[str, str]
+    last_ns: int | None
+
+
+def driven_of(path: Path | str) -> Driven:
+    """Return what a live log says of itself; its messages are not read, however long it is.
+
+    Raises:
+        OSError: If it cannot be read.
+    """
+    metadata: dict[str, str] = {}
+    last_ns = 0
+    with Path(path).open("rb") as stream:
+        size = os.fstat(stream.fileno()).st_size
+        at = MAGIC_SIZE
+        while at + _PREFIX.size <= size:
+            stream.seek(at)
+            opcode, length = _PREFIX.unpack(stream.read(_PREFIX.size))
+            at += _PREFIX.size + length
+            if at > size or opcode in (0, Opcode.DATA_END):
+                break  # the rest is cut off, or there is no more
+            if opcode == Opcode.CHUNK:
+                last_ns = max(last_ns, _TIMES.unpack(stream.read(_TIMES.size))[1])
+            elif opcode == Opcode.METADATA:
+                record = Metadata.read(ReadDataStream(BytesIO(stream.read(length))))
+                if record.name == METADATA:
+                    metadata = record.metadata
+    return Driven(metadata, last_ns or None)

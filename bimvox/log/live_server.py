@@ -7,39 +7,25 @@ to whoever begins to listen. Needs ``pip install 'bimvox[live]'``.
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Sequence
 from typing import Any
-
-import numpy as np
 
 from bimvox.errors import InputError
 from bimvox.log import topics
-from bimvox.log.colours import ConstructionState
-from bimvox.log.merge import Timed
-from bimvox.log.messages import pose, stamp
-from bimvox.log.narration import event_messages
-from bimvox.log.plan_log import PlanLog
-from bimvox.log.recorder import lift_rows
-from bimvox.log.rows import Rows
-from bimvox.log.scene import Scene, states_before
-from bimvox.log.track import crane_track
-from bimvox.log.voxels import voxel_grid
-from bimvox.planning.lift import Status
 
 
 class LiveServer:
-    """Serves the topics.
+    """Serves the topics, once it is told of how many cranes (``advertise``).
 
     Args:
         host: Where to listen.
         port: Its port; 0 for any that is free.
-        cranes: How many cranes there are.
 
     Raises:
         InputError: If the package is not installed, or the port cannot be had.
     """
 
-    def __init__(self, host: str, port: int, cranes: int = 1) -> None:
+    def __init__(self, host: str, port: int) -> None:
         try:
             import foxglove
         except ImportError:
@@ -48,15 +34,7 @@ class LiveServer:
                 hint="pip install 'bimvox[live]'",
             ) from None
         context = self._context = foxglove.Context()  # its channels close with it
-        self._channels = {
-            topic.name: foxglove.Channel(
-                topic.name,
-                schema=foxglove.Schema(name=topic.schema, encoding="protobuf", data=topic.descriptor_set),
-                message_encoding="protobuf",
-                context=context,
-            )
-            for topic in topics.topics_of(cranes)
-        }
+        self._channels: dict[str, Any] = {}
         self._kept: dict[str, list[tuple[int, bytes]]] = {}
         self._lock = threading.Lock()
         try:
@@ -67,15 +45,28 @@ class LiveServer:
             raise InputError(f"cannot serve on {host}:{port}: {error}", hint="name another port") from error
         self.address = f"{host}:{self._server.port}"
 
+    def advertise(self, cranes: int) -> None:
+        """Say which topics there are: those of a log of a site with so many cranes."""
+        import foxglove
+
+        for topic in topics.topics_of(cranes):
+            data = topic.descriptor_set_for(several_cranes=cranes > 1)
+            self._channels[topic.name] = foxglove.Channel(
+                topic.name,
+                schema=foxglove.Schema(name=topic.schema, encoding="protobuf", data=data),
+                message_encoding="protobuf",
+                context=self._context,
+            )
+
     def send(self, topic: str, time_ns: int, data: bytes) -> None:
         """Send a message to all who listen."""
         self._channels[topic].log(data, log_time=time_ns)
 
-    def keep(self, messages: list[Timed]) -> None:
+    def keep(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
         """Send messages, and send them again to whoever begins to listen, until there are others of their topic."""
         kept: dict[str, list[tuple[int, bytes]]] = {}
-        for time_ns, topic, message in messages:
-            kept.setdefault(topic, []).append((time_ns, message.SerializeToString(deterministic=True)))
+        for topic, time_ns, data in messages:
+            kept.setdefault(topic, []).append((time_ns, data))
         with self._lock:
             self._kept |= kept
         for topic in kept:
@@ -106,70 +97,3 @@ class _Listener:
         if name.startswith("on_"):
             return lambda *_: None
         raise AttributeError(name)
-
-
-def standing_messages(record: PlanLog, time_ns: int) -> Iterator[Timed]:
-    """Yield what stays until it is sent again: the cells, the scene at a time, the path of the lift then, the events.
-
-    Args:
-        record: The whole plan.
-        time_ns: On the site's clock.
-    """
-    site = record.plan.site
-    yield time_ns, topics.VOXELS, voxel_grid(site, time_ns)
-    lifts = record.all_lifts
-    scene = Scene(site, {lift.component: lift for lift in lifts}, {})
-    yield time_ns, topics.SCENE, scene.fixed(time_ns)
-    now = next((motion for motion in record.motions if motion.end_ns > time_ns), None)
-    if now is None:
-        done = [lift for lift in lifts if lift.status is Status.PLANNED]
-        states = {lift.component: ConstructionState.ASSEMBLED for lift in done}
-    else:
-        lift = next(lift for lift in lifts if lift.order == now.order)
-        states = states_before(lifts, now.order) | {lift.component: ConstructionState.UNBUILT}
-        track = crane_track(site, lift, now)
-        for at_ns, state in (
-            (track.lifted_ns, ConstructionState.IN_TRANSIT),
-            (track.arrived_ns, ConstructionState.ARRIVED),
-            (track.assembled_ns, ConstructionState.ASSEMBLED),
-        ):
-            if at_ns <= time_ns:
-                states[lift.component] = state
-        if lift.path_vox is not None:
-            from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
-
-            poses = [pose(corner) for corner in site.frame.corner_of(lift.path_vox).tolist()]
-            yield time_ns, topics.PLANNED, PosesInFrame(timestamp=stamp(time_ns), frame_id="site", poses=poses)
-    if (update := scene.change(states, time_ns)) is not None:
-        yield time_ns, topics.SCENE, update
-    for _, topic, message in event_messages(record, ()):
-        yield time_ns, topic, message
-
-
-class Moving:
-    """What moves, at any time: frames, joints, load.
-
-    Args:
-        record: The whole plan.
-    """
-
-    def __init__(self, record: PlanLog) -> None:
-        self._record = record
-        self._order = -1
-        self._rows: list[Rows] = []
-
-    def at(self, time_ns: int) -> Iterator[tuple[str, bytes]]:
-        """Yield the last message of each topic of the lift at a time, up to then."""
-        motions = self._record.motions
-        motion = next((motion for motion in motions if motion.end_ns > time_ns), motions[-1] if motions else None)
-        if motion is None:
-            return
-        if motion.order != self._order:
-            self._order, self._rows = motion.order, lift_rows(self._record, motion)
-        latest: dict[str, tuple[int, bytes]] = {}
-        for rows in self._rows:
-            at = int(np.searchsorted(rows.time_ns, time_ns, side="right")) - 1
-            if at >= 0:
-                latest[rows.topic] = (int(rows.time_ns[at]), rows.data[at])
-        for topic, (_, data) in latest.items():
-            yield topic, data

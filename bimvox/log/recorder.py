@@ -36,6 +36,8 @@ from bimvox.log.scene import scene_messages
 from bimvox.log.track import LoadTrack, crane_track, nominal_track
 from bimvox.log.transforms import crane_transforms, load_transforms
 from bimvox.log.voxels import voxel_grid
+from bimvox.planning.lift import Lift
+from bimvox.site.site import Site
 from bimvox.trajectory.commands import commands
 from bimvox.trajectory.motion import LiftMotion
 
@@ -72,7 +74,7 @@ def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None
         streams: list[Iterable[Timed | Rows]] = [
             [(start_ns, topics.VOXELS, voxel_grid(record.plan.site, start_ns))],
             scene_messages(record.plan.site, record.all_lifts, tracks, start_ns),
-            _planned(record, tracks),
+            (path_message(record.plan.site, track.lift, track.start_ns) for track in tracks),
             log_messages(record, tracks, start_ns),
             event_messages(record, tracks),
             *(_transforms(record, own) for own in by_crane),
@@ -175,13 +177,18 @@ def _own_attachments(record: PlanLog, site_bytes: bytes | None) -> Iterator[tupl
     yield topics.SITE_FILE, site_to_bytes(record.plan.site) if site_bytes is None else site_bytes
 
 
-def _planned(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Timed]:
-    frame = record.plan.site.frame
-    for track in tracks:
-        assert track.lift.path_vox is not None
-        poses = [pose(corner) for corner in frame.corner_of(track.lift.path_vox).tolist()]
-        message = PosesInFrame(timestamp=stamp(track.start_ns), frame_id="site", poses=poses)
-        yield track.start_ns, topics.of_crane(topics.PLANNED, _crane_number(record, track)), message
+def path_message(site: Site, lift: Lift, time_ns: int) -> Timed:
+    """Return the message of a planned lift's path.
+
+    Args:
+        site: The site.
+        lift: The lift.
+        time_ns: Its time.
+    """
+    assert lift.path_vox is not None
+    poses = [pose(corner) for corner in site.frame.corner_of(lift.path_vox).tolist()]
+    message = PosesInFrame(timestamp=stamp(time_ns), frame_id="site", poses=poses)
+    return time_ns, topics.of_crane(topics.PLANNED, site.components[lift.component].crane), message
 
 
 def _load(tracks: Iterable[LoadTrack], number: int) -> Iterator[Rows]:

@@ -24,6 +24,7 @@ from bimvox.log.messages import colour, pairs, pose, stamp, vector
 from bimvox.log.track import LoadTrack
 from bimvox.planning.lift import Lift, Status
 from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Site
+from bimvox.trajectory.motion import LiftMotion
 
 States = Mapping[int, ConstructionState]
 """State of every component that can be seen, by its index; those not delivered yet are missing."""
@@ -51,6 +52,34 @@ def states_before(lifts: Iterable[Lift], order: int) -> dict[int, ConstructionSt
     return states
 
 
+def states_at(
+    lifts: Iterable[Lift], motions: Iterable[LiftMotion], tracks: Iterable[LoadTrack], time_ns: int
+) -> dict[int, ConstructionState]:
+    """Return who is where at a time on the site's clock.
+
+    Args:
+        lifts: All lifts of the plan.
+        motions: Those of its motions whose time is known.
+        tracks: The loads' tracks of those that are under way at the time.
+        time_ns: The time.
+    """
+    lifts, ordered = tuple(lifts), sorted(motions, key=lambda motion: (motion.start_ns, motion.order))
+    begun = [motion for motion in ordered if motion.start_ns <= time_ns] or ordered[:1]
+    if not begun:
+        # Nothing has a time: what the plan comes to.
+        return {lift.component: ConstructionState.ASSEMBLED for lift in lifts if lift.status is Status.PLANNED}
+    states = states_before(lifts, begun[-1].order)
+    for motion in ordered:
+        # With several cranes, lifts of a higher order may have ended, and some of a lower one not have begun.
+        if motion.end_ns <= time_ns:
+            states[motion.component] = ConstructionState.ASSEMBLED
+        elif states.get(motion.component) is ConstructionState.ASSEMBLED:
+            states[motion.component] = ConstructionState.UNBUILT
+    for track in tracks:
+        states[track.lift.component] = track.state_at(time_ns)
+    return states
+
+
 @dataclass(slots=True)
 class Scene:
     """Makes the updates of ``/scene``; remembers what was sent.
@@ -71,6 +100,13 @@ class Scene:
         for number, crane in enumerate(self.site.cranes):
             entities += self._crane_entities(crane, number, time_ns)
         return SceneUpdate(entities=entities)
+
+    def afresh(self, time_ns: int) -> Any:
+        """Return the same for viewers that show something already: what was there before is gone."""
+        update = self.fixed(time_ns)
+        update.deletions.append(SceneEntityDeletion(timestamp=stamp(time_ns), type=SceneEntityDeletion.ALL))
+        self.sent = {}
+        return update
 
     def change(self, states: States, time_ns: int) -> Any | None:
         """Return the update from what was sent to ``states``; None where nothing changes."""
@@ -191,16 +227,7 @@ def scene_messages(
     tracks = tuple(tracks)
     scene = Scene(site, {lift.component: lift for lift in lifts}, {})
     yield start_ns, topics.SCENE, scene.fixed(start_ns)
-    changes = [
-        (time_ns, track, state)
-        for track in tracks
-        for time_ns, state in (
-            (track.start_ns, ConstructionState.UNBUILT),
-            (track.lifted_ns, ConstructionState.IN_TRANSIT),
-            (track.arrived_ns, ConstructionState.ARRIVED),
-            (track.assembled_ns, ConstructionState.ASSEMBLED),
-        )
-    ]
+    changes = [(time_ns, track, state) for track in tracks for time_ns, state in track.states]
     states: dict[int, ConstructionState] = {}
     begun: dict[int, ConstructionState] = {}
     for time_ns, track, state in sorted(changes, key=lambda change: change[0]):

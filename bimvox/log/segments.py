@@ -14,12 +14,16 @@ from collections.abc import Collection, Mapping, Sequence
 
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.planning.lift import Lift, LiftPlan, Status
+from bimvox.site.digest import digest_of
 from bimvox.site.site import Site
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.shift import chained
 
 REPLAN_EVENT = "replan"
 """Kind of the event that says what a revision changed."""
+
+FIRST_PLAN = "first_plan"
+"""Metadata key: digest of the plan that the watch began with; only segments of the same belong together."""
 
 PENDING = "pending_lifts"
 """Metadata key: orders of planned lifts that are proven only in a later segment, as a JSON list."""
@@ -63,6 +67,17 @@ def segment_of(
         events=(LogEvent(REPLAN_EVENT, start_ns, end_ns, event), *more),
         context=tuple(dataclasses.replace(lift, path_vox=None) for lift in plan.lifts if lift.order not in made),
     )
+
+
+def first_plan_of(log: PlanLog) -> str:
+    """Return the digest of the plan that a log's watch began with; a log that is of no watch begins one itself."""
+    if (known := log.metadata.get(FIRST_PLAN)) is not None:
+        return known
+    lifts = [
+        (lift.order, lift.component, lift.status.value, lift.place and lift.place.cell_vox, lift.path_vox)
+        for lift in log.plan.lifts
+    ]
+    return digest_of("first plan 1", log.plan.site.digest, lifts)
 
 
 def newest(base: PlanLog, segments: Sequence[PlanLog]) -> PlanLog:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bimvox.planning.lift import Lift
 from bimvox.planning.tipping import from_box_to_origin_m, lying_width_vox
 from bimvox.site.component import StoredPose
+from bimvox.site.construction import ConstructionState
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.trajectory.load_frame import cells_of_axes, load_frame
@@ -46,6 +47,20 @@ class LoadTrack:
     time_ns: NDArray[np.int64]
     corner_m: NDArray[np.float64]
     tilt: NDArray[np.float64]
+
+    @property
+    def states(self) -> tuple[tuple[int, ConstructionState], ...]:
+        """When the load comes into which state, ascending."""
+        return (
+            (self.start_ns, ConstructionState.UNBUILT),
+            (self.lifted_ns, ConstructionState.IN_TRANSIT),
+            (self.arrived_ns, ConstructionState.ARRIVED),
+            (self.assembled_ns, ConstructionState.ASSEMBLED),
+        )
+
+    def state_at(self, time_ns: int) -> ConstructionState:
+        """Return the state at a time on the site's clock."""
+        return next((state for at_ns, state in self.states[::-1] if at_ns <= time_ns), ConstructionState.UNBUILT)
 
 
 def nominal_track(site: Site, lift: Lift, start_ns: int) -> LoadTrack:

@@ -163,6 +163,11 @@ class Site:
     other_cranes: tuple[TowerCrane, ...] = field(default=(), metadata=SPARSE)
 
     @property
+    def is_obstructed(self) -> bool:
+        """Whether there is any obstruction."""
+        return any(blocker.kind == "obstruction" for blocker in self.blockers)
+
+    @property
     def cranes(self) -> tuple[TowerCrane, ...]:
         """All cranes; ``Component.crane`` and ``LiftMotion.crane`` count in it."""
         return () if self.crane is None else (self.crane, *self.other_cranes)

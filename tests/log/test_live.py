@@ -16,7 +16,7 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from bimvox.log import topics
 from bimvox.log.container import read_contents, salvage_contents
-from bimvox.log.live import LiveLog
+from bimvox.log.live import Driven, LiveLog, driven_of
 
 RECORD = {topics.METADATA: {"schema_version": "1"}}
 
@@ -24,7 +24,7 @@ CHILD = """
 import sys, time
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from bimvox.log import topics
-from bimvox.log.live import LiveLog
+from bimvox.log.live import Driven, LiveLog, driven_of
 log = LiveLog(sys.argv[1], {topics.METADATA: {"schema_version": "1"}}, {"note.txt": b"kept"})
 while True:
     now_ns = time.time_ns()
@@ -71,6 +71,27 @@ def test_a_closed_live_log_is_sound_and_grows_meanwhile(tmp_path: Path) -> None:
     assert [message.time_ns for message in whole.messages] == [1, 2]
     assert whole.metadata == RECORD
     log.close()
+
+
+def test_how_far_it_was_driven_is_known_without_reading_its_messages(tmp_path: Path) -> None:
+    path = tmp_path / "live.mcap"
+    log = LiveLog(path, RECORD, {"note.txt": b"kept"}, every_s=60.0)
+    begun = path.stat().st_size
+    assert driven_of(path) == Driven(RECORD[topics.METADATA], None)
+    log.message(topics.LOG, 7, Log(message="first"))
+    log._save()
+    open_bytes = path.read_bytes()
+    assert driven_of(path) == Driven(RECORD[topics.METADATA], 7)
+    log.message(topics.LOG, 9, Log(message="second"))
+    log.close()
+    assert driven_of(path) == Driven(RECORD[topics.METADATA], 9)
+    cut, zeros = tmp_path / "cut.mcap", tmp_path / "zeros.mcap"
+    cut.write_bytes(open_bytes[: begun + 20])
+    zeros.write_bytes(open_bytes + bytes(5000))
+    assert driven_of(cut).last_ns is None
+    assert driven_of(zeros).last_ns == 7
+    with pytest.raises(OSError, match="No such file"):
+        driven_of(tmp_path / "none.mcap")
 
 
 def test_a_full_disk_is_said_to_the_next_writer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

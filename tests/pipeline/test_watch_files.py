@@ -17,6 +17,8 @@ import pipeline.watch_reader
 import pipeline.watch_revise
 from bimvox.errors import FileError
 from bimvox.log.reader import read_log
+from bimvox.log.recorder import write_log
+from bimvox.planning.lift import Status
 from pipeline.file_watch import changes, state_of
 from pipeline.load_site import load_site
 from pipeline.plan import policy_of, prepared
@@ -180,6 +182,57 @@ def test_without_the_whole_log_or_with_a_damaged_segment_what_is_sound_is_taken_
     last.write_bytes(last.read_bytes()[:500])
     assert read_newest(target, digest, SilentProgress()).log.revision == max(segments) - 1
     assert read_newest(target, "another site", SilentProgress()) is None
+
+
+def test_segments_of_an_earlier_plan_are_not_taken_for_those_of_a_new_one(watcher, parts):
+    """``bimvox plan`` wrote another plan over the log: what the segments say is not proven of that one."""
+    taken_up(watcher)
+    put(watcher, box_on(watcher, 5))
+    change(watcher)
+    watcher._whole.hold()  # killed before the whole log was written
+    target = watcher._plan.target
+    first = read_log(target)
+    lost = first.plan.lifts[-1]
+    unplanned = replace(
+        lost, status=Status.INFEASIBLE, reason="left out", method=None, path_vox=None, shortest_moves=None
+    )
+    other = replace(
+        first, plan=replace(first.plan, lifts=(*first.plan.lifts[:-1], unplanned)), motions=first.motions[:-1]
+    )
+    with target.open("wb") as stream:
+        write_log(stream, other)
+    quiet = SilentProgress()
+    newest = read_newest(target, first.plan.site.fixed_digest, quiet)
+    assert (newest.log.revision, newest.behind) == (0, False)
+    assert [lift.status for lift in newest.log.plan.lifts][-1] is Status.INFEASIBLE
+    assert any("earlier plan" in note for note in quiet.notes)
+    again = watcher_in(watcher.file.parent, parts)
+    (document,) = again.take_up(state_of(again.file))
+    assert document["event"] == "replanned"
+    assert document["revision"] == watcher.revision + 1
+    killed = read_newest(target, first.plan.site.fixed_digest, quiet)
+    assert killed.log.revision == document["revision"]
+    again.close()
+    assert verify(target, progress=quiet)["verified"]
+
+
+def test_a_file_that_is_gone_when_the_watch_begins_takes_no_obstruction_away(watcher, parts):
+    """As when it goes while the watch is there: editors delete and write anew, networks fail."""
+    taken_up(watcher)
+    put(watcher, box_on(watcher, 5))
+    change(watcher)
+    watcher.close()
+    watcher.file.unlink()
+    again = watcher_in(watcher.file.parent, parts)
+    (document,) = again.take_up(state_of(again.file))
+    assert document["event"] == "missing"
+    assert "obstructions of the last good plan" in document["message"]
+    assert again.standing.plan.site.digest == watcher.standing.plan.site.digest
+    assert list(again.change(state_of(again.file))) == []
+    put(again)
+    (document,) = change(again)
+    assert document["event"] == "replanned"
+    again.close()
 
 
 def test_a_disk_without_room_loses_nothing(watcher, monkeypatch):

@@ -1,15 +1,19 @@
-"""The live server: needs foxglove-sdk (the extra ``live``) and a websocket client; skipped without them."""
+"""Live logs; the live server, whose tests need foxglove-sdk (the extra ``live``) and a websocket client."""
 
 from __future__ import annotations
 
+import errno
 import json
+from pathlib import Path
 from typing import Any
 
 import pytest
+from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from bimvox.errors import InputError
 from bimvox.log import topics
-from pipeline.watch_live import LiveView, address_of
+from pipeline.progress import SilentProgress
+from pipeline.watch_live import DrivenLog, LiveView, address_of, driven_until_ns, live_logs
 
 
 @pytest.mark.parametrize(
@@ -25,6 +29,46 @@ def test_what_is_no_address_is_said(text):
         address_of(text)
 
 
+def driven(target: Path, time_ns: int | None) -> SilentProgress:
+    """A run of a watch that drives until a time; where None, it is killed before anything is written."""
+    quiet = SilentProgress()
+    log = DrivenLog(target, quiet, 1, "plan")
+    if time_ns is not None:
+        log.send(topics.LOG, time_ns, Log(message="driven").SerializeToString())
+    log.close()
+    return quiet
+
+
+def test_the_newest_live_logs_that_hold_something_are_kept(tmp_path):
+    target = tmp_path / "frame.mcap"
+    other = tmp_path / "other.live0000.mcap"
+    other.write_bytes(b"")
+    times_ns: list[int | None] = [1, None, 2, 3, None, 4, None, None, None, 5]
+    for number, time_ns in enumerate(times_ns):
+        assert not driven(target, time_ns).notes
+        assert list(live_logs(target)) == list(range(number + 1))
+    (note,) = driven(target, 6).notes
+    assert "newest 5" in note
+    assert list(live_logs(target)) == list(range(2, 11)), "runs that left nothing do not push out those that did"
+    assert driven_until_ns(target, "plan") == 6
+    assert driven_until_ns(target, "another") == 0
+    assert other.exists()
+
+
+def test_a_disk_without_room_removes_no_live_log(tmp_path, monkeypatch):
+    target = tmp_path / "frame.mcap"
+    for time_ns in range(1, 6):
+        driven(target, time_ns)
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "no space left on device")
+
+    monkeypatch.setattr("bimvox.log.live.LiveLog.__init__", full)
+    quiet = driven(target, 6)
+    assert quiet.notes == ["the live log ends here: no space left on device"]
+    assert list(live_logs(target)) == list(range(5))
+
+
 def test_a_viewer_gets_what_stands_and_what_moves(planned):
     pytest.importorskip("foxglove")
     client = pytest.importorskip("websockets.sync.client")
@@ -33,6 +77,7 @@ def test_a_viewer_gets_what_stands_and_what_moves(planned):
 
     record = read_log(planned[0] / "frame.mcap")
     server = LiveServer("127.0.0.1", 0)
+    server.advertise(1)
     view = LiveView([server], None)
     view.show(record)
     try:
@@ -44,20 +89,47 @@ def test_a_viewer_gets_what_stands_and_what_moves(planned):
                     advertised |= {channel["topic"]: channel for channel in json.loads(said)["channels"]}
             assert set(advertised) == {topic.name for topic in topics.TOPICS}
             assert {channel["encoding"] for channel in advertised.values()} == {"protobuf"}
-            wanted = {topics.VOXELS, topics.SCENE, topics.PLANNED}
-            numbers = {n: advertised[topic]["id"] for n, topic in enumerate(sorted(wanted | {topics.TF}))}
+            names = [topics.VOXELS, topics.SCENE, topics.PLANNED, topics.TF, topics.JOINTS]
+            numbers = {n: advertised[topic]["id"] for n, topic in enumerate(names)}
             subscriptions = [{"id": n, "channelId": channel} for n, channel in numbers.items()]
             viewer.send(json.dumps({"op": "subscribe", "subscriptions": subscriptions}))
             got: set[str] = set()
-            names = sorted(wanted | {topics.TF})
-            while not wanted <= got:
+            while not set(names) <= got:  # where nothing moves, the crane is shown as it stands
                 said = viewer.recv(timeout=20)
                 if isinstance(said, bytes) and said[0] == 1:
                     got.add(names[int.from_bytes(said[1:5], "little")])
-            view.show(record)  # a new revision moves the crane for whoever looks on
-            while topics.TF not in got:
+    finally:
+        view.close()
+
+
+def test_each_cranes_topics_reach_a_viewer():
+    """A log of one crane knows no topics of a second one; the server has as many as the site has cranes."""
+    pytest.importorskip("foxglove")
+    client = pytest.importorskip("websockets.sync.client")
+    from two_cranes import two_crane_plan
+
+    from bimvox.log.live_server import LiveServer
+    from bimvox.log.plan_log import PlanLog
+
+    plan, motions = two_crane_plan()
+    server = LiveServer("127.0.0.1", 0)
+    server.advertise(2)
+    view = LiveView([server], None)
+    view.show(PlanLog(plan=plan, motions=motions))
+    second = {topics.of_crane(topic, 1) for topic in (topics.PLANNED, topics.JOINTS, topics.COMMAND)}
+    try:
+        with client.connect(f"ws://{server.address}", subprotocols=["foxglove.sdk.v1"], max_size=None) as viewer:
+            topic_of: dict[int, str] = {}
+            got: set[str] = set()
+            while not second <= got:
                 said = viewer.recv(timeout=20)
-                if isinstance(said, bytes) and said[0] == 1:
-                    got.add(names[int.from_bytes(said[1:5], "little")])
+                if isinstance(said, str) and json.loads(said)["op"] == "advertise":
+                    new = {channel["id"]: channel["topic"] for channel in json.loads(said)["channels"]}
+                    topic_of |= new
+                    subscriptions = [{"id": number, "channelId": number} for number in new]
+                    viewer.send(json.dumps({"op": "subscribe", "subscriptions": subscriptions}))
+                elif isinstance(said, bytes) and said[0] == 1:
+                    got.add(topic_of[int.from_bytes(said[1:5], "little")])
+            assert set(topic_of.values()) == {topic.name for topic in topics.topics_of(2)}
     finally:
         view.close()

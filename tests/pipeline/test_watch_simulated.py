@@ -196,16 +196,22 @@ def test_what_is_driven_is_in_a_log_that_grows_and_the_clock_goes_on_from_there(
         assert time.monotonic() < until
         time.sleep(0.1)
         there = {message.topic for message in salvage_contents(path.read_bytes(), path).messages}
-    assert driven_until_ns(target) >= now_ns - 100
+    first = simulated.watcher._plan.first
+    assert driven_until_ns(target, first) >= now_ns - 100
+    assert driven_until_ns(target, "another plan") == 0
     again = Watcher(*parts, simulated.file, target, 0, SilentProgress(), PlanClock(10.0, simulated.hand))
-    again.show_to(())
     list(again.take_up(state_of(simulated.file)))
+    again.show_to(())
     again.begin()
     assert again._execution.clock.now_ns == pytest.approx(now_ns, abs=100)
     assert len(live_logs(target)) == 2
     again.close()
+    simulated.put(simulated.box_ahead(3, 0.9))
+    assert [one["event"] for one in simulated.look() if one["event"] != "state"] == ["replanned"]
     simulated.watcher.close()
-    assert read_contents(path.read_bytes(), path).messages
+    happened = [m.data for m in read_contents(path.read_bytes(), path).messages if m.topic == topics.EVENTS]
+    assert [b"replan" in data for data in happened] == [True, False]
+    assert b"stop" in happened[1]
 
 
 def test_behind_a_pending_lift_no_time_is_known(simulated):
@@ -216,3 +222,20 @@ def test_behind_a_pending_lift_no_time_is_known(simulated):
     assert behind(gap, now_ns) == 2
     assert motion_under_way(gap, standing.plan.lifts[5], now_ns) is None
     assert motion_under_way(standing, standing.plan.lifts[5], now_ns) is standing.motions[5]
+
+
+def test_a_run_that_was_killed_at_once_takes_nothing_from_the_clock(simulated, site_folder, parts):
+    """Its live log is there, and holds nothing: the one before it says how far the plan was carried out."""
+    target = site_folder / "frame.mcap"
+    simulated.watcher.show_to(())
+    simulated.at(300 * 10**9)
+    simulated.watcher._show()
+    simulated.watcher.close()
+    (path,) = live_logs(target).values()
+    path.with_name("frame.live0001.mcap").write_bytes(path.read_bytes()[:100])
+    path.with_name("frame.live0002.mcap").write_bytes(b"")
+    again = Watcher(*parts, simulated.file, target, 0, SilentProgress(), PlanClock(10.0, simulated.hand))
+    list(again.take_up(state_of(simulated.file)))
+    again.begin()
+    assert again._execution.clock.now_ns == pytest.approx(300 * 10**9, abs=100)
+    again.close()
