@@ -24,6 +24,7 @@ from bimvox.log import topics
 from bimvox.log.bundle import site_to_bytes
 from bimvox.log.channels import LogWriter
 from bimvox.log.crane_command import command_rows
+from bimvox.log.form import Form
 from bimvox.log.layout import layout_bytes
 from bimvox.log.merge import Timed, merged
 from bimvox.log.messages import pose, stamp
@@ -31,7 +32,7 @@ from bimvox.log.motion_json import motions_to_json
 from bimvox.log.narration import OWN_EVENTS, event_messages, log_messages
 from bimvox.log.plan_json import plan_to_json
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.rows import Rows, rows_of
+from bimvox.log.rows import Rows
 from bimvox.log.scene import scene_messages
 from bimvox.log.track import LoadTrack, crane_track, nominal_track
 from bimvox.log.transforms import crane_transforms, load_transforms
@@ -200,9 +201,10 @@ def _load(tracks: Iterable[LoadTrack], number: int) -> Iterator[Rows]:
         position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w = row
         return at
 
+    form, topic = Form(load_pose, 7), topics.of_crane(topics.LOAD, number)
     for track in tracks:
         rows = np.concatenate([track.corner_m, track.tilt], axis=1)
-        yield rows_of(topics.of_crane(topics.LOAD, number), track.time_ns, rows, load_pose)
+        yield Rows(track.time_ns, topic, form.serialized(track.time_ns, rows))
 
 
 def _transforms(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Rows]:
@@ -229,11 +231,12 @@ def _joints(record: PlanLog, number: int) -> Iterator[Rows]:
             state.position = value
         return states
 
+    form, topic = Form(joints, len(states.joints)), topics.of_crane(topics.JOINTS, number)
     for motion in record.motions:
         if motion.crane != number:
             continue
         times, axes = motion.samples()
-        yield rows_of(topics.of_crane(topics.JOINTS, number), times, joints_of(crane, axes), joints)
+        yield Rows(times, topic, form.serialized(times, joints_of(crane, axes)))
 
 
 def _commands(record: PlanLog, number: int) -> Iterator[Rows]:
@@ -244,5 +247,5 @@ def _commands(record: PlanLog, number: int) -> Iterator[Rows]:
     ids = [component.id for component in record.plan.site.components]
     for motion in record.motions:
         if motion.crane == number:
-            told = commands([motion], site.rules.sample_period_s)
-            yield from command_rows(told, ids, crane, topic=topic, named=named)
+            told = commands(motion, site.rules.sample_period_s)
+            yield command_rows(told, ids, crane, topic=topic, named=named)

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of, joints_of
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.log.form import Form
 from bimvox.log.messages import stamp
-from bimvox.log.rows import Rows, rows_of
+from bimvox.log.rows import Rows
 from bimvox.log.scene import component_frame
 from bimvox.log.topics import TF, of_crane
 from bimvox.log.track import LoadTrack
@@ -66,8 +67,14 @@ def crane_transforms(
     last = first + int(held[first:].argmin()) if not held[first:].all() else len(time_ns)
     sampled = np.isin(track.time_ns, time_ns)  # while it is turned the load has samples of its own
     loaded = np.concatenate([rows[first:last], position[sampled], turn[sampled]], axis=1)
-    for span, values in ((slice(0, first), rows), (slice(first, last), loaded), (slice(last, None), rows)):
-        yield rows_of(TF, time_ns[span], values if values is loaded else values[span], chain)
+    bare, with_load = Form(chain, of_machine), Form(chain, loaded.shape[1])
+    for times_ns, form, values in (
+        (time_ns[:first], bare, rows[:first]),
+        (time_ns[first:last], with_load, loaded),
+        (time_ns[last:], bare, rows[last:]),
+    ):
+        if len(times_ns):
+            yield Rows(times_ns, TF, form.serialized(times_ns, values))
 
 
 def _trolley_frames(crane: TowerCrane, axes: NDArray[np.float64]) -> Frames:
@@ -123,7 +130,7 @@ def load_transforms(track: LoadTrack, component_id: str) -> Iterator[Rows]:
         load.translation.x, load.translation.y, load.translation.z = corner
         return FrameTransforms(transforms=[load])
 
-    yield rows_of(TF, track.time_ns, track.corner_m, transform)
+    yield Rows(track.time_ns, TF, Form(transform, 3).serialized(track.time_ns, track.corner_m))
 
 
 def _in_hook_frame(

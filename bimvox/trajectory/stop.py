@@ -17,7 +17,7 @@ from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import InputError, PlanningError
 from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.trajectory.braking import brake
-from bimvox.trajectory.commands import CraneCommand, commands_along
+from bimvox.trajectory.commands import Commands, commands_along
 from bimvox.trajectory.course import Course, Moves
 from bimvox.trajectory.drive import drive_path
 from bimvox.trajectory.halt import Stop, brake_radius, to_rest
@@ -206,7 +206,7 @@ def go_on(
     return Timeline(course, begin.start_s + later), max(needed_m, pose.height_m)
 
 
-def stop_commands(stop: Stop, order: int, component: int, period_s: float, *, loaded: bool) -> tuple[CraneCommand, ...]:
+def stop_commands(stop: Stop, order: int, component: int, period_s: float, *, loaded: bool) -> Commands:
     """Return what the crane is told while it stops: commands of phase ``stop``, the last one with zero rates.
 
     Args:
@@ -226,7 +226,7 @@ def stop_commands(stop: Stop, order: int, component: int, period_s: float, *, lo
         order=order,
         component=component,
         phase_at=lambda _: PhaseName.STOP,
-        is_loaded=lambda *_: loaded,
+        is_loaded=lambda at_ns, _: np.full(len(at_ns), loaded),
     )
 
 
