@@ -10,7 +10,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from pipeline.artifacts import write_atomically
-from pipeline.beside import Beside, can_copy
+from pipeline.beside import Beside
 from pipeline.watch_documents import blocked, event_fields, stop_events, transit
 from pipeline.watch_log import segment_file
 from pipeline.watch_plan import WatchedPlan, ms_since
@@ -108,7 +108,7 @@ class Reviser:
             better=change.better,
             hold_s=HOLD_S if self._clock is None else max(HOLD_S, self._clock.hold_s),
             on_draft=making.draft,
-            beside=self._beside if can_copy() else None,
+            beside=self._beside.share,
         )
         try:
             for part in parts:

@@ -16,9 +16,6 @@ from bimvox.trajectory.shift import joined_on, waiting
 from bimvox.trajectory.time_plan import time_lift
 from bimvox.trajectory.timing import NS_PER_S
 
-Untimed = Mapping[int, MotionError]
-"""Why the crane cannot drive lifts, by order."""
-
 
 class MotionMaker:
     """Makes motions of a part's lifts, in ascending order; not all of them need be asked for.
@@ -62,7 +59,7 @@ class MotionMaker:
 
 def make_motions(
     wanted: Wanted, made: Made, claim: Callable[[], int | None]
-) -> tuple[dict[int, LiftMotion], dict[int, MotionError]]:
+) -> tuple[dict[int, LiftMotion], dict[int, str]]:
     """Make some of the motions that are missing.
 
     Args:
@@ -75,14 +72,14 @@ def make_motions(
     """
     to_make, maker = made.motions_to_make, None
     motions: dict[int, LiftMotion] = {}
-    untimed: dict[int, MotionError] = {}
+    untimed: dict[int, str] = {}
     while (number := claim()) is not None:
         maker = maker or MotionMaker(wanted, made)
         order = to_make[number]
         try:
             motions[order] = maker.motion(order)
         except MotionError as error:
-            untimed[order] = error
+            untimed[order] = error.message
     return motions, untimed
 
 

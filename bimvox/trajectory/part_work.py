@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import partial
 
-from bimvox.errors import MotionError
 from bimvox.planning.obstruction_change import ObstructionChange
 from bimvox.planning.rounds import Refused
 from bimvox.trajectory.made import Made, Wanted
@@ -73,8 +72,8 @@ class PartWork:
             components = self._wanted.site.components
             lifts = {lift.order: lift for lift in self._made.lifts}
             return {
-                components[lifts[order].component].id: f"the crane cannot drive its path: {error.message}"
-                for order, error in sorted(untimed.items())
+                components[lifts[order].component].id: f"the crane cannot drive its path: {why}"
+                for order, why in sorted(untimed.items())
             }
         return on_the_clock(self._wanted, self._made, motions)
 
@@ -90,7 +89,7 @@ class PartWork:
         found |= self._proofs(made, (n for n in range(len(self._batches)) if n not in found))
         return together(found[n] for n in range(len(self._batches)))
 
-    def _exchanged(self, side: Side) -> tuple[dict[int, LiftMotion], dict[int, MotionError]]:
+    def _exchanged(self, side: Side) -> tuple[dict[int, LiftMotion], dict[int, str]]:
         """Make a side's share of the motions, and return them with those of the other side."""
         motions, untimed = make_motions(self._wanted, self._made, partial(side.claim, _MOTIONS))
         if motions or untimed:
