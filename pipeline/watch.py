@@ -245,6 +245,7 @@ class Watcher:
         # A plan of several cranes is revised as a whole: that takes longer than it saves.
         if self.standing is not None and not self.standing.plan.site.other_cranes:
             reviser = self._reviser
+            reviser.know(self.standing.plan.site)
             revise_in_vain(self.standing, self._preparation, reviser.propose, reviser.known_shapes, self._plan.segment)
         # What is there now stays: the collector need not look through it at every change.
         gc.collect()

@@ -43,10 +43,16 @@ class ArrayWriter:
         dtype = array.dtype.name
         if dtype not in DTYPES:
             raise TypeError(f"arrays of {dtype} are not stored")
-        start = self._length.get(dtype, 0)
-        self._parts.setdefault(dtype, []).append(np.ascontiguousarray(array).reshape(-1))
-        self._length[dtype] = start + array.size
+        start = self.put_flat(np.ascontiguousarray(array).reshape(-1))
         return {"dtype": dtype, "start": start, "shape": list(array.shape)}
+
+    def put_flat(self, array: NDArray[Any]) -> int:
+        """Append a flat array and return where it starts."""
+        dtype = array.dtype.name
+        start = self._length.get(dtype, 0)
+        self._parts.setdefault(dtype, []).append(array)
+        self._length[dtype] = start + array.size
+        return start
 
     def flat(self) -> dict[str, NDArray[Any]]:
         """Return the flat arrays by dtype, in the order of ``DTYPES``."""
@@ -78,7 +84,7 @@ class ArrayReader:
 def encode(value: Any, arrays: ArrayWriter) -> Any:
     """Return ``value`` as plain JSON values; its arrays go to ``arrays``."""
     kind = type(value)
-    return value if kind in _PLAIN else _encoder_of(kind)(value, arrays)
+    return value if kind in _PLAIN else _encoder_of(kind)(value, arrays)  # type: ignore[arg-type]  # a class is hashable
 
 
 @cache

@@ -210,8 +210,9 @@ def _write(
                 if bits == 0 and kind == _DOUBLE:
                     continue
                 at -= 8
+                eight = out[at : at + 8]
                 for n in range(8):
-                    out[at + n] = (bits >> np.uint64(8 * n)) & np.uint64(0xFF)
+                    eight[n] = (bits >> np.uint64(8 * n)) & np.uint64(0xFF)
             elif kind == _NUMBER:
                 if numbers[row, value] == 0:
                     continue
@@ -231,9 +232,9 @@ def _write(
             elif kind == _OPEN:
                 depth -= 1
                 at = _put_varint(out, at, open_at[depth] - at)
-            first = program[step, 2]
-            size = program[step, 3] - first
-            at -= size
-            for n in range(size):
-                out[at + n] = text[first + n]
+            own = text[program[step, 2] : program[step, 3]]
+            at -= len(own)
+            there = out[at : at + len(own)]
+            for n in range(len(own)):  # from 0 on: so it is done many bytes at a time
+                there[n] = own[n]
         begin[row] = at

@@ -273,15 +273,14 @@ def _put_messages(
     """Write message records one after the other: what ``_MESSAGE`` says, and the message (``begin``..``end``)."""
     at = 0
     for row in range(len(begin)):
-        size = end[row] - begin[row]
-        out[at] = _OPCODE
-        _put_little(out, at + 1, _MESSAGE_FIELDS + size, 8)
-        _put_little(out, at + 9, channels[row], 2)
-        _put_little(out, at + 11, sequences[row], 4)
-        _put_little(out, at + 15, times_ns[row], 8)
-        _put_little(out, at + 23, times_ns[row], 8)
-        at += _MESSAGE_SIZE
-        first = begin[row]
-        for n in range(size):
-            out[at + n] = flat[first + n]
-        at += size
+        data = flat[begin[row] : end[row]]
+        head, body = out[at : at + _MESSAGE_SIZE], out[at + _MESSAGE_SIZE : at + _MESSAGE_SIZE + len(data)]
+        head[0] = _OPCODE
+        _put_little(head, 1, _MESSAGE_FIELDS + len(data), 8)
+        _put_little(head, 9, channels[row], 2)
+        _put_little(head, 11, sequences[row], 4)
+        _put_little(head, 15, times_ns[row], 8)
+        _put_little(head, 23, times_ns[row], 8)
+        for n in range(len(data)):  # from 0 on: so it is done many bytes at a time
+            body[n] = data[n]
+        at += _MESSAGE_SIZE + len(data)
