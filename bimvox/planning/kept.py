@@ -26,12 +26,11 @@ def kept(function: Callable[Concatenate[Owner, P], R]) -> Callable[Concatenate[O
 
     @wraps(function)
     def once(owner: Owner, /, *others: P.args, **named: P.kwargs) -> R:
-        own = found.get(owner)
-        if own is None:
-            own = found[owner] = {}
-        key = (others, *named.items())
-        if key not in own:
-            own[key] = function(owner, *others, **named)
-        return own[key]
+        key = (others, *named.items()) if named else others
+        try:
+            return found[owner][key]
+        except KeyError:
+            result = function(owner, *others, **named)
+        return found.setdefault(owner, {}).setdefault(key, result)
 
     return once

@@ -88,10 +88,6 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
     carried = {id(lift) for lift in plan.lifts}
     fixed = fixed_things(site)
     delivered: dict[int, list[tuple[Lift, Thing]]] = {}
-    for lift in lifts:
-        if lift.place is not None:
-            stored = stored_thing(site, lift, lift.place)
-            delivered.setdefault(lift.place.delivery, []).append((lift, stored))
     standing: list[Thing] = []
     placed: set[int] = set()
     before: Lift | None = None
@@ -102,15 +98,22 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
         if lift.status is not Status.PLANNED:
             continue
         if id(lift) in carried:
+            if delivery not in delivered:
+                delivered[delivery] = list(_delivered(site, lifts, delivery))
             waiting = [
-                thing
-                for other, thing in delivered.get(delivery, ())
-                if other is not lift and other.component not in placed
+                thing for other, thing in delivered[delivery] if other is not lift and other.component not in placed
             ]
             yield Moment(lift, before, (*fixed, *standing, *waiting), frozenset(placed))
         placed.add(lift.component)
         standing.append(set_thing(site, lift))
         before = lift
+
+
+def _delivered(site: Site, lifts: Sequence[Lift], delivery: int) -> Iterator[tuple[Lift, Thing]]:
+    """Every lift of a delivery, and its part in the yard."""
+    for lift in lifts:
+        if lift.place is not None and lift.place.delivery == delivery:
+            yield lift, stored_thing(site, lift, lift.place)
 
 
 @kept

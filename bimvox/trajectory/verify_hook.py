@@ -72,13 +72,14 @@ class HookProof(LiftProof):
             return
         present = empty.present
         self.cells.move_to(present)
-        hit = placements.at_positions(self.cells.over(placements, _SLINGS_END))
+        hit = placements.at_positions(self.cells.line_meets(placements, _SLINGS_END))
         check.look(True, "", samples=len(cells))
         leaving = np.logical_and.accumulate(hit) if left is not None else np.zeros(len(hit), np.bool_)
         bad = hit & ~leaving
         if left is not None and leaving.any():
             near, _ = near_and_far(left, present)
-            bad |= leaving & placements.at_positions(self.cells.without(near).over(placements, _SLINGS_END))
+            with self.cells.without(near):
+                bad |= leaving & placements.at_positions(self.cells.line_meets(placements, _SLINGS_END))
             set_at = np.array(left.target_vox) + np.array(left.hook_offset_vox)
             for n in np.flatnonzero(leaving & ~bad).tolist():
                 offset_m = (cells[n] - set_at) * frame.voxel_size_m
