@@ -9,12 +9,10 @@ from __future__ import annotations
 import os
 import struct
 from collections.abc import Callable, Sequence
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 from bimvox.trajectory.sides import Alone, Side
 from pipeline.copied import LIMIT_S, Copied, Link, can_copy
-
-T = TypeVar("T")
 
 _NUMBER = struct.Struct("<H")
 _MOST = 2_000
@@ -22,7 +20,7 @@ _MOST = 2_000
 
 
 class Beside:
-    """Begins work on another core.
+    """Shares work with a copy on another core.
 
     Args:
         limit_s: Time after which a copy is given up.
@@ -30,13 +28,7 @@ class Beside:
 
     def __init__(self, limit_s: float = LIMIT_S) -> None:
         self._limit_s = limit_s
-        self._begun: list[Begun[Any] | _Shared] = []
-
-    def __call__(self, work: Callable[[], T]) -> Begun[T]:
-        """Begin work whose result can be pickled, and that changes nothing that anyone looks at later."""
-        begun = Begun(work, self._limit_s)
-        self._keep(begun)
-        return begun
+        self._shared: list[_Shared] = []
 
     def share(self, counts: Sequence[int], work: Callable[[Side], None]) -> Side:
         """Begin work in a copy that does some pieces of it, and return this side, which does the others.
@@ -51,56 +43,14 @@ class Beside:
             shared = _Shared(counts, work, self._limit_s)
         except OSError:
             return Alone(counts)
-        self._keep(shared)
+        self._shared.append(shared)
         return shared
 
     def close(self) -> None:
-        """Give up what was begun and not asked for."""
-        for begun in self._begun:
-            begun.give_up()
-        self._begun = []
-
-    def _keep(self, begun: Begun[Any] | _Shared) -> None:
-        self._begun = [*(one for one in self._begun if one.goes_on), begun]
-
-
-class Begun(Generic[T]):
-    """Work that was begun; calling it waits for the result.
-
-    Args:
-        work: The work.
-        limit_s: Time after which the copy is given up.
-    """
-
-    def __init__(self, work: Callable[[], T], limit_s: float = LIMIT_S) -> None:
-        self._work = work
-        self._copy: Copied | None = None
-        if can_copy():
-            try:
-                self._copy = Copied(lambda link: link.give((work(),)), limit_s)
-            except OSError:
-                return
-
-    @property
-    def goes_on(self) -> bool:
-        """Whether a copy is at it, or has a result that was not asked for."""
-        return self._copy is not None and self._copy.goes_on
-
-    def __call__(self) -> T:
-        """Return the result."""
-        try:
-            answer = None if self._copy is None else self._copy.take()
-        finally:
-            self.give_up()
-        if answer is None:
-            return self._work()  # here it says for itself what went wrong
-        result: T = answer[0]
-        return result
-
-    def give_up(self) -> None:
-        """End the copy, if there is one still."""
-        if self._copy is not None:
-            self._copy.give_up()
+        """Give up the copies that are still at work."""
+        for shared in self._shared:
+            shared.give_up()
+        self._shared = []
 
 
 class _Shared:

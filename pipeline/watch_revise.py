@@ -102,7 +102,7 @@ class Reviser:
         assert plan.standing is not None
         before = plan.standing.plan
         now_ns = None if self._clock is None else max(self._clock.at_ns(change.started_s), _after_all(before))
-        making = _Making(plan, change, before, now_ns, self._beside(self._site_bytes(change.site)))
+        making = _Making(plan, change, before, now_ns, self._site_bytes(change.site))
         parts = revise(
             plan.standing,
             change.site,

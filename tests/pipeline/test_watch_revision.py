@@ -238,7 +238,7 @@ def test_what_is_taken_back_is_known_and_proven_still(frame, monkeypatch):
     free = with_obstructions(site, EMPTY, rasterise)
     with monkeypatch.context() as known:
         known.setattr("bimvox.trajectory.walk.plan_lift", never)
-        known.setattr("bimvox.trajectory.walk.time_lift", never)
+        known.setattr("bimvox.trajectory.motions.time_lift", never)
         parts = list(revise(with_box.standing, free, preparation, first=3))
     last = parts[-1].standing
     assert lost <= {order for part in parts for order in part.made}
