@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -187,9 +188,16 @@ def path_message(site: Site, lift: Lift, time_ns: int) -> Timed:
         time_ns: Its time.
     """
     assert lift.path_vox is not None
-    poses = [pose(corner) for corner in site.frame.corner_of(lift.path_vox).tolist()]
-    message = PosesInFrame(timestamp=stamp(time_ns), frame_id="site", poses=poses)
+    corners_m = site.frame.corner_of(lift.path_vox)
+    poses = _poses_form().serialized(np.zeros(len(corners_m), np.int64), corners_m)
+    head = PosesInFrame(timestamp=stamp(time_ns), frame_id="site").SerializeToString()
+    message = PosesInFrame.FromString(b"".join([head, *poses]))  # protobuf: one after the other is one with all of it
     return time_ns, topics.of_crane(topics.PLANNED, site.components[lift.component].crane), message
+
+
+@cache
+def _poses_form() -> Form:
+    return Form(lambda _, corner_m: PosesInFrame(poses=[pose(corner_m)]), 3)
 
 
 def _load(tracks: Iterable[LoadTrack], number: int) -> Iterator[Rows]:

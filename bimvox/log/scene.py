@@ -256,7 +256,11 @@ def _cubes_of_cells(cells: NDArray[np.int32], frame: GridFrame, rgba: Rgba) -> l
 def _cubes(boxes: NDArray[np.int32], corner_m: NDArray[np.float64], voxel_size_m: float, rgba: Rgba) -> list[Any]:
     low_m = corner_m + voxel_size_m * boxes[:, :3]
     size_m = voxel_size_m * (boxes[:, 3:] - boxes[:, :3])
-    return [_cube(low, size, rgba) for low, size in zip(low_m, size_m, strict=True)]
+    middle_m, of_colour = low_m + size_m / 2, colour(rgba)
+    return [
+        CubePrimitive(pose=pose(middle), size=vector(size), color=of_colour)
+        for middle, size in zip(middle_m.tolist(), size_m.tolist(), strict=True)
+    ]
 
 
 def _cube(low_m: NDArray[np.float64], size_m: NDArray[np.float64], rgba: Rgba) -> Any:

@@ -63,9 +63,9 @@ def crane_transforms(
         return FrameTransforms(transforms=frames)
 
     first = int(np.searchsorted(time_ns, track.time_ns[0]))
-    held = np.isin(time_ns, track.time_ns)
+    held = _among(time_ns, track.time_ns)
     last = first + int(held[first:].argmin()) if not held[first:].all() else len(time_ns)
-    sampled = np.isin(track.time_ns, time_ns)  # while it is turned the load has samples of its own
+    sampled = _among(track.time_ns, time_ns)  # while it is turned the load has samples of its own
     loaded = np.concatenate([rows[first:last], position[sampled], turn[sampled]], axis=1)
     bare, with_load = Form(chain, of_machine), Form(chain, loaded.shape[1])
     for times_ns, form, values in (
@@ -145,6 +145,13 @@ def _in_hook_frame(
     c, s = np.cos(slew / 2.0), -np.sin(slew / 2.0)
     turn = np.stack([c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z], axis=1)
     return position, turn
+
+
+def _among(times_ns: NDArray[np.int64], others_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(N,) which of some times are among others (at least one, ascending)."""
+    at = np.searchsorted(others_ns, times_ns)
+    there: NDArray[np.bool_] = others_ns[np.minimum(at, len(others_ns) - 1)] == times_ns
+    return there
 
 
 def _vector(xyz: Any) -> Any:
