@@ -36,7 +36,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.rows import Rows
 from bimvox.log.scene import scene_messages
 from bimvox.log.track import LoadTrack, crane_track, nominal_track
-from bimvox.log.transforms import crane_transforms, load_transforms
+from bimvox.log.transforms import CraneTransforms, load_transforms
 from bimvox.log.voxels import voxel_grid
 from bimvox.planning.lift import Lift
 from bimvox.site.site import Site
@@ -218,13 +218,13 @@ def _load(tracks: Iterable[LoadTrack], number: int) -> Iterator[Rows]:
 def _transforms(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Rows]:
     site = record.plan.site
     motions = {motion.order: motion for motion in record.motions}
+    cranes = [CraneTransforms(crane, number) for number, crane in enumerate(site.cranes)]
     for track in tracks:
-        component = site.components[track.lift.component]
-        component_id, crane = component.id, site.crane_of(component)
-        if crane is not None and (motion := motions.get(track.lift.order)) is not None:
-            yield from crane_transforms(crane, *motion.samples(), track, component_id, component.crane)
+        component, motion = site.components[track.lift.component], motions.get(track.lift.order)
+        if motion is not None:
+            yield from cranes[component.crane].rows(*motion.samples(), track, component.id)
         else:
-            yield from load_transforms(track, component_id)
+            yield from load_transforms(track, component.id)
 
 
 def _joints(record: PlanLog, number: int) -> Iterator[Rows]:
