@@ -9,6 +9,7 @@ therefore the kernel writes from the end of a message to its beginning, where a 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -63,6 +64,24 @@ class Form:
             np.int64,
         ).reshape(-1, 4)
         self._most = len(self._text) + sum(_MOST[kind] for kind, *_ in steps)
+        self._plain: tuple[Form, ...] = (self,)
+
+    def followed_by(self, other: Form) -> Form:
+        """Return the form of messages that hold what messages of both hold, their doubles one after the other.
+
+        Such a message's bytes are those of one after those of the other: so protobuf merges messages.
+
+        Args:
+            other: A form of the same type without numbers; in what it holds, no field comes before the last of these.
+        """
+        more = other._program + np.array([0, 0, len(self._text), len(self._text)])
+        more[np.isin(more[:, 0], _VALUES[0]), 1] += self._doubles
+        form = copy(self)
+        form._program = np.concatenate([self._program, more])
+        form._text = np.concatenate([self._text, other._text])
+        form._doubles, form._most = self._doubles + other._doubles, self._most + other._most
+        form._plain = (*self._plain, *other._plain)
+        return form
 
     def serialized(
         self,
@@ -88,11 +107,18 @@ class Form:
         bits = values.view(np.uint64)
         _write(self._program, self._text, np.asarray(time_ns, np.int64), bits, numbers, open_at, out, begin, end)
         made = Packed(out, begin, end)
-        if count:
-            first = self._message(int(time_ns[0]), values[0].tolist(), numbers[0].tolist())
-            if first.SerializeToString(deterministic=True) != made[0]:
-                raise AssertionError("a message's bytes are not where they were found")
+        if count and made[0] != self._plainly(int(time_ns[0]), values[0].tolist(), numbers[0].tolist()):
+            raise AssertionError("a message's bytes are not where they were found")
         return made
+
+    def _plainly(self, time_ns: int, doubles: Sequence[float], numbers: Sequence[int]) -> bytes:
+        """The message as protobuf serializes it."""
+        parts, at = [], 0
+        for form in self._plain:
+            own = doubles[at : at + form._doubles]
+            at += form._doubles
+            parts.append(form._message(time_ns, own, numbers).SerializeToString(deterministic=True))
+        return b"".join(parts)
 
     def _message(self, time_ns: int, doubles: Sequence[float], numbers: Sequence[int]) -> Any:
         return self._example(time_ns, doubles, numbers) if self._numbers else self._example(time_ns, doubles)

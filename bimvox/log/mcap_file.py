@@ -157,11 +157,10 @@ class McapFile:
     def _index(self, channels: NDArray[np.int64], entries: NDArray[np.int64]) -> None:
         """Note where in the chunk messages ((N,) channels) are ((N, 2) time and place); channels as they come up."""
         order = np.argsort(channels, kind="stable")
-        borders = np.flatnonzero(np.diff(channels[order], prepend=-1, append=-1))
-        data = entries[order].astype("<u8").tobytes()
-        size = _ENTRY.size
-        for _, at, until in sorted((order[at], at, until) for at, until in pairwise(borders.tolist())):
-            self._entries[int(channels[order[at]])] += data[size * at : size * until]
+        ordered, data, size = channels[order], entries[order].astype("<u8").tobytes(), _ENTRY.size
+        borders = [0, *(np.flatnonzero(ordered[1:] != ordered[:-1]) + 1).tolist(), len(order)]
+        for _, at, until in sorted((int(order[at]), at, until) for at, until in pairwise(borders)):
+            self._entries[int(ordered[at])] += data[size * at : size * until]
 
     def finish(self) -> None:
         """Write what is left, the summary and the footer."""

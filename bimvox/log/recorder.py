@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -35,7 +36,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.rows import Rows
 from bimvox.log.scene import scene_messages
 from bimvox.log.track import LoadTrack, crane_track, nominal_track
-from bimvox.log.transforms import crane_transforms, load_transforms
+from bimvox.log.transforms import CraneTransforms, load_transforms
 from bimvox.log.voxels import voxel_grid
 from bimvox.planning.lift import Lift
 from bimvox.site.site import Site
@@ -187,9 +188,16 @@ def path_message(site: Site, lift: Lift, time_ns: int) -> Timed:
         time_ns: Its time.
     """
     assert lift.path_vox is not None
-    poses = [pose(corner) for corner in site.frame.corner_of(lift.path_vox).tolist()]
-    message = PosesInFrame(timestamp=stamp(time_ns), frame_id="site", poses=poses)
+    corners_m = site.frame.corner_of(lift.path_vox)
+    poses = _poses_form().serialized(np.zeros(len(corners_m), np.int64), corners_m)
+    head = PosesInFrame(timestamp=stamp(time_ns), frame_id="site").SerializeToString()
+    message = PosesInFrame.FromString(b"".join([head, *poses]))  # protobuf: one after the other is one with all of it
     return time_ns, topics.of_crane(topics.PLANNED, site.components[lift.component].crane), message
+
+
+@cache
+def _poses_form() -> Form:
+    return Form(lambda _, corner_m: PosesInFrame(poses=[pose(corner_m)]), 3)
 
 
 def _load(tracks: Iterable[LoadTrack], number: int) -> Iterator[Rows]:
@@ -210,13 +218,13 @@ def _load(tracks: Iterable[LoadTrack], number: int) -> Iterator[Rows]:
 def _transforms(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Rows]:
     site = record.plan.site
     motions = {motion.order: motion for motion in record.motions}
+    cranes = [CraneTransforms(crane, number) for number, crane in enumerate(site.cranes)]
     for track in tracks:
-        component = site.components[track.lift.component]
-        component_id, crane = component.id, site.crane_of(component)
-        if crane is not None and (motion := motions.get(track.lift.order)) is not None:
-            yield from crane_transforms(crane, *motion.samples(), track, component_id, component.crane)
+        component, motion = site.components[track.lift.component], motions.get(track.lift.order)
+        if motion is not None:
+            yield from cranes[component.crane].rows(*motion.samples(), track, component.id)
         else:
-            yield from load_transforms(track, component_id)
+            yield from load_transforms(track, component.id)
 
 
 def _joints(record: PlanLog, number: int) -> Iterator[Rows]:

@@ -168,7 +168,8 @@ def commands_along(
     period_ns = max(1, round(period_s * NS_PER_S))
     start_ns, end_ns = int(time_ns[0]), int(time_ns[-1])
     regular = np.arange(-(-start_ns // period_ns) * period_ns, end_ns, period_ns, dtype=np.int64)
-    at_ns = np.unique(np.concatenate([regular, np.array([start_ns, *starts_ns, end_ns], np.int64)]))
+    at_ns = np.sort(np.concatenate([regular, np.array([start_ns, *starts_ns, end_ns], np.int64)]))
+    at_ns = at_ns[np.append(True, at_ns[1:] > at_ns[:-1])]
     since = (at_ns - start_ns).astype(np.float64)
     own = (time_ns - start_ns).astype(np.float64)
     poses = np.stack([np.interp(since, own, axis) for axis in axes.T], axis=1)

@@ -75,6 +75,25 @@ def test_numbers_that_differ(told):
     assert list(made) == [bytes_of(command(t, [value], [phase, loaded])) for t, phase, loaded, value in told]
 
 
+@settings(max_examples=50, deadline=None)
+@given(names, st.lists(st.tuples(times, doubles, doubles, doubles), min_size=1, max_size=10))
+def test_forms_that_follow_each_other(name, told):
+    def first(time_ns: int, row: Any) -> Any:
+        return FrameTransforms(transforms=[FrameTransform(timestamp=stamp(time_ns), translation=Vector3(x=row[0]))])
+
+    def second(time_ns: int, row: Any) -> Any:
+        rotation = Quaternion(y=row[0], w=row[1])
+        return FrameTransforms(
+            transforms=[FrameTransform(timestamp=stamp(time_ns), child_frame_id=name, rotation=rotation)]
+        )
+
+    rows = np.array([values for _, *values in told], np.float64)
+    made = Form(first, 1).followed_by(Form(second, 2)).serialized(np.array([t for t, *_ in told], np.int64), rows)
+    for data, (time_ns, one, *others) in zip(made, told, strict=True):
+        both = FrameTransforms(transforms=[*first(time_ns, [one]).transforms, *second(time_ns, others).transforms])
+        assert data == bytes_of(both)
+
+
 def test_a_value_that_has_no_place_or_two_is_noticed():
     with pytest.raises(AssertionError, match="in one place"):
         Form(lambda time_ns, row: JointState(position=row[0]), 2)
