@@ -24,7 +24,7 @@ from bimvox.site.component import Component
 _SPACING_M = 0.02
 _ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
 _SHARES_STILL_INSIDE = (0.3, 0.5, 0.7, 0.9)  # shares of its way out at one of which a part must still meet the other
-_Objects = dict[tuple[int, float], fcl.CollisionObject]
+_Key = tuple[bool, int, float]  # whether it is moved about, number of the solid, how far its surface is moved inward
 _ROUNDING_M = 1e-9  # boxes this close are not taken to be apart
 _AT_CELL_VOX = 0.01  # a position this close to a placement is at it
 
@@ -57,8 +57,8 @@ class TriangleCheck:
         }
         self._boxes = [_bounds_m(mesh) for mesh in self._meshes]
         self._bounds = np.array(self._boxes, np.float64).reshape(-1, 2, 3)
-        self._raw: _Objects = {}
-        self._movable: _Objects = {}
+        self._objects: dict[_Key, fcl.CollisionObject] = {}
+        self._trusted: set[_Key] = set()
 
     def check_moves(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
         """Check that a part meets another no deeper than it may along a path of unit moves.
@@ -92,9 +92,9 @@ class TriangleCheck:
             return
         tolerance_m = self._site.rules.contact_tolerance_m
         depths_m = pair_depths_m(component.index, other, self._thickness_m(component.index, other), tolerance_m)
-        part, part_box = self._eroded(check, component.index, depths_m[0], self._movable)
-        fixed, fixed_box = self._eroded(check, other, depths_m[1], self._raw)
-        for offset_m in self._met(check, component, offsets_m, other, (part, part_box, way_m), (fixed, fixed_box)):
+        part_box = self._inner_box(check, component.index, depths_m[0], moving=True)
+        fixed_box = self._inner_box(check, other, depths_m[1], moving=False)
+        for offset_m in self._met(check, component, offsets_m, other, (part_box, way_m), fixed_box, depths_m):
             check.look(False, f"{component.id}: meets {self._ids[other]} deeper than it may, at {_metres(offset_m)}")
         check.measure(float(np.abs(way_m).sum()) + self._site.rules.contact_tolerance_m)
 
@@ -114,9 +114,8 @@ class TriangleCheck:
         other_low, other_high = self._boxes[other]
         if (low + offsets_m.min(axis=0) > other_high).any() or (high + offsets_m.max(axis=0) < other_low).any():
             return
-        part = self._moved(component.index), self._boxes[component.index], np.zeros(3)
-        fixed = self._fixed(other), self._boxes[other]
-        for offset_m in self._met(check, component, offsets_m, other, part, fixed):
+        drawn = (self._boxes[component.index], np.zeros(3))
+        for offset_m in self._met(check, component, offsets_m, other, drawn, self._boxes[other], (0.0, 0.0)):
             check.look(False, f"{component.id}: meets {self._ids[other]}, which it passes by, at {_metres(offset_m)}")
 
     def _met(
@@ -125,8 +124,9 @@ class TriangleCheck:
         component: Component,
         offsets_m: NDArray[np.float64],
         other: int,
-        part: tuple[fcl.CollisionObject, NDArray[np.float64], NDArray[np.float64]],
-        fixed: tuple[fcl.CollisionObject, NDArray[np.float64]],
+        part: tuple[NDArray[np.float64], NDArray[np.float64]],
+        fixed: NDArray[np.float64],
+        depths_m: tuple[float, float],
     ) -> list[NDArray[np.float64]]:
         """Return the offsets, finely, at which triangles meet; the others are counted as looked at and good.
 
@@ -137,19 +137,23 @@ class TriangleCheck:
             component: The part.
             offsets_m: (N, 3) where it is, relative to its place in the building.
             other: Number of the other solid.
-            part: The part's triangles, (2, 3) the box around them, and (3,) what they are moved by beside the offset.
-            fixed: The other's triangles, and their box.
+            part: (2, 3) the box around the part's triangles, and (3,) what they are moved by beside the offset.
+            fixed: (2, 3) the box around the other's.
+            depths_m: How far the surfaces of both are moved inward.
         """
-        moving, box, way_m = part
-        fixed_object, (fixed_low, fixed_high) = fixed
+        (box, way_m), (fixed_low, fixed_high) = part, fixed
         fine_m = _finely(offsets_m, self._spacing_m(component.index, other))
         low, high = self._boxes[component.index]
         other_low, other_high = self._boxes[other]
         apart = (low + fine_m > other_high) | (high + fine_m < other_low)
         low, high = box + way_m
         apart |= (low + fine_m > fixed_high + _ROUNDING_M) | (high + fine_m < fixed_low - _ROUNDING_M)
-        met = []
-        for offset_m in fine_m[~apart.any(axis=1)]:
+        met: list[NDArray[np.float64]] = []
+        close_m = fine_m[~apart.any(axis=1)]
+        if len(close_m):
+            moving = self._moved(component.index, depths_m[0])
+            fixed_object = self._fixed(other, depths_m[1])
+        for offset_m in close_m:
             moving.setTranslation(offset_m + way_m)
             if fcl.collide(moving, fixed_object):
                 met.append(offset_m)
@@ -254,30 +258,27 @@ class TriangleCheck:
         thickness = min(float((b[1] - b[0]).min()) for b in (self._boxes[first], self._boxes[second]))
         return float(np.clip(thickness / 2, 0.002, _SPACING_M))
 
-    def _eroded(
-        self, check: Check, number: int, depth_m: float, made: _Objects
-    ) -> tuple[fcl.CollisionObject, NDArray[np.float64]]:
-        """A part with its surface moved inward, checked to have kept its shape, and the box around that."""
-        key = (number, round(depth_m, 6))
-        inner, box, is_whole = _inner(self._meshes[number], depth_m)
-        if key not in made:
-            if depth_m > 0.0:
-                check.look(is_whole, f"{self._ids[number]}: its surface moved inward by {depth_m:.3f} m lost its shape")
-            made[key] = collision_object(inner)
-        return made[key], box
+    def _inner_box(self, check: Check, number: int, depth_m: float, *, moving: bool) -> NDArray[np.float64]:
+        """(2, 3) the box around a solid with its surface moved inward, checked once to have kept its shape."""
+        _, box, is_whole = _inner(self._meshes[number], depth_m)
+        key = (moving, number, round(depth_m, 6))
+        if depth_m > 0.0 and key not in self._trusted:
+            self._trusted.add(key)
+            check.look(is_whole, f"{self._ids[number]}: its surface moved inward by {depth_m:.3f} m lost its shape")
+        return box
 
-    def _moved(self, number: int) -> fcl.CollisionObject:
-        """A solid as it is, to be moved about (``_fixed`` ones stay where they are)."""
-        key = (number, 0.0)
-        if key not in self._movable:
-            self._movable[key] = collision_object(self._meshes[number].triangles_m)
-        return self._movable[key]
+    def _moved(self, number: int, depth_m: float = 0.0) -> fcl.CollisionObject:
+        """A solid, its surface moved inward, to be moved about (``_fixed`` ones stay where they are)."""
+        return self._object(True, number, depth_m)
 
-    def _fixed(self, number: int) -> fcl.CollisionObject:
-        key = (number, 0.0)
-        if key not in self._raw:
-            self._raw[key] = collision_object(self._meshes[number].triangles_m)
-        return self._raw[key]
+    def _fixed(self, number: int, depth_m: float = 0.0) -> fcl.CollisionObject:
+        return self._object(False, number, depth_m)
+
+    def _object(self, moving: bool, number: int, depth_m: float) -> fcl.CollisionObject:
+        key, mesh = (moving, number, round(depth_m, 6)), self._meshes[number]
+        if key not in self._objects:
+            self._objects[key] = collision_object(_inner(mesh, depth_m)[0] if depth_m > 0.0 else mesh.triangles_m)
+        return self._objects[key]
 
 
 @kept

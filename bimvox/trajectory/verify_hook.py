@@ -17,8 +17,8 @@ from bimvox.trajectory.verify_between import EmptyWay, one_way
 from bimvox.trajectory.verify_jib import check_luffing_jib
 from bimvox.trajectory.verify_lift import LiftProof
 from bimvox.trajectory.verify_load import check_zone, things_over
+from bimvox.trajectory.verify_placements import Placements
 from bimvox.trajectory.verify_space import (
-    placements_around,
     reference_cells,
     way_of,
     within,
@@ -65,7 +65,7 @@ class HookProof(LiftProof):
         check, frame, approach, left = self.checks["empty_hook"], self.site.frame, empty.way, empty.left
         way = way_of(self.crane, axes_of_samples(approach), frame.voxel_size_m)
         cells = reference_cells(self.crane, frame, way.axes, _SLINGS_END)
-        placements = placements_around(cells, way.slack_vox)
+        placements = Placements(cells, way.slack_vox)
         time_s = approach.time_ns[way.sample] / 1e9
         check_zone(self.checks["zones"], f"{name}, {empty.what}", self.site, placements, None, cells, time_s)
         if not self.site.rules.rope:

@@ -17,10 +17,9 @@ from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
 from bimvox.trajectory.verify_lift import LiftProof
+from bimvox.trajectory.verify_placements import Placements
 from bimvox.trajectory.verify_space import (
     BETWEEN_VOX,
-    Placements,
-    placements_around,
     reference_cells,
     tail_of,
     way_of,
@@ -54,7 +53,7 @@ class LoadProof(LiftProof):
         way = way_of(self.crane, axes_of_samples(trajectory), self.site.frame.voxel_size_m)
         crane = crane_for(self.site, self.crane, component)
         cells = reference_cells(crane, self.site.frame, way.axes, component.hook_offset_vox)
-        placements = placements_around(cells, way.slack_vox)
+        placements = Placements(cells, way.slack_vox)
         own = component.shape.cells
         time_s = trajectory.time_ns[way.sample] / 1e9
         tail, now = tail_of(cells, lift), within(trajectory, way, self.start_ns, self.window_ns)

@@ -6,7 +6,6 @@ the crane's forward kinematics, and what stands where is counted cell by cell.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +19,7 @@ from bimvox.planning.lift import Lift
 from bimvox.planning.marks import Marks
 from bimvox.site.component import IntVec
 from bimvox.trajectory.trajectory import Trajectory
+from bimvox.trajectory.verify_placements import Placements
 
 _SPACING_VOX = 0.125
 _MOST_BETWEEN = 4096
@@ -110,8 +110,14 @@ def reference_cells(
     Returns:
         (N, 3) float64.
     """
-    cells = hook_of(crane, *axes.T)
-    cells -= np.array([0.0, 0.0, crane.sling_m])
+    return cells_below(crane, frame, hook_of(crane, *axes.T), hook_offset_vox)
+
+
+def cells_below(
+    crane: TowerCrane, frame: GridFrame, hook_m: NDArray[np.float64], hook_offset_vox: IntVec
+) -> NDArray[np.float64]:
+    """Return the same where it is known already where the hook is ((N, 3), metres)."""
+    cells: NDArray[np.float64] = hook_m - np.array([0.0, 0.0, crane.sling_m])
     cells -= np.array(frame.origin_m)
     cells /= frame.voxel_size_m
     cells -= np.array([0.5, 0.5, 0.0])
@@ -128,100 +134,31 @@ def tail_of(cells: NDArray[np.float64], lift: Lift | None) -> NDArray[np.bool_]:
         return np.zeros(len(cells), np.bool_)
     placements = lift.path_vox[-1 - min(lift.contact_moves, len(lift.path_vox) - 1) :]
     low, high = placements.min(axis=0) - BETWEEN_VOX, placements.max(axis=0) + BETWEEN_VOX
-    within = ((cells >= low) & (cells <= high)).all(axis=1)
-    tail: NDArray[np.bool_] = np.logical_and.accumulate(within[::-1])[::-1]
+    tail: NDArray[np.bool_] = _last_within(cells, low, high)
     return tail
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Placements:
-    """The whole placements around continuous positions: up to eight each.
-
-    Attributes:
-        cells: (U, 3) int64 reference cells, each once.
-        around: (8, N) int64 per position the rows of ``cells`` around it, some of them the same.
-    """
-
-    cells: NDArray[np.int64]
-    around: NDArray[np.int64]
-
-    def at_positions(self, found: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return (N,) whether any placement around each position has what ((U,) bool) was found."""
-        at: NDArray[np.bool_] = _any_around(found, self.around)
-        return at
-
-    def at(self, position: int) -> NDArray[np.int64]:
-        """Return (M, 3) the placements around one position."""
-        placements: NDArray[np.int64] = self.cells[np.unique(self.around[:, position])]
-        return placements
-
-
-def placements_around(cells: NDArray[np.float64], slack_vox: NDArray[np.float64]) -> Placements:
-    """Return the whole placements whose cells together cover the load at continuous reference cells.
-
-    Args:
-        cells: (N, 3) float64.
-        slack_vox: (N,) positions this close to a whole cell are taken to be at it.
-    """
-    cells, slack_vox = np.ascontiguousarray(cells, np.float64), np.ascontiguousarray(slack_vox, np.float64)
-    return Placements(*_numbered(cells, slack_vox))
-
-
 @kernel
-def _numbered(
-    cells: NDArray[np.float64], slack_vox: NDArray[np.float64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Number the whole cells around positions as they come, and look the numbers up.
-
-    Most positions are between the same whole cells as the one before. The others' are looked for in a hash table (open
-    addressing), with room for twice as many as there can be.
-    """
-    count = cells.shape[0]
-    ends = np.empty((count, 6), np.int64)
-    anew = np.zeros(count, np.bool_)
-    corners = 0
-    for n in range(count):
+def _last_within(cells: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(N,) which positions are in a box, and all after them too."""
+    last = np.zeros(cells.shape[0], np.bool_)
+    for n in range(cells.shape[0] - 1, -1, -1):
         for k in range(3):
-            ends[n, k] = int(np.floor(cells[n, k] + slack_vox[n]))
-            ends[n, 3 + k] = int(np.ceil(cells[n, k] - slack_vox[n]))
-            if n == 0 or ends[n, k] != ends[n - 1, k] or ends[n, 3 + k] != ends[n - 1, 3 + k]:
-                anew[n] = True
-        if anew[n]:
-            corners += 8
-    room = 16
-    while room < 2 * corners:
-        room *= 2
-    table = np.zeros(room, np.int32)
-    whole = np.empty((corners, 3), np.int64)
-    at = np.empty((8, count), np.int64)
-    total = 0
-    for n in range(count):
-        for c in range(8):
-            if not anew[n]:
-                at[c, n] = at[c, n - 1]
-                continue
-            x, y, z = ends[n, c // 4 * 3], ends[n, c // 2 % 2 * 3 + 1], ends[n, c % 2 * 3 + 2]
-            slot = (x * 73856093 ^ y * 19349663 ^ z * 83492791) & (room - 1)
-            while table[slot] > 0:
-                number = table[slot] - 1
-                if whole[number, 0] == x and whole[number, 1] == y and whole[number, 2] == z:
-                    break
-                slot = (slot + 1) & (room - 1)
-            if table[slot] == 0:
-                whole[total, 0], whole[total, 1], whole[total, 2] = x, y, z
-                total += 1
-                table[slot] = total
-            at[c, n] = table[slot] - 1
-    return whole[:total].copy(), at
+            if not low[k] <= cells[n, k] <= high[k]:
+                return last
+        last[n] = True
+    return last
 
 
 @kernel
-def _any_around(found: NDArray[np.bool_], around: NDArray[np.int64]) -> NDArray[np.bool_]:
-    at = np.zeros(around.shape[1], np.bool_)
-    for c in range(around.shape[0]):
-        for n in range(around.shape[1]):
-            at[n] |= found[around[c, n]]
-    return at
+def _within(cells: NDArray[np.int64], low: NDArray[np.int64], high: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(N,) which cells are in a box, both ends inclusive."""
+    within = np.ones(cells.shape[0], np.bool_)
+    for n in range(cells.shape[0]):
+        for k in range(3):
+            if not low[k] <= cells[n, k] <= high[k]:
+                within[n] = False
+    return within
 
 
 class RawCells(Marks):
@@ -229,8 +166,8 @@ class RawCells(Marks):
 
     def holds(self, placements: Placements, own: NDArray[np.int32]) -> NDArray[np.bool_]:
         """Return (U,) whether all cells ((C, 3) relative to the reference cell) are inside the grid at a placement."""
-        low, high = placements.cells + own.min(axis=0), placements.cells + own.max(axis=0)
-        inside: NDArray[np.bool_] = ((low >= 0) & (high < self.counts.shape)).all(axis=1)
+        first, last = own.min(axis=0), np.array(self.counts.shape) - 1 - own.max(axis=0)
+        inside: NDArray[np.bool_] = _within(placements.cells, -first.astype(np.int64), last)
         return inside
 
     def meets(self, placements: Placements, own: NDArray[np.int32]) -> NDArray[np.bool_]:

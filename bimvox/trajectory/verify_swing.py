@@ -29,7 +29,8 @@ from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
 from bimvox.trajectory.verify_between import EmptyWay, one_way
 from bimvox.trajectory.verify_lift import LiftProof
-from bimvox.trajectory.verify_space import BETWEEN_VOX, placements_around, reference_cells, tail_of
+from bimvox.trajectory.verify_placements import Placements
+from bimvox.trajectory.verify_space import BETWEEN_VOX, cells_below, tail_of
 
 _STEP_NS = 40_000_000
 _SLINGS_END = (0, 0, 0)
@@ -46,12 +47,14 @@ class Swung(NamedTuple):
         axes: (N, 3) float64 slew (rad), radius (m), height (m).
         offset_m: (N, 2) float64 of the load from where it would hang at rest.
         amplitude_m: (N,) float64 how far it would swing out if the crane stood still from then on.
+        hook_m: (N, 3) float64 where the hook is.
     """
 
     time_s: NDArray[np.float64]
     axes: NDArray[np.float64]
     offset_m: NDArray[np.float64]
     amplitude_m: NDArray[np.float64]
+    hook_m: NDArray[np.float64]
 
 
 class SwingProof(LiftProof):
@@ -103,11 +106,12 @@ class SwingProof(LiftProof):
         self.checks["swing"].look(True, "", samples=len(swung.time_s))
         frame = self.site.frame
         offset = _SLINGS_END if component is None else component.hook_offset_vox
-        cells = reference_cells(crane_for(self.site, self.crane, component), frame, swung.axes, offset)
+        cells = cells_below(crane_for(self.site, self.crane, component), frame, swung.hook_m, offset)
         beyond_vox = beyond_rest_m(swung.offset_m) / frame.voxel_size_m
         clock_ns = swung.time_s * 1e9 + float(start_ns)
         now = (clock_ns >= self.window_ns[0] - _STEP_NS) & (clock_ns <= self.window_ns[1] + _STEP_NS)
-        swings = (np.abs(beyond_vox).max(axis=1) > 0.0) & now
+        swings = (beyond_vox[:, 0] != 0.0) | (beyond_vox[:, 1] != 0.0)
+        swings &= now
         tail = tail_of(cells, lift)
         if (swings & tail).any():
             self._check_on_line(name, swung, cells, beyond_vox, swings & tail, lift)
@@ -115,7 +119,7 @@ class SwingProof(LiftProof):
         if not len(rows):
             return
         at, positions = across(cells, beyond_vox, thinned(cells, beyond_vox, rows))
-        placements = placements_around(positions, np.full(len(positions), BETWEEN_VOX))
+        placements = Placements(positions, np.full(len(positions), BETWEEN_VOX))
         bad = np.zeros(len(positions), np.bool_)
         if component is not None:
             own = component.shape.cells
@@ -196,19 +200,21 @@ def swung_placements(
     found = [np.empty((0, 3), np.int64)]
     for swung in swung_parts(crane, motion, way, pendulum) if pendulum is not None else ():
         offset = _SLINGS_END if component is None else component.hook_offset_vox
-        cells = reference_cells(crane_for(site, crane, component), site.frame, swung.axes, offset)
+        cells = cells_below(crane_for(site, crane, component), site.frame, swung.hook_m, offset)
         beyond_vox = beyond_rest_m(swung.offset_m) / site.frame.voxel_size_m
-        rows = np.flatnonzero((np.abs(beyond_vox).max(axis=1) > 0.0) & (swung.time_s * 1e9 >= rest_ns - _STEP_NS))
+        swings = (beyond_vox[:, 0] != 0.0) | (beyond_vox[:, 1] != 0.0)
+        rows = np.flatnonzero(swings & (swung.time_s * 1e9 >= rest_ns - _STEP_NS))
         if len(rows):
             _, positions = across(cells, beyond_vox, thinned(cells, beyond_vox, rows))
-            found.append(placements_around(positions, np.full(len(positions), BETWEEN_VOX)).cells)
+            found.append(Placements(positions, np.full(len(positions), BETWEEN_VOX)).cells)
     return np.concatenate(found)
 
 
 def beyond_rest_m(offset_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (N, 2) how far loads swing beyond what counts as rest."""
     length = np.hypot(offset_m[:, 0], offset_m[:, 1])
-    beyond: NDArray[np.float64] = offset_m * (np.maximum(length - RESIDUAL_M, 0.0) / np.maximum(length, 1e-12))[:, None]
+    share = np.maximum(length - RESIDUAL_M, 0.0) / np.maximum(length, 1e-12)
+    beyond: NDArray[np.float64] = offset_m * share[:, None]
     return beyond
 
 
@@ -287,8 +293,9 @@ def _swung(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.fl
     bend = _gradient(_gradient(length_m, since_s), since_s)
     bend = np.clip(bend, -crane.hoist.acceleration, crane.hoist.acceleration)
     stiffness = (GRAVITY_M_S2 - bend) / length_m
-    offset, amplitude = _turned(hook_of(crane, *axes.T)[:, :2].copy(), np.sqrt(stiffness), np.diff(since_s))
-    return Swung(since_s + time_ns[0] / 1e9, axes, offset, amplitude)
+    hook_m = hook_of(crane, *axes.T)
+    offset, amplitude = _turned(hook_m, np.sqrt(stiffness), np.diff(since_s))
+    return Swung(since_s + time_ns[0] / 1e9, axes, offset, amplitude, hook_m)
 
 
 @kernel
@@ -306,14 +313,15 @@ def _between(
     for n in range(count - 1):
         parts = max(1, -(-(time_ns[n + 1] - time_ns[n]) // _STEP_NS))
         h = since_s[n + 1] - since_s[n]
+        for k in range(3):
+            from_slope, to_slope = _slope(since_s, samples, n, k), _slope(since_s, samples, n + 1, k)
+            for part in range(parts):
+                u = part / parts
+                bent = u * (1 - u) ** 2 * from_slope - u**2 * (1 - u) * to_slope
+                chord = (1 + 2 * u) * (1 - u) ** 2 * samples[n, k] + u**2 * (3 - 2 * u) * samples[n + 1, k]
+                axes[at + part, k] = chord + h * bent
         for part in range(parts):
-            u = part / parts
-            for k in range(3):
-                bent = u * (1 - u) ** 2 * _slope(since_s, samples, n, k)
-                bent -= u**2 * (1 - u) * _slope(since_s, samples, n + 1, k)
-                axes[at, k] = (1 + 2 * u) * (1 - u) ** 2 * samples[n, k] + u**2 * (3 - 2 * u) * samples[n + 1, k]
-                axes[at, k] += h * bent
-            time_s[at] = since_s[n] + u * h
+            time_s[at] = since_s[n] + part / parts * h
             at += 1
     axes[at], time_s[at] = samples[count - 1], since_s[count - 1]
     return axes, time_s
