@@ -1,193 +1,130 @@
-"""Something worked out on another core: by a copy of this process, which knows all that it needs already.
+"""Work on two cores: by this process, and by a copy of it.
 
-Where there is only one core, or no copy can be made, or it does not answer, the work is done here when its result is
-asked for: the result is the same.
-
-A copy is made by a process that has threads (the whole log, viewers, what watches the file), and has none of them. A
-lock that one of these held at that moment is held in the copy for ever: Python makes its own new, the C library too,
-and no work done here takes one of ours, but a module that is just being imported, or a kernel that is just being
-compiled elsewhere, has one. A copy that waits for it uses no processor time; that is noticed within a second.
+Where there is only one core, or no copy can be made, or it does not answer, the work is done here: the result is the
+same.
 """
 
 from __future__ import annotations
 
-import contextlib
 import os
-import pickle
-import select
-import signal
-import sys
-import time
-from collections.abc import Callable, Collection
-from pathlib import Path
-from typing import Any, Generic, TypeVar
+import struct
+from collections.abc import Callable, Sequence
+from typing import Any
 
-from pipeline.orphans import end_with
+from bimvox.trajectory.sides import Alone, Side
+from pipeline.copied import LIMIT_S, Copied, Link, can_copy
 
-T = TypeVar("T")
-
-_LIMIT_S = 60.0
-"""A copy that has not answered then is given up."""
-_STUCK_S = 0.5
-"""So is one that has slept for so long and used no processor time: its work waits for nothing but a lock."""
-_LOOK_S = 0.05
-_TOLD_TO_END = (signal.SIGINT, signal.SIGTERM)
-_STATE, _USER_TICKS, _SYSTEM_TICKS = 0, 11, 12
-"""Of the fields of /proc/PID/stat after the name, see proc(5)."""
+_NUMBER = struct.Struct("<H")
+_MOST = 2_000
+"""Pieces that are shared at most: their numbers lie in a pipe, which holds 64 KiB, or a page."""
 
 
 class Beside:
-    """Begins work on another core.
+    """Shares work with a copy on another core.
 
     Args:
         limit_s: Time after which a copy is given up.
     """
 
-    def __init__(self, limit_s: float = _LIMIT_S) -> None:
+    def __init__(self, limit_s: float = LIMIT_S) -> None:
         self._limit_s = limit_s
-        self._begun: list[Begun[Any]] = []
+        self._shared: list[_Shared] = []
 
-    def __call__(self, work: Callable[[], T], or_else: Callable[[], T] | None = None) -> Begun[T]:
-        """Begin work whose result can be pickled, and that changes nothing that anyone looks at later.
+    def share(self, counts: Sequence[int], work: Callable[[Side], None]) -> Side:
+        """Begin work in a copy that does some pieces of it, and return this side, which does the others.
 
         Args:
-            work: The work.
-            or_else: Done instead where no copy brings the result; the work itself where not given.
+            counts: How many pieces there are of each kind.
+            work: What the copy does with its side.
         """
-        begun = Begun(work, or_else or work, self._limit_s)
-        self._begun = [one for one in self._begun if one.goes_on]
-        self._begun.append(begun)
-        return begun
+        if not can_copy() or not any(counts) or max(counts) > _MOST:
+            return Alone(counts)
+        try:
+            shared = _Shared(counts, work, self._limit_s)
+        except OSError:
+            return Alone(counts)
+        self._shared.append(shared)
+        return shared
 
     def close(self) -> None:
-        """Give up what was begun and not asked for."""
-        for begun in self._begun:
-            begun.give_up()
-        self._begun = []
+        """Give up the copies that are still at work."""
+        for shared in self._shared:
+            shared.give_up()
+        self._shared = []
 
 
-class Begun(Generic[T]):
-    """Work that was begun; calling it waits for the result.
+class _Shared:
+    """This side of work that a copy does its share of.
 
     Args:
-        work: The work.
-        or_else: Done here where no copy brings the result.
+        counts: How many pieces there are of each kind.
+        work: What the copy does with its side.
         limit_s: Time after which the copy is given up.
+
+    Raises:
+        OSError: If no copy can be made.
     """
 
-    def __init__(self, work: Callable[[], T], or_else: Callable[[], T], limit_s: float) -> None:
-        self._or_else, self._limit_s = or_else, limit_s
-        self._pid, self._read = 0, -1
-        if not can_copy():
-            return
+    def __init__(self, counts: Sequence[int], work: Callable[[Side], None], limit_s: float) -> None:
+        self._pieces = _Pieces(counts)
         try:
-            read, write = os.pipe()
+            self._copy = Copied(lambda link: work(_Side(self._pieces, link)), limit_s)
         except OSError:
-            return
-        here = os.getpid()
-        # Told to end before it is deaf to that, the copy would end as this process does: write, close, tell.
-        heard = signal.pthread_sigmask(signal.SIG_BLOCK, _TOLD_TO_END)
-        try:
-            pid = os.fork()
-            if pid == 0:
-                _work(work, read, write, here, heard)
-            self._pid, self._read = pid, read
-        except OSError:
-            os.close(read)
-        finally:
-            os.close(write)
-            signal.pthread_sigmask(signal.SIG_SETMASK, heard)
+            self._pieces.close()
+            raise
 
     @property
     def goes_on(self) -> bool:
-        """Whether a copy is at it, or has a result that was not asked for."""
-        return bool(self._pid)
+        """Whether the copy was not given up."""
+        return self._copy.goes_on
 
-    @property
-    def is_done(self) -> bool:
-        """Whether the copy answers."""
-        return bool(self._pid) and bool(select.select([self._read], [], [], 0.0)[0])
+    def claim(self, kind: int) -> int | None:
+        """Return the number of a piece of that kind that nobody has claimed; None for no more."""
+        return self._pieces.claim(kind)
 
-    def __call__(self) -> T:
-        """Return the result."""
-        try:
-            answer = self._all() if self._pid else None
-        finally:
-            self.give_up()
-        if answer is None:
-            return self._or_else()  # here it says for itself what went wrong
-        result: T = pickle.loads(answer)
-        return result
+    def give(self, found: Any) -> None:
+        """Let the copy have something."""
+        self._copy.give(found)
 
-    def _all(self) -> bytes | None:
-        """Everything that comes until the end; None where nothing does, or too late."""
-        until_s = time.monotonic() + self._limit_s
-        slept, parts = _Slept(self._pid), list[bytes]()
-        while not slept.too_long and time.monotonic() < until_s:
-            if select.select([self._read], [], [], _LOOK_S)[0]:
-                part = os.read(self._read, 1 << 20)
-                if not part:
-                    return b"".join(parts) or None
-                parts.append(part)
-                slept = _Slept(self._pid)
-        return None
+    def take(self) -> Any:
+        """Wait for what the copy gives next; None where it gives nothing more, or too late."""
+        return self._copy.take()
 
     def give_up(self) -> None:
-        """End the copy, if there is one still."""
-        pid, read = self._pid, self._read
-        self._pid, self._read = 0, -1  # first: whatever interrupts this, nothing is closed or waited for twice
-        if pid:
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(pid, signal.SIGKILL)
-            os.close(read)
-            with contextlib.suppress(ChildProcessError):
-                os.waitpid(pid, 0)
+        """End the copy, if it goes on still."""
+        if self._copy.goes_on:
+            self._copy.give_up()
+            self._pieces.close()
 
 
-def can_copy() -> bool:
-    """Return whether a copy of this process can work beside it."""
-    return sys.platform == "linux" and len(os.sched_getaffinity(0)) > 1
+class _Side:
+    """The copy's side."""
+
+    def __init__(self, pieces: _Pieces, link: Link) -> None:
+        self.claim, self.give, self.take = pieces.claim, link.give, link.take
 
 
-class _Slept:
-    """How long a process has slept without using any processor time.
+class _Pieces:
+    """Numbers of pieces, ascending, each given out once to whoever asks first: they lie in pipes.
 
     Args:
-        pid: The process.
+        counts: How many there are of each kind.
     """
 
-    def __init__(self, pid: int) -> None:
-        self._pid = pid
-        self._since_s, self._ticks = time.monotonic(), -1
+    def __init__(self, counts: Sequence[int]) -> None:
+        self._reads: list[int] = []
+        for count in counts:
+            read, write = os.pipe()
+            os.write(write, b"".join(_NUMBER.pack(n) for n in range(count)))
+            os.close(write)
+            self._reads.append(read)
 
-    @property
-    def too_long(self) -> bool:
-        """Whether it waits for what will not come; not where the system does not say."""
-        try:
-            with Path(f"/proc/{self._pid}/stat").open("rb") as stream:
-                fields = stream.read().rpartition(b")")[2].split()
-        except OSError:
-            return False
-        ticks = int(fields[_USER_TICKS]) + int(fields[_SYSTEM_TICKS])
-        now_s = time.monotonic()
-        # Ready to run, or waiting for a disk, is not asleep.
-        if fields[_STATE] != b"S" or ticks != self._ticks:
-            self._since_s, self._ticks = now_s, ticks
-        return now_s - self._since_s > _STUCK_S
+    def claim(self, kind: int) -> int | None:
+        """Return the next number of a kind; None for no more."""
+        number = os.read(self._reads[kind], _NUMBER.size)
+        return int(_NUMBER.unpack(number)[0]) if number else None
 
-
-def _work(work: Callable[[], Any], read: int, write: int, parent: int, heard: Collection[int]) -> None:
-    """In the copy: work, answer, and be gone; nothing of the original's is closed, flushed or told."""
-    code = 1
-    try:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        signal.pthread_sigmask(signal.SIG_SETMASK, heard)
-        end_with(parent)
-        os.close(read)
-        answer = pickle.dumps(work(), pickle.HIGHEST_PROTOCOL)
-        with os.fdopen(write, "wb") as stream:
-            stream.write(answer)
-        code = 0
-    finally:
-        os._exit(code)
+    def close(self) -> None:
+        """Give none out any more."""
+        for read in self._reads:
+            os.close(read)

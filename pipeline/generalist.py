@@ -12,6 +12,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bimvox.errors import InputError
+
 if TYPE_CHECKING:
     from bimvox.policy.generalist.recipe import Check
     from bimvox.policy.network import QNetwork
@@ -36,17 +38,21 @@ def main(arguments: list[str] | None = None) -> int:
     train.add_argument("--seed", type=int, default=0)
     train.add_argument("--from", dest="initial", type=Path, help="folder of weights to begin from")
     chosen = parser.parse_args(arguments)
-    if chosen.command == "stages":
-        from bimvox.policy.generalist.stages import save_stages
-        from pipeline.generalist_buildings import LESSONS, stages_of
+    try:
+        if chosen.command == "stages":
+            from bimvox.policy.generalist.stages import save_stages
+            from pipeline.generalist_buildings import LESSONS, stages_of
 
-        save_stages(chosen.file, stages_of(LESSONS))
-    else:
-        _train(chosen)
+            save_stages(chosen.file, stages_of(LESSONS))
+        else:
+            _train(chosen)
+    except InputError as error:
+        parser.error(str(error))
     return 0
 
 
 def _train(chosen: argparse.Namespace) -> None:
+    from bimvox.policy.device import device_named
     from bimvox.policy.generalist import recipe
     from bimvox.policy.generalist.lessons import VALIDATION_DOMAIN, lessons
     from bimvox.policy.generalist.occupancies import FAMILIES
@@ -54,7 +60,7 @@ def _train(chosen: argparse.Namespace) -> None:
     from bimvox.policy.generalist.weights import generalist_record, load_generalist, save_generalist
 
     began = time.monotonic()
-    small = chosen.device == "cpu"
+    small = device_named(chosen.device).type == "cpu"
     config = recipe.small_recipe() if small else recipe.RECIPE
     initial, before = None, []
     if chosen.initial:

@@ -244,6 +244,7 @@ class Watcher:
         # A plan of several cranes is revised as a whole: that takes longer than it saves.
         if self.standing is not None and not self.standing.plan.site.other_cranes:
             reviser = self._reviser
+            reviser.know(self.standing.plan.site)
             revise_in_vain(self.standing, self._preparation, reviser.propose, reviser.known_shapes, self._plan.segment)
         # What is there now stays: the collector need not look through it at every change.
         gc.collect()
@@ -391,9 +392,8 @@ class Watcher:
 
     def _missing(self, state: FileState) -> dict[str, Any]:
         self._reader.refused = "missing"
-        what = self._reader.why_missing() or f"{self.file} does not exist"
-        message = f"{what}; the last good plan stands, with its obstructions"
-        return self._plan.unchanged("missing", state.seen_s, message)
+        why = f"{self._reader.why_missing() or f'{self.file} does not exist'}; the last good plan stands"
+        return self._plan.unchanged("missing", state.seen_s, f"{why}, with its obstructions")
 
     def _refused(self, event: str, started_s: float, error: BimvoxError) -> dict[str, Any]:
         self._reader.refused = str(error)

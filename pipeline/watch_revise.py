@@ -6,16 +6,17 @@ import io
 import time
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 from pipeline.artifacts import write_atomically
-from pipeline.beside import Beside, can_copy
+from pipeline.beside import Beside
 from pipeline.watch_documents import blocked, event_fields, stop_events, transit
 from pipeline.watch_log import segment_file
 from pipeline.watch_plan import WatchedPlan, ms_since
 
 if TYPE_CHECKING:
+    from bimvox.log.bundle import SiteWriter
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.lift import LiftPlan
     from bimvox.planning.propose import Propose
@@ -80,6 +81,13 @@ class Reviser:
         self._beside = Beside()
         self.propose: Propose | None = None
         self.known_shapes: set[int] = set()
+        self._sites: SiteWriter | None = None
+
+    def know(self, site: Site) -> None:
+        """Encode the site: what later ones have in common with it need not be encoded again."""
+        from bimvox.log.bundle import SiteWriter
+
+        self._sites = SiteWriter(site)
 
     def revise(self, change: Change) -> Generator[Revised, None, None]:
         """Revise the plan part by part; a part is on disk before it is yielded.
@@ -87,7 +95,6 @@ class Reviser:
         Raises:
             BimvoxError: If a part cannot be made or written; those before it stand.
         """
-        from bimvox.log.bundle import site_to_bytes
         from bimvox.trajectory.revise import revise
         from bimvox.trajectory.underway import HOLD_S
 
@@ -95,7 +102,7 @@ class Reviser:
         assert plan.standing is not None
         before = plan.standing.plan
         now_ns = None if self._clock is None else max(self._clock.at_ns(change.started_s), _after_all(before))
-        making = _Making(plan, change, before, now_ns, self._beside(lambda: site_to_bytes(change.site)))
+        making = _Making(plan, change, before, now_ns, self._site_bytes(change.site))
         parts = revise(
             plan.standing,
             change.site,
@@ -108,13 +115,19 @@ class Reviser:
             better=change.better,
             hold_s=HOLD_S if self._clock is None else max(HOLD_S, self._clock.hold_s),
             on_draft=making.draft,
-            beside=self._beside if can_copy() else None,
+            beside=self._beside.share,
         )
         try:
             for part in parts:
                 yield Revised(part, making.write(part))
         finally:
             self._beside.close()
+
+    def _site_bytes(self, site: Site) -> Callable[[], bytes]:
+        if self._sites is None:
+            self.know(site)
+        assert self._sites is not None
+        return partial(self._sites.to_bytes, site)
 
     def close(self) -> None:
         """End what goes on beside."""

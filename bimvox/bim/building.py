@@ -23,7 +23,7 @@ class Role(StrEnum):
     """Terrain."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class TriangleMesh:
     """Triangles in metres, right-handed, z up.
 

@@ -42,12 +42,13 @@ def hook_of(crane: TowerCrane, slew_rad: ArrayLike, radius_m: ArrayLike, height_
     Returns:
         (..., 3) float64 points in the site's frame, metres.
     """
-    slew, radius, height = np.broadcast_arrays(
-        np.asarray(slew_rad, np.float64), np.asarray(radius_m, np.float64), np.asarray(height_m, np.float64)
-    )
-    x = crane.base_m[0] + radius * np.cos(slew)
-    y = crane.base_m[1] + radius * np.sin(slew)
-    return np.stack([x, y, height], axis=-1)
+    slew, radius = np.asarray(slew_rad, np.float64), np.asarray(radius_m, np.float64)
+    height = np.asarray(height_m, np.float64)
+    points = np.empty((*np.broadcast_shapes(slew.shape, radius.shape, height.shape), 3))
+    points[..., 0] = crane.base_m[0] + radius * np.cos(slew)
+    points[..., 1] = crane.base_m[1] + radius * np.sin(slew)
+    points[..., 2] = height
+    return points
 
 
 def crane_pose(crane: TowerCrane, hook_m: ArrayLike, near_slew_rad: float | None = None) -> CranePose:

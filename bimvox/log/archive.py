@@ -10,7 +10,8 @@ from bimvox.grid.archive import BROKEN_ZIP
 
 _TIMESTAMP = (1980, 1, 1, 0, 0, 0)  # the earliest that zip knows: no wall clock in the bytes
 _UNIX = 3
-_LEVEL = 6
+_LEVEL = 1
+"""A watch puts a site into every revision: quick before small (a third of the time, 1.6 times the size)."""
 _MAX_RATIO = 1_040  # deflate cannot do better than 1032 : 1, so a larger claim is a lie
 _MAX_BYTES = 4 << 30
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,10 @@ from bimvox.errors import LogFileError
 from bimvox.grid.labels import Label
 from bimvox.log.archive import ArchiveError, pack, unpack
 from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, DecodeError, decode, encode
+from bimvox.log.encoded import Encoded, json_text
 from bimvox.site.component import Shape
 from bimvox.site.site import Site
+from bimvox.site.sparse import names_to_write
 
 _FORMAT = "bimvox-site"
 _VERSION = 1
@@ -28,9 +31,34 @@ _MAX_HEADER = 10_000
 
 def site_to_bytes(site: Site) -> bytes:
     """Return ``site`` as a compressed bundle; the same site gives the same bytes."""
+    return _to_bytes(site, {})
+
+
+class SiteWriter:
+    """Puts sites into bytes that share much with one of them: a watched site with ever other obstructions.
+
+    Args:
+        site: What other sites hold of it, as the same object, is encoded only once.
+    """
+
+    def __init__(self, site: Site) -> None:
+        values = {name: getattr(site, name) for name in names_to_write(site)}
+        self._known = {name: (value, Encoded(value)) for name, value in values.items()}
+
+    def to_bytes(self, site: Site) -> bytes:
+        """Return what :func:`site_to_bytes` returns."""
+        same = {name: encoded for name, (value, encoded) in self._known.items() if getattr(site, name) is value}
+        return _to_bytes(site, same)
+
+
+def _to_bytes(site: Site, known: Mapping[str, Encoded]) -> bytes:
     arrays = ArrayWriter()
-    document = {"format": _FORMAT, "version": _VERSION, "site": encode(site, arrays)}
-    members = {"site.json": json.dumps(document, ensure_ascii=False, separators=(",", ":")).encode()}
+    values = ",".join(
+        f"{json_text(name)}:{known[name].text(arrays) if name in known else json_text(encode(value, arrays))}"
+        for name, value in ((name, getattr(site, name)) for name in names_to_write(site))
+    )
+    text = f'{{"format":{json_text(_FORMAT)},"version":{_VERSION},"site":{{{values}}}}}'
+    members = {"site.json": text.encode()}
     members |= {f"{dtype}.npy": to_npy(flat) for dtype, flat in arrays.flat().items()}
     return pack(members)
 

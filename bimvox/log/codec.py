@@ -11,8 +11,9 @@ import dataclasses
 import math
 import types
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -42,10 +43,16 @@ class ArrayWriter:
         dtype = array.dtype.name
         if dtype not in DTYPES:
             raise TypeError(f"arrays of {dtype} are not stored")
-        start = self._length.get(dtype, 0)
-        self._parts.setdefault(dtype, []).append(np.ascontiguousarray(array).reshape(-1))
-        self._length[dtype] = start + array.size
+        start = self.put_flat(np.ascontiguousarray(array).reshape(-1))
         return {"dtype": dtype, "start": start, "shape": list(array.shape)}
+
+    def put_flat(self, array: NDArray[Any]) -> int:
+        """Append a flat array and return where it starts."""
+        dtype = array.dtype.name
+        start = self._length.get(dtype, 0)
+        self._parts.setdefault(dtype, []).append(array)
+        self._length[dtype] = start + array.size
+        return start
 
     def flat(self) -> dict[str, NDArray[Any]]:
         """Return the flat arrays by dtype, in the order of ``DTYPES``."""
@@ -77,23 +84,27 @@ class ArrayReader:
 def encode(value: Any, arrays: ArrayWriter) -> Any:
     """Return ``value`` as plain JSON values; its arrays go to ``arrays``."""
     kind = type(value)
-    if kind in _PLAIN:
-        return value
+    return value if kind in _PLAIN else _encoder_of(kind)(value, arrays)  # type: ignore[arg-type]  # a class is hashable
+
+
+@cache
+def _encoder_of(kind: type[Any]) -> Callable[[Any, ArrayWriter], Any]:
+    """What encodes values of a type: asked for once a type, because there are many more values than types."""
     if dataclasses.is_dataclass(kind):
-        return {name: encode(getattr(value, name), arrays) for name in names_to_write(value)}
-    if isinstance(value, np.ndarray):
-        return arrays.put(value)
-    if isinstance(value, Enum):
-        return value.value
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, Mapping):
-        return {str(key): encode(item, arrays) for key, item in value.items()}
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return [encode(item, arrays) for item in value]
-    if value is None or isinstance(value, str | bool | int | float):
-        return value
-    raise TypeError(f"values of {type(value).__name__} are not stored")
+        return lambda value, arrays: {name: encode(getattr(value, name), arrays) for name in names_to_write(value)}
+    if issubclass(kind, np.ndarray):
+        return lambda value, arrays: arrays.put(value)
+    if issubclass(kind, Enum):
+        return lambda value, arrays: value.value
+    if issubclass(kind, np.generic):
+        return lambda value, arrays: value.item()
+    if issubclass(kind, Mapping):
+        return lambda value, arrays: {str(key): encode(item, arrays) for key, item in value.items()}
+    if issubclass(kind, Sequence) and not issubclass(kind, str):
+        return lambda value, arrays: [encode(item, arrays) for item in value]
+    if issubclass(kind, str | bool | int | float):
+        return lambda value, arrays: value
+    raise TypeError(f"values of {kind.__name__} are not stored")
 
 
 def decode(hint: Any, value: Any, arrays: ArrayReader, where: str) -> Any:

@@ -6,8 +6,7 @@ prints are both made from them. Fields are only ever added, never renumbered.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import groupby
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,9 +16,10 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.log.form import Form
 from bimvox.log.messages import stamp
-from bimvox.log.rows import Rows, rows_of
-from bimvox.trajectory.commands import CraneCommand
+from bimvox.log.rows import Rows
+from bimvox.trajectory.commands import PHASES, Commands
 from bimvox.trajectory.motion import PhaseName
 
 PACKAGE = "bimvox"
@@ -68,6 +68,7 @@ SEVERAL_CRANES_FIELDS = (_Field(15, "string", "crane", "Name of the crane; only 
 """Fields that only logs of several cranes have: the schema of the others stays as it was, byte for byte."""
 
 _VALUES = tuple(field.name for field in FIELDS if field.type == "double")
+_NUMBERS = tuple(field.number for field in FIELDS if field.name in ("phase", "loaded"))
 
 PHASE_NUMBERS: dict[PhaseName, int] = {
     PhaseName.APPROACH: 1,
@@ -83,6 +84,7 @@ PHASE_NUMBERS: dict[PhaseName, int] = {
     PhaseName.WAIT: 11,
     PhaseName.LEAVE: 12,
 }
+_NUMBER_OF_PHASE = np.array([PHASE_NUMBERS[phase] for phase in PHASES], np.int64)
 _PHASES = {"PHASE_UNSPECIFIED": 0, **{f"PHASE_{name.name}": number for name, number in PHASE_NUMBERS.items()}}
 _SEVERAL_CRANES_PHASES = tuple(f"PHASE_{phase.name}" for phase in (PhaseName.WAIT, PhaseName.LEAVE))
 
@@ -139,81 +141,41 @@ CraneCommandMessage: Any = _message_class()
 """The protobuf class."""
 
 
-def to_messages(
-    commands: Iterable[CraneCommand], component_ids: list[str], crane: TowerCrane, *, named: bool = False
-) -> Iterable[Any]:
-    """Yield commands as protobuf messages.
-
-    Args:
-        commands: In order.
-        component_ids: Id of every component, by its index.
-        crane: The crane, for the rope's length and the luff angle.
-        named: Whether they say which crane they are for.
-    """
-    for command in commands:
-        target = np.array([[command.target_slew_rad, command.target_radius_m, command.target_height_m]])
-        rope_length_m, luff_rad, luff_rate_rad_s = _of_machine(crane, target, np.array([command.trolley_rate_m_s]))[0]
-        yield CraneCommandMessage(
-            time=stamp(command.time_ns),
-            lift_order=command.order,
-            component_id=component_ids[command.component],
-            phase=PHASE_NUMBERS[command.phase],
-            slew_rate_rad_s=command.slew_rate_rad_s,
-            trolley_rate_m_s=command.trolley_rate_m_s,
-            hoist_rate_m_s=command.hoist_rate_m_s,
-            slew_rad=command.target_slew_rad,
-            radius_m=command.target_radius_m,
-            height_m=command.target_height_m,
-            rope_length_m=rope_length_m,
-            loaded=command.loaded,
-            luff_rad=luff_rad,
-            luff_rate_rad_s=luff_rate_rad_s,
-            crane=crane.name if named else "",
-        )
-
-
 def command_rows(
-    commands: Sequence[CraneCommand],
-    component_ids: list[str],
+    commands: Commands,
+    component_ids: Sequence[str],
     crane: TowerCrane,
     *,
     topic: str = COMMAND,
     named: bool = False,
-) -> Iterator[Rows]:
-    """Yield the messages of one lift's commands, serialized, phase by phase.
+) -> Rows:
+    """Return the messages of one lift's commands, serialized.
 
     Args:
-        commands: In order.
+        commands: The commands.
         component_ids: Id of every component, by its index.
         crane: The crane, for the rope's length and the luff angle.
         topic: Their topic.
         named: Whether they say which crane they are for.
     """
-    for _, group in groupby(commands, key=lambda command: (command.phase, command.loaded)):
-        of_phase = list(group)
-        (message,) = to_messages(of_phase[:1], component_ids, crane, named=named)
+    message = CraneCommandMessage(
+        lift_order=commands.order,
+        component_id=component_ids[commands.component],
+        crane=crane.name if named else "",
+    )
 
-        def command(time_ns: int, row: Sequence[float], message: Any = message) -> Any:
-            message.time.CopyFrom(stamp(time_ns))
-            for name, value in zip(_VALUES, row, strict=True):
-                setattr(message, name, value)
-            return message
+    def command(time_ns: int, values: Sequence[float], numbers: Sequence[int]) -> Any:
+        message.time.CopyFrom(stamp(time_ns))
+        for name, value in zip(_VALUES, values, strict=True):
+            setattr(message, name, value)
+        message.phase, message.loaded = numbers[0], bool(numbers[1])
+        return message
 
-        values = np.array(
-            [
-                (
-                    c.slew_rate_rad_s,
-                    c.trolley_rate_m_s,
-                    c.hoist_rate_m_s,
-                    c.target_slew_rad,
-                    c.target_radius_m,
-                    c.target_height_m,
-                )
-                for c in of_phase
-            ]
-        )
-        values = np.concatenate([values, _of_machine(crane, values[:, 3:], values[:, 1])], axis=1)
-        yield rows_of(topic, np.array([c.time_ns for c in of_phase], np.int64), values, command)
+    machine = _of_machine(crane, commands.targets, commands.rates[:, 1])
+    values = np.concatenate([commands.rates, commands.targets, machine], axis=1)
+    numbers = np.stack([_NUMBER_OF_PHASE[commands.phase], commands.loaded], axis=1)
+    form = Form(command, len(_VALUES), _NUMBERS)
+    return Rows(commands.time_ns, topic, form.serialized(commands.time_ns, values, numbers))
 
 
 def _of_machine(

@@ -10,7 +10,8 @@ from __future__ import annotations
 import struct
 import zlib
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from itertools import pairwise
 from typing import BinaryIO
 
 import numpy as np
@@ -35,20 +36,15 @@ from mcap.records import (
 )
 from numpy.typing import NDArray
 
+from bimvox.compiled import leaf_kernel
+from bimvox.log.packed import Packed
+
 MAGIC = b"\x89MCAP0\r\n"
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
-_HEAD = np.dtype(
-    [
-        ("opcode", "u1"),
-        ("length", "<u8"),
-        ("channel", "<u2"),
-        ("sequence", "<u4"),
-        ("log_ns", "<u8"),
-        ("publish_ns", "<u8"),
-    ]
-)
+_MESSAGE_SIZE, _OPCODE = _MESSAGE.size, int(Opcode.MESSAGE)
 _MESSAGE_FIELDS = _MESSAGE.size - 9  # of the length: what comes after opcode and length
 _INDEX = struct.Struct("<BQHI")  # opcode, length, channel, bytes of entries
+_ENTRY = struct.Struct("<QQ")  # log time, where in the chunk
 
 
 class McapFile:
@@ -69,7 +65,7 @@ class McapFile:
         self._metadata: list[MetadataIndex] = []
         self._chunks: list[ChunkIndex] = []
         self._chunk = bytearray()
-        self._entries: defaultdict[int, list[int]] = defaultdict(list)
+        self._entries: defaultdict[int, bytearray] = defaultdict(bytearray)
         self._times: list[int] = []
         self._counts: defaultdict[int, int] = defaultdict(int)
         self._first_ns: int | None = None
@@ -116,7 +112,7 @@ class McapFile:
     def message(self, channel: int, sequence: int, time_ns: int, data: bytes) -> None:
         """Write a message, logged when it is published."""
         chunk = self._chunk
-        self._entries[channel] += (time_ns, len(chunk))
+        self._entries[channel] += _ENTRY.pack(time_ns, len(chunk))
         self._times.append(time_ns)
         chunk += _MESSAGE.pack(Opcode.MESSAGE, _MESSAGE_FIELDS + len(data), channel, sequence, time_ns, time_ns)
         chunk += data
@@ -128,7 +124,7 @@ class McapFile:
         channels: NDArray[np.int64],
         sequences: NDArray[np.int64],
         times_ns: NDArray[np.int64],
-        data: Sequence[bytes],
+        data: Packed,
     ) -> None:
         """Write messages that follow each other, as ``message`` does one by one.
 
@@ -138,32 +134,33 @@ class McapFile:
             times_ns: (N,) their times.
             data: N serialized messages.
         """
-        size = np.fromiter(map(len, data), np.int64, len(data))
-        heads = np.empty(len(data), _HEAD)
-        heads["opcode"], heads["length"], heads["channel"] = Opcode.MESSAGE, _MESSAGE_FIELDS + size, channels
-        heads["sequence"], heads["log_ns"], heads["publish_ns"] = sequences, times_ns, times_ns
-        whole = heads.tobytes()
-        pieces = [b""] * (2 * len(data))
-        pieces[0::2] = [whole[at : at + _MESSAGE.size] for at in range(0, len(whole), _MESSAGE.size)]
-        pieces[1::2] = data
-        end = np.cumsum(size + _MESSAGE.size)
-        begin = end - size - _MESSAGE.size
+        end = np.cumsum(data.size + _MESSAGE.size)
+        if not len(end):
+            return
+        begin = np.concatenate([[0], end[:-1]])
+        whole = np.empty(end[-1], np.uint8)
+        _put_messages(channels, sequences, times_ns, data.flat, data.begin, data.end, whole)
         done = 0
-        while done < len(data):
+        while done < len(end):
             before = len(self._chunk) - int(begin[done])
             # The message that takes the chunk past its size is its last one.
             last = int(np.searchsorted(end, self._chunk_bytes - before, side="right"))
-            until = min(last + 1, len(data))
-            self._chunk += b"".join(pieces[2 * done : 2 * until])
-            own = channels[done:until]
-            for channel in dict.fromkeys(own.tolist()):
-                rows = done + np.flatnonzero(own == channel)
-                entries = np.stack([times_ns[rows], begin[rows] + before], axis=1)
-                self._entries[channel] += entries.ravel().tolist()
+            until = min(last + 1, len(end))
+            self._chunk += whole[begin[done] : end[until - 1]].data
+            entries = np.stack([times_ns[done:until], begin[done:until] + before], axis=1)
+            self._index(channels[done:until], entries)
             self._times += (int(times_ns[done:until].min()), int(times_ns[done:until].max()))
             done = until
-            if last < len(data):
+            if last < len(end):
                 self.end_chunk()
+
+    def _index(self, channels: NDArray[np.int64], entries: NDArray[np.int64]) -> None:
+        """Note where in the chunk messages ((N,) channels) are ((N, 2) time and place); channels as they come up."""
+        order = np.argsort(channels, kind="stable")
+        ordered, data, size = channels[order], entries[order].astype("<u8").tobytes(), _ENTRY.size
+        borders = [0, *(np.flatnonzero(ordered[1:] != ordered[:-1]) + 1).tolist(), len(order)]
+        for _, at, until in sorted((int(order[at]), at, until) for at, until in pairwise(borders)):
+            self._entries[int(ordered[at])] += data[size * at : size * until]
 
     def finish(self) -> None:
         """Write what is left, the summary and the footer."""
@@ -234,16 +231,15 @@ class McapFile:
         indices = bytearray()
         for channel, entries in self._entries.items():
             index.message_index_offsets[channel] = start + len(indices)
-            count = len(entries)
-            indices += _INDEX.pack(Opcode.MESSAGE_INDEX, 6 + 8 * count, channel, 8 * count)
-            indices += struct.pack(f"<{count}Q", *entries)
-            self._counts[channel] += count // 2
+            indices += _INDEX.pack(Opcode.MESSAGE_INDEX, 6 + len(entries), channel, len(entries))
+            indices += entries
+            self._counts[channel] += len(entries) // _ENTRY.size
         index.message_index_length = len(indices)
         self._write(bytes(indices))
         self._chunks.append(index)
         self._first_ns = first_ns if self._first_ns is None else min(self._first_ns, first_ns)
         self._last_ns = max(self._last_ns, last_ns)
-        self._chunk, self._entries, self._times = bytearray(), defaultdict(list), []
+        self._chunk, self._entries, self._times = bytearray(), defaultdict(bytearray), []
 
     def _write(self, data: bytes) -> None:
         """Write into the data section, whose checksum is kept."""
@@ -255,3 +251,35 @@ def _bytes_of(record: McapRecord) -> bytes:
     builder = RecordBuilder()
     record.write(builder)
     return bytes(builder.end())  # type: ignore[no-untyped-call]
+
+
+@leaf_kernel
+def _put_little(out: NDArray[np.uint8], at: int, value: int, size: int) -> None:
+    for n in range(size):
+        out[at + n] = (value >> (8 * n)) & 0xFF
+
+
+@leaf_kernel
+def _put_messages(
+    channels: NDArray[np.int64],
+    sequences: NDArray[np.int64],
+    times_ns: NDArray[np.int64],
+    flat: NDArray[np.uint8],
+    begin: NDArray[np.int64],
+    end: NDArray[np.int64],
+    out: NDArray[np.uint8],
+) -> None:
+    """Write message records one after the other: what ``_MESSAGE`` says, and the message (``begin``..``end``)."""
+    at = 0
+    for row in range(len(begin)):
+        data = flat[begin[row] : end[row]]
+        head, body = out[at : at + _MESSAGE_SIZE], out[at + _MESSAGE_SIZE : at + _MESSAGE_SIZE + len(data)]
+        head[0] = _OPCODE
+        _put_little(head, 1, _MESSAGE_FIELDS + len(data), 8)
+        _put_little(head, 9, channels[row], 2)
+        _put_little(head, 11, sequences[row], 4)
+        _put_little(head, 15, times_ns[row], 8)
+        _put_little(head, 23, times_ns[row], 8)
+        for n in range(len(data)):  # from 0 on: so it is done many bytes at a time
+            body[n] = data[n]
+        at += _MESSAGE_SIZE + len(data)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.log.packed import Packed, joined, packed
 from bimvox.log.rows import Rows
 
 Timed = tuple[int, str, Any]
@@ -27,7 +28,7 @@ class Block(NamedTuple):
     time_ns: NDArray[np.int64]
     topics: tuple[str, ...]
     topic: NDArray[np.int64]
-    data: list[bytes]
+    data: Packed
 
 
 _NEVER = np.iinfo(np.int64).max
@@ -50,36 +51,51 @@ def merged(streams: Sequence[Iterable[Timed | Rows]], cuts_ns: Sequence[int] = (
         times_ns = np.concatenate([one.time_ns for one in rows])
         order = np.argsort(times_ns, kind="stable")
         of_topic = np.repeat([number[one.topic] for one in rows], [len(one.data) for one in rows])
-        data = [message for one in rows for message in one.data]
-        yield Block(times_ns[order], topics, of_topic[order], [data[n] for n in order.tolist()])
+        data = joined([one.data for one in rows])
+        yield Block(times_ns[order], topics, of_topic[order], data.picked(order))
 
 
 class _Stream:
     def __init__(self, messages: Iterable[Timed | Rows]) -> None:
         self._messages = iter(messages)
-        self._left: Rows | None = None
+        self._left: Rows | Timed | None = None
 
     def before(self, cut_ns: int) -> Iterator[Rows]:
         """Everything before a time; what was begun is kept for the next time."""
-        while True:
-            rows = self._left if self._left is not None else self._next()
-            self._left = None
-            if rows is None:
-                return
-            count = len(rows.data) if cut_ns == _NEVER else int(np.searchsorted(rows.time_ns, cut_ns))
-            if count < len(rows.data):
-                self._left = Rows(rows.time_ns[count:], rows.topic, rows.data[count:])
-            if count:
-                yield Rows(rows.time_ns[:count], rows.topic, rows.data[:count])
-            if self._left is not None:
-                return
-
-    def _next(self) -> Rows | None:
-        for message in self._messages:
+        single: list[tuple[int, str, bytes]] = []
+        while (message := self._next()) is not None:
             if isinstance(message, Rows):
-                if message.data:
-                    return message
+                count = len(message.data) if cut_ns == _NEVER else int(np.searchsorted(message.time_ns, cut_ns))
+                if single:
+                    yield _rows_of(single)
+                    single = []
+                if count:
+                    yield _part_of(message, slice(count))
+                if count < len(message.data):
+                    self._left = _part_of(message, slice(count, None))
+                    return
                 continue
             time_ns, topic, content = message
-            return Rows(np.array([time_ns], np.int64), topic, [content.SerializeToString(deterministic=True)])
-        return None
+            if time_ns >= cut_ns:
+                self._left = message
+                break
+            if single and single[-1][1] != topic:
+                yield _rows_of(single)
+                single = []
+            single.append((time_ns, topic, content.SerializeToString(deterministic=True)))
+        if single:
+            yield _rows_of(single)
+
+    def _next(self) -> Rows | Timed | None:
+        left, self._left = self._left, None
+        return next(self._messages, None) if left is None else left
+
+
+def _part_of(rows: Rows, which: slice) -> Rows:
+    return Rows(rows.time_ns[which], rows.topic, rows.data.picked(which))
+
+
+def _rows_of(messages: Sequence[tuple[int, str, bytes]]) -> Rows:
+    """Messages of one topic."""
+    times_ns, topics, data = zip(*messages, strict=True)
+    return Rows(np.array(times_ns, np.int64), topics[0], packed(data))

@@ -36,9 +36,12 @@ def about_z(angle_rad: float) -> Any:
     return Quaternion(z=math.sin(angle_rad / 2), w=math.cos(angle_rad / 2))
 
 
+_UPRIGHT = about_z(0.0)
+
+
 def pose(position_m: Sequence[float], yaw_rad: float = 0.0) -> Any:
     """Return a pose, upright, turned about z."""
-    return Pose(position=vector(position_m), orientation=about_z(yaw_rad))
+    return Pose(position=vector(position_m), orientation=about_z(yaw_rad) if yaw_rad else _UPRIGHT)
 
 
 def colour(rgba: Sequence[float]) -> Any:

@@ -15,6 +15,7 @@ from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, enco
 from bimvox.planning.lift import Epoch, LeftPath, Lift, LiftPlan, ModelledClash, Status, yard_place
 from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.site import Blocker, Site
+from bimvox.site.sparse import names_to_write
 
 _VERSION = 1
 _NO_ARRAYS = ArrayReader({})
@@ -48,8 +49,7 @@ def lines_of(name: str, entries: Iterable[Any], others: Mapping[str, Any] | None
     return ("{\n" + ",\n".join(f'"{key}": {text}' for key, text in values.items()) + "\n}\n").encode()
 
 
-def _text(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False)
+_text = json.JSONEncoder(ensure_ascii=False).encode
 
 
 def plan_from_json(
@@ -145,8 +145,12 @@ def _order(entry: tuple[Lift, bool]) -> int:
 def _lift_to_json(site: Site, lift: Lift, carried: bool) -> dict[str, Any]:
     component = site.components[lift.component]
     place = lift.place
-    bare = encode(dataclasses.replace(lift, place=None, path_vox=None, left=()), ArrayWriter())
-    del bare["path_vox"], bare["left"]
+    arrays = ArrayWriter()
+    bare = {
+        name: None if name == "place" else encode(getattr(lift, name), arrays)
+        for name in names_to_write(lift)
+        if name not in ("path_vox", "left")
+    }
     if lift.left:
         bare["left"] = [
             {"path_vox": one.path_vox.tolist(), "contact_moves": one.contact_moves, "until_ns": one.until_ns}

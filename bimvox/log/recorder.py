@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -24,6 +25,7 @@ from bimvox.log import topics
 from bimvox.log.bundle import site_to_bytes
 from bimvox.log.channels import LogWriter
 from bimvox.log.crane_command import command_rows
+from bimvox.log.form import Form
 from bimvox.log.layout import layout_bytes
 from bimvox.log.merge import Timed, merged
 from bimvox.log.messages import pose, stamp
@@ -31,10 +33,10 @@ from bimvox.log.motion_json import motions_to_json
 from bimvox.log.narration import OWN_EVENTS, event_messages, log_messages
 from bimvox.log.plan_json import plan_to_json
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.rows import Rows, rows_of
+from bimvox.log.rows import Rows
 from bimvox.log.scene import scene_messages
 from bimvox.log.track import LoadTrack, crane_track, nominal_track
-from bimvox.log.transforms import crane_transforms, load_transforms
+from bimvox.log.transforms import CraneTransforms, load_transforms
 from bimvox.log.voxels import voxel_grid
 from bimvox.planning.lift import Lift
 from bimvox.site.site import Site
@@ -186,9 +188,16 @@ def path_message(site: Site, lift: Lift, time_ns: int) -> Timed:
         time_ns: Its time.
     """
     assert lift.path_vox is not None
-    poses = [pose(corner) for corner in site.frame.corner_of(lift.path_vox).tolist()]
-    message = PosesInFrame(timestamp=stamp(time_ns), frame_id="site", poses=poses)
+    corners_m = site.frame.corner_of(lift.path_vox)
+    poses = _poses_form().serialized(np.zeros(len(corners_m), np.int64), corners_m)
+    head = PosesInFrame(timestamp=stamp(time_ns), frame_id="site").SerializeToString()
+    message = PosesInFrame.FromString(b"".join([head, *poses]))  # protobuf: one after the other is one with all of it
     return time_ns, topics.of_crane(topics.PLANNED, site.components[lift.component].crane), message
+
+
+@cache
+def _poses_form() -> Form:
+    return Form(lambda _, corner_m: PosesInFrame(poses=[pose(corner_m)]), 3)
 
 
 def _load(tracks: Iterable[LoadTrack], number: int) -> Iterator[Rows]:
@@ -200,21 +209,22 @@ def _load(tracks: Iterable[LoadTrack], number: int) -> Iterator[Rows]:
         position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w = row
         return at
 
+    form, topic = Form(load_pose, 7), topics.of_crane(topics.LOAD, number)
     for track in tracks:
         rows = np.concatenate([track.corner_m, track.tilt], axis=1)
-        yield rows_of(topics.of_crane(topics.LOAD, number), track.time_ns, rows, load_pose)
+        yield Rows(track.time_ns, topic, form.serialized(track.time_ns, rows))
 
 
 def _transforms(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Rows]:
     site = record.plan.site
     motions = {motion.order: motion for motion in record.motions}
+    cranes = [CraneTransforms(crane, number) for number, crane in enumerate(site.cranes)]
     for track in tracks:
-        component = site.components[track.lift.component]
-        component_id, crane = component.id, site.crane_of(component)
-        if crane is not None and (motion := motions.get(track.lift.order)) is not None:
-            yield from crane_transforms(crane, *motion.samples(), track, component_id, component.crane)
+        component, motion = site.components[track.lift.component], motions.get(track.lift.order)
+        if motion is not None:
+            yield from cranes[component.crane].rows(*motion.samples(), track, component.id)
         else:
-            yield from load_transforms(track, component_id)
+            yield from load_transforms(track, component.id)
 
 
 def _joints(record: PlanLog, number: int) -> Iterator[Rows]:
@@ -229,11 +239,12 @@ def _joints(record: PlanLog, number: int) -> Iterator[Rows]:
             state.position = value
         return states
 
+    form, topic = Form(joints, len(states.joints)), topics.of_crane(topics.JOINTS, number)
     for motion in record.motions:
         if motion.crane != number:
             continue
         times, axes = motion.samples()
-        yield rows_of(topics.of_crane(topics.JOINTS, number), times, joints_of(crane, axes), joints)
+        yield Rows(times, topic, form.serialized(times, joints_of(crane, axes)))
 
 
 def _commands(record: PlanLog, number: int) -> Iterator[Rows]:
@@ -244,5 +255,5 @@ def _commands(record: PlanLog, number: int) -> Iterator[Rows]:
     ids = [component.id for component in record.plan.site.components]
     for motion in record.motions:
         if motion.crane == number:
-            told = commands([motion], site.rules.sample_period_s)
-            yield from command_rows(told, ids, crane, topic=topic, named=named)
+            told = commands(motion, site.rules.sample_period_s)
+            yield command_rows(told, ids, crane, topic=topic, named=named)

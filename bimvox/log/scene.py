@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -126,11 +126,13 @@ class Scene:
 
     def _component_entity(self, index: int, state: ConstructionState, time_ns: int) -> Any:
         component, lift, frame = self.site.components[index], self.lifts[index], self.site.frame
-        shape, corner_m, frame_id = component.shape, frame.corner_of(component.target_vox), "site"
+        frame_id = "site"
         if state is ConstructionState.UNBUILT and lift.place is not None:
             shape, corner_m = lift.place.shape, frame.corner_of(lift.place.cell_vox)
         elif state is ConstructionState.IN_TRANSIT:
-            corner_m, frame_id = np.zeros(3), component_frame(component.id)
+            shape, corner_m, frame_id = component.shape, np.zeros(3), component_frame(component.id)
+        else:
+            shape, corner_m = component.shape, frame.corner_of(component.target_vox)
         return SceneEntity(
             timestamp=stamp(time_ns),
             frame_id=frame_id,
@@ -193,7 +195,7 @@ class Scene:
                 frame_id=topics.of_crane(part, number),
                 id=topics.of_crane(part, number) if number else f"{CRANE_ID}/{part}",
                 frame_locked=True,
-                cubes=[_cube(np.array(low), np.array(size), KIND_RGBA["crane"])],
+                cubes=[_cube(low, size, colour(KIND_RGBA["crane"]))],
             )
             for part, (low, size) in boxes.items()
         ]
@@ -254,10 +256,15 @@ def _cubes_of_cells(cells: NDArray[np.int32], frame: GridFrame, rgba: Rgba) -> l
 
 
 def _cubes(boxes: NDArray[np.int32], corner_m: NDArray[np.float64], voxel_size_m: float, rgba: Rgba) -> list[Any]:
-    low_m = corner_m + voxel_size_m * boxes[:, :3]
-    size_m = voxel_size_m * (boxes[:, 3:] - boxes[:, :3])
-    return [_cube(low, size, rgba) for low, size in zip(low_m, size_m, strict=True)]
+    of_colour, corner = colour(rgba), corner_m.tolist()
+    cubes = []
+    for box in boxes.tolist():  # most parts are one box: numpy would take longer over it
+        size_m = [voxel_size_m * (high - low) for low, high in zip(box[:3], box[3:], strict=True)]
+        low_m = [at + voxel_size_m * low for at, low in zip(corner, box[:3], strict=True)]
+        cubes.append(_cube(low_m, size_m, of_colour))
+    return cubes
 
 
-def _cube(low_m: NDArray[np.float64], size_m: NDArray[np.float64], rgba: Rgba) -> Any:
-    return CubePrimitive(pose=pose((low_m + size_m / 2).tolist()), size=vector(size_m.tolist()), color=colour(rgba))
+def _cube(low_m: Sequence[float], size_m: Sequence[float], of_colour: Any) -> Any:
+    middle_m = [low + size / 2 for low, size in zip(low_m, size_m, strict=True)]
+    return CubePrimitive(pose=pose(middle_m), size=vector(size_m), color=of_colour)

@@ -14,78 +14,98 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of, joints_of
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.log.form import Form
 from bimvox.log.messages import stamp
-from bimvox.log.rows import Rows, rows_of
+from bimvox.log.rows import Rows
 from bimvox.log.scene import component_frame
 from bimvox.log.topics import TF, of_crane
 from bimvox.log.track import LoadTrack
 
-Frames = tuple[list[Any], Callable[[Sequence[float]], None], NDArray[np.float64]]
-"""The crane's frames, what sets them from a row of numbers, and the rows."""
 
-
-def crane_transforms(
-    crane: TowerCrane,
-    time_ns: NDArray[np.int64],
-    axes: NDArray[np.float64],
-    track: LoadTrack,
-    component_id: str,
-    number: int = 0,
-) -> Iterator[Rows]:
-    """Yield the FrameTransforms of every sample of a lift, in spans without and with the load.
+class CraneTransforms:
+    """The FrameTransforms of a crane's lifts.
 
     Args:
         crane: The crane.
-        time_ns: (N,) int64 samples of the whole lift.
-        axes: (N, 3) float64 slew, radius, height.
-        track: The load's, at a part of those samples.
-        component_id: The load.
         number: Of the crane; the frames of further cranes begin with ``crane_2/``.
     """
-    # The load keeps its orientation while the jib turns under it, so its frame turns back against the hook's.
-    position, turn = _in_hook_frame(crane, time_ns, axes, track)
-    # Made once, and set anew for each sample: a message that takes them in copies them.
-    own, move, rows = _luffing_frames(crane, axes) if crane.luffing else _trolley_frames(crane, axes)
-    _rename(own, number)
-    of_machine = rows.shape[1]
-    load = _frame(of_crane("hook", number), component_frame(component_id), Vector3())
 
-    def chain(t: int, row: Sequence[float]) -> Any:
-        frames, when = list(own), stamp(t)
-        move(row)
-        if len(row) > of_machine:
+    def __init__(self, crane: TowerCrane, number: int = 0) -> None:
+        self._crane, self._number = crane, number
+        # Made once, and set anew for each sample: a message that takes them in copies them.
+        frames, move, doubles = _luffing_frames(crane) if crane.luffing else _trolley_frames(crane)
+        _rename(frames, number)
+
+        def of_machine(t: int, row: Sequence[float]) -> Any:
+            move(row)
+            when = stamp(t)
+            for frame in frames:
+                frame.timestamp.CopyFrom(when)
+            return FrameTransforms(transforms=frames)
+
+        self._bare = Form(of_machine, doubles)
+
+    def rows(
+        self, time_ns: NDArray[np.int64], axes: NDArray[np.float64], track: LoadTrack, component_id: str
+    ) -> Iterator[Rows]:
+        """Yield the messages of every sample of a lift, in spans without and with the load.
+
+        Args:
+            time_ns: (N,) int64 samples of the whole lift.
+            axes: (N, 3) float64 slew, radius, height.
+            track: The load's, at a part of those samples.
+            component_id: The load.
+        """
+        # The load keeps its orientation while the jib turns under it, so its frame turns back against the hook's.
+        position, turn = _in_hook_frame(self._crane, time_ns, axes, track)
+        rows = _luffing_rows(self._crane, axes) if self._crane.luffing else _trolley_rows(self._crane, axes)
+        first = int(np.searchsorted(time_ns, track.time_ns[0]))
+        held = _among(time_ns, track.time_ns)
+        last = first + int(held[first:].argmin()) if not held[first:].all() else len(time_ns)
+        sampled = _among(track.time_ns, time_ns)  # while it is turned the load has samples of its own
+        loaded = np.concatenate([rows[first:last], position[sampled], turn[sampled]], axis=1)
+        for times_ns, form, values in (
+            (time_ns[:first], self._bare, rows[:first]),
+            (time_ns[first:last], self._bare.followed_by(self._of_load(component_id)), loaded),
+            (time_ns[last:], self._bare, rows[last:]),
+        ):
+            if len(times_ns):
+                yield Rows(times_ns, TF, form.serialized(times_ns, values))
+
+    def _of_load(self, component_id: str) -> Form:
+        load = _frame(of_crane("hook", self._number), component_frame(component_id), Vector3())
+
+        def on_hook(t: int, row: Sequence[float]) -> Any:
             at, turned = load.translation, load.rotation
-            at.x, at.y, at.z, turned.x, turned.y, turned.z, turned.w = row[of_machine:]
-            frames.append(load)
-        for frame in frames:
-            frame.timestamp.CopyFrom(when)
-        return FrameTransforms(transforms=frames)
+            at.x, at.y, at.z, turned.x, turned.y, turned.z, turned.w = row
+            load.timestamp.CopyFrom(stamp(t))
+            return FrameTransforms(transforms=[load])
 
-    first = int(np.searchsorted(time_ns, track.time_ns[0]))
-    held = np.isin(time_ns, track.time_ns)
-    last = first + int(held[first:].argmin()) if not held[first:].all() else len(time_ns)
-    sampled = np.isin(track.time_ns, time_ns)  # while it is turned the load has samples of its own
-    loaded = np.concatenate([rows[first:last], position[sampled], turn[sampled]], axis=1)
-    for span, values in ((slice(0, first), rows), (slice(first, last), loaded), (slice(last, None), rows)):
-        yield rows_of(TF, time_ns[span], values if values is loaded else values[span], chain)
+        return Form(on_hook, 7)
 
 
-def _trolley_frames(crane: TowerCrane, axes: NDArray[np.float64]) -> Frames:
-    slew, radius, height = axes.T
+Frames = tuple[list[Any], Callable[[Sequence[float]], None], int]
+"""The crane's frames, what sets them from a row of numbers, and how many there are in a row."""
+
+
+def _trolley_frames(crane: TowerCrane) -> Frames:
     base = _frame("site", "crane_base", _vector(crane.base_m))
     jib = _frame("crane_base", "jib", Vector3(z=crane.jib_height_m - crane.base_m[2]))
     trolley, hook = _frame("jib", "trolley", Vector3()), _frame("trolley", "hook", Vector3())
 
     def move(row: Sequence[float]) -> None:
-        jib.rotation.z, jib.rotation.w, trolley.translation.x, hook.translation.z = row[:4]
+        jib.rotation.z, jib.rotation.w, trolley.translation.x, hook.translation.z = row
 
-    rows = np.stack([np.sin(slew / 2.0), np.cos(slew / 2.0), radius, height - crane.jib_height_m], axis=1)
-    return [base, jib, trolley, hook], move, rows
+    return [base, jib, trolley, hook], move, 4
 
 
-def _luffing_frames(crane: TowerCrane, axes: NDArray[np.float64]) -> Frames:
+def _trolley_rows(crane: TowerCrane, axes: NDArray[np.float64]) -> NDArray[np.float64]:
+    slew, radius, height = axes.T
+    return np.stack([np.sin(slew / 2.0), np.cos(slew / 2.0), radius, height - crane.jib_height_m], axis=1)
+
+
+def _luffing_frames(crane: TowerCrane) -> Frames:
     assert crane.luffing is not None
-    slewing, luff, rope = joints_of(crane, axes).T
     base = _frame("site", "crane_base", _vector(crane.base_m))
     platform = _frame("crane_base", "platform", Vector3(z=crane.luffing.pivot_height_m - crane.base_m[2]))
     jib = _frame("platform", "jib", Vector3(x=crane.luffing.pivot_offset_m))
@@ -93,11 +113,15 @@ def _luffing_frames(crane: TowerCrane, axes: NDArray[np.float64]) -> Frames:
 
     def move(row: Sequence[float]) -> None:
         platform.rotation.z, platform.rotation.w, jib.rotation.y, jib.rotation.w = row[:4]
-        tip.rotation.y, tip.rotation.w, hook.translation.z = row[4:7]
+        tip.rotation.y, tip.rotation.w, hook.translation.z = row[4:]
 
+    return [base, platform, jib, tip, hook], move, 7
+
+
+def _luffing_rows(crane: TowerCrane, axes: NDArray[np.float64]) -> NDArray[np.float64]:
+    slewing, luff, rope = joints_of(crane, axes).T
     half, up = slewing / 2.0, luff / 2.0
-    rows = [np.sin(half), np.cos(half), -np.sin(up), np.cos(up), np.sin(up), np.cos(up), -rope]
-    return [base, platform, jib, tip, hook], move, np.stack(rows, axis=1)
+    return np.stack([np.sin(half), np.cos(half), -np.sin(up), np.cos(up), np.sin(up), np.cos(up), -rope], axis=1)
 
 
 def _rename(frames: list[Any], number: int) -> None:
@@ -123,7 +147,7 @@ def load_transforms(track: LoadTrack, component_id: str) -> Iterator[Rows]:
         load.translation.x, load.translation.y, load.translation.z = corner
         return FrameTransforms(transforms=[load])
 
-    yield rows_of(TF, track.time_ns, track.corner_m, transform)
+    yield Rows(track.time_ns, TF, Form(transform, 3).serialized(track.time_ns, track.corner_m))
 
 
 def _in_hook_frame(
@@ -138,6 +162,13 @@ def _in_hook_frame(
     c, s = np.cos(slew / 2.0), -np.sin(slew / 2.0)
     turn = np.stack([c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z], axis=1)
     return position, turn
+
+
+def _among(times_ns: NDArray[np.int64], others_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(N,) which of some times are among others (at least one, ascending)."""
+    at = np.searchsorted(others_ns, times_ns)
+    there: NDArray[np.bool_] = others_ns[np.minimum(at, len(others_ns) - 1)] == times_ns
+    return there
 
 
 def _vector(xyz: Any) -> Any:

@@ -20,9 +20,11 @@ def voxel_grid(site: Site, time_ns: int) -> Any:
     every cell that is sent.
     """
     labels = site.labels.copy()
-    for component in site.components:
-        cells = tuple((component.shape.cells + np.array(component.target_vox, np.int32)).T)
-        labels[cells] = np.where(labels[cells] == Label.AIR, np.uint8(Label.COMPONENT), labels[cells])
+    parts = [component.shape.cells for component in site.components]
+    targets = np.array([component.target_vox for component in site.components], np.int32).reshape(-1, 3)
+    cells = np.concatenate([np.zeros((0, 3), np.int32), *parts]) + np.repeat(targets, [len(part) for part in parts], 0)
+    flat, at = labels.reshape(-1), np.ravel_multi_index(tuple(cells.T), labels.shape)
+    flat[at[flat[at] == Label.AIR]] = Label.COMPONENT
     filled = np.flatnonzero(labels.any(axis=(0, 1)))
     height = int(filled[-1]) + 1 if filled.size else 1
     columns, rows = site.shape[:2]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import kernel
 from bimvox.grid.frame import GridFrame
 from bimvox.planning.proof import Check
 from bimvox.site.component import Component
@@ -26,16 +27,29 @@ def check_shape(check: Check, component: Component, frame: GridFrame) -> None:
     dense[tuple((own + 1).T)] = True
     low = np.array(component.target_vox) - 1
     points = _spread(component.mesh.triangles_m, frame.voxel_size_m / 2)
-    covered = np.zeros(len(points), np.bool_)
     scaled = (points - np.array(frame.origin_m)) / frame.voxel_size_m
-    border = _BORDER_M / frame.voxel_size_m
-    for corner in np.ndindex(2, 2, 2):
-        cells = np.floor(scaled + border * (2 * np.array(corner) - 1)).astype(np.int64) - low
-        inside = ((cells >= 0) & (cells < dense.shape)).all(axis=1)
-        covered[inside] |= dense[tuple(cells[inside].T)]
+    covered = _covered(dense, scaled, low, _BORDER_M / frame.voxel_size_m)
     bare = points[~covered]
     where = f" at ({bare[0][0]:.3f}, {bare[0][1]:.3f}, {bare[0][2]:.3f}) m" if len(bare) else ""
     check.look(not len(bare), f"{component.id}: its surface{where} lies outside its cells", samples=len(points))
+
+
+@kernel
+def _covered(
+    dense: NDArray[np.bool_], scaled: NDArray[np.float64], low: NDArray[np.int64], border: float
+) -> NDArray[np.bool_]:
+    """(N,) whether any of the cells around points, a border's width to either side, is among those that are set."""
+    covered = np.zeros(scaled.shape[0], np.bool_)
+    nx, ny, nz = dense.shape
+    for n in range(scaled.shape[0]):
+        for corner in range(8):
+            x = int(np.floor(scaled[n, 0] + border * (2 * (corner // 4) - 1))) - low[0]
+            y = int(np.floor(scaled[n, 1] + border * (2 * (corner // 2 % 2) - 1))) - low[1]
+            z = int(np.floor(scaled[n, 2] + border * (2 * (corner % 2) - 1))) - low[2]
+            if 0 <= x < nx and 0 <= y < ny and 0 <= z < nz and dense[x, y, z]:
+                covered[n] = True
+                break
+    return covered
 
 
 def _spread(triangles_m: NDArray[np.float64], spacing_m: float) -> NDArray[np.float64]:

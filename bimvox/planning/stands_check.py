@@ -12,8 +12,11 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import kernel
 from bimvox.planning.lift import Lift, Status
+from bimvox.planning.moment import Thing, fixed_things, set_thing
 from bimvox.planning.proof import Check
+from bimvox.site.component import Component
 from bimvox.site.site import Site
 
 
@@ -30,47 +33,57 @@ def check_stands(
         proven: Orders of lifts that were proven before (an extract of a log does not carry them): they have a hold.
     """
     held = np.zeros(site.shape, np.bool_)
-    for blocker in site.blockers:
+    for blocker, fixed in zip(site.blockers, fixed_things(site), strict=True):
         if blocker.kind in ("ground", "structure"):
-            held[tuple(blocker.cells.T)] = True
-    loose: list[int] = []
+            _hold(held, fixed.cells)
+    loose: list[tuple[Component, Thing]] = []
     for lift in lifts:
         if lift.status is not Status.PLANNED:
             continue
         component = site.components[lift.component]
-        cells = component.shape.cells + np.array(component.target_vox, np.int32)
+        thing = set_thing(site, lift)
+        cells = thing.cells
         if lift.order in proven or component.id in unheld:
-            held[tuple(cells.T)] = True
+            _hold(held, cells)
             continue
         check.about = component.id
         check.look(True, "")
         if not _touches(held, cells):
-            loose.append(component.index)
+            loose.append((component, thing))
             continue
-        held[tuple(cells.T)] = True
+        _hold(held, cells)
         caught = True
         while caught:
             caught = False
-            for index in list(loose):
-                other = site.components[index]
-                own = other.shape.cells + np.array(other.target_vox, np.int32)
-                if _touches(held, own):
-                    held[tuple(own.T)] = True
-                    loose.remove(index)
+            for other, waits in list(loose):
+                if _touches(held, waits.cells):
+                    _hold(held, waits.cells)
+                    loose.remove((other, waits))
                     caught = True
                     check.about = other.id
                     check.look(False, f"{other.id}: has no hold until {component.id} is set")
     check.about = None
 
 
+@kernel
+def _hold(held: NDArray[np.bool_], cells: NDArray[np.int32]) -> None:
+    """Note that cells are held; those outside the grid hold nothing."""
+    nx, ny, nz = held.shape
+    for n in range(cells.shape[0]):
+        x, y, z = cells[n, 0], cells[n, 1], cells[n, 2]
+        if 0 <= x < nx and 0 <= y < ny and 0 <= z < nz:
+            held[x, y, z] = True
+
+
+@kernel
 def _touches(held: NDArray[np.bool_], cells: NDArray[np.int32]) -> bool:
     """Whether a cell that is held is among the cells or beside one of them, corners included."""
-    low = np.maximum(cells.min(axis=0) - 1, 0)
-    near = held[tuple(slice(int(a), int(b)) for a, b in zip(low, cells.max(axis=0) + 2, strict=True))]
-    if not near.any():
-        return False
-    at = np.argwhere(near) + low
-    own = np.zeros(np.array(near.shape) + 2, np.bool_)
-    own[tuple((cells - low + 1).T)] = True
-    around = np.stack(np.meshgrid(*[np.arange(-1, 2)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    return any(bool(own[tuple((at - low + 1 + shift).T)].any()) for shift in around)
+    nx, ny, nz = held.shape
+    for n in range(cells.shape[0]):
+        x, y, z = cells[n, 0], cells[n, 1], cells[n, 2]
+        for i in range(max(x - 1, 0), min(x + 2, nx)):
+            for j in range(max(y - 1, 0), min(y + 2, ny)):
+                for k in range(max(z - 1, 0), min(z + 2, nz)):
+                    if held[i, j, k]:
+                        return True
+    return False

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.planning.erosion import eroded_triangles_m, pair_depths_m, thickness_m
+from bimvox.planning.kept import kept
 from bimvox.planning.lift import LiftPlan
 from bimvox.planning.proof import Check
 from bimvox.planning.triangle_object import collision_object
@@ -23,7 +24,8 @@ from bimvox.site.component import Component
 _SPACING_M = 0.02
 _ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
 _SHARES_STILL_INSIDE = (0.3, 0.5, 0.7, 0.9)  # shares of its way out at one of which a part must still meet the other
-_Objects = dict[tuple[int, float], fcl.CollisionObject]
+_Key = tuple[bool, int, float]  # whether it is moved about, number of the solid, how far its surface is moved inward
+_ROUNDING_M = 1e-9  # boxes this close are not taken to be apart
 _AT_CELL_VOX = 0.01  # a position this close to a placement is at it
 
 
@@ -53,11 +55,10 @@ class TriangleCheck:
             for c in plan.clashes
             if c.first in numbers and c.second in numbers
         }
-        self._boxes = [mesh.bounds_m for mesh in self._meshes]
+        self._boxes = [_bounds_m(mesh) for mesh in self._meshes]
         self._bounds = np.array(self._boxes, np.float64).reshape(-1, 2, 3)
-        self._known_thickness_m: dict[int, float] = {}
-        self._raw: _Objects = {}
-        self._movable: _Objects = {}
+        self._objects: dict[_Key, fcl.CollisionObject] = {}
+        self._trusted: set[_Key] = set()
 
     def check_moves(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
         """Check that a part meets another no deeper than it may along a path of unit moves.
@@ -91,18 +92,10 @@ class TriangleCheck:
             return
         tolerance_m = self._site.rules.contact_tolerance_m
         depths_m = pair_depths_m(component.index, other, self._thickness_m(component.index, other), tolerance_m)
-        part = self._eroded(check, component.index, depths_m[0], self._movable)
-        fixed = self._eroded(check, other, depths_m[1], self._raw)
-        for offset_m in _finely(offsets_m, self._spacing_m(component.index, other)):
-            if (low + offset_m > other_high).any() or (high + offset_m < other_low).any():
-                check.look(True, "")
-                continue
-            part.setTranslation(offset_m + way_m)
-            met = bool(fcl.collide(part, fixed))
-            check.look(
-                not met,
-                f"{component.id}: meets {self._ids[other]} deeper than it may, at {_metres(offset_m)}",
-            )
+        part_box = self._inner_box(check, component.index, depths_m[0], moving=True)
+        fixed_box = self._inner_box(check, other, depths_m[1], moving=False)
+        for offset_m in self._met(check, component, offsets_m, other, (part_box, way_m), fixed_box, depths_m):
+            check.look(False, f"{component.id}: meets {self._ids[other]} deeper than it may, at {_metres(offset_m)}")
         check.measure(float(np.abs(way_m).sum()) + self._site.rules.contact_tolerance_m)
 
     def check_apart(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
@@ -121,23 +114,61 @@ class TriangleCheck:
         other_low, other_high = self._boxes[other]
         if (low + offsets_m.min(axis=0) > other_high).any() or (high + offsets_m.max(axis=0) < other_low).any():
             return
-        part, fixed = self._moved(component.index), self._fixed(other)
-        for offset_m in _finely(offsets_m, self._spacing_m(component.index, other)):
-            if (low + offset_m > other_high).any() or (high + offset_m < other_low).any():
-                check.look(True, "")
-                continue
-            part.setTranslation(offset_m)
-            check.look(
-                not fcl.collide(part, fixed),
-                f"{component.id}: meets {self._ids[other]}, which it passes by, at {_metres(offset_m)}",
-            )
+        drawn = (self._boxes[component.index], np.zeros(3))
+        for offset_m in self._met(check, component, offsets_m, other, drawn, self._boxes[other], (0.0, 0.0)):
+            check.look(False, f"{component.id}: meets {self._ids[other]}, which it passes by, at {_metres(offset_m)}")
+
+    def _met(
+        self,
+        check: Check,
+        component: Component,
+        offsets_m: NDArray[np.float64],
+        other: int,
+        part: tuple[NDArray[np.float64], NDArray[np.float64]],
+        fixed: NDArray[np.float64],
+        depths_m: tuple[float, float],
+    ) -> list[NDArray[np.float64]]:
+        """Return the offsets, finely, at which triangles meet; the others are counted as looked at and good.
+
+        Solids whose boxes are apart do not meet, neither do triangles: only the rest is for the collision library.
+
+        Args:
+            check: Where the count goes.
+            component: The part.
+            offsets_m: (N, 3) where it is, relative to its place in the building.
+            other: Number of the other solid.
+            part: (2, 3) the box around the part's triangles, and (3,) what they are moved by beside the offset.
+            fixed: (2, 3) the box around the other's.
+            depths_m: How far the surfaces of both are moved inward.
+        """
+        (box, way_m), (fixed_low, fixed_high) = part, fixed
+        fine_m = _finely(offsets_m, self._spacing_m(component.index, other))
+        low, high = self._boxes[component.index]
+        other_low, other_high = self._boxes[other]
+        apart = (low + fine_m > other_high) | (high + fine_m < other_low)
+        low, high = box + way_m
+        apart |= (low + fine_m > fixed_high + _ROUNDING_M) | (high + fine_m < fixed_low - _ROUNDING_M)
+        met: list[NDArray[np.float64]] = []
+        close_m = fine_m[~apart.any(axis=1)]
+        if len(close_m):
+            moving = self._moved(component.index, depths_m[0])
+            fixed_object = self._fixed(other, depths_m[1])
+        for offset_m in close_m:
+            moving.setTranslation(offset_m + way_m)
+            if fcl.collide(moving, fixed_object):
+                met.append(offset_m)
+        check.look(True, "", samples=len(fine_m) - len(met))
+        return met
 
     def rope_is_clear(self, component: Component, offset_m: NDArray[np.float64], other: int) -> bool:
         """Return whether a rope above the part's hook line misses another solid's triangles."""
         frame = self._site.frame
         foot = np.array(component.target_vox) + np.array(component.hook_offset_vox) + np.array([0.5, 0.5, 0.0])
         foot_m = np.array(frame.origin_m) + frame.voxel_size_m * foot + offset_m
-        top_m = max(self._boxes[other][1][2], foot_m[2]) + 1.0
+        low, high = self._boxes[other]
+        if (foot_m[:2] - _ROPE_M > high[:2]).any() or (foot_m[:2] + _ROPE_M < low[:2]).any():
+            return True
+        top_m = max(high[2], foot_m[2]) + 1.0
         rope = fcl.CollisionObject(fcl.Box(_ROPE_M, _ROPE_M, top_m - foot_m[2]))
         rope.setTranslation(np.array([foot_m[0], foot_m[1], (foot_m[2] + top_m) / 2]))
         return not fcl.collide(rope, self._fixed(other))
@@ -153,7 +184,7 @@ class TriangleCheck:
         centre = (low + high) / 2
         scale = np.ones(3)
         scale[:2] = 1.0 - 2.0 * tolerance_m / np.maximum((high - low)[:2], 1e-9)  # a sheet has no thickness
-        sunk = collision_object((component.mesh.triangles_m - centre) * scale + centre)
+        sunk: fcl.CollisionObject | None = None
         found = []
         lows, highs = self._bounds[: len(self._site.components), 0], self._bounds[: len(self._site.components), 1]
         over = ((lows[:, :2] < high[:2]) & (highs[:, :2] > low[:2])).all(axis=1)
@@ -164,6 +195,8 @@ class TriangleCheck:
             pair = (component.index, other)
             if other == component.index or pair in self._clashes or pair[::-1] in self._clashes:
                 continue
+            if sunk is None:
+                sunk = collision_object((component.mesh.triangles_m - centre) * scale + centre)
             sunk.setTranslation(np.array([0.0, 0.0, other_high[2] - low[2] - 1e-4]))
             if fcl.collide(sunk, self._fixed(other)):
                 found.append(other)
@@ -210,10 +243,7 @@ class TriangleCheck:
 
     def _thickness_m(self, *numbers: int) -> dict[int, float]:
         """Thickness of the solids that are asked for; of many only a few ever touch."""
-        for number in numbers:
-            if number not in self._known_thickness_m:
-                self._known_thickness_m[number] = thickness_m(self._meshes[number])
-        return self._known_thickness_m
+        return {number: _thickness_m(self._meshes[number]) for number in numbers}
 
     def _cells(self, number: int) -> NDArray[np.int32]:
         """(N, 3) cells of a solid at its place."""
@@ -228,36 +258,49 @@ class TriangleCheck:
         thickness = min(float((b[1] - b[0]).min()) for b in (self._boxes[first], self._boxes[second]))
         return float(np.clip(thickness / 2, 0.002, _SPACING_M))
 
-    def _eroded(self, check: Check, number: int, depth_m: float, kept: _Objects) -> fcl.CollisionObject:
-        """A part with its surface moved inward, checked to have kept its shape."""
-        key = (number, round(depth_m, 6))
-        if key not in kept:
-            mesh = self._meshes[number]
-            inner = mesh.triangles_m
-            if depth_m > 0.0:
-                low, high = self._boxes[number]
-                inner = eroded_triangles_m(mesh, depth_m)
-                slack = 3.0 * depth_m + 1e-6
-                moved = np.abs(np.stack([inner.min(axis=(0, 1)) - low, inner.max(axis=(0, 1)) - high])).max()
-                check.look(
-                    bool(moved <= slack and len(inner) >= 0.5 * len(mesh.faces)),
-                    f"{self._ids[number]}: its surface moved inward by {depth_m:.3f} m lost its shape",
-                )
-            kept[key] = collision_object(inner)
-        return kept[key]
+    def _inner_box(self, check: Check, number: int, depth_m: float, *, moving: bool) -> NDArray[np.float64]:
+        """(2, 3) the box around a solid with its surface moved inward, checked once to have kept its shape."""
+        _, box, is_whole = _inner(self._meshes[number], depth_m)
+        key = (moving, number, round(depth_m, 6))
+        if depth_m > 0.0 and key not in self._trusted:
+            self._trusted.add(key)
+            check.look(is_whole, f"{self._ids[number]}: its surface moved inward by {depth_m:.3f} m lost its shape")
+        return box
 
-    def _moved(self, number: int) -> fcl.CollisionObject:
-        """A solid as it is, to be moved about (``_fixed`` ones stay where they are)."""
-        key = (number, 0.0)
-        if key not in self._movable:
-            self._movable[key] = collision_object(self._meshes[number].triangles_m)
-        return self._movable[key]
+    def _moved(self, number: int, depth_m: float = 0.0) -> fcl.CollisionObject:
+        """A solid, its surface moved inward, to be moved about (``_fixed`` ones stay where they are)."""
+        return self._object(True, number, depth_m)
 
-    def _fixed(self, number: int) -> fcl.CollisionObject:
-        key = (number, 0.0)
-        if key not in self._raw:
-            self._raw[key] = collision_object(self._meshes[number].triangles_m)
-        return self._raw[key]
+    def _fixed(self, number: int, depth_m: float = 0.0) -> fcl.CollisionObject:
+        return self._object(False, number, depth_m)
+
+    def _object(self, moving: bool, number: int, depth_m: float) -> fcl.CollisionObject:
+        key, mesh = (moving, number, round(depth_m, 6)), self._meshes[number]
+        if key not in self._objects:
+            self._objects[key] = collision_object(_inner(mesh, depth_m)[0] if depth_m > 0.0 else mesh.triangles_m)
+        return self._objects[key]
+
+
+@kept
+def _bounds_m(mesh: TriangleMesh) -> NDArray[np.float64]:
+    return mesh.bounds_m
+
+
+@kept
+def _thickness_m(mesh: TriangleMesh) -> float:
+    return thickness_m(mesh)
+
+
+@kept
+def _inner(mesh: TriangleMesh, depth_m: float) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
+    """(F, 3, 3) triangles with the surface moved inward, (2, 3) the box around them, and whether they kept the shape.
+
+    The moved surface lies within reach of the true one, and most of its triangles are left.
+    """
+    inner = eroded_triangles_m(mesh, depth_m) if depth_m > 0.0 else mesh.triangles_m
+    box = np.stack([inner.min(axis=(0, 1)), inner.max(axis=(0, 1))])
+    moved = np.abs(box - _bounds_m(mesh)).max()
+    return inner, box, bool(moved <= 3.0 * depth_m + 1e-6 and len(inner) >= 0.5 * len(mesh.faces))
 
 
 def _finely(points_m: NDArray[np.float64], spacing_m: float) -> NDArray[np.float64]:

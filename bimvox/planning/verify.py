@@ -15,8 +15,8 @@ from scipy.ndimage import maximum_filter
 
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
-from bimvox.planning.marks import Marks
-from bimvox.planning.moment import Thing, cells_in_common, moments, near_and_far, passed_by
+from bimvox.planning.marks import Marks, hits
+from bimvox.planning.moment import Thing, beside, cells_in_common, moments, near_and_far, passed_by
 from bimvox.planning.proof import Check, Verification, turn_to
 from bimvox.planning.shape_check import check_shape
 from bimvox.planning.site_rules_check import check_rope_margin, check_wind, check_zones
@@ -24,8 +24,6 @@ from bimvox.planning.stands_check import check_stands
 from bimvox.planning.triangle_check import TriangleCheck
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape
-
-_CHUNK = 2_000_000
 
 
 def verify_plan(
@@ -52,7 +50,7 @@ class _Verifier:
         self.lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
         self.triangles = TriangleCheck(plan)
         self.known_shapes = known_shapes
-        self.marks = Marks(self.site.shape)
+        self.marks, self.near_marks = Marks(self.site.shape), Marks(self.site.shape)
         names = (
             "complete",
             "shapes",
@@ -197,10 +195,9 @@ class _Verifier:
         low = np.array(place.cell_vox)
         raised = "erected" if place.pose is not StoredPose.AS_BUILT else "raised"
         first, last = low.tolist(), (low + size - 1).tolist()
-        for thing in present:
-            if thing.is_apart(first, last):
-                check.look(True, "")
-                continue
+        close = beside(present, first, last)
+        check.look(True, "", samples=len(present) - len(close))
+        for thing in close:
             hit = ((thing.cells >= low) & (thing.cells < low + size)).all(axis=1)
             check.look(not hit.any(), f"{component.id}: meets {thing.name} while it is {raised}")
         self._check_turning(check, component, place, present)
@@ -224,7 +221,12 @@ class _Verifier:
         centre = axis + 0.5
         inside = (centre - radius >= -1e-9).all() and (centre + radius <= np.array(self.site.shape[:2]) + 1e-9).all()
         check.look(bool(inside) and high <= self.site.shape[2], f"{component.id}: turns beyond the site's boundary")
-        for thing in present:
+        # The circle fits into this box of cells.
+        reach = int(np.ceil(radius)) + 1
+        first, last = [*(axis - reach).tolist(), low], [*(axis + reach).tolist(), high - 1]
+        close = beside(present, first, last)
+        check.look(True, "", samples=len(present) - len(close))
+        for thing in close:
             cells = thing.cells[(thing.cells[:, 2] >= low) & (thing.cells[:, 2] < high)]
             away = np.hypot(*np.maximum(np.abs(cells[:, :2] - axis) - 0.5, 0.0).T)
             check.look(bool((away >= radius - 1e-9).all()), f"{component.id}: meets {thing.name} while it is turned")
@@ -239,12 +241,12 @@ class _Verifier:
         own = component.shape.cells
         near, far = near_and_far(component, present)
         with self.marks.without(near):
-            hits_far = self._hits(own, path, self.marks.counts)
+            hits_far = self.marks.hits(own, path)
         gate = max(0, len(path) - 1 - lift.contact_moves)
         if hits_far[gate + 1 :].any() and not hits_far[gate]:
             passed = passed_by(component, far, path[gate + 1 :])
             with self.marks.without([*near, *passed]):
-                hits_far[gate + 1 :] = self._hits(own, path[gate + 1 :], self.marks.counts)
+                hits_far[gate + 1 :] = self.marks.hits(own, path[gate + 1 :])
             offsets_m = (path[gate:] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
             for thing in passed:
                 self.triangles.check_apart(self.checks["triangles"], component, offsets_m, thing.solid)
@@ -253,7 +255,8 @@ class _Verifier:
             names = [t.name for t in far if len(cells_in_common(cells, t.cells))]
             check.look(False, f"{component.id}: at placement {n}, cell {tuple(path[n])}, it meets {', '.join(names)}")
         check.look(True, "", samples=len(path) * len(own))
-        hits_near = self._hits(own, path, Marks(self.site.shape, near).counts)
+        self.near_marks.move_to(near)
+        hits_near = self.near_marks.hits(own, path)
         if not hits_near.any():
             return
         first = max(0, int(np.flatnonzero(hits_near)[0]) - 1)
@@ -269,7 +272,7 @@ class _Verifier:
             return
         reach = 2 * int(np.ceil(margin_m / size_m - 1e-9)) + 1
         wide = maximum_filter(self.marks.counts, size=reach, mode="constant", cval=0)
-        near = self._hits(component.shape.cells, path, wide)
+        near: NDArray[np.bool_] = hits(wide, component.shape.cells, path.astype(np.int64))
         gate = max(0, len(path) - 1 - lift.contact_moves)
         rising = (path[:, :2] == path[0, :2]).all(axis=1) & (np.diff(path[:, 2], prepend=path[0, 2] - 1) == 1)
         departure = int(np.argmin(rising & near)) if not (rising & near).all() else len(path)
@@ -279,14 +282,6 @@ class _Verifier:
             f"{component.id}: at placement {bad[:1]} it comes nearer than {margin_m:g} m to something",
             samples=max(0, gate + 1 - departure),
         )
-
-    def _hits(self, own: NDArray[np.int32], path: NDArray[np.int32], marked: NDArray[np.uint16]) -> NDArray[np.bool_]:
-        hits = np.zeros(len(path), np.bool_)
-        step = max(1, _CHUNK // len(own))
-        for n in range(0, len(path), step):
-            cells = path[n : n + step, None, :] + own[None, :, :]
-            hits[n : n + step] = marked[cells[..., 0], cells[..., 1], cells[..., 2]].any(axis=1)
-        return hits
 
     def _check_hook(self, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
         site, crane = self.site, self.site.crane_of(component)
@@ -318,13 +313,11 @@ class _Verifier:
         self, component: Component, path: NDArray[np.int32], hook: NDArray[np.int32], present: Sequence[Thing]
     ) -> None:
         check = self.checks["rope"]
-        marked = self.marks.counts
-        for n, (x, y, z) in enumerate(hook.tolist()):
-            column = marked[x, y, max(z, 0) :]
-            if not column.any():
-                check.look(True, "")
-                continue
-            above = np.array([[x, y, z + int(k)] for k in np.flatnonzero(column)])
+        met = np.flatnonzero(self.marks.over(hook))
+        check.look(True, "", samples=len(hook) - len(met))
+        for n in met.tolist():
+            x, y, z = hook[n].tolist()
+            above = np.array([[x, y, z + int(k)] for k in np.flatnonzero(self.marks.counts[x, y, z:])])
             over = [t for t in present if len(cells_in_common(above, t.cells))]
             offset_m = (path[n] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
             clear = all(t.solid >= 0 and self.triangles.rope_is_clear(component, offset_m, t.solid) for t in over)

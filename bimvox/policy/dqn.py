@@ -22,6 +22,7 @@ from torch.nn import functional
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.policy.config import DqnConfig
+from bimvox.policy.device import device_named
 from bimvox.policy.framed_policy import FramedPolicy, FramedQNetwork, blocked_in_frame, frame_actions
 from bimvox.policy.network import QNetwork
 from bimvox.policy.replay import ViewReplay, packed, unpacked
@@ -42,6 +43,9 @@ class LiftDqn(DQN):
             weights depend on the machine.
         half: Multiply in bfloat16 (the weights stay in float32): three times as fast where the processor has matrix
             units for it.
+
+    Raises:
+        PolicyError: There is no such device here.
     """
 
     def __init__(
@@ -69,7 +73,7 @@ class LiftDqn(DQN):
             policy_kwargs={"net_arch": list(config.hidden)},
             replay_buffer_class=ViewReplay,  # type: ignore[arg-type]
             replay_buffer_kwargs={"teacher": config.teacher > 0.0, "seed": seed},
-            device=device,
+            device=device_named(device),
             seed=seed,
         )
         # Without a logger of its own, every run of stable-baselines3 leaves an empty folder in the temporary files.

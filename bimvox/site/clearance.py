@@ -89,3 +89,37 @@ def placement_is_free(clearance: Clearance, x: int, y: int, z: int) -> bool:
     if 0 <= i < cleared.shape[0] and 0 <= j < cleared.shape[1] and 0 <= k < cleared.shape[2] and cleared[i, j, k]:
         return True
     return boxes_are_free(clearance, x, y, z) and hook_is_free(clearance, x, y, z)
+
+
+@leaf_kernel
+def range_is_free(clearance: Clearance, around: tuple[int, int, int, int, int, int]) -> bool:
+    """Return whether everything that the component takes up in a range of placements is free, all of it at once.
+
+    Where it is not, single placements may be free all the same.
+
+    Args:
+        clearance: The collision rule.
+        around: First and last placement, both inclusive; the first no higher than the last.
+    """
+    table, boxes = clearance.table, clearance.boxes
+    x, y, z, last_x, last_y, last_z = around
+    for b in range(boxes.shape[0]):
+        x0, y0, z0 = x + boxes[b, 0], y + boxes[b, 1], z + boxes[b, 2]
+        x1, y1, z1 = last_x + boxes[b, 3], last_y + boxes[b, 4], last_z + boxes[b, 5]
+        if x0 < 0 or y0 < 0 or z0 < 0 or x1 >= table.shape[0] or y1 >= table.shape[1] or z1 >= table.shape[2]:
+            return False
+        if box_sum(table, x0, y0, z0, x1, y1, z1) != 0:
+            return False
+    for i in range(x, last_x + 1):
+        for j in range(y, last_y + 1):
+            if not (hook_is_free(clearance, i, j, z) and hook_is_free(clearance, i, j, last_z)):
+                return False
+    return True
+
+
+@leaf_kernel
+def free_up_to(clearance: Clearance, x: int, y: int, z: int) -> int:
+    """Return the lowest z, from the given one up, at which the component may not be in a column of placements."""
+    while z < clearance.table.shape[2] and placement_is_free(clearance, x, y, z):
+        z += 1
+    return z

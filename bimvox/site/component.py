@@ -90,7 +90,7 @@ class Lifting:
 USUAL_LIFTING = Lifting()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Component:
     """One part to be lifted.
 

@@ -83,7 +83,7 @@ class Rules:
     crane_separation_m: float = field(default=2.0, metadata=SPARSE)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Blocker:
     """One fixed thing that can be in the way.
 

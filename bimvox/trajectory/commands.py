@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +48,9 @@ class CraneCommand:
     loaded: bool
 
 
+PHASES = tuple(PhaseName)
+"""The phases, as ``Commands.phase`` counts them."""
+
 _LOADED = frozenset(
     (
         PhaseName.RAISE,
@@ -60,38 +64,77 @@ _LOADED = frozenset(
 )
 
 
-def commands(motions: Sequence[LiftMotion], period_s: float) -> tuple[CraneCommand, ...]:
-    """Return the commands of motions: one at every multiple of the period and at every start of a phase.
+@dataclass(frozen=True, slots=True, eq=False)
+class Commands:
+    """The commands of one lift, column by column; as a sequence, one ``CraneCommand`` after the other.
 
-    The last command of each lift, at its end, has zero rates.
+    Attributes:
+        order: The lift's position in the assembly order.
+        component: Index into ``Site.components``.
+        time_ns: (N,) int64 when each is given, on the site's clock, ascending.
+        phase: (N,) int64 index into ``PHASES``.
+        rates: (N, 3) float64 slewing (rad/s), trolley (m/s) and hoisting rate (m/s), to hold until the next one.
+        targets: (N, 3) float64 slew (rad), radius (m) and height (m) at the next one.
+        loaded: (N,) bool, whether the part hangs on the hook.
+    """
+
+    order: int
+    component: int
+    time_ns: NDArray[np.int64]
+    phase: NDArray[np.int64]
+    rates: NDArray[np.float64]
+    targets: NDArray[np.float64]
+    loaded: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.time_ns)
+
+    def __getitem__(self, number: int) -> CraneCommand:
+        slew_rate, trolley_rate, hoist_rate = self.rates[number].tolist()
+        slew, radius, height = self.targets[number].tolist()
+        return CraneCommand(
+            time_ns=int(self.time_ns[number]),
+            order=self.order,
+            component=self.component,
+            phase=PHASES[self.phase[number]],
+            slew_rate_rad_s=slew_rate,
+            trolley_rate_m_s=trolley_rate,
+            hoist_rate_m_s=hoist_rate,
+            target_slew_rad=slew,
+            target_radius_m=radius,
+            target_height_m=height,
+            loaded=bool(self.loaded[number]),
+        )
+
+    def __iter__(self) -> Iterator[CraneCommand]:
+        return (self[number] for number in range(len(self)))
+
+
+def commands(motion: LiftMotion, period_s: float) -> Commands:
+    """Return the commands of a motion: one at every multiple of the period and at every start of a phase.
+
+    The last one, at its end, has zero rates.
 
     Args:
-        motions: Lifts in order.
+        motion: The motion of a lift.
         period_s: Time between commands.
 
     Raises:
         InputError: If the period is not positive.
     """
-    result: list[CraneCommand] = []
-    for motion in motions:
-        time_ns, axes = motion.samples()
-        lifted_ns = motion.start_ns + int(motion.raising.time_ns[0])
-        result += commands_along(
-            time_ns,
-            axes,
-            period_s,
-            order=motion.order,
-            component=motion.component,
-            phase_at=motion.phase_name_at,
-            is_loaded=_is_loaded_from(lifted_ns),
-            starts_ns=[phase.start_ns for phase in motion.phases],
-        )
-    return tuple(result)
-
-
-def _is_loaded_from(lifted_ns: int) -> Callable[[int, PhaseName], bool]:
-    """Whether the part hangs on the hook, when it is lifted at a time: a stop before that is one of the empty hook."""
-    return lambda time_ns, phase: phase in _LOADED and time_ns >= lifted_ns
+    time_ns, axes = motion.samples()
+    lifted_ns = motion.start_ns + int(motion.raising.time_ns[0])
+    return commands_along(
+        time_ns,
+        axes,
+        period_s,
+        order=motion.order,
+        component=motion.component,
+        phase_at=motion.phase_name_at,
+        # A stop before the part is lifted is one of the empty hook.
+        is_loaded=lambda at_ns, phase: (at_ns >= lifted_ns) & (phase in _LOADED),
+        starts_ns=[phase.start_ns for phase in motion.phases],
+    )
 
 
 def commands_along(
@@ -102,9 +145,9 @@ def commands_along(
     order: int,
     component: int,
     phase_at: Callable[[int], PhaseName],
-    is_loaded: Callable[[int, PhaseName], bool],
+    is_loaded: Callable[[NDArray[np.int64], PhaseName], NDArray[np.bool_]],
     starts_ns: Sequence[int] = (),
-) -> tuple[CraneCommand, ...]:
+) -> Commands:
     """Return the commands along one series of samples: one at every multiple of the period, the last with zero rates.
 
     Args:
@@ -113,8 +156,8 @@ def commands_along(
         period_s: Time between commands.
         order: The lift's position in the assembly order.
         component: Index into ``Site.components``.
-        phase_at: The phase at a time.
-        is_loaded: Whether the part hangs on the hook at a time, in a phase.
+        phase_at: The phase at a time; it changes at ``starts_ns`` only.
+        is_loaded: Whether the part hangs on the hook at times, all in one phase.
         starts_ns: Other times of a command.
 
     Raises:
@@ -125,19 +168,18 @@ def commands_along(
     period_ns = max(1, round(period_s * NS_PER_S))
     start_ns, end_ns = int(time_ns[0]), int(time_ns[-1])
     regular = np.arange(-(-start_ns // period_ns) * period_ns, end_ns, period_ns, dtype=np.int64)
-    at_ns = np.unique(np.concatenate([regular, np.array([start_ns, *starts_ns, end_ns], np.int64)]))
+    at_ns = np.sort(np.concatenate([regular, np.array([start_ns, *starts_ns, end_ns], np.int64)]))
+    at_ns = at_ns[np.append(True, at_ns[1:] > at_ns[:-1])]
     since = (at_ns - start_ns).astype(np.float64)
     own = (time_ns - start_ns).astype(np.float64)
     poses = np.stack([np.interp(since, own, axis) for axis in axes.T], axis=1)
-    rates = np.diff(poses, axis=0) / (np.diff(at_ns)[:, None] / NS_PER_S)
-    rates = np.concatenate([rates, np.zeros((1, 3))])
+    rates = np.zeros_like(poses)
+    rates[:-1] = np.diff(poses, axis=0) / (np.diff(at_ns)[:, None] / NS_PER_S)
     targets = np.concatenate([poses[1:], poses[-1:]])
-    result: list[CraneCommand] = []
-    phase, until_ns = phase_at(start_ns), -1
-    borders_ns = iter([*sorted(starts_ns), end_ns + 1])
-    for t, rate, target in zip(at_ns.tolist(), rates.tolist(), targets.tolist(), strict=True):
-        if t >= until_ns:  # the phase is asked for only where it may change
-            phase, until_ns = phase_at(t), next((border for border in borders_ns if border > t), end_ns + 1)
-        rates_and_targets = (rate[0], rate[1], rate[2], target[0], target[1], target[2])
-        result.append(CraneCommand(t, order, component, phase, *rates_and_targets, is_loaded(t, phase)))
-    return tuple(result)
+    phases, loaded = np.empty(len(at_ns), np.int64), np.empty(len(at_ns), np.bool_)
+    borders = np.searchsorted(at_ns, np.array(sorted({start_ns, *starts_ns}), np.int64)).tolist()
+    for begin, end in pairwise([*borders, len(at_ns)]):
+        phase = phase_at(int(at_ns[begin]))
+        phases[begin:end] = PHASES.index(phase)
+        loaded[begin:end] = is_loaded(at_ns[begin:end], phase)
+    return Commands(order, component, at_ns, phases, rates, targets, loaded)

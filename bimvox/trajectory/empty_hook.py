@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
+from bimvox.compiled import kernel, leaf_kernel
 from bimvox.grid.occupancy import box_sum
 from bimvox.planning.lift import YardPlace
 from bimvox.site.clearance import NOTHING_CLEARED, Clearance
@@ -20,6 +20,8 @@ from bimvox.site.site import Site
 
 HOOK_CELL = np.array([[0, 0, 0, 1, 1, 1]], np.int32)
 HOOK_OFFSET = np.zeros(3, np.int32)
+_BLOCK = 8
+"""Columns a side that are looked at together first."""
 
 
 def empty_hook_clearance(
@@ -58,16 +60,27 @@ def empty_hook_clearance(
 @kernel
 def _top_of_table(table: NDArray[np.int32]) -> NDArray[np.int32]:
     """(X, Y) int32 height map from a summed-area table: one above the highest occupied cell of each column."""
-    nx, ny, nz = table.shape[0] - 1, table.shape[1] - 1, table.shape[2] - 1
+    nx, ny = table.shape[0] - 1, table.shape[1] - 1
     top = np.zeros((nx, ny), np.int32)
-    for i in range(nx):
-        for j in range(ny):
-            low, high = 0, nz
-            while low < high:
-                middle = (low + high) // 2
-                if box_sum(table, i, j, middle, i + 1, j + 1, nz) == 0:
-                    high = middle
-                else:
-                    low = middle + 1
-            top[i, j] = low
+    # Most columns are as low as all around them: a block's own top bounds those of its columns.
+    for i0 in range(0, nx, _BLOCK):
+        for j0 in range(0, ny, _BLOCK):
+            i1, j1 = min(i0 + _BLOCK, nx), min(j0 + _BLOCK, ny)
+            highest = _top_of_box(table, i0, j0, i1, j1, table.shape[2] - 1)
+            for i in range(i0, i1):
+                for j in range(j0, j1):
+                    top[i, j] = _top_of_box(table, i, j, i + 1, j + 1, highest)
     return top
+
+
+@leaf_kernel
+def _top_of_box(table: NDArray[np.int32], x0: int, y0: int, x1: int, y1: int, highest: int) -> int:
+    """One above the highest occupied cell of the columns [x0, x1) x [y0, y1), of which none is above ``highest``."""
+    low, high = 0, highest
+    while low < high:
+        middle = (low + high) // 2
+        if box_sum(table, x0, y0, middle, x1, y1, highest) == 0:
+            high = middle
+        else:
+            low = middle + 1
+    return low

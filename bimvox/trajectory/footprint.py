@@ -31,7 +31,8 @@ from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
 from bimvox.trajectory.verify_hook import jib_cell, reaches_jib, tallest_met
 from bimvox.trajectory.verify_jib import swept_by_jib
-from bimvox.trajectory.verify_space import placements_around, reference_cells, way_of
+from bimvox.trajectory.verify_placements import Placements
+from bimvox.trajectory.verify_space import reference_cells, way_of
 from bimvox.trajectory.verify_swing import swung_placements
 
 _WORD = 64
@@ -241,7 +242,7 @@ def _rest_of(trajectory: Trajectory, rest_ns: int) -> Trajectory | None:
 def _placements(site: Site, crane: TowerCrane, trajectory: Trajectory, hook_offset: IntVec) -> NDArray[np.int64]:
     way = way_of(crane, axes_of_samples(trajectory), site.frame.voxel_size_m)
     cells = reference_cells(crane, site.frame, way.axes, hook_offset)
-    return placements_around(cells, way.slack_vox).cells
+    return Placements(cells, way.slack_vox).cells
 
 
 _ORIGIN = np.zeros((1, 3), np.int64)

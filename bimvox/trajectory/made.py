@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.lift import Epoch, Lift, LiftPlan
 from bimvox.planning.obstruction_change import ObstructionChange
@@ -47,7 +45,7 @@ class Made:
 
     Attributes:
         lifts: Every lift so far.
-        motions: Their motions.
+        motions: Their motions, as far as they are on the clock.
         examined: Of infeasible lifts: the cells that decided.
         new_paths: Lifts whose path is proven anew, or was taken again.
         new_motions: The same of their motions.
@@ -58,6 +56,7 @@ class Made:
         memory: How lifts that were changed stood before.
         held: The lift under way that is stopped and finds no way on.
         redirected: The lift under way that was stopped or takes another way.
+        laid: Motions to be laid on the clock one after the other, by ascending order; None for those still to be made.
     """
 
     lifts: list[Lift] = field(default_factory=list)
@@ -72,6 +71,12 @@ class Made:
     memory: dict[int, tuple[Version, ...]] = field(default_factory=dict)
     held: Held | None = None
     redirected: Redirected | None = None
+    laid: dict[int, LiftMotion | None] = field(default_factory=dict)
+
+    @property
+    def motions_to_make(self) -> tuple[int, ...]:
+        """Lifts whose motion is still to be made."""
+        return tuple(order for order, motion in self.laid.items() if motion is None)
 
     @property
     def paths_to_prove(self) -> set[int]:
@@ -90,32 +95,3 @@ class Made:
             gone = tuple(blocker for blocker in standing.plan.site.blockers if blocker.kind == "obstruction")
             history = (*history, Epoch(wanted.now_ns, gone))
         return replace(standing.plan, site=wanted.site, lifts=lifts, history=history)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Ahead:
-    """A motion that was made ahead.
-
-    Attributes:
-        lift: Of which lift.
-        before: The planned lift before it.
-        done: The lifts done before it, as bits by order.
-        motion: It begins at 0, in the turn nearest to 0.
-    """
-
-    lift: Lift
-    before: Lift | None
-    done: int
-    motion: LiftMotion
-
-    def is_of(self, lift: Lift, before: Lift | None, done: int) -> bool:
-        """Return whether it is the motion of that lift."""
-        if self.done != done or (before is None) is not (self.before is None):
-            return False
-        return _same_way(self.lift, lift) and (before is None or self.before is None or _same_way(self.before, before))
-
-
-def _same_way(lift: Lift, other: Lift) -> bool:
-    assert lift.path_vox is not None
-    assert other.path_vox is not None
-    return lift.contact_moves == other.contact_moves and np.array_equal(lift.path_vox, other.path_vox)

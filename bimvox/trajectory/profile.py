@@ -10,8 +10,8 @@ State to state only: ruckig's waypoints are computed by a service on the network
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +23,26 @@ from bimvox.crane.bound import rest_to_rest_s
 from bimvox.crane.tower_crane import AxisLimits
 from bimvox.errors import PlanningError
 
-ONE = np.ones(1)
 # A limit this far beyond what the motion takes is none.
 _BEYOND = 1e9
+
+
+class Pieces(NamedTuple):
+    """A profile that is given in parts, some time apart.
+
+    Attributes:
+        start_s: (P,) float64 start of each piece of what is given.
+        state: (P, 4) float64 position, velocity, acceleration and jerk at the start of each piece.
+        duration_s: How long it takes.
+        parts: Sizes of the parts, together 1.
+        apart_s: Time from one part to the next.
+    """
+
+    start_s: NDArray[np.float64]
+    state: NDArray[np.float64]
+    duration_s: float
+    parts: tuple[float, ...]
+    apart_s: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,35 +53,30 @@ class Profile:
         start_s: (P,) float64 start of each piece.
         state: (P, 4) float64 position, velocity, acceleration and jerk at the start of each piece.
         duration_s: Time at which the share 1 is reached.
+        top_rate: Highest rate of the share, 1/s.
     """
 
     start_s: NDArray[np.float64]
     state: NDArray[np.float64]
     duration_s: float
+    top_rate: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        _, rate, acceleration, jerk = self.state.T
+        # Where a piece goes from speeding up to slowing down, the peak is inside it.
+        peaks = jerk < 0.0
+        inside = rate[peaks] - acceleration[peaks] ** 2 / (2.0 * jerk[peaks])
+        object.__setattr__(self, "top_rate", float(max(rate.max(), inside.max(initial=0.0))))
 
     def share_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the share driven at each time: 0 before the start, 1 after the end."""
         share: NDArray[np.float64] = _share_at(self.start_s, self.state, self.duration_s, time_s)
         return share
 
-    def add_line(
-        self,
-        axes: NDArray[np.float64],
-        time_s: NDArray[np.float64],
-        first: NDArray[np.float64],
-        last: NDArray[np.float64],
-    ) -> None:
-        """Add to axes ((N, 3), in place) how far they are from ``first`` at each time on the line to ``last``."""
-        add_along_line(axes, time_s, self.start_s, self.state, self.duration_s, ONE, 0.0, self.duration_s, first, last)
-
     @property
-    def top_rate(self) -> float:
-        """Highest rate of the share, 1/s."""
-        _, rate, acceleration, jerk = self.state.T
-        # Where a piece goes from speeding up to slowing down, the peak is inside it.
-        peaks = jerk < 0.0
-        inside = rate[peaks] - acceleration[peaks] ** 2 / (2.0 * jerk[peaks])
-        return float(max(rate.max(), inside.max(initial=0.0)))
+    def pieces(self) -> Pieces:
+        """What a kernel takes of it."""
+        return Pieces(self.start_s, self.state, self.duration_s, (1.0,), 0.0)
 
 
 @kernel

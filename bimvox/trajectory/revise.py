@@ -15,67 +15,23 @@ and proven in the parts that follow.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
-from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, replace
-from functools import partial
-from typing import Protocol, TypeVar
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 
 from bimvox.planning.assembly import Preparation
-from bimvox.planning.lift import Lift, LiftPlan, Status, same_path
+from bimvox.planning.lift import LiftPlan, Status, same_path
 from bimvox.planning.obstruction_change import ObstructionChange, change_between
 from bimvox.planning.propose import Propose
-from bimvox.planning.rounds import Refused, proven_in_rounds, refusals
+from bimvox.planning.rounds import Refused, proven_in_rounds
 from bimvox.site.site import Site
-from bimvox.trajectory.ahead import motions_ahead
-from bimvox.trajectory.footprint import Footprint, motion_footprint, path_footprint
 from bimvox.trajectory.in_transit import behind
-from bimvox.trajectory.made import Ahead, Made, Wanted
-from bimvox.trajectory.motion import LiftMotion
-from bimvox.trajectory.over_time import verify_motions_over_time, verify_plan_over_time
+from bimvox.trajectory.made import Made, Wanted
+from bimvox.trajectory.part_work import PartWork
 from bimvox.trajectory.revise_cranes import revised_together
+from bimvox.trajectory.sides import Side, Together, alone
 from bimvox.trajectory.standing import Better, Part, Standing
 from bimvox.trajectory.underway import HOLD_S
 from bimvox.trajectory.walk import Walk
-
-T = TypeVar("T")
-R = TypeVar("R", covariant=True)
-
-_AT_ONCE = 10
-"""Lifts whose proof is begun while the next ones are made."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Proof:
-    """What a proof of new lifts says.
-
-    Attributes:
-        refused: Those to refuse; the rest is of no use where there are any.
-        paths: Footprints of the new paths, by order.
-        ways: Footprints of the new motions, by order.
-    """
-
-    refused: Refused
-    paths: Mapping[int, Footprint]
-    ways: Mapping[int, Footprint]
-
-
-class Begun(Protocol[R]):
-    """Work that was begun; calling it waits for the result."""
-
-    @property
-    def is_done(self) -> bool:
-        """Whether the result is there."""
-
-    def __call__(self) -> R:
-        """Return the result."""
-
-
-class Beside(Protocol):
-    """Begins work elsewhere that goes on while something else is done here."""
-
-    def __call__(self, work: Callable[[], T], or_else: Callable[[], T] | None = None) -> Begun[T]:
-        """Begin work; where it comes to nothing, the other is done when its result is asked for, or the work itself."""
 
 
 def revise(
@@ -91,7 +47,7 @@ def revise(
     hold_s: float = HOLD_S,
     better: Better | None = None,
     on_draft: Callable[[Part], None] | None = None,
-    beside: Beside | None = None,
+    beside: Together = alone,
 ) -> Iterator[Part]:
     """Revise a plan for a site with other obstructions.
 
@@ -110,7 +66,7 @@ def revise(
             proven and no longer.
         on_draft: Called with a part that is not proven yet, the footprints of its new lifts missing, while its proof
             goes on: what is made ready from it is of use only if that very part is yielded next.
-        beside: Where proofs are made, and later motions ahead of their turn.
+        beside: Lets a copy make half of the motions and proofs.
 
     Yields:
         The plan in parts, the first lifts first; the last part has nothing pending.
@@ -142,26 +98,27 @@ def _proven_part(
     known_shapes: set[int],
     on_verdict: Callable[[], None] | None,
     on_draft: Callable[[Part], None] | None,
-    beside: Beside | None,
+    beside: Together,
 ) -> Part:
     def attempt(refused: Refused) -> Part | Refused:
-        ahead = _MadeAhead(beside)
-        proofs = _Proofs(standing, wanted, change, known_shapes, beside)
+        begun: list[tuple[PartWork, Side]] = []
 
-        def on_made(walk: Walk) -> None:
-            ahead.begin(walk)
-            proofs.begin(walk.made, at_least=_AT_ONCE)
+        def begin(walk: Walk) -> None:
+            work = PartWork(standing, wanted, change, known_shapes, walk.made)
+            begun.append((work, beside(work.counts, work.beside)))
 
-        walk = Walk(standing, wanted, change, refused, on_made, ahead)
+        walk = Walk(standing, wanted, change, refused, begin)
         walk.run()
-        made = walk.made
+        ((work, side),) = begun
         if on_verdict is not None:
             on_verdict()
-        proofs.begin(made)
+        made = work.motions(side)
+        if isinstance(made, Mapping):
+            return made
         draft = _draft(standing, made, made.plan(standing, wanted, change), change)
         if on_draft is not None:
             on_draft(draft)
-        found = proofs.result()
+        found = work.proof(side, made)
         if found.refused:
             return _of_what_is_left(found.refused, standing, wanted.now_ns)
         known_shapes.update(lift.component for lift in made.lifts if lift.order in found.paths)
@@ -184,104 +141,6 @@ def _of_what_is_left(refused: Refused, standing: Standing, now_ns: int | None) -
         return refused
     left = [site.components[lift.component].id for lift in standing.plan.lifts if lift.order > last]
     return dict.fromkeys(left, f"the hook cannot leave where the last part was set: {stuck}")
-
-
-class _MadeAhead:
-    """Later motions of a part, made elsewhere ahead of their turn; nothing until they are there."""
-
-    def __init__(self, beside: Beside | None) -> None:
-        self._beside = beside
-        self._found: Mapping[int, Ahead] = {}
-        self._begun: Begun[dict[int, Ahead]] | None = None
-
-    def begin(self, walk: Walk) -> None:
-        """Begin with the first motion that was made here."""
-        if self._beside is not None and walk.timed > 0:
-            self._begun, self._beside = self._beside(partial(motions_ahead, walk), dict), None
-
-    def __call__(self) -> Mapping[int, Ahead]:
-        """Return what is there by now, by order. Waiting would be idling: what is not there is made here."""
-        if self._begun is not None and self._begun.is_done:
-            self._found, self._begun = self._begun(), None
-        return self._found
-
-
-class _Proofs:
-    """The proofs of what a walk makes, begun while it goes on."""
-
-    def __init__(
-        self,
-        standing: Standing,
-        wanted: Wanted,
-        change: ObstructionChange,
-        known_shapes: set[int],
-        beside: Beside | None,
-    ) -> None:
-        self._was, self._wanted, self._change = standing, wanted, change
-        self._known_shapes, self._beside = known_shapes, beside
-        self._paths: set[int] = set()
-        self._motions: set[int] = set()
-        self._begun: list[Callable[[], Proof]] = []
-
-    def begin(self, made: Made, at_least: int = 1) -> None:
-        """Begin to prove what was made since the last time, if that is as many lifts."""
-        paths, motions = made.paths_to_prove - self._paths, made.motions_to_prove - self._motions
-        if len(paths | motions) < at_least:
-            return
-        self._paths |= paths
-        self._motions |= motions
-        # A lift that is still to come waits in the yard, whatever becomes of it.
-        plan = made.plan(self._was, self._wanted, self._change)
-        known, own = (
-            self._known_shapes,
-            {order: made.motions[order] for order in paths | motions if order in made.motions},
-        )
-        proof = partial(_proof, plan, paths, motions, own, known)
-        self._begun.append(proof if self._beside is None else self._beside(proof))
-
-    def result(self) -> Proof:
-        """Wait for all of them."""
-        found = [proof() for proof in self._begun]
-        refused = {component: reason for one in found for component, reason in one.refused.items()}
-        paths = {order: footprint for one in found for order, footprint in one.paths.items()}
-        ways = {order: footprint for one in found for order, footprint in one.ways.items()}
-        return Proof(refused, paths, ways)
-
-
-def _proof(
-    plan: LiftPlan,
-    paths: AbstractSet[int],
-    motions: AbstractSet[int],
-    timed: Mapping[int, LiftMotion],
-    known_shapes: set[int],
-) -> Proof:
-    """Prove lifts of a plan: the paths of some, the motions of some."""
-    reasons: dict[str, str] = {}
-    for orders, verify in (
-        (paths, partial(verify_plan_over_time, known_shapes=known_shapes)),
-        (motions, verify_motions_over_time),
-    ):
-        if orders:
-            part, context = _split(plan, orders)
-            own = [timed[order] for order in sorted(orders) if order in timed]
-            for component, reason in refusals(verify(part, own, context)).items():
-                reasons.setdefault(component, reason)
-    if reasons:
-        return Proof(reasons, {}, {})
-    lifts = {lift.order: lift for lift in plan.lifts}
-    return Proof(
-        {},
-        {order: path_footprint(plan.site, lifts[order]) for order in sorted(paths)},
-        {order: motion_footprint(plan.site, lifts[order], timed[order]) for order in sorted(motions)},
-    )
-
-
-def _split(plan: LiftPlan, orders: Collection[int]) -> tuple[LiftPlan, tuple[Lift, ...]]:
-    """Return a plan of those lifts alone, and all others."""
-    return (
-        replace(plan, lifts=tuple(lift for lift in plan.lifts if lift.order in orders)),
-        tuple(lift for lift in plan.lifts if lift.order not in orders),
-    )
 
 
 def _draft(was: Standing, made: Made, plan: LiftPlan, change: ObstructionChange) -> Part:

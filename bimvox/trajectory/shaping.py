@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.trajectory.profile import Profile, add_along_line
+from bimvox.trajectory.profile import Pieces, Profile
 
 TWO = (0.5, 0.5)
 THREE = (0.25, 0.5, 0.25)
@@ -50,18 +50,10 @@ class ShapedProfile:
             share += part * self.base.share_at(time_s - n * self.apart_s)
         return np.where(time_s >= self.duration_s, 1.0, share)
 
-    def add_line(
-        self,
-        axes: NDArray[np.float64],
-        time_s: NDArray[np.float64],
-        first: NDArray[np.float64],
-        last: NDArray[np.float64],
-    ) -> None:
-        """Add to axes ((N, 3), in place) how far they are from ``first`` at each time on the line to ``last``."""
-        base, parts = self.base, np.array(self.parts)
-        add_along_line(
-            axes, time_s, base.start_s, base.state, base.duration_s, parts, self.apart_s, self.duration_s, first, last
-        )
+    @property
+    def pieces(self) -> Pieces:
+        """What a kernel takes of it."""
+        return Pieces(self.base.start_s, self.base.state, self.base.duration_s, self.parts, self.apart_s)
 
 
 @dataclass(frozen=True, slots=True)

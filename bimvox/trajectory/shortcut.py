@@ -21,7 +21,8 @@ from bimvox.crane.bound import rest_to_rest_s
 from bimvox.crane.kinematics import nearest_turn, unwrap_slew
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import PlanningError
-from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.planning.search import all_free
+from bimvox.site.clearance import Clearance, free_up_to, placement_is_free
 from bimvox.trajectory.load_frame import LoadFrame, axes_of_cells
 from bimvox.trajectory.move import Line, Move, axes_of, move_time_s
 from bimvox.trajectory.swept import line_is_free
@@ -94,15 +95,12 @@ def _open_heights(
     end_vox: NDArray[np.int32],
 ) -> Iterator[float]:
     """Hook heights, ascending, up to which the columns over both placements are free."""
-    for z in range(min(int(start_vox[2]), int(end_vox[2])), clearance.table.shape[2]):
+    until = min(free_up_to(clearance, int(x), int(y), int(z)) for x, y, z in (start_vox, end_vox))
+    for z in range(max(int(start_vox[2]), int(end_vox[2])), until):
         height_m = load.zero_height_m + z * load.voxel_size_m
         if height_m > crane.highest_hook_m + _HAIR_M:
             return
-        for x, y, low in (start_vox, end_vox):
-            if z >= low and not placement_is_free(clearance, x, y, z):
-                return
-        if z >= max(int(start_vox[2]), int(end_vox[2])):
-            yield height_m
+        yield height_m
 
 
 def _ways_across(crane: TowerCrane, start: CranePose, end: CranePose) -> Iterator[list[CranePose]]:
@@ -202,9 +200,9 @@ def check_path(crane: TowerCrane, clearance: Clearance, load: LoadFrame, path_vo
     if (steps != 1).any():
         i = int(np.flatnonzero(steps != 1)[0])
         raise PlanningError(f"the path jumps from {path_vox[i].tolist()} to {path_vox[i + 1].tolist()}")
-    for cell in path_vox:
-        if not placement_is_free(clearance, cell[0], cell[1], cell[2]):
-            raise PlanningError(f"the path is not free at {cell.tolist()}", hint="plan the lift again")
+    if not all_free(clearance, path_vox):
+        cell = next(cell for cell in path_vox if not placement_is_free(clearance, cell[0], cell[1], cell[2]))
+        raise PlanningError(f"the path is not free at {cell.tolist()}", hint="plan the lift again")
     highest_m = load.zero_height_m + int(path_vox[:, 2].max()) * load.voxel_size_m
     if highest_m > crane.highest_hook_m + _HAIR_M:
         raise PlanningError(

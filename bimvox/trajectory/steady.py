@@ -18,7 +18,7 @@ from bimvox.trajectory.move import Move
 from bimvox.trajectory.shaping import FIRST_SLOW, LADDER, TWO, Calm
 from bimvox.trajectory.swept import swaying_is_free
 from bimvox.trajectory.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, Swing, swing_of
-from bimvox.trajectory.timeline import Pacer, Timeline, overlapping_as
+from bimvox.trajectory.timeline import Pacer, Timeline, evenly_s, overlapping_as
 
 _FITS = 3
 """How often moves are shaped together before they are slowed: rounding the corners anew changes what they leave."""
@@ -73,7 +73,7 @@ def swaying(timeline: Timeline, pendulum: Pendulum, spacing_m: float) -> Swaying
     """
     duration_s = timeline.duration_s
     steps = int(np.ceil(max(duration_s / STEP_S, duration_s * timeline.top_speed_m_s / spacing_m))) + 1
-    time_s = np.linspace(0.0, duration_s, steps + 1)
+    time_s = evenly_s(0.0, duration_s, steps)
     axes = timeline.axes_at(time_s)
     length_m = float(pendulum_lengths_m(timeline.crane, axes[-1:], pendulum.below_hook_m)[0])
     rate_rad_s = float(np.sqrt(GRAVITY_M_S2 / length_m))

@@ -8,7 +8,7 @@ long: slewing at 0.8 rpm with 0.3 deg/s^2 built up within a second, about 41 deg
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,8 @@ from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import InputError, PlanningError
 from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.trajectory.braking import brake
-from bimvox.trajectory.commands import CraneCommand, commands_along
+from bimvox.trajectory.commands import Commands, commands_along
+from bimvox.trajectory.course import Course, Moves
 from bimvox.trajectory.drive import drive_path
 from bimvox.trajectory.halt import Stop, brake_radius, to_rest
 from bimvox.trajectory.load_frame import LoadFrame, axes_of_cells, cells_of_axes
@@ -201,16 +202,11 @@ def go_on(
         return onward, needed_m
     begin = in_sequence(crane, [first], pendulum)
     later = tuple(start + begin.duration_s for start in onward.start_s)
-    whole = replace(
-        onward,
-        moves=begin.moves + onward.moves,
-        profiles=begin.profiles + onward.profiles,
-        start_s=begin.start_s + later,
-    )
-    return whole, max(needed_m, pose.height_m)
+    course = Course(Moves(crane, begin.moves + onward.moves), begin.profiles + onward.profiles)
+    return Timeline(course, begin.start_s + later), max(needed_m, pose.height_m)
 
 
-def stop_commands(stop: Stop, order: int, component: int, period_s: float, *, loaded: bool) -> tuple[CraneCommand, ...]:
+def stop_commands(stop: Stop, order: int, component: int, period_s: float, *, loaded: bool) -> Commands:
     """Return what the crane is told while it stops: commands of phase ``stop``, the last one with zero rates.
 
     Args:
@@ -230,7 +226,7 @@ def stop_commands(stop: Stop, order: int, component: int, period_s: float, *, lo
         order=order,
         component=component,
         phase_at=lambda _: PhaseName.STOP,
-        is_loaded=lambda *_: loaded,
+        is_loaded=lambda at_ns, _: np.full(len(at_ns), loaded),
     )
 
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import inline_kernel, kernel
-from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.compiled import inline_kernel, kernel, leaf_kernel
+from bimvox.site.clearance import Clearance, placement_is_free, range_is_free
 from bimvox.trajectory.load_frame import LoadFrame
 
 SNAP_VOX = 1e-6
@@ -23,7 +23,7 @@ _FINEST_VOX = 1.0 / 16.0
 _NOWHERE = (0, 0, 0, -1, -1, -1)
 
 
-@kernel
+@leaf_kernel
 def box_is_free(clearance: Clearance, x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> bool:
     """Return whether every placement around the positions [x0, x1] x [y0, y1] x [z0, z1] (reference cells) is free."""
     return _all_free(clearance, _around(x0, y0, z0, x1, y1, z1))
@@ -42,8 +42,10 @@ def _around(x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) ->
     )
 
 
-@kernel
+@leaf_kernel
 def _all_free(clearance: Clearance, around: tuple[int, int, int, int, int, int]) -> bool:
+    if range_is_free(clearance, around):
+        return True
     for x in range(around[0], around[3] + 1):
         for y in range(around[1], around[4] + 1):
             for z in range(around[2], around[5] + 1):
@@ -61,7 +63,7 @@ def position_is_free(clearance: Clearance, load: LoadFrame, slew: float, radius:
     return box_is_free(clearance, x, y, z, x, y, z)
 
 
-@kernel
+@leaf_kernel
 def _at(
     load: LoadFrame, start: NDArray[np.float64], end: NDArray[np.float64], straight: bool, u: float
 ) -> tuple[float, float, float]:
@@ -141,11 +143,14 @@ def samples_are_free(clearance: Clearance, load: LoadFrame, axes: NDArray[np.flo
     """
     size = load.voxel_size_m
     last = _NOWHERE
+    c1, s1 = np.cos(axes[0, 0]), np.sin(axes[0, 0])
     for i in range(1, axes.shape[0]):
         slew0, slew1 = axes[i - 1, 0], axes[i, 0]
         r0, r1 = axes[i - 1, 1] / size, axes[i, 1] / size
         z0, z1 = (axes[i - 1, 2] - load.zero_height_m) / size, (axes[i, 2] - load.zero_height_m) / size
-        c0, s0, c1, s1 = np.cos(slew0), np.sin(slew0), np.cos(slew1), np.sin(slew1)
+        c0, s0 = c1, s1
+        if slew1 != slew0:
+            c1, s1 = np.cos(slew1), np.sin(slew1)
         bulge = max(r0, r1) * (slew1 - slew0) ** 2 / 8.0
         around = _around(
             load.axis_x + min(r0 * c0, r0 * c1, r1 * c0, r1 * c1) - bulge,
@@ -187,27 +192,36 @@ def swaying_is_free(
     """
     size = load.voxel_size_m
     last = _NOWHERE
+    was_x, was_y, was_z = 0.0, 0.0, 0.0
+    slew, cos, sin = np.nan, 1.0, 0.0
     for i in range(axes.shape[0]):
         if not looked_at[i]:
             continue
-        x0, y0, z0 = np.inf, np.inf, np.inf
-        x1, y1, z1 = -np.inf, -np.inf, -np.inf
-        for j in range(max(0, i - 1), i + 1):
-            if not looked_at[j]:
-                continue
-            x = load.axis_x + axes[j, 1] / size * np.cos(axes[j, 0])
-            y = load.axis_y + axes[j, 1] / size * np.sin(axes[j, 0])
-            z = (axes[j, 2] - load.zero_height_m) / size
-            dx, dy = sway_vox[j, 0], sway_vox[j, 1]
-            x0, x1 = min(x0, x, x + dx), max(x1, x, x + dx)
-            y0, y1 = min(y0, y, y + dy), max(y1, y, y + dy)
-            z0, z1 = min(z0, z), max(z1, z)
-            if both_sides:
-                x0, x1 = min(x0, x - dx), max(x1, x - dx)
-                y0, y1 = min(y0, y - dy), max(y1, y - dy)
+        if axes[i, 0] != slew:
+            slew = axes[i, 0]
+            cos, sin = np.cos(slew), np.sin(slew)
+        x = load.axis_x + axes[i, 1] / size * cos
+        y = load.axis_y + axes[i, 1] / size * sin
+        z = (axes[i, 2] - load.zero_height_m) / size
+        x0, y0, z0, x1, y1, z1 = _swung(x, y, z, sway_vox[i, 0], sway_vox[i, 1], both_sides)
+        if i > 0 and looked_at[i - 1]:
+            a0, b0, c0, a1, b1, c1 = _swung(was_x, was_y, was_z, sway_vox[i - 1, 0], sway_vox[i - 1, 1], both_sides)
+            x0, y0, z0 = min(x0, a0), min(y0, b0), min(z0, c0)
+            x1, y1, z1 = max(x1, a1), max(y1, b1), max(z1, c1)
+        was_x, was_y, was_z = x, y, z
         around = _around(x0, y0, z0, x1, y1, z1)
         if around != last:
             if not _all_free(clearance, around):
                 return i
             last = around
     return -1
+
+
+@inline_kernel
+def _swung(
+    x: float, y: float, z: float, dx: float, dy: float, both_sides: bool
+) -> tuple[float, float, float, float, float, float]:
+    """Lowest and highest position of a load that swings out so far, to that side or to either."""
+    if both_sides:
+        return x - abs(dx), y - abs(dy), z, x + abs(dx), y + abs(dy), z
+    return min(x, x + dx), min(y, y + dy), z, max(x, x + dx), max(y, y + dy), z

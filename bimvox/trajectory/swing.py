@@ -87,9 +87,12 @@ def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendul
 def _points(axes: NDArray[np.float64], x_m: float, y_m: float) -> NDArray[np.float64]:
     """(N, 2) where the hook is on the plan, by ``hook_of``."""
     points = np.empty((axes.shape[0], 2))
+    cos, sin = 1.0, 0.0
     for i in range(axes.shape[0]):
-        points[i, 0] = x_m + axes[i, 1] * np.cos(axes[i, 0])
-        points[i, 1] = y_m + axes[i, 1] * np.sin(axes[i, 0])
+        if i == 0 or axes[i, 0] != axes[i - 1, 0]:  # most of the time is hoisting
+            cos, sin = np.cos(axes[i, 0]), np.sin(axes[i, 0])
+        points[i, 0] = x_m + axes[i, 1] * cos
+        points[i, 1] = y_m + axes[i, 1] * sin
     return points
 
 

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.site.clearance import Clearance
+from bimvox.trajectory.course import Course, Moves
 from bimvox.trajectory.load_frame import LoadFrame
-from bimvox.trajectory.move import Line, Move, axes_along, axes_of, share_limits, slowed
+from bimvox.trajectory.move import Line, Move, share_limits, slowed
 from bimvox.trajectory.profile import Profile, profile_of
 from bimvox.trajectory.shaping import Calm, ShapedProfile
 from bimvox.trajectory.slow import slow_shares
@@ -26,7 +27,6 @@ from bimvox.trajectory.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, swing_
 
 _CHECK_SPACING_VOX = 0.125
 _HALVINGS = 6
-_ENDS = np.array([0.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,22 +34,33 @@ class Timeline:
     """Moves and when each begins.
 
     Attributes:
-        crane: The crane.
-        moves: In order; each starts where the one before ends.
-        profiles: One per move.
+        course: The moves and what they drive, whenever they begin.
         start_s: When each begins.
         end_s: When each ends.
     """
 
-    crane: TowerCrane
-    moves: tuple[Move, ...]
-    profiles: tuple[Profile | ShapedProfile, ...]
+    course: Course
     start_s: tuple[float, ...]
     end_s: tuple[float, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        ends = tuple(start + profile.duration_s for start, profile in zip(self.start_s, self.profiles, strict=True))
+        ends = tuple(start + lasts for start, lasts in zip(self.start_s, self.course.duration_s, strict=True))
         object.__setattr__(self, "end_s", ends)
+
+    @property
+    def crane(self) -> TowerCrane:
+        """The crane."""
+        return self.course.crane
+
+    @property
+    def moves(self) -> tuple[Move, ...]:
+        """In order; each starts where the one before ends."""
+        return self.course.moves
+
+    @property
+    def profiles(self) -> tuple[Profile | ShapedProfile, ...]:
+        """One per move."""
+        return self.course.profiles
 
     @property
     def duration_s(self) -> float:
@@ -59,17 +70,7 @@ class Timeline:
     @property
     def top_speed_m_s(self) -> float:
         """No less than the highest speed of the hook."""
-        fastest = 0.0
-        for move, profile in zip(self.moves, self.profiles, strict=True):
-            slew, radius, height = move.difference
-            reach = max(move.start.radius_m, move.end.radius_m)
-            # 2: an arc is at most pi / 2 times its chord, and no line is longer.
-            ways = (
-                (2.0 * np.hypot(reach * slew, radius), 2.0 * height)
-                if move.line is not Line.JOINT
-                else (np.hypot(reach * slew, radius), height)
-            )
-            fastest = max(fastest, float(np.hypot(*ways)) * profile.top_rate)
+        fastest = max(self.course.top_speed_m_s)
         # Two moves may run at once.
         return 2.0 * fastest if self.is_blended else fastest
 
@@ -81,23 +82,7 @@ class Timeline:
 
     def axes_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (N, 3) float64 slew, radius and height at times that ascend."""
-        axes = np.repeat(axes_of(self.moves[0].start)[None], len(time_s), axis=0)
-        for move, profile, start_s in zip(self.moves, self.profiles, self.start_s, strict=True):
-            since_s = time_s - start_s
-            # Before it begins it adds nothing, and all of it from when it has ended on.
-            low, high = np.searchsorted(since_s, (0.0, profile.duration_s)).tolist()
-            first, last = axes_of(move.start), axes_of(move.end)
-            if move.line is Line.JOINT:
-                if low < high:
-                    profile.add_line(axes[low:high], since_s[low:high], first, last)
-                axes[high:] += first + (last - first) - first
-                continue
-            if low < high:
-                axes[low:high] += axes_along(self.crane, move, profile.share_at(since_s[low:high])) - first
-            before, after = axes_along(self.crane, move, _ENDS) - first
-            axes[:low] += before
-            axes[high:] += after
-        return axes
+        return self.course.axes_at(time_s, self.start_s)
 
 
 class Pacer:
@@ -111,6 +96,7 @@ class Pacer:
 
     def __init__(self, crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | None = None) -> None:
         self._crane, self._moves = crane, tuple(moves)
+        self._packed = Moves(crane, moves)
         self._limits = [
             slowed(share_limits(crane, move), share)
             for move, share in zip(self._moves, slow_shares(crane, self._moves), strict=True)
@@ -140,7 +126,7 @@ class Pacer:
         starts = [0.0]
         for profile in profiles[:-1]:
             starts.append(starts[-1] + profile.duration_s)
-        return Timeline(self._crane, self._moves, profiles, tuple(starts))
+        return Timeline(Course(self._packed, profiles), tuple(starts))
 
     def _profile(self, n: int, calm: Calm) -> Profile | ShapedProfile:
         limits, half_s = self._limits[n], self._half_periods_s[n]
@@ -261,16 +247,13 @@ def _stops_above(timeline: Timeline, later: int, height_m: float) -> bool:
 
 def _is_free(timeline: Timeline, later: int, clearance: Clearance, load: LoadFrame, pendulum: Pendulum | None) -> bool:
     """Return whether the motion is free from the start of the move before ``later`` to the end of ``later``."""
-    start, end = timeline.start_s[later - 1], max(timeline.end_s[later - 1 : later + 1])
-    pair = Timeline(
-        timeline.crane,
-        timeline.moves[later - 1 : later + 1],
-        timeline.profiles[later - 1 : later + 1],
-        timeline.start_s[later - 1 : later + 1],
-    )
+    course, begins_s = timeline.course, timeline.start_s
+    start, end = begins_s[later - 1], max(timeline.end_s[later - 1 : later + 1])
+    fastest = max(course.top_speed_m_s[later - 1 : later + 1])
+    top_speed_m_s = 2.0 * fastest if begins_s[later] < timeline.end_s[later - 1] else fastest
     spacing_m = _CHECK_SPACING_VOX * load.voxel_size_m
-    steps = int(np.ceil(max((end - start) * pair.top_speed_m_s / spacing_m, (end - start) / STEP_S))) + 1
-    axes = pair.axes_at(np.linspace(start, end, steps + 1))
+    steps = int(np.ceil(max((end - start) * top_speed_m_s / spacing_m, (end - start) / STEP_S))) + 1
+    axes = course.axes_at(evenly_s(start, end, steps), begins_s, later - 1, later + 1)
     if not samples_are_free(clearance, load, axes):
         return False
     if pendulum is None:
@@ -278,6 +261,13 @@ def _is_free(timeline: Timeline, later: int, clearance: Clearance, load: LoadFra
     sway_m = swing_of(timeline.crane, axes, (end - start) / steps, pendulum).beyond_m(PLANNED_RESIDUAL_M)
     swings = (sway_m[:, 0] != 0.0) | (sway_m[:, 1] != 0.0)
     return bool(swaying_is_free(clearance, load, axes, sway_m / load.voxel_size_m, swings, True) < 0)
+
+
+def evenly_s(start_s: float, end_s: float, steps: int) -> NDArray[np.float64]:
+    """Return ``steps`` + 1 times from start to end: those of ``np.linspace``, which takes ten times as long for it."""
+    times_s = np.arange(steps + 1, dtype=np.float64) * ((end_s - start_s) / steps) + start_s
+    times_s[-1] = end_s
+    return times_s
 
 
 def _advanced(timeline: Timeline, later: int, overlap_s: float) -> Timeline:

@@ -31,7 +31,9 @@ class Trajectory:
     @property
     def axes(self) -> NDArray[np.float64]:
         """(N, 3) float64 slew (rad), radius (m), height (m)."""
-        return np.stack([self.slew_rad, self.radius_m, self.height_m], axis=1)
+        axes = np.empty((len(self.slew_rad), 3))
+        axes[:, 0], axes[:, 1], axes[:, 2] = self.slew_rad, self.radius_m, self.height_m
+        return axes
 
     @property
     def duration_s(self) -> float:

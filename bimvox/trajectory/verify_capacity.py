@@ -31,8 +31,10 @@ def _shares(crane: TowerCrane, radius_m: NDArray[np.float64], hung_kg: float) ->
     at, carries = np.array(crane.chart.radius_m), np.array(crane.chart.capacity_kg)
     used = np.full(len(radius_m), np.inf)
     used[radius_m <= at[0]] = hung_kg / carries[0]
-    for near, far, more, less in zip(at[:-1], at[1:], carries[:-1], carries[1:], strict=True):
-        a, b = np.linalg.solve([[1.0 / near, 1.0], [1.0 / far, 1.0]], [more, less])
-        inside = (radius_m > near) & (radius_m <= far)
-        used[inside] = hung_kg / (a / radius_m[inside] + b)
+    inverse = np.ones((len(at) - 1, 2, 2))
+    inverse[:, 0, 0], inverse[:, 1, 0] = 1.0 / at[:-1], 1.0 / at[1:]
+    a, b = np.linalg.solve(inverse, np.stack([carries[:-1], carries[1:]], axis=1)[:, :, None])[:, :, 0].T
+    within = (radius_m > at[0]) & (radius_m <= at[-1])
+    span = np.searchsorted(at, radius_m[within]) - 1
+    used[within] = hung_kg / (a[span] / radius_m[within] + b[span])
     return used

@@ -17,8 +17,8 @@ from bimvox.trajectory.verify_between import EmptyWay, one_way
 from bimvox.trajectory.verify_jib import check_luffing_jib
 from bimvox.trajectory.verify_lift import LiftProof
 from bimvox.trajectory.verify_load import check_zone, things_over
+from bimvox.trajectory.verify_placements import Placements
 from bimvox.trajectory.verify_space import (
-    placements_around,
     reference_cells,
     way_of,
     within,
@@ -65,20 +65,21 @@ class HookProof(LiftProof):
         check, frame, approach, left = self.checks["empty_hook"], self.site.frame, empty.way, empty.left
         way = way_of(self.crane, axes_of_samples(approach), frame.voxel_size_m)
         cells = reference_cells(self.crane, frame, way.axes, _SLINGS_END)
-        placements = placements_around(cells, way.slack_vox)
+        placements = Placements(cells, way.slack_vox)
         time_s = approach.time_ns[way.sample] / 1e9
         check_zone(self.checks["zones"], f"{name}, {empty.what}", self.site, placements, None, cells, time_s)
         if not self.site.rules.rope:
             return
         present = empty.present
         self.cells.move_to(present)
-        hit = placements.at_positions(self.cells.over(placements, _SLINGS_END))
+        hit = placements.at_positions(self.cells.line_meets(placements, _SLINGS_END))
         check.look(True, "", samples=len(cells))
         leaving = np.logical_and.accumulate(hit) if left is not None else np.zeros(len(hit), np.bool_)
         bad = hit & ~leaving
         if left is not None and leaving.any():
             near, _ = near_and_far(left, present)
-            bad |= leaving & placements.at_positions(self.cells.without(near).over(placements, _SLINGS_END))
+            with self.cells.without(near):
+                bad |= leaving & placements.at_positions(self.cells.line_meets(placements, _SLINGS_END))
             set_at = np.array(left.target_vox) + np.array(left.hook_offset_vox)
             for n in np.flatnonzero(leaving & ~bad).tolist():
                 offset_m = (cells[n] - set_at) * frame.voxel_size_m

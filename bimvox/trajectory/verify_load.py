@@ -17,10 +17,9 @@ from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
 from bimvox.trajectory.verify_lift import LiftProof
+from bimvox.trajectory.verify_placements import Placements
 from bimvox.trajectory.verify_space import (
     BETWEEN_VOX,
-    Placements,
-    placements_around,
     reference_cells,
     tail_of,
     way_of,
@@ -54,7 +53,7 @@ class LoadProof(LiftProof):
         way = way_of(self.crane, axes_of_samples(trajectory), self.site.frame.voxel_size_m)
         crane = crane_for(self.site, self.crane, component)
         cells = reference_cells(crane, self.site.frame, way.axes, component.hook_offset_vox)
-        placements = placements_around(cells, way.slack_vox)
+        placements = Placements(cells, way.slack_vox)
         own = component.shape.cells
         time_s = trajectory.time_ns[way.sample] / 1e9
         tail, now = tail_of(cells, lift), within(trajectory, way, self.start_ns, self.window_ns)
@@ -71,11 +70,11 @@ class LoadProof(LiftProof):
             hit = placements.at_positions(self.cells.meets(placements, own))
             bad = hit & ~tail
             if (hit & tail).any() and lift is not None:
-                left = placements.at_positions(self.cells.without(near).meets(placements, own)) & tail
+                left = self._left(placements, own, near) & tail
                 if (left & now).any():
                     passed = self._check_passed(component, lift, cells[tail & now], far)
                     near, far = [*near, *passed], [thing for thing in far if thing not in passed]
-                    left = placements.at_positions(self.cells.without(near).meets(placements, own)) & tail
+                    left = self._left(placements, own, near) & tail
                 bad |= left
             check.look(True, "", samples=int(now.sum()))
             bad &= now
@@ -89,6 +88,11 @@ class LoadProof(LiftProof):
         if self.site.rules.rope:
             self._check_rope(name, component, moment, cells, placements, tail, near, far, time_s, now)
         check_zone(self.checks["zones"], name, self.site, placements, component, cells, time_s)
+
+    def _left(self, placements: Placements, own: NDArray[np.int32], without: Sequence[Thing]) -> NDArray[np.bool_]:
+        """(N,) at which positions the load is in cells of anything else."""
+        with self.cells.without(without):
+            return placements.at_positions(self.cells.meets(placements, own))
 
     def _check_passed(
         self, component: Component, lift: Lift, cells: NDArray[np.float64], far: Sequence[Thing]
@@ -128,11 +132,13 @@ class LoadProof(LiftProof):
         """A hook line one cell wide is free; in the tail the rope itself must miss the triangles of neighbours."""
         check = self.checks["motion_rope"]
         check.look(True, "", samples=int(now.sum()))
-        hit = placements.at_positions(self.cells.over(placements, component.hook_offset_vox)) & now
+        hit = placements.at_positions(self.cells.line_meets(placements, component.hook_offset_vox)) & now
         bad = hit & ~tail
         doubtful = hit & tail
         if doubtful.any():
-            bad |= now & placements.at_positions(self.cells.without(near).over(placements, component.hook_offset_vox))
+            with self.cells.without(near):
+                line = self.cells.line_meets(placements, component.hook_offset_vox)
+            bad |= now & placements.at_positions(line)
         for n in np.flatnonzero(doubtful & ~bad).tolist():
             offset_m = (cells[n] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
             bad[n] = not all(self.triangles.rope_is_clear(component, offset_m, thing.solid) for thing in near)

@@ -6,8 +6,6 @@ the crane's forward kinematics, and what stands where is counted cell by cell.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -18,9 +16,10 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.planning.lift import Lift
-from bimvox.planning.moment import Thing
+from bimvox.planning.marks import Marks
 from bimvox.site.component import IntVec
 from bimvox.trajectory.trajectory import Trajectory
+from bimvox.trajectory.verify_placements import Placements
 
 _SPACING_VOX = 0.125
 _MOST_BETWEEN = 4096
@@ -28,7 +27,6 @@ _AT_SAMPLE_VOX = 1e-5
 BETWEEN_VOX = 0.05
 """How far into a cell a position between two samples may reach: where one axis speeds up while another slows down the
 motion is curved, and the chord between two of its samples cuts that much off (a t^2 / 8; measured up to 0.05)."""
-_CHUNK = 4_000_000
 ALWAYS_NS = (-(2**62), 2**62)
 """A span of time that holds every motion."""
 
@@ -66,18 +64,34 @@ def within(trajectory: Trajectory, way: Way, start_ns: int, window_ns: tuple[int
 
 def way_of(crane: TowerCrane, axes: NDArray[np.float64], voxel_size_m: float) -> Way:
     """Return the positions between samples ((N, 3) slew, radius, height), straight in the axes."""
-    steps_m = np.linalg.norm(np.diff(hook_of(crane, *axes.T), axis=0), axis=1)
-    parts = np.clip(np.ceil(steps_m / (_SPACING_VOX * voxel_size_m)), 1, _MOST_BETWEEN).astype(np.int64)
-    sample = np.repeat(np.arange(len(parts)), parts)
-    first = np.cumsum(parts) - parts
-    share = (np.arange(len(sample)) - first[sample]) / parts[sample]
-    between = axes[sample] + share[:, None] * np.diff(axes, axis=0)[sample]
-    slack = np.where(share == 0.0, _AT_SAMPLE_VOX, BETWEEN_VOX)
-    return Way(
-        np.concatenate([between, axes[-1:]]),
-        np.append(sample, len(axes) - 1),
-        np.append(slack, _AT_SAMPLE_VOX),
-    )
+    axes = np.ascontiguousarray(axes, np.float64)
+    return Way(*_between(axes, hook_of(crane, *axes.T), _SPACING_VOX * voxel_size_m))
+
+
+@kernel
+def _between(
+    axes: NDArray[np.float64], hook_m: NDArray[np.float64], spacing_m: float
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
+    """The samples, and points on the chords between where the hook goes further than a spacing."""
+    count = axes.shape[0]
+    parts = np.ones(count, np.int64)
+    for n in range(count - 1):
+        x, y, z = hook_m[n + 1, 0] - hook_m[n, 0], hook_m[n + 1, 1] - hook_m[n, 1], hook_m[n + 1, 2] - hook_m[n, 2]
+        parts[n] = min(max(np.ceil(np.sqrt(x * x + y * y + z * z) / spacing_m), 1), _MOST_BETWEEN)
+    total = parts.sum()
+    between, sample, slack = np.empty((total, 3)), np.empty(total, np.int64), np.empty(total)
+    at = 0
+    for n in range(count):
+        for part in range(parts[n]):
+            share = part / parts[n]
+            for k in range(3):
+                between[at, k] = axes[n, k]
+                if part > 0:
+                    between[at, k] += share * (axes[n + 1, k] - axes[n, k])
+            sample[at] = n
+            slack[at] = _AT_SAMPLE_VOX if part == 0 else BETWEEN_VOX
+            at += 1
+    return between, sample, slack
 
 
 def reference_cells(
@@ -96,9 +110,18 @@ def reference_cells(
     Returns:
         (N, 3) float64.
     """
-    foot_m = hook_of(crane, *axes.T) - [0.0, 0.0, crane.sling_m]
-    hook = (foot_m - np.array(frame.origin_m)) / frame.voxel_size_m
-    cells: NDArray[np.float64] = hook - [0.5, 0.5, 0.0] - np.array(hook_offset_vox, np.float64)
+    return cells_below(crane, frame, hook_of(crane, *axes.T), hook_offset_vox)
+
+
+def cells_below(
+    crane: TowerCrane, frame: GridFrame, hook_m: NDArray[np.float64], hook_offset_vox: IntVec
+) -> NDArray[np.float64]:
+    """Return the same where it is known already where the hook is ((N, 3), metres)."""
+    cells: NDArray[np.float64] = hook_m - np.array([0.0, 0.0, crane.sling_m])
+    cells -= np.array(frame.origin_m)
+    cells /= frame.voxel_size_m
+    cells -= np.array([0.5, 0.5, 0.0])
+    cells -= np.array(hook_offset_vox, np.float64)
     return cells
 
 
@@ -111,171 +134,47 @@ def tail_of(cells: NDArray[np.float64], lift: Lift | None) -> NDArray[np.bool_]:
         return np.zeros(len(cells), np.bool_)
     placements = lift.path_vox[-1 - min(lift.contact_moves, len(lift.path_vox) - 1) :]
     low, high = placements.min(axis=0) - BETWEEN_VOX, placements.max(axis=0) + BETWEEN_VOX
-    within = ((cells >= low) & (cells <= high)).all(axis=1)
-    tail: NDArray[np.bool_] = np.logical_and.accumulate(within[::-1])[::-1]
+    tail: NDArray[np.bool_] = _last_within(cells, low, high)
     return tail
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Placements:
-    """The whole placements around continuous positions: up to eight each.
-
-    Attributes:
-        cells: (U, 3) int64 reference cells, each once.
-        around: (8, N) int64 per position the rows of ``cells`` around it, some of them the same.
-    """
-
-    cells: NDArray[np.int64]
-    around: NDArray[np.int64]
-
-    def at_positions(self, found: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return (N,) whether any placement around each position has what ((U,) bool) was found."""
-        return np.asarray(found[self.around].any(axis=0), np.bool_)
-
-    def at(self, position: int) -> NDArray[np.int64]:
-        """Return (M, 3) the placements around one position."""
-        placements: NDArray[np.int64] = self.cells[np.unique(self.around[:, position])]
-        return placements
-
-
-def placements_around(cells: NDArray[np.float64], slack_vox: NDArray[np.float64]) -> Placements:
-    """Return the whole placements whose cells together cover the load at continuous reference cells.
-
-    Args:
-        cells: (N, 3) float64.
-        slack_vox: (N,) positions this close to a whole cell are taken to be at it.
-    """
-    cells, slack_vox = np.ascontiguousarray(cells, np.float64), np.ascontiguousarray(slack_vox, np.float64)
-    base, size = _box_around(cells, slack_vox)
-    if int(size.prod()) > _CHUNK:  # a way through this many cells is sorted instead
-        corners = _corners(cells, slack_vox)
-        keys = np.ravel_multi_index(tuple((corners - base).T), tuple(int(n) for n in size))
-        unique, around = np.unique(keys, return_inverse=True)
-        whole = np.stack(np.unravel_index(unique, tuple(int(n) for n in size)), axis=1) + base
-        return Placements(whole.astype(np.int64), around.reshape(8, -1))
-    return Placements(*_numbered(cells, slack_vox, base, size))
-
-
-def _corners(cells: NDArray[np.float64], slack_vox: NDArray[np.float64]) -> NDArray[np.int64]:
-    low = np.floor(cells + slack_vox[:, None]).astype(np.int64)
-    high = np.ceil(cells - slack_vox[:, None]).astype(np.int64)
-    return np.stack([np.where(corner, high, low) for corner in np.ndindex(2, 2, 2)]).reshape(-1, 3)
+@kernel
+def _last_within(cells: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(N,) which positions are in a box, and all after them too."""
+    last = np.zeros(cells.shape[0], np.bool_)
+    for n in range(cells.shape[0] - 1, -1, -1):
+        for k in range(3):
+            if not low[k] <= cells[n, k] <= high[k]:
+                return last
+        last[n] = True
+    return last
 
 
 @kernel
-def _box_around(
-    cells: NDArray[np.float64], slack_vox: NDArray[np.float64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Lowest whole cell around positions, and how many there are along each axis."""
-    low, high = np.zeros(3, np.int64), np.zeros(3, np.int64)
+def _within(cells: NDArray[np.int64], low: NDArray[np.int64], high: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(N,) which cells are in a box, both ends inclusive."""
+    within = np.ones(cells.shape[0], np.bool_)
     for n in range(cells.shape[0]):
         for k in range(3):
-            down = int(np.floor(cells[n, k] + slack_vox[n]))
-            up = int(np.ceil(cells[n, k] - slack_vox[n]))
-            if n == 0:
-                low[k], high[k] = min(down, up), max(down, up)
-            low[k], high[k] = min(low[k], down, up), max(high[k], down, up)
-    return low, high - low + 1
+            if not low[k] <= cells[n, k] <= high[k]:
+                within[n] = False
+    return within
 
 
-@kernel
-def _numbered(
-    cells: NDArray[np.float64], slack_vox: NDArray[np.float64], base: NDArray[np.int64], size: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Mark every whole cell in the box, number the marked ones in order, and look the numbers up."""
-    count = cells.shape[0]
-    at = np.empty((8, count), np.int64)
-    numbers = np.zeros(size[0] * size[1] * size[2], np.int32)
-    for n in range(count):
-        ends = np.empty((3, 2), np.int64)
-        for k in range(3):
-            ends[k, 0] = int(np.floor(cells[n, k] + slack_vox[n])) - base[k]
-            ends[k, 1] = int(np.ceil(cells[n, k] - slack_vox[n])) - base[k]
-        for c in range(8):
-            x, y, z = ends[0, c // 4], ends[1, c // 2 % 2], ends[2, c % 2]
-            key = (x * size[1] + y) * size[2] + z
-            at[c, n] = key
-            numbers[key] = 1
-    total = 0
-    for key in range(numbers.shape[0]):
-        if numbers[key]:
-            numbers[key] = total
-            total += 1
-    whole = np.empty((total, 3), np.int64)
-    for c in range(8):
-        for n in range(count):
-            key = at[c, n]
-            number = numbers[key]
-            at[c, n] = number
-            whole[number, 0] = base[0] + key // (size[1] * size[2])
-            whole[number, 1] = base[1] + key // size[2] % size[1]
-            whole[number, 2] = base[2] + key % size[2]
-    return whole, at
-
-
-class RawCells:
-    """How many things occupy each cell.
-
-    Args:
-        shape: (X, Y, Z) of the site.
-    """
-
-    def __init__(self, shape: IntVec) -> None:
-        self._counts = np.zeros(shape, np.uint16)
-        self._present: dict[int, Thing] = {}
-
-    def move_to(self, present: Sequence[Thing]) -> None:
-        """Make it so that just these things are there."""
-        wanted = {id(thing): thing for thing in present}
-        for key in self._present.keys() - wanted.keys():
-            self._add(self._present[key], -1)
-        for key in wanted.keys() - self._present.keys():
-            self._add(wanted[key], 1)
-        self._present = wanted
-
-    def _add(self, thing: Thing, number: int) -> None:
-        """Count a thing; what a spoiled plan puts outside the grid is in nobody's way, and other checks say so."""
-        cells, shape = thing.cells, np.array(self._counts.shape)
-        if min(thing.low) < 0 or (np.array(thing.high) >= shape).any():
-            cells = cells[((cells >= 0) & (cells < shape)).all(axis=1)]
-        self._counts[tuple(cells.T)] += np.array(number).astype(np.uint16)
-
-    def without(self, things: Sequence[Thing]) -> RawCells:
-        """Return the same without some things."""
-        left = RawCells((0, 0, 0))
-        left._counts = self._counts.copy()
-        for thing in things:
-            left._add(thing, -1)
-        return left
+class RawCells(Marks):
+    """How many things occupy each cell, asked about the placements of a load."""
 
     def holds(self, placements: Placements, own: NDArray[np.int32]) -> NDArray[np.bool_]:
         """Return (U,) whether all cells ((C, 3) relative to the reference cell) are inside the grid at a placement."""
-        low, high = placements.cells + own.min(axis=0), placements.cells + own.max(axis=0)
-        inside: NDArray[np.bool_] = ((low >= 0) & (high < self._counts.shape)).all(axis=1)
+        first, last = own.min(axis=0), np.array(self.counts.shape) - 1 - own.max(axis=0)
+        inside: NDArray[np.bool_] = _within(placements.cells, -first.astype(np.int64), last)
         return inside
 
     def meets(self, placements: Placements, own: NDArray[np.int32]) -> NDArray[np.bool_]:
         """Return (U,) whether any cell is occupied at a placement; False where it is not inside the grid."""
-        _, ny, nz = self._counts.shape
-        stride = np.array([ny * nz, nz, 1])
-        offsets = own.astype(np.int64) @ stride
-        flat = self._counts.ravel()
-        hit = np.zeros(len(placements.cells), np.bool_)
-        rows = np.flatnonzero(self.holds(placements, own))
-        step = max(1, _CHUNK // len(own))
-        for n in range(0, len(rows), step):
-            some = rows[n : n + step]
-            hit[some] = flat[(placements.cells[some] @ stride)[:, None] + offsets].any(axis=1)
-        return hit
+        met: NDArray[np.bool_] = self.hits(own, placements.cells) & self.holds(placements, own)
+        return met
 
-    def over(self, placements: Placements, hook_offset: IntVec) -> NDArray[np.bool_]:
+    def line_meets(self, placements: Placements, hook_offset: IntVec) -> NDArray[np.bool_]:
         """Return (U,) whether anything is in the hook's column, from the hook cell up; False outside the grid."""
-        nx, ny, nz = self._counts.shape
-        hook = placements.cells + np.array(hook_offset)
-        inside = ((hook[:, :2] >= 0) & (hook[:, :2] < [nx, ny])).all(axis=1)
-        columns, column_of = np.unique(hook[inside, 0] * ny + hook[inside, 1], return_inverse=True)
-        occupied = self._counts.reshape(-1, nz)[columns] > 0
-        top = np.where(occupied.any(axis=1), nz - np.argmax(occupied[:, ::-1], axis=1), 0)
-        hit = np.zeros(len(hook), np.bool_)
-        hit[inside] = top[column_of] > hook[inside, 2]
-        return hit
+        return self.over(placements.cells + np.array(hook_offset))

@@ -29,12 +29,14 @@ from bimvox.trajectory.trajectory import Trajectory
 from bimvox.trajectory.verify_axes import axes_of_samples
 from bimvox.trajectory.verify_between import EmptyWay, one_way
 from bimvox.trajectory.verify_lift import LiftProof
-from bimvox.trajectory.verify_space import BETWEEN_VOX, placements_around, reference_cells, tail_of
+from bimvox.trajectory.verify_placements import Placements
+from bimvox.trajectory.verify_space import BETWEEN_VOX, cells_below, tail_of
 
 _STEP_NS = 40_000_000
 _SLINGS_END = (0, 0, 0)
 _SPACING_VOX = 0.5
 _MOST_ACROSS = 64
+_THIN_VOX = 0.125
 
 
 class Swung(NamedTuple):
@@ -45,12 +47,14 @@ class Swung(NamedTuple):
         axes: (N, 3) float64 slew (rad), radius (m), height (m).
         offset_m: (N, 2) float64 of the load from where it would hang at rest.
         amplitude_m: (N,) float64 how far it would swing out if the crane stood still from then on.
+        hook_m: (N, 3) float64 where the hook is.
     """
 
     time_s: NDArray[np.float64]
     axes: NDArray[np.float64]
     offset_m: NDArray[np.float64]
     amplitude_m: NDArray[np.float64]
+    hook_m: NDArray[np.float64]
 
 
 class SwingProof(LiftProof):
@@ -102,11 +106,12 @@ class SwingProof(LiftProof):
         self.checks["swing"].look(True, "", samples=len(swung.time_s))
         frame = self.site.frame
         offset = _SLINGS_END if component is None else component.hook_offset_vox
-        cells = reference_cells(crane_for(self.site, self.crane, component), frame, swung.axes, offset)
+        cells = cells_below(crane_for(self.site, self.crane, component), frame, swung.hook_m, offset)
         beyond_vox = beyond_rest_m(swung.offset_m) / frame.voxel_size_m
         clock_ns = swung.time_s * 1e9 + float(start_ns)
         now = (clock_ns >= self.window_ns[0] - _STEP_NS) & (clock_ns <= self.window_ns[1] + _STEP_NS)
-        swings = (np.abs(beyond_vox).max(axis=1) > 0.0) & now
+        swings = (beyond_vox[:, 0] != 0.0) | (beyond_vox[:, 1] != 0.0)
+        swings &= now
         tail = tail_of(cells, lift)
         if (swings & tail).any():
             self._check_on_line(name, swung, cells, beyond_vox, swings & tail, lift)
@@ -114,17 +119,18 @@ class SwingProof(LiftProof):
         if not len(rows):
             return
         at, positions = across(cells, beyond_vox, thinned(cells, beyond_vox, rows))
-        placements = placements_around(positions, np.full(len(positions), BETWEEN_VOX))
+        placements = Placements(positions, np.full(len(positions), BETWEEN_VOX))
         bad = np.zeros(len(positions), np.bool_)
         if component is not None:
             own = component.shape.cells
             bad |= placements.at_positions(~self.cells.holds(placements, own))
             bad |= placements.at_positions(self.cells.meets(placements, own))
         if self.site.rules.rope:
-            over = placements.at_positions(self.cells.over(placements, offset))
+            over = placements.at_positions(self.cells.line_meets(placements, offset))
             if over.any() and left:
                 # The line leaves the part just set through cells of what touches it.
-                over &= placements.at_positions(self.cells.without(left).over(placements, offset))
+                with self.cells.without(left):
+                    over &= placements.at_positions(self.cells.line_meets(placements, offset))
             bad |= over
         if bad.any():
             n = int(at[np.argmax(bad)])
@@ -194,19 +200,21 @@ def swung_placements(
     found = [np.empty((0, 3), np.int64)]
     for swung in swung_parts(crane, motion, way, pendulum) if pendulum is not None else ():
         offset = _SLINGS_END if component is None else component.hook_offset_vox
-        cells = reference_cells(crane_for(site, crane, component), site.frame, swung.axes, offset)
+        cells = cells_below(crane_for(site, crane, component), site.frame, swung.hook_m, offset)
         beyond_vox = beyond_rest_m(swung.offset_m) / site.frame.voxel_size_m
-        rows = np.flatnonzero((np.abs(beyond_vox).max(axis=1) > 0.0) & (swung.time_s * 1e9 >= rest_ns - _STEP_NS))
+        swings = (beyond_vox[:, 0] != 0.0) | (beyond_vox[:, 1] != 0.0)
+        rows = np.flatnonzero(swings & (swung.time_s * 1e9 >= rest_ns - _STEP_NS))
         if len(rows):
             _, positions = across(cells, beyond_vox, thinned(cells, beyond_vox, rows))
-            found.append(placements_around(positions, np.full(len(positions), BETWEEN_VOX)).cells)
+            found.append(Placements(positions, np.full(len(positions), BETWEEN_VOX)).cells)
     return np.concatenate(found)
 
 
 def beyond_rest_m(offset_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (N, 2) how far loads swing beyond what counts as rest."""
     length = np.hypot(offset_m[:, 0], offset_m[:, 1])
-    beyond: NDArray[np.float64] = offset_m * (np.maximum(length - RESIDUAL_M, 0.0) / np.maximum(length, 1e-12))[:, None]
+    share = np.maximum(length - RESIDUAL_M, 0.0) / np.maximum(length, 1e-12)
+    beyond: NDArray[np.float64] = offset_m * share[:, None]
     return beyond
 
 
@@ -215,10 +223,27 @@ def thinned(cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: N
 
     So are the cells that the load swings to ((N, 2)): it goes on when the crane stands.
     """
-    steps = np.linalg.norm(np.diff(cells, axis=0), axis=1) + np.linalg.norm(np.diff(beyond_vox, axis=0), axis=1)
-    way = np.concatenate([[0.0], np.cumsum(steps)])
-    step = np.floor(way[rows] / 0.125)
-    return rows[np.concatenate([[True], np.diff(step) > 0])] if len(rows) else rows
+    thin: NDArray[np.int64] = _thinned(cells, beyond_vox, rows)
+    return thin
+
+
+@kernel
+def _thinned(cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The first of the given rows in each step of the way."""
+    thin = np.empty_like(rows)
+    count, at, way, last = 0, 0, 0.0, -1.0
+    for n in range(rows.shape[0]):
+        while at < rows[n]:
+            at += 1
+            x, y, z = cells[at, 0] - cells[at - 1, 0], cells[at, 1] - cells[at - 1, 1], cells[at, 2] - cells[at - 1, 2]
+            u, v = beyond_vox[at, 0] - beyond_vox[at - 1, 0], beyond_vox[at, 1] - beyond_vox[at - 1, 1]
+            way += np.sqrt(x * x + y * y + z * z) + np.sqrt(u * u + v * v)
+        step = np.floor(way / _THIN_VOX)
+        if step > last:
+            thin[count] = rows[n]
+            count += 1
+        last = step
+    return thin[:count]
 
 
 def across(
@@ -234,50 +259,99 @@ def across(
     Returns:
         (K,) int64 the row of each, and (K, 3) the positions.
     """
-    length = np.hypot(*beyond_vox[rows].T)
-    parts = np.clip(np.ceil(2.0 * length / _SPACING_VOX), 2, _MOST_ACROSS).astype(np.int64) + 1
-    at = np.repeat(rows, parts)
-    first = np.cumsum(parts) - parts
-    share = 2.0 * (np.arange(len(at)) - np.repeat(first, parts)) / np.repeat(parts - 1, parts) - 1.0
-    positions = cells[at].copy()
-    positions[:, :2] += share[:, None] * beyond_vox[at]
+    at, positions = _across(cells, beyond_vox, rows)
     return at, positions
+
+
+@kernel
+def _across(
+    cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    parts = np.empty_like(rows)
+    for n in range(rows.shape[0]):
+        length = np.hypot(beyond_vox[rows[n], 0], beyond_vox[rows[n], 1])
+        parts[n] = min(max(np.ceil(2.0 * length / _SPACING_VOX), 2), _MOST_ACROSS) + 1
+    total = parts.sum()
+    of_row, positions = np.empty(total, np.int64), np.empty((total, 3))
+    at = 0
+    for n in range(rows.shape[0]):
+        row = rows[n]
+        for part in range(parts[n]):
+            share = 2.0 * part / (parts[n] - 1) - 1.0
+            positions[at, 0] = cells[row, 0] + share * beyond_vox[row, 0]
+            positions[at, 1] = cells[row, 1] + share * beyond_vox[row, 1]
+            positions[at, 2] = cells[row, 2]
+            of_row[at] = row
+            at += 1
+    return of_row, positions
 
 
 def _swung(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.float64], pendulum: Pendulum) -> Swung:
     """The samples, and times between no further apart than a step, with the swing that comes of them."""
-    since_s = (time_ns - time_ns[0]) / 1e9
-    parts = np.maximum(1, -(-np.diff(time_ns) // _STEP_NS))
-    piece = np.repeat(np.arange(len(parts)), parts)
-    share = (np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[piece]
-    h = np.diff(since_s)[piece]
-    slope = _slopes(since_s, samples)
-    a, b = samples[piece], samples[piece + 1]
-    u = share[:, None]
-    # The cubic between two samples with the slopes there.
-    between = (
-        (1 + 2 * u) * (1 - u) ** 2 * a
-        + u**2 * (3 - 2 * u) * b
-        + h[:, None] * (u * (1 - u) ** 2 * slope[piece] - u**2 * (1 - u) * slope[piece + 1])
-    )
-    axes = np.concatenate([between, samples[-1:]])
-    time_s = np.append(since_s[piece] + share * h, since_s[-1])
+    axes, since_s = _between(np.ascontiguousarray(samples), np.ascontiguousarray(time_ns))
     length_m = pendulum_lengths_m(crane, axes, pendulum.below_hook_m)
-    bend = np.gradient(np.gradient(length_m, time_s), time_s) if len(time_s) > 2 else np.zeros(len(time_s))
+    bend = _gradient(_gradient(length_m, since_s), since_s)
     bend = np.clip(bend, -crane.hoist.acceleration, crane.hoist.acceleration)
     stiffness = (GRAVITY_M_S2 - bend) / length_m
-    offset, amplitude = _turned(hook_of(crane, *axes.T)[:, :2].copy(), np.sqrt(stiffness), np.diff(time_s))
-    return Swung(time_s + time_ns[0] / 1e9, axes, offset, amplitude)
+    hook_m = hook_of(crane, *axes.T)
+    offset, amplitude = _turned(hook_m, np.sqrt(stiffness), np.diff(since_s))
+    return Swung(since_s + time_ns[0] / 1e9, axes, offset, amplitude, hook_m)
 
 
-def _slopes(time_s: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N, 3) slopes at the samples: of the parabola through three; none where an axis rests or turns back."""
-    slopes = np.zeros_like(values)
-    if len(values) > 2:
-        h = np.diff(time_s)[:, None]
-        rise = np.diff(values, axis=0) / h
-        parabola = (h[1:] * rise[:-1] + h[:-1] * rise[1:]) / (h[1:] + h[:-1])
-        slopes[1:-1] = np.where(rise[:-1] * rise[1:] > 0.0, parabola, 0.0)
+@kernel
+def _between(
+    samples: NDArray[np.float64], time_ns: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The samples and, on the cubics between two with the slopes there, points no further apart than a step."""
+    count = samples.shape[0]
+    since_s = (time_ns - time_ns[0]) / 1e9
+    total = 1
+    for n in range(count - 1):
+        total += max(1, -(-(time_ns[n + 1] - time_ns[n]) // _STEP_NS))
+    axes, time_s = np.empty((total, 3)), np.empty(total)
+    at = 0
+    for n in range(count - 1):
+        parts = max(1, -(-(time_ns[n + 1] - time_ns[n]) // _STEP_NS))
+        h = since_s[n + 1] - since_s[n]
+        for k in range(3):
+            from_slope, to_slope = _slope(since_s, samples, n, k), _slope(since_s, samples, n + 1, k)
+            for part in range(parts):
+                u = part / parts
+                bent = u * (1 - u) ** 2 * from_slope - u**2 * (1 - u) * to_slope
+                chord = (1 + 2 * u) * (1 - u) ** 2 * samples[n, k] + u**2 * (3 - 2 * u) * samples[n + 1, k]
+                axes[at + part, k] = chord + h * bent
+        for part in range(parts):
+            time_s[at] = since_s[n] + part / parts * h
+            at += 1
+    axes[at], time_s[at] = samples[count - 1], since_s[count - 1]
+    return axes, time_s
+
+
+@kernel
+def _slope(time_s: NDArray[np.float64], values: NDArray[np.float64], n: int, k: int) -> float:
+    """Slope at a sample: of the parabola through three; none where an axis rests or turns back, or at an end."""
+    if n == 0 or n == values.shape[0] - 1:
+        return 0.0
+    before, after = time_s[n] - time_s[n - 1], time_s[n + 1] - time_s[n]
+    rise, then = (values[n, k] - values[n - 1, k]) / before, (values[n + 1, k] - values[n, k]) / after
+    return (after * rise + before * then) / (after + before) if rise * then > 0.0 else 0.0
+
+
+@kernel
+def _gradient(values: NDArray[np.float64], time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N,) slopes of the parabolas through three values, of the line through two at the ends; none of two values."""
+    count = values.shape[0]
+    slopes = np.zeros(count)
+    if count > 2:
+        slopes[0] = (values[1] - values[0]) / (time_s[1] - time_s[0])
+        slopes[-1] = (values[-1] - values[-2]) / (time_s[-1] - time_s[-2])
+    for n in range(1, count - 1):
+        before, after = time_s[n] - time_s[n - 1], time_s[n + 1] - time_s[n]
+        slopes[n] = (
+            -after / (before * (before + after)) * values[n - 1]
+            + (after - before) / (before * after) * values[n]
+            + before / (after * (before + after)) * values[n + 1]
+        )
     return slopes
 
 

@@ -1,37 +1,30 @@
-"""One walk through the lifts in order: each is kept, or made anew at its own stage."""
+"""One walk through the lifts in order: each keeps its path and its motion, or gets a new path at its own stage.
+
+That is the verdict. New motions are made after it (``bimvox.trajectory.motions``).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
-from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import MotionError
-from bimvox.planning.assembly import Assembly, Obstacle, with_cleared
+from bimvox.planning.assembly import Assembly, Obstacle
 from bimvox.planning.insertion import SIDEWAYS_VOX
 from bimvox.planning.lift import Lift, Status
 from bimvox.planning.obstruction_change import ObstructionChange
 from bimvox.planning.planner import plan_lift, proposed_again
 from bimvox.planning.rounds import Refused
-from bimvox.site.clearance import Clearance
 from bimvox.trajectory.footprint import CellMask, examined_by
 from bimvox.trajectory.in_transit import behind, motion_under_way
-from bimvox.trajectory.made import Ahead, Made, Wanted
+from bimvox.trajectory.made import Made, Wanted
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.recall import Recall, Version, obstructed_cells, remembered
-from bimvox.trajectory.shift import joined_on, waiting
 from bimvox.trajectory.standing import Standing
-from bimvox.trajectory.time_plan import time_lift
-from bimvox.trajectory.timing import NS_PER_S
 from bimvox.trajectory.touched import Touched
 from bimvox.trajectory.underway import Held, redirect, release
 
 
 def _nothing(_: Walk) -> None:
     """Nobody is to be told."""
-
-
-def _none_ahead() -> Mapping[int, Ahead]:
-    return {}
 
 
 class Walk:
@@ -42,12 +35,10 @@ class Walk:
         wanted: What is to be made of it.
         change: What changed about the obstructions.
         refused: Components whose lifts failed their proof, and why.
-        on_made: Called with the walk whenever a motion was made.
-        ahead: Asked, from half of the part on, for the motions that were made ahead.
+        on_full: Called with the walk when it is known which lifts this part holds: all others are pending, or kept.
 
     Attributes:
         made: What was made.
-        timed: How many motions were made.
     """
 
     def __init__(
@@ -56,13 +47,12 @@ class Walk:
         wanted: Wanted,
         change: ObstructionChange,
         refused: Refused,
-        on_made: Callable[[Walk], None] = _nothing,
-        ahead: Callable[[], Mapping[int, Ahead]] = _none_ahead,
+        on_full: Callable[[Walk], None] = _nothing,
     ) -> None:
         self.was, self.wanted, self.change, self.refused = standing, wanted, change, refused
         self.site, self.preparation = wanted.site, wanted.preparation
         self.made = Made(memory=dict(standing.memory))
-        self.on_made, self.ahead, self.timed = on_made, ahead, 0
+        self.on_full = on_full
         self.touched = Touched(standing, self.site, self.preparation, change)
         self.recall = Recall(standing.memory, self.site)
         self.was_obstructed: CellMask | None = None
@@ -70,12 +60,15 @@ class Walk:
         self.before: Lift | None = None
         self.was_before: int | None = None
         self.was_done = self.done = 0
+        self.was_full = False
         self.behind = behind(standing, wanted.now_ns)
 
     def run(self) -> None:
         """Keep or make every lift that is left."""
-        for was in self.was.plan.lifts[len(self.made.lifts) :]:
+        for was in self.was.plan.lifts:
             self._take(was)
+        if not self.was_full:
+            self.on_full(self)
 
     def _take(self, was: Lift) -> None:
         """Keep or make one lift, the next one."""
@@ -87,10 +80,9 @@ class Walk:
         elif (motion := motion_under_way(self.was, was, self.wanted.now_ns)) is not None:
             lift = self._redirected(assembly, was, motion, before)
         else:
-            lift, clearance = self._lift(assembly, was)
-            same_start = (before.component if before else None) == self.was_before
+            lift = self._lift(assembly, was)
             if lift.status is Status.PLANNED:
-                lift = self._timed(assembly, lift, was, before, clearance, same_start=same_start)
+                self._choose_motion(lift, was, before)
             self.touched.follow_up(was, lift)
             self._remember(was, lift, self.was_done, self.was_before)
         if lift.status is Status.PLANNED:
@@ -103,8 +95,9 @@ class Walk:
         if was.status is Status.PLANNED:
             self.was_before = was.component
             self.was_done |= 1 << was.order
-        if lift.order in made.new_motions:
-            self.on_made(self)
+        if not self.was_full and made.pending:
+            self.was_full = True
+            self.on_full(self)
 
     def _as_driven(self, was: Lift) -> Lift:
         """Keep what is done, or was passed over."""
@@ -142,8 +135,8 @@ class Walk:
         made.motions[was.order] = found.motion
         return found.lift
 
-    def _lift(self, assembly: Assembly, was: Lift) -> tuple[Lift, Clearance | None]:
-        """Return the lift, the earlier object itself where its path is kept; and its collision rule where known."""
+    def _lift(self, assembly: Assembly, was: Lift) -> Lift:
+        """Return the lift, the earlier object itself where its path is kept."""
         component, better = self.site.components[was.component], self.wanted.better
         reason = self.refused.get(component.id)
         if better is not None and was.component in better.components and was.status is Status.PLANNED:
@@ -154,23 +147,20 @@ class Walk:
                 obstacle.reason,
                 obstacle.blocked_by,
             ):
-                return was, None
-            return self._planned(assembly, obstacle, was), None
+                return was
+            return self._planned(assembly, obstacle, was)
         if not self._must_be_examined(was):
             return self._asked_again(assembly, was)
         known = self.recall.path(was.order, self.done)
         if known is not None:
             self.made.new_paths.add(was.order)
             self.made.recalled_paths[was.order] = known
-            return known.lift, None
+            return known.lift
         stage = assembly.begin(was.component)
         lift = self._planned(assembly, stage, was)
-        if lift.status is Status.INFEASIBLE:
-            if isinstance(stage, Obstacle) and was.place is not None:
-                self.made.examined[was.order] = examined_by(self.site, component, was.place, SIDEWAYS_VOX)
-            return lift, None
-        assert not isinstance(stage, Obstacle)
-        return lift, stage.clearance
+        if lift.status is Status.INFEASIBLE and isinstance(stage, Obstacle) and was.place is not None:
+            self.made.examined[was.order] = examined_by(self.site, component, was.place, SIDEWAYS_VOX)
+        return lift
 
     def _must_be_examined(self, was: Lift) -> bool:
         if was.status is not Status.INFEASIBLE:
@@ -182,18 +172,18 @@ class Walk:
             self.made.examined[was.order] = seen
         return False
 
-    def _asked_again(self, assembly: Assembly, was: Lift) -> tuple[Lift, Clearance | None]:
+    def _asked_again(self, assembly: Assembly, was: Lift) -> Lift:
         """Ask the policy that was trained further, where this lift is one that it was trained for."""
         better = self.wanted.better
         if better is None or was.component not in better.components or was.status is not Status.PLANNED:
-            return was, None
+            return was
         stage = assembly.begin(was.component)
         if isinstance(stage, Obstacle) or self.site.components[was.component].id in self.refused:
-            return was, None
+            return was
         lift = proposed_again(stage, was, better.propose)
         if lift is not was:
             self.made.new_paths.add(was.order)
-        return lift, stage.clearance
+        return lift
 
     def _planned(self, assembly: Assembly, stage: object, was: Lift) -> Lift:
         before = was if was.status is Status.PLANNED else None
@@ -212,70 +202,31 @@ class Walk:
             self.made.new_verdicts.add(was.order)
         return lift
 
-    def _timed(
-        self,
-        assembly: Assembly,
-        lift: Lift,
-        was: Lift,
-        before: Lift | None,
-        clearance: Clearance | None,
-        *,
-        same_start: bool,
-    ) -> Lift:
-        """Keep the lift's motion where that is proven still, else make a new one; infeasible where there is none."""
-        crane, order, made = self.site.crane, lift.order, self.made
+    def _choose_motion(self, lift: Lift, was: Lift, before: Lift | None) -> None:
+        """Keep the lift's motion where that is proven still, or take an earlier one again, else leave it to be made."""
+        order, made, has_crane = lift.order, self.made, self.site.crane is not None
         if made.held is not None:
             made.pending.add(order)
-            return lift
-        count = len(made.new_paths - made.pending | made.new_motions)
-        last = made.motions.get(before.order) if before is not None else None
-        if self._keeps_motion(lift, was, same_start=same_start):
-            if crane is not None:
-                kept = self.was.motions[order]
+            return
+        start = before.component if before else None
+        if self._keeps_motion(lift, was, same_start=start == self.was_before):
+            if has_crane and made.pending:
                 # Behind a pending lift the clock is not known yet; the part after that sets it.
-                made.motions[order] = kept if made.pending else self._in_time(joined_on(kept, last))
-            return lift
+                made.motions[order] = self.was.motions[order]
+            elif has_crane:
+                made.laid[order] = self.was.motions[order]
+            return
+        count = len(made.new_paths - made.pending | made.new_motions)
         if made.pending or count > self.wanted.first - (order not in made.new_paths):
             made.pending.add(order)
-            return lift
-        if crane is None:
-            return lift
-        known = self.recall.motion(lift, self.done, before.component if before else None)
+            return
+        if not has_crane:
+            return
+        known = self.recall.motion(lift, self.done, start)
         if known is not None and known.motion is not None:
-            made.motions[order] = self._in_time(joined_on(known.motion, last))
-            made.new_motions.add(order)
             made.recalled_motions[order] = known
-            return lift
-        try:
-            new = self._motion(assembly, crane, lift, before, clearance)
-        except MotionError as error:
-            made.new_paths.discard(order)
-            made.recalled_paths.pop(order, None)
-            obstacle = Obstacle(f"the crane cannot drive its path: {error.message}")
-            return self._planned(assembly, obstacle, was)
         made.new_motions.add(order)
-        if new is not None:
-            made.motions[order] = self._in_time(joined_on(new, last))
-        return lift
-
-    def _motion(
-        self, assembly: Assembly, crane: TowerCrane, lift: Lift, before: Lift | None, clearance: Clearance | None
-    ) -> LiftMotion | None:
-        """Return a motion that begins at 0, in the turn nearest to 0; None where it is made elsewhere."""
-        self.timed += 1
-        if self.timed > earlier_half(self.wanted):
-            known = self.ahead().get(lift.order)
-            if known is not None and known.is_of(lift, before, self.done):
-                return known.motion
-        rule = _with_last_moves(clearance or assembly.clearance(lift.component), lift)
-        return time_lift(self.site, crane, lift, rule, before, 0, 0.0)
-
-    def _in_time(self, motion: LiftMotion) -> LiftMotion:
-        """A lift that is not under way does not begin in the past: where the crane stood idle, it waits until now."""
-        now_ns = self.wanted.now_ns
-        if now_ns is None or motion.start_ns >= now_ns:
-            return motion
-        return waiting(motion, now_ns + round(self.wanted.hold_s * NS_PER_S) - motion.start_ns)
+        made.laid[order] = None if known is None else known.motion
 
     def _keeps_motion(self, lift: Lift, was: Lift, *, same_start: bool) -> bool:
         if lift is not was or lift.order in self.made.new_paths or lift.order in self.was.pending:
@@ -299,14 +250,3 @@ class Walk:
         motion, way = self.was.motions.get(order), self.was.ways.get(order)
         version = Version(was, self.was.paths[order], motion, way, done, before, self.was_obstructed)
         made.memory[order] = remembered(made.memory, version)
-
-
-def _with_last_moves(clearance: Clearance, lift: Lift) -> Clearance:
-    """Return the collision rule with a lift's own last moves cleared."""
-    assert lift.path_vox is not None
-    return with_cleared(clearance, lift.path_vox[len(lift.path_vox) - 1 - lift.contact_moves :])
-
-
-def earlier_half(wanted: Wanted) -> int:
-    """Return how many of a part's motions are not made ahead."""
-    return wanted.first // 2

@@ -10,7 +10,10 @@ import pytest
 
 from bimvox.errors import LogFileError
 from bimvox.log.archive import pack, unpack
-from bimvox.log.bundle import site_from_bytes, site_to_bytes
+from bimvox.log.bundle import SiteWriter, site_from_bytes, site_to_bytes
+from bimvox.log.codec import ArrayWriter, encode
+from bimvox.log.encoded import Encoded, json_text
+from bimvox.site.site import Blocker
 
 from .building import same, tiny_site
 
@@ -129,3 +132,24 @@ def test_a_zip_bomb_is_refused_before_it_is_unpacked() -> None:
     data[at + 24 : at + 28] = (3 << 30).to_bytes(4, "little")
     with pytest.raises(LogFileError, match="claims"):
         site_from_bytes(bytes(data), "bomb.mcap")
+
+
+def test_sites_that_share_much_are_written_as_each_by_itself() -> None:
+    site = tiny_site()
+    writer = SiteWriter(site)
+    assert writer.to_bytes(site) == site_to_bytes(site)
+    ground, *others = site.blockers
+    named = Blocker('{"dtype":"int32","start":7', "obstruction", ground.cells[:5])
+    for blockers in ((ground,), (ground, named, *others), (named, ground)):
+        changed = dataclasses.replace(site, blockers=blockers, notes=("one", '"dtype":"int32","start":3'))
+        assert writer.to_bytes(changed) == SiteWriter(changed).to_bytes(changed) == site_to_bytes(changed)
+        same(site_from_bytes(writer.to_bytes(changed), "log"), changed)
+
+
+def test_a_text_that_looks_like_a_reference_stays_as_it_is() -> None:
+    value = {"a": np.arange(3, dtype=np.int32), '"dtype":"int32","start":1': '{"dtype":"int32","start":2,'}
+    arrays, again = ArrayWriter(), ArrayWriter()
+    for writer in (arrays, again):
+        writer.put(np.zeros(5, np.int32))
+    assert Encoded(value).text(arrays) == json_text(encode(value, again))
+    assert arrays.flat()["int32"].tolist() == again.flat()["int32"].tolist()

@@ -1,18 +1,26 @@
 from __future__ import annotations
 
+from math import sin
+
+import numpy as np
+import pytest
 from box_sites import test_crane as some_crane
 from google.protobuf import descriptor_pool, timestamp_pb2
 from google.protobuf.descriptor_pb2 import FileDescriptorProto
 
+from bimvox.crane.kinematics import joints_of
+from bimvox.crane.luffing_defaults import default_luffing_crane
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.crane_command import (
     FIELDS,
     PHASE_NUMBERS,
     CraneCommandMessage,
+    command_rows,
     file_descriptor,
     proto_text,
-    to_messages,
 )
-from bimvox.trajectory.commands import CraneCommand
+from bimvox.log.messages import stamp
+from bimvox.trajectory.commands import PHASES, Commands
 from bimvox.trajectory.motion import PhaseName
 
 
@@ -56,14 +64,53 @@ def test_numbers_that_were_given_out_stay() -> None:
     }
 
 
+def some_commands() -> Commands:
+    phases = [PHASES.index(phase) for phase in (PhaseName.HOIST, PhaseName.LOWER, PhaseName.RELEASE)]
+    rates = np.array([[0.0, 0.5, 1.0], [0.01, -0.2, -0.3], [0.0, 0.0, 0.0]])
+    targets = np.array([[0.0, 12.0, 9.0], [7.0, 12.5, 9.25], [7.0, 12.5, 9.25]])
+    times = np.array([0, 1_500_000_001, 200 * 10**9], np.int64)
+    return Commands(4, 1, times, np.array(phases), rates, targets, np.array([True, True, False]))
+
+
 def test_a_command_comes_back_from_its_bytes() -> None:
-    command = CraneCommand(1_500_000_001, 4, 1, PhaseName.LOWER, 0.01, -0.2, -0.3, 7.0, 12.5, 9.25, loaded=True)
-    (message,) = to_messages([command], ["a", "b"], some_crane(height=30.0))
-    back = CraneCommandMessage.FromString(message.SerializeToString())
+    rows = command_rows(some_commands(), ["a", "b"], some_crane(height=30.0))
+    back = CraneCommandMessage.FromString(rows.data[1])
     assert (back.time.seconds, back.time.nanos) == (1, 500_000_001)
     assert (back.lift_order, back.component_id, back.phase, back.loaded) == (4, "b", 6, True)
     assert (back.slew_rate_rad_s, back.trolley_rate_m_s, back.hoist_rate_m_s) == (0.01, -0.2, -0.3)
     assert (back.slew_rad, back.radius_m, back.height_m, back.rope_length_m) == (7.0, 12.5, 9.25, 20.75)
+
+
+@pytest.mark.parametrize("named", [False, True])
+@pytest.mark.parametrize(
+    "crane", [some_crane(height=30.0), default_luffing_crane("luffing-40")], ids=["trolley", "luffing"]
+)
+def test_the_bytes_are_protobufs_own(crane: TowerCrane, named: bool) -> None:
+    commands = some_commands()
+    rows = command_rows(commands, ["a", "b"], crane, topic="/x", named=named)
+    assert (rows.topic, rows.time_ns.tolist()) == ("/x", [command.time_ns for command in commands])
+    for command, data in zip(commands, rows.data, strict=True):
+        target = np.array([[command.target_slew_rad, command.target_radius_m, command.target_height_m]])
+        _, reach, rope_length_m = joints_of(crane, target)[0].tolist()
+        jib = crane.luffing
+        message = CraneCommandMessage(
+            time=stamp(command.time_ns),
+            lift_order=4,
+            component_id="b",
+            phase=PHASE_NUMBERS[command.phase],
+            slew_rate_rad_s=command.slew_rate_rad_s,
+            trolley_rate_m_s=command.trolley_rate_m_s,
+            hoist_rate_m_s=command.hoist_rate_m_s,
+            slew_rad=command.target_slew_rad,
+            radius_m=command.target_radius_m,
+            height_m=command.target_height_m,
+            rope_length_m=rope_length_m,
+            loaded=command.loaded,
+            luff_rad=0.0 if jib is None else reach,
+            luff_rate_rad_s=0.0 if jib is None else -command.trolley_rate_m_s / (jib.length_m * sin(reach)),
+            crane=crane.name if named else "",
+        )
+        assert data == message.SerializeToString(deterministic=True)
 
 
 def test_the_descriptor_builds_in_an_empty_pool() -> None:

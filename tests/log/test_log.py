@@ -19,6 +19,7 @@ from bimvox.errors import InputError, LogFileError
 from bimvox.log.bundle import site_from_bytes
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.reader import read_log
+from bimvox.log.topics import COMMAND, JOINTS, topics_of
 
 from .building import NS, log_bytes, same, tiny_log, tiny_plan
 
@@ -71,6 +72,18 @@ def test_the_same_plan_gives_the_same_bytes(data: bytes) -> None:
     assert log_bytes(tiny_log()) == data
     shuffled = dataclasses.replace(tiny_log(), attachments=dict(reversed(list(tiny_log().attachments.items()))))
     assert log_bytes(shuffled) == data
+
+
+@pytest.mark.parametrize("crane", [True, False])
+def test_every_message_has_the_bytes_that_protobuf_gives_it(crane: bool) -> None:
+    record = tiny_log(crane=crane)
+    of = {topic.name: topic.message for topic in topics_of(1)}
+    found = Counter[str]()
+    for _, channel, message in make_reader(io.BytesIO(log_bytes(record))).iter_messages():
+        again = of[channel.topic].FromString(message.data).SerializeToString(deterministic=True)
+        assert message.data == again
+        found[channel.topic] += 1
+    assert set(found) == (set(of) if crane else set(of) - {COMMAND, JOINTS})
 
 
 def test_the_container_is_laid_out_as_documented(data: bytes) -> None:

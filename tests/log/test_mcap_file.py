@@ -11,6 +11,7 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
 from bimvox.log.mcap_file import McapFile
+from bimvox.log.packed import packed
 
 CHUNK = 300
 messages = st.lists(
@@ -32,7 +33,7 @@ def ours(told: list[tuple[int, int, int, bytes]], blocks: tuple[int, ...] = ()) 
         if block:
             number, time_ns, sequence, data = zip(*block, strict=True)
             of = np.array([channels[n] for n in number])
-            file.messages(of, np.array(sequence), np.array(time_ns, np.int64), data)
+            file.messages(of, np.array(sequence), np.array(time_ns, np.int64), packed(data))
     for channel, time_ns, sequence, data in left:
         file.message(channels[channel], sequence, time_ns, data)
     file.finish()

@@ -1,4 +1,4 @@
-"""Work on another core gives what it gives here, whatever becomes of the copy that does it."""
+"""Work that a copy does its share of comes to what it comes to here, whatever becomes of the copy."""
 
 from __future__ import annotations
 
@@ -8,61 +8,93 @@ import subprocess
 import sys
 import threading
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
 
-from bimvox.errors import VerificationError
-from pipeline.beside import Begun, Beside, can_copy
+from pipeline.beside import Beside
+from pipeline.copied import Copied, can_copy
 
 ORPHAN = """
 import time
-from pipeline.beside import Beside
-begun = Beside()(lambda: time.sleep(600.0))
-print(begun._pid, flush=True)
+from pipeline.copied import Copied
+print(Copied(lambda link: time.sleep(600.0))._pid, flush=True)
 time.sleep(600.0)
 """
+copies = pytest.mark.skipif(not can_copy(), reason="no copies here")
 
 
-def test_the_result_is_that_of_the_work_and_this_process_can_go_on_meanwhile():
-    beside = Beside()
-    here = os.getpid()
-    result = beside(lambda: (os.getpid(), list(range(200_000))))
-    done_here = sum(range(1000))
-    where, numbers = result()
-    assert done_here == 499_500
-    assert numbers == list(range(200_000))
-    assert (where != here) is can_copy()
+def squares(side):
+    """A side's share: the squares of the numbers that it claims, and who found them."""
+    return {n: (n * n, os.getpid()) for n in iter(partial(side.claim, 0), None)}
 
 
-def test_what_goes_wrong_is_told_here():
-    def fails():
-        raise VerificationError("not proven", failures=("lift 3",))
-
-    with pytest.raises(VerificationError, match="not proven"):
-        Beside()(fails)()
-
-
-def test_a_copy_that_is_killed_or_never_answers_is_made_up_for_here():
-    here = os.getpid()
-
-    def dies():
-        if os.getpid() != here:
-            os.kill(os.getpid(), signal.SIGKILL)
-        return "done"
-
-    def hangs():
-        if os.getpid() != here:
-            time.sleep(600.0)
-        return "done"
-
-    assert Beside()(dies)() == "done"
-    assert Beside(limit_s=0.2)(hangs)() == "done"
+def test_each_piece_is_done_once_by_one_of_the_two():
+    beside, count = Beside(), 2_000
+    side = beside.share((count,), lambda other: other.give(squares(other)))
+    mine = squares(side)
+    theirs = side.take() if len(mine) < count else {}
+    assert not mine.keys() & theirs.keys()
+    assert {n: square for n, (square, _) in (mine | theirs).items()} == {n: n * n for n in range(count)}
+    assert {who for _, who in mine.values()} <= {os.getpid()}
+    assert os.getpid() not in {who for _, who in theirs.values()}
+    beside.close()
 
 
+def test_kinds_of_pieces_are_claimed_apart():
+    side = Beside().share((2, 1), lambda _: None)
+    assert [side.claim(0), side.claim(1), side.claim(0), side.claim(0), side.claim(1)] == [0, 0, 1, None, None]
+
+
+@copies
+def test_both_may_give_more_than_a_pipe_holds_at_once():
+    much = list(range(500_000))
+
+    def work(other):
+        other.give(much)
+        other.give(len(other.take()))
+
+    side = Beside().share((1,), work)
+    side.give(much)
+    assert side.take() == much
+    assert side.take() == len(much)
+    assert side.take() is None
+
+
+@copies
+@pytest.mark.parametrize("when", ["at once", "in the middle"])
+def test_a_copy_that_dies_or_fails_gives_nothing_more(when):
+    def dies(other):
+        if when == "in the middle":
+            other.give("half of it")
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    def fails(_):
+        raise ValueError("no")
+
+    side = Beside().share((1,), dies)
+    if when == "in the middle":
+        assert side.take() == "half of it"
+    assert side.take() is None
+    side.give("what nobody has")
+    assert Beside().share((1,), fails).take() is None
+
+
+@copies
+def test_a_copy_that_never_answers_is_given_up():
+    def hangs(_):
+        while True:
+            pass
+
+    beside = Beside(limit_s=0.2)
+    assert beside.share((1,), hangs).take() is None
+    beside.close()
+
+
+@copies
 def test_a_copy_that_waits_for_a_lock_that_nobody_opens_is_given_up_long_before_the_limit():
     """A thread that held it was not copied. Without looking at what the copy does this would take ten minutes."""
-    here = os.getpid()
     lock, held, done = threading.Lock(), threading.Event(), threading.Event()
 
     def hold():
@@ -70,35 +102,36 @@ def test_a_copy_that_waits_for_a_lock_that_nobody_opens_is_given_up_long_before_
             held.set()
             done.wait()
 
-    def works():
-        if os.getpid() != here:
-            lock.acquire()
-        return "done"
+    def works(other):
+        lock.acquire()
+        other.give("done")
 
     thread = threading.Thread(target=hold)
     thread.start()
     held.wait()
+    beside = Beside(limit_s=600.0)
     try:
-        assert Beside(limit_s=600.0)(works)() == "done"
+        assert beside.share((1,), works).take() is None
     finally:
         done.set()
         thread.join()
+        beside.close()
 
 
+@copies
 def test_a_copy_that_is_at_work_is_waited_for(monkeypatch):
-    monkeypatch.setattr("pipeline.beside._STUCK_S", 0.1)
-    here = os.getpid()
+    monkeypatch.setattr("pipeline.copied._STUCK_S", 0.1)
 
-    def works():
+    def works(other):
         until_s = time.process_time() + 1.0
         while time.process_time() < until_s:
             pass
-        return os.getpid()
+        other.give(os.getpid())
 
-    assert (Beside()(works)() != here) is can_copy()
+    assert Beside().share((1,), works).take() not in (None, os.getpid())
 
 
-@pytest.mark.skipif(not can_copy(), reason="no copies here")
+@copies
 def test_a_copy_that_is_told_to_end_as_it_is_made_does_not_go_on_as_this_process(monkeypatch):
     """Ctrl-C is for the whole group of processes: the copy must not run what ends the original."""
     fork = os.fork
@@ -111,20 +144,21 @@ def test_a_copy_that_is_told_to_end_as_it_is_made_does_not_go_on_as_this_process
 
     monkeypatch.setattr(os, "fork", forked)
     here = os.getpid()
-    begun = Begun(os.getpid, os.getpid, 60.0)
+    copy = Copied(lambda link: link.give(os.getpid()))
     try:
         if os.getpid() != here:
             os._exit(3)
-        assert begun() not in (here, 0)
+        assert copy.take() not in (None, here)
+        copy.give_up()
     finally:
         if os.getpid() != here:
             os._exit(3)
 
 
-@pytest.mark.skipif(not can_copy(), reason="no copies here")
+@copies
 def test_a_copy_that_is_given_up_twice_at_once_is_closed_once(monkeypatch):
     """As where Ctrl-C comes while it is given up: the watch gives it up once more as it ends."""
-    begun = Begun(lambda: time.sleep(600.0), lambda: None, 60.0)
+    copy = Copied(lambda _: time.sleep(600.0))
     waitpid = os.waitpid
 
     def interrupted(pid: int, options: int) -> tuple[int, int]:
@@ -134,12 +168,12 @@ def test_a_copy_that_is_given_up_twice_at_once_is_closed_once(monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(os, "waitpid", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            begun.give_up()
-    begun.give_up()
-    assert not begun.goes_on
+            copy.give_up()
+    copy.give_up()
+    assert not copy.goes_on
 
 
-@pytest.mark.skipif(not can_copy(), reason="no copies here")
+@copies
 def test_a_copy_does_not_outlive_a_process_that_is_killed():
     """It would hold the port that viewers are served on, and memory."""
     child = subprocess.Popen([sys.executable, "-c", ORPHAN], stdout=subprocess.PIPE, text=True)
@@ -161,18 +195,30 @@ def runs(pid: int) -> bool:
         return False
 
 
-def test_work_that_is_not_asked_for_leaves_no_process_behind():
+@copies
+def test_work_that_is_not_asked_for_leaves_no_process_and_no_file_behind():
+    before = len(list(Path("/proc/self/fd").iterdir()))
     beside = Beside()
-    begun = [beside(lambda: time.sleep(600.0)) for _ in range(2)]
-    copies = [one._pid for one in begun]
-    assert all(copies) == can_copy()
+    sides = [beside.share((3, 3), lambda _: time.sleep(600.0)) for _ in range(2)]
+    pids = [side._copy._pid for side in sides]
+    assert all(pids)
     beside.close()
-    assert not any(one.goes_on for one in begun)
-    for copy in filter(None, copies):
+    assert not any(side.goes_on for side in sides)
+    assert len(list(Path("/proc/self/fd").iterdir())) == before
+    for pid in pids:
         with pytest.raises(ProcessLookupError):
-            os.kill(copy, 0)
+            os.kill(pid, 0)
 
 
-def test_on_one_core_the_work_is_done_here(monkeypatch):
+def test_where_no_copy_can_be_made_all_is_done_here(monkeypatch):
+    def none_left(*_):
+        raise BlockingIOError("no process left")
+
+    monkeypatch.setattr("os.fork", none_left)
+    assert len(squares(Beside().share((5,), squares))) == 5
     monkeypatch.setattr("pipeline.beside.can_copy", lambda: False)
-    assert Beside()(os.getpid)() == os.getpid()
+    side = Beside().share((5,), squares)
+    assert len(squares(side)) == 5
+    assert side.take() is None
+    with pytest.raises(OSError, match="no process left"):
+        Copied(squares)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import io
+import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from bimvox.errors import MotionError
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
 from bimvox.log.segments import newest, pending_of, segment_of
@@ -18,6 +20,7 @@ from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.trajectory.revise import revise
 from bimvox.trajectory.standing import Standing, standing_of
+from bimvox.trajectory.time_plan import time_lift
 from bimvox.trajectory.verify import verify_motions
 from pipeline.beside import Beside
 from pipeline.load_site import rasterise
@@ -238,7 +241,7 @@ def test_what_is_taken_back_is_known_and_proven_still(frame, monkeypatch):
     free = with_obstructions(site, EMPTY, rasterise)
     with monkeypatch.context() as known:
         known.setattr("bimvox.trajectory.walk.plan_lift", never)
-        known.setattr("bimvox.trajectory.walk.time_lift", never)
+        known.setattr("bimvox.trajectory.motions.time_lift", never)
         parts = list(revise(with_box.standing, free, preparation, first=3))
     last = parts[-1].standing
     assert lost <= {order for part in parts for order in part.made}
@@ -269,48 +272,92 @@ def test_a_version_is_not_taken_where_something_else_is_in_its_way(frame):
     assert verify_motions(other.standing.plan, other.standing.chain).verified
 
 
-def test_what_is_worked_out_on_another_core_is_what_is_worked_out_here(frame):
-    """The same paths and motions to the last bit, whether later motions are made ahead or in their turn."""
-    log, preparation = frame
-    standing = standing_of(log.plan, log.motions)
+@pytest.fixture(scope="module")
+def in_the_way(frame) -> Any:
+    """The frame's site with a box on the middle of every path."""
+    log, _ = frame
     boxes = [
         Obstruction(f"box {n}", Box(tuple(low), tuple(low + 0.4)))
-        for n, lift in enumerate(standing.plan.lifts)
+        for n, lift in enumerate(log.plan.lifts)
         if lift.path_vox is not None
-        for low in [standing.plan.site.frame.corner_of(lift.path_vox[len(lift.path_vox) // 2])]
+        for low in [log.plan.site.frame.corner_of(lift.path_vox[len(lift.path_vox) // 2])]
     ]
-    site = with_obstructions(standing.plan.site, ObstructionSet.of(boxes), rasterise)
-    beside = Beside()
-    found = [
-        next(revise(standing, site, preparation, first=6, beside=elsewhere)) for elsewhere in (None, beside, _Waiting())
-    ]
-    beside.close()
-    assert len(found[0].replanned) > 3
-    for one in found[1:]:
-        assert (one.made, one.replanned, one.retimed) == (found[0].made, found[0].replanned, found[0].retimed)
-        for motion, other in zip(found[0].standing.chain, one.standing.chain, strict=True):
-            assert motion.phases == other.phases
-            for part, same in zip(motion.trajectories, other.trajectories, strict=True):
-                for field in ("time_ns", "slew_rad", "radius_m", "height_m"):
-                    assert np.array_equal(getattr(part, field), getattr(same, field))
-        for order, way in found[0].standing.ways.items():
-            assert np.array_equal(way.heights, one.standing.ways[order].heights)
+    return with_obstructions(log.plan.site, ObstructionSet.of(boxes), rasterise)
 
 
-class _Waiting:
-    """Begins work on another core and waits for it at once: what is made ahead is always there in time."""
+class OneSide:
+    """This side of shared work, as it may come about: it does all, some, or nothing of it."""
 
-    def __call__(self, work, or_else=None):
-        beside = Beside()
-        result = beside(work, or_else)()
-        return _There(result)
+    def __init__(self, side, counts, share) -> None:
+        self._side, self._left = side, [round(share * count) for count in counts]
+        self.give, self.take = side.give, side.take
+
+    def claim(self, kind):
+        self._left[kind] -= 1
+        return self._side.claim(kind) if self._left[kind] >= 0 else None
 
 
-class _There:
-    is_done = True
+def shared_so(share, works=lambda work, side: work(side)):
+    def begin(counts, work):
+        return OneSide(Beside().share(counts, lambda side: works(work, side)), counts, share)
 
-    def __init__(self, result) -> None:
-        self._result = result
+    return begin
 
-    def __call__(self):
-        return self._result
+
+def dies_with_a_piece_of_each_kind(_, side):
+    side.claim(0)
+    side.claim(1)
+    os._exit(1)
+
+
+@pytest.mark.parametrize(
+    "beside",
+    [
+        Beside().share,
+        shared_so(0.0),
+        shared_so(0.4),
+        shared_so(1.0),
+        shared_so(1.0, dies_with_a_piece_of_each_kind),
+    ],
+    ids=["as it comes", "all there", "some here", "all here", "the copy dies"],
+)
+def test_what_a_copy_does_its_share_of_is_what_is_done_here(frame, in_the_way, beside):
+    """The same paths and motions to the last bit, and the same proof."""
+    log, preparation = frame
+    standing = standing_of(log.plan, log.motions)
+    alone, shared = (next(revise(standing, in_the_way, preparation, first=6, **so)) for so in ({}, {"beside": beside}))
+    assert len(alone.replanned) > 3
+    assert (shared.made, shared.replanned, shared.retimed) == (alone.made, alone.replanned, alone.retimed)
+    assert shared.standing.motions.keys() == alone.standing.motions.keys()
+    for motion, other in zip(alone.standing.chain, shared.standing.chain, strict=True):
+        assert motion.phases == other.phases
+        for part, same in zip(motion.trajectories, other.trajectories, strict=True):
+            for field in ("time_ns", "slew_rad", "radius_m", "height_m"):
+                assert np.array_equal(getattr(part, field), getattr(same, field))
+    for footprints, others in (
+        (alone.standing.ways, shared.standing.ways),
+        (alone.standing.paths, shared.standing.paths),
+    ):
+        assert footprints.keys() == others.keys()
+        assert all(np.array_equal(found.heights, others[order].heights) for order, found in footprints.items())
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0], ids=["all there", "some here", "all here"])
+def test_a_lift_that_the_crane_cannot_drive_is_named_and_the_others_are_planned(frame, in_the_way, share, monkeypatch):
+    log, preparation = frame
+    standing = standing_of(log.plan, log.motions)
+    whole = next(revise(standing, in_the_way, preparation, first=6))
+    bad = whole.replanned[1]
+    component = log.plan.site.components[standing.plan.lifts[bad].component].id
+
+    def timed(site, crane, lift, *more):
+        if lift.order == bad:
+            raise MotionError(component, "the rope is too short")
+        return time_lift(site, crane, lift, *more)
+
+    monkeypatch.setattr("bimvox.trajectory.motions.time_lift", timed)
+    part = next(revise(standing, in_the_way, preparation, first=6, beside=shared_so(share)))
+    refused = part.standing.plan.lifts[bad]
+    assert refused.status is Status.INFEASIBLE
+    assert refused.reason == f"the crane cannot drive its path: {component}: the rope is too short"
+    assert set(part.replanned) >= {order for order in whole.replanned if order < bad}

@@ -6,7 +6,7 @@ from box_sites import box_site
 
 from bimvox.planning.assembly import Assembly, prepare
 from bimvox.planning.lift import Status
-from bimvox.planning.moment import cells_in_common, moments, near_and_far
+from bimvox.planning.moment import Thing, cells_in_common, moments, near_and_far
 from bimvox.planning.planner import plan_lifts
 
 PARTS = [
@@ -74,3 +74,22 @@ def test_near_is_what_touches_the_part_in_its_place_and_has_triangles(planned):
     assert "ground" not in {thing.name for thing in near}
     assert [thing.name for thing in near] == ["footing"]
     assert len(cells_in_common(np.array([[0, 0, 0], [1, 2, 3]]), np.array([[1, 2, 3], [4, 4, 4]]))) == 1
+
+
+def test_a_part_is_the_same_thing_at_every_moment_of_every_proof(planned):
+    plan, _ = planned
+    first, again = ({t.name: t for t in list(moments(plan))[-1].present} for _ in range(2))
+    assert first.keys() == again.keys()
+    assert all(again[name] is thing for name, thing in first.items())
+
+
+def test_near_are_those_with_cells_beside_its_own_corners_included(planned):
+    rng = np.random.default_rng(3)
+    plan, _ = planned
+    component = plan.site.components[0]
+    own = component.shape.cells + component.target_vox
+    for n in range(200):
+        cells = (own.mean(axis=0) + rng.integers(-6, 7, 3)).astype(np.int32) + rng.integers(0, 2, (3, 3), np.int32)
+        thing = Thing(str(n), cells, 7)
+        apart = np.abs(own[:, None] - cells[None]).max(axis=2).min()
+        assert near_and_far(component, [thing]) == (([thing], []) if apart <= 1 else ([], [thing]))

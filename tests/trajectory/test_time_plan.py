@@ -144,10 +144,11 @@ def test_a_lift_that_cannot_be_driven_is_named(planned):
 
 def test_commands_lead_along_the_motion(planned, motions):
     crane = planned[0].site.crane
-    series = commands(motions, 0.5)
-    assert [command.time_ns for command in series] == sorted(command.time_ns for command in series)
     for motion in motions:
-        own = [command for command in series if command.order == motion.order]
+        own = list(commands(motion, 0.5))
+        assert [command.time_ns for command in own] == sorted({command.time_ns for command in own})
+        assert {command.order for command in own} == {motion.order}
+        assert [command.phase for command in own] == [motion.phase_name_at(command.time_ns) for command in own]
         assert own[0].time_ns == motion.start_ns
         assert own[-1].time_ns == motion.end_ns
         assert (own[-1].slew_rate_rad_s, own[-1].trolley_rate_m_s, own[-1].hoist_rate_m_s) == (0.0, 0.0, 0.0)
@@ -166,7 +167,7 @@ def test_commands_lead_along_the_motion(planned, motions):
         assert not own[0].loaded
         assert any(command.loaded for command in own)
     with pytest.raises(InputError, match="period"):
-        commands(motions, 0.0)
+        commands(motions[0], 0.0)
 
 
 def test_last_moves_from_the_side_are_driven_as_planned():

@@ -51,8 +51,8 @@ RECIPE = DqnConfig(
     limit=StepLimit(3.0, 40),
     test_every=1_500_000,
 )
-"""For a machine with an accelerator. On two cores without one, fewer lifts side by side and smaller batches learn the
-same in more time: :func:`small_recipe`."""
+"""For a machine with an accelerator; no run on one is recorded yet. On two cores without one, fewer lifts side by side
+and smaller batches learn the same in more time: :func:`small_recipe`."""
 
 _REWEIGH_EVERY = 100
 

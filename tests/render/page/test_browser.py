@@ -65,6 +65,11 @@ class Seen:
             "(at) => { const s = document.getElementById('time'); s.value = at; s.dispatchEvent(new Event('input')); }",
             seconds,
         )
+        self.drawn()
+
+    def drawn(self) -> None:
+        """Wait until what the page knows now has been drawn: it draws in the next frame, not at once."""
+        self.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
     def wait(self, condition: str) -> None:
         """Wait for a JavaScript condition; asked from here, since the page allows no evaluation within it."""
@@ -75,7 +80,7 @@ class Seen:
 
     def picture(self) -> np.ndarray:
         """The view, as pixels, once it has been drawn."""
-        self.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        self.drawn()
         data = self.page.locator("#canvas").screenshot()
         return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(int)
 

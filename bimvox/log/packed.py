@@ -1,0 +1,59 @@
+"""Many byte strings in one array: a log holds a million messages, and no Python object is made for each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Packed:
+    """Byte strings, each a span of one array; in any order.
+
+    Attributes:
+        flat: (B,) uint8 the bytes.
+        begin: (N,) int64 where in it each begins.
+        end: (N,) int64 where each ends.
+    """
+
+    flat: NDArray[np.uint8]
+    begin: NDArray[np.int64]
+    end: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.begin)
+
+    def __getitem__(self, number: int) -> bytes:
+        return self.flat[self.begin[number] : self.end[number]].tobytes()
+
+    def __iter__(self) -> Iterator[bytes]:
+        return (self[number] for number in range(len(self)))
+
+    @property
+    def size(self) -> NDArray[np.int64]:
+        """(N,) how many bytes each has."""
+        size: NDArray[np.int64] = self.end - self.begin
+        return size
+
+    def picked(self, which: slice | NDArray[np.int64]) -> Packed:
+        """Return some of them, in the order asked for; the bytes stay where they are."""
+        return Packed(self.flat, self.begin[which], self.end[which])
+
+
+def packed(strings: Sequence[bytes]) -> Packed:
+    """Return byte strings as they are in memory, put into one array."""
+    end = np.cumsum(np.fromiter(map(len, strings), np.int64, len(strings)))
+    return Packed(np.frombuffer(b"".join(strings), np.uint8), np.concatenate([[0], end])[: len(end)], end)
+
+
+def joined(parts: Sequence[Packed]) -> Packed:
+    """Return the byte strings of all parts, in one array."""
+    starts = np.cumsum([0, *(part.flat.size for part in parts)])[: len(parts)].tolist()
+    return Packed(
+        np.concatenate([part.flat for part in parts]),
+        np.concatenate([part.begin + start for part, start in zip(parts, starts, strict=True)]),
+        np.concatenate([part.end + start for part, start in zip(parts, starts, strict=True)]),
+    )

@@ -1,0 +1,123 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from prefab_lessons import QUICK
+from prefab_lessons import TINY as TINY_PREFAB
+
+from bimvox.env.batched import BatchedLiftEnv
+from bimvox.env.default_problem import default_problem
+from bimvox.errors import PolicyError
+from bimvox.policy.config import DqnConfig
+from bimvox.policy.device import device_named
+from bimvox.policy.dqn import LiftDqn, network_of
+from bimvox.policy.generalist.recipe import Check, train_generalist
+from bimvox.policy.network import QNetwork
+from bimvox.policy.prefab.learning import learn
+from bimvox.policy.sb3_file import read_sb3_zip, write_sb3_zip
+from bimvox.policy.train import train
+from bimvox.policy.vec_env import LiftVecEnv
+
+TINY = DqnConfig(hidden=(16,), lifts=8, batch_size=16, learning_starts=32, gradient_steps=1, test_every=64)
+TAUGHT = DqnConfig(averaging=0.99, teacher=1.0, learning_rate_last=1e-4, test_every=4_096)
+IN_THE_WAY = (((3, 6, 1), (4, 9, 3)), ((10, 11, 1), (13, 12, 3)))
+
+on_every_device = pytest.mark.parametrize(
+    "device",
+    [
+        "cpu",
+        pytest.param("cuda", marks=pytest.mark.skipif(not torch.cuda.is_available(), reason="needs an NVIDIA GPU")),
+    ],
+)
+
+
+def taught(device: str, *, half: bool, seed: int = 0, steps: int = 1_024) -> tuple[QNetwork, Check]:
+    """Return a network that learned the paper's site, and how it does from a quarter of the starts."""
+    checks: list[Check] = []
+    problem = default_problem(obstructions=IN_THE_WAY)
+    network = train_generalist(
+        [problem],
+        [replace(problem, start_vox=tuple(start.tolist())) for start in problem.starts_vox[::4]],
+        TAUGHT,
+        families=1,
+        seed=seed,
+        steps=steps,
+        device=device,
+        half=half,
+        report=lambda check, _: checks.append(check),
+    )
+    return network, checks[-1]
+
+
+def assert_same(first: QNetwork, second: QNetwork) -> None:
+    for name, array in first.arrays().items():
+        np.testing.assert_array_equal(second.arrays()[name], array)
+
+
+@pytest.fixture(params=[False, True], ids=["hidden", "pretended"])
+def gpu_there(request, monkeypatch):
+    """What torch says of a GPU; where it says so without truth, a single tensor put there is an error."""
+    return lambda: monkeypatch.setattr(torch.cuda, "is_available", lambda: request.param)
+
+
+def test_a_gpu_in_the_machine_changes_no_policy_of_a_site(gpu_there):
+    before = train([default_problem()], TINY, seed=1, steps=128).network
+    gpu_there()
+    assert_same(train([default_problem()], TINY, seed=1, steps=128).network, before)
+
+
+def test_a_gpu_in_the_machine_changes_neither_of_the_papers_layers(gpu_there):
+    def weights() -> list[np.ndarray]:
+        found = []
+        learn(TINY_PREFAB, QUICK, lambda network, _: bool(found.append(network)), seed=0, budget=QUICK.test_every)
+        return list(found[-1].actions.weights)
+
+    before = weights()
+    gpu_there()
+    for array, again in zip(before, weights(), strict=True):
+        np.testing.assert_array_equal(again, array)
+
+
+def test_a_gpu_in_the_machine_changes_no_exported_file(gpu_there, tmp_path):
+    network = network_of(LiftDqn(LiftVecEnv(BatchedLiftEnv([default_problem()], 8)), TINY, seed=0))
+    gpu_there()
+    write_sb3_zip(network, tmp_path / "policy.zip")
+    assert_same(read_sb3_zip((tmp_path / "policy.zip").read_bytes()), network)
+
+
+@on_every_device
+@pytest.mark.parametrize("half", [False, True])
+def test_same_seed_same_device_same_weights(device, half):
+    first, _ = taught(device, half=half)
+    assert_same(taught(device, half=half)[0], first)
+    assert not np.array_equal(taught(device, half=half, seed=1)[0].weights[0], first.weights[0])
+
+
+@on_every_device
+def test_it_learns_in_half_precision(device):
+    _, check = taught(device, half=True, steps=TAUGHT.test_every)
+    assert check.success_rate == 1.0
+    assert check.length_ratio <= 1.05
+
+
+@on_every_device
+def test_network_and_memory_lie_where_they_were_put(device):
+    dqn = LiftDqn(LiftVecEnv(BatchedLiftEnv([default_problem()], 8)), TINY, seed=0, device=device)
+    dqn.learn(64)
+    batch = dqn.replay_buffer.sample(4)
+    assert {tensor.device.type for tensor in (*dqn.tested_parameters(), *batch)} == {device}
+
+
+@pytest.mark.parametrize("name", ["cuda:99", "auto", "meta", "a fast one"])
+def test_a_device_that_is_not_there_is_refused_and_not_replaced(name):
+    with pytest.raises(PolicyError, match=name) as caught:
+        LiftDqn(LiftVecEnv(BatchedLiftEnv([default_problem()], 8)), TINY, seed=0, device=name)
+    assert caught.value.differs == {"device": name}
+    assert "cpu" in caught.value.hint
+
+
+def test_the_processor_is_always_there():
+    assert device_named("cpu") == torch.device("cpu")
