@@ -7,13 +7,12 @@ its shape cannot pass for free.
 
 from __future__ import annotations
 
-import itertools
-
 import fcl
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.compiled import kernel
 from bimvox.planning.erosion import eroded_triangles_m, pair_depths_m, thickness_m
 from bimvox.planning.kept import kept
 from bimvox.planning.lift import LiftPlan
@@ -303,13 +302,24 @@ def _inner(mesh: TriangleMesh, depth_m: float) -> tuple[NDArray[np.float64], NDA
     return inner, box, bool(moved <= 3.0 * depth_m + 1e-6 and len(inner) >= 0.5 * len(mesh.faces))
 
 
+@kernel
 def _finely(points_m: NDArray[np.float64], spacing_m: float) -> NDArray[np.float64]:
     """(M, 3) the points, and more between them, so that neighbours are at most ``spacing_m`` apart."""
-    pieces = []
-    for a, b in itertools.pairwise(points_m):
-        count = max(1, int(np.ceil(float(np.linalg.norm(b - a)) / spacing_m - 1e-9)))
-        pieces.append(a + (np.arange(count) / count)[:, None] * (b - a))
-    return np.concatenate([*pieces, points_m[-1:]])
+    count = points_m.shape[0]
+    parts = np.ones(count, np.int64)
+    for n in range(count - 1):
+        apart = points_m[n + 1] - points_m[n]
+        parts[n] = max(1, int(np.ceil(np.sqrt((apart * apart).sum()) / spacing_m - 1e-9)))
+    fine = np.empty((parts.sum(), 3))
+    at = 0
+    for n in range(count):
+        for part in range(parts[n]):
+            for k in range(3):
+                fine[at, k] = points_m[n, k]
+                if part > 0:
+                    fine[at, k] += part / parts[n] * (points_m[n + 1, k] - points_m[n, k])
+            at += 1
+    return fine
 
 
 def _metres(offset_m: NDArray[np.float64]) -> str:

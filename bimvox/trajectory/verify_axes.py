@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from bimvox.compiled import kernel
 from bimvox.crane.kinematics import hook_of, joint_limits, joint_names, joints_of
 from bimvox.crane.reach import LUFFING_HOOK_ROOM_M
 from bimvox.crane.tower_crane import TowerCrane
@@ -133,27 +134,46 @@ def check_limits(check: Check, name: str, crane: TowerCrane, motion: LiftMotion,
     slow = _slow_between(crane, axes)
     names, joints = joint_names(crane), joints_of(crane, axes)
     for axis, limits in enumerate(joint_limits(crane)):
-        values = joints[:, axis]
+        values = np.ascontiguousarray(joints[:, axis])
         noise = np.full(len(values), _ROUNDING * (float(np.abs(values).max()) + crane.jib_height_m))
         for order, (what, limit) in enumerate(
             (("rate", limits.rate), ("acceleration", limits.acceleration), ("jerk", limits.jerk)), start=1
         ):
             if len(values) < 2:
                 break
-            span_s = (time_s[order:] - time_s[:-order]) / order
-            values, noise = np.diff(values) / span_s, (noise[1:] + noise[:-1]) / span_s
-            allowed = np.full(len(values), limit)
-            if order == 1:
-                allowed = slow * (hoist_rate if axis == _HOIST else allowed)
-            share = np.maximum(np.abs(values) - noise, 0.0) / allowed
-            worst = int(np.argmax(share))
-            check.measure(float(share[worst]))
+            rate = hoist_rate if axis == _HOIST else np.full(len(slow), limit)
+            allowed = slow * rate if order == 1 else np.full(len(values) - 1, limit)
+            values, noise, worst, share = _differences(time_s, values, noise, allowed, order)
+            check.measure(share)
             check.look(
-                bool(share[worst] <= 1.0 + _OVER_LIMIT),
+                share <= 1.0 + _OVER_LIMIT,
                 f"{name}: {names[axis]} {what} {abs(values[worst]):.4g} at {time_s[worst]:.2f} s, "
                 f"allowed {allowed[worst]:.4g}",
                 samples=len(values),
             )
+
+
+@kernel
+def _differences(
+    time_s: NDArray[np.float64],
+    values: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    allowed: NDArray[np.float64],
+    order: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int, float]:
+    """The next divided differences times their order, their noise, which takes the largest share of its limit, it."""
+    count = len(values) - 1
+    differences, noises = np.empty(count), np.empty(count)
+    worst, largest = 0, -1.0
+    for n in range(count):
+        span_s = (time_s[n + order] - time_s[n]) / order
+        differences[n] = (values[n + 1] - values[n]) / span_s
+        noises[n] = (noise[n + 1] + noise[n]) / span_s
+        excess = max(abs(differences[n]) - noises[n], 0.0)
+        share = excess / allowed[n] if allowed[n] > 0.0 else np.inf
+        if largest == largest and not share <= largest:  # what is no number is worst of all, and stays it
+            worst, largest = n, share
+    return differences, noises, worst, largest
 
 
 def _hoist_rate(crane: TowerCrane, load_kg: float) -> float:

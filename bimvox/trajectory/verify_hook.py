@@ -103,9 +103,13 @@ class HookProof(LiftProof):
         if not len(axes):
             return
         check.look(True, "", samples=len(axes))
-        if jib_cell(self.site, crane) >= self.site.shape[2]:
+        lowest = jib_cell(self.site, crane)
+        if lowest >= self.site.shape[2]:
             return
         for thing in present:
+            if thing.high[2] < lowest:
+                check.look(True, "")
+                continue
             met = not is_mast_of(crane, thing.name) and tallest_met(self.site, crane, thing.cells, axes[:, 0])
             check.look(
                 not met, f"{name}: the jib at {crane.jib_height_m:g} m turns into {thing.name}, which is as high"

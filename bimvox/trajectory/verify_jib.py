@@ -49,10 +49,21 @@ def check_luffing_jib(
     taken = swept_by_jib(site, crane, jib, axes)
     check.look(True, "", samples=len(axes))
     for thing in present:
-        met = not is_mast_of(crane, thing.name) and bool(taken[tuple(thing.cells.T)].any())
+        met = not is_mast_of(crane, thing.name) and bool(_any_taken(taken, thing.cells))
         check.look(not met, f"{name}: the jib or its counterweight turns into {thing.name}")
     if load is not None and len(load[1]):
         _check_load(check, name, site, crane, jib, *load)
+
+
+@kernel
+def _any_taken(taken: NDArray[np.bool_], cells: NDArray[np.int32]) -> bool:
+    """Whether any cell is taken; those outside the grid are not."""
+    nx, ny, nz = taken.shape
+    for n in range(cells.shape[0]):
+        x, y, z = cells[n, 0], cells[n, 1], cells[n, 2]
+        if 0 <= x < nx and 0 <= y < ny and 0 <= z < nz and taken[x, y, z]:
+            return True
+    return False
 
 
 def swept_by_jib(site: Site, crane: TowerCrane, jib: LuffingJib, axes: NDArray[np.float64]) -> NDArray[np.bool_]:
