@@ -160,7 +160,7 @@ def go_on_cells(clearance: Clearance, load: LoadFrame, pose: CranePose) -> list[
     return [
         cell
         for cell in cells
-        if placement_is_free(clearance, *cell) and move_is_free(clearance, load, _to_cell(load, pose, cell))
+        if placement_is_free(clearance, *cell) and move_is_free(clearance, load, move_to_cell(load, pose, cell))
     ]
 
 
@@ -190,7 +190,7 @@ def go_on(
     Raises:
         PlanningError: If the first cell cannot be reached, the path is not free, or takes the hook above the jib.
     """
-    first = _to_cell(load, pose, (int(path_vox[0, 0]), int(path_vox[0, 1]), int(path_vox[0, 2])))
+    first = move_to_cell(load, pose, (int(path_vox[0, 0]), int(path_vox[0, 1]), int(path_vox[0, 2])))
     if not move_is_free(clearance, load, first):
         raise PlanningError(
             f"cell {path_vox[0].tolist()} cannot be reached from where the crane stands",
@@ -275,8 +275,8 @@ def _around(at: NDArray[np.float64]) -> Iterator[tuple[int, int, int]]:
                 yield (x, y, z)
 
 
-def _to_cell(load: LoadFrame, pose: CranePose, cell: tuple[int, int, int]) -> Move:
-    """The straight move in the axes from a pose to a whole placement beside it."""
+def move_to_cell(load: LoadFrame, pose: CranePose, cell: tuple[int, int, int]) -> Move:
+    """Return the straight move in the axes from a pose to a whole placement beside it."""
     slew, radius, height = axes_of_cells(load, np.array(cell)).tolist()
     turned = pose.slew_rad + float(np.remainder(slew - pose.slew_rad + np.pi, 2.0 * np.pi)) - np.pi
     return Move(pose, CranePose(turned, radius, height))
