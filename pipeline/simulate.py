@@ -97,7 +97,7 @@ class Execution:
         for order in sorted(motions):
             motion = motions[order]
             if motion.start_ns > now_ns:
-                return
+                continue  # of several cranes a later one may have begun before
             told = self._told.get(motion.component)
             names = [name for _, name in _changes(motion)]
             after = names.index(told) + 1 if told in names else 0

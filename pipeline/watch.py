@@ -76,19 +76,15 @@ def watch(
         One document per change, see ``bimvox watch --json``.
     """
     target = out or default_output(site, ".mcap")
-    server = None if serve is None else _server(serve, progress)
+    address = None if serve is None else address_of(serve)
     check_output(target, inputs=[site, obstructions])
     loaded = load_site(site, progress)
+    server = None if address is None else _server(address, len(loaded.site.cranes), progress)
     check_output(target, inputs=[site, obstructions, loaded.config.model.path])
     preparation = prepared(loaded.site, progress)
     chosen = policy_of(loaded, loaded.site, preparation, policy=policy, seed=seed, steps=steps, progress=progress)
     if speed is not None and loaded.site.crane is None:
         raise InputError("without a crane there is no motion to carry out", hint="leave --simulate out")
-    if speed is not None and loaded.site.other_cranes:
-        raise InputError(
-            f"a plan of {len(loaded.site.cranes)} cranes is not carried out against a clock yet",
-            hint="leave --simulate out: the plan is revised at every change all the same",
-        )
     clock = None if speed is None else PlanClock(speed)
     watcher = Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress, clock)
     watcher.retrain(retrain)
@@ -117,10 +113,10 @@ def follow(watcher: Watcher, *, once: bool, poll_s: float | None, stop: threadin
         watcher.close()
 
 
-def _server(address: str, progress: Progress) -> LiveServer:
+def _server(address: tuple[str, int], cranes: int, progress: Progress) -> LiveServer:
     from bimvox.log.live_server import LiveServer
 
-    server = LiveServer(*address_of(address))
+    server = LiveServer(*address, cranes)
     progress.note(f"viewers may look on at ws://{server.address}")
     return server
 
@@ -258,7 +254,7 @@ class Watcher:
             sinks = list(viewers)
         else:
             self._driven_ns = driven_until_ns(self._plan.target)
-            sinks = [*viewers, DrivenLog(self._plan.target, self.told)]
+            sinks = [*viewers, DrivenLog(self._plan.target, self.told, len(self._loaded.site.cranes))]
         if sinks:
             self.live = LiveView(sinks, self._clock)
 
@@ -363,13 +359,13 @@ class Watcher:
             for one in revised:
                 self._reader.accept()
                 searched |= left_to_search(one.part)
-                if not one.part.standing.pending:
+                if not one.part.standing.pending and one.part.standing.held_cranes is None:
                     self._whole.offer(self._plan.whole_log())
                     if self._retraining is not None and change.better is None:
                         self._retraining.begin(change.site, searched)
                 self._show()
                 yield one.document
-                if one.part.standing.held is not None:
+                if one.part.standing.waits:
                     return  # it waits for a change
                 if one.part.standing.pending and self._reader.holds_other_than(self._plan.content):
                     return  # what is pending goes with the next change

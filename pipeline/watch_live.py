@@ -53,9 +53,10 @@ class DrivenLog:
     Args:
         target: The whole log of the plan; every run of the watch has a live log of its own beside it.
         progress: Told where it cannot be written.
+        cranes: How many cranes there are.
     """
 
-    def __init__(self, target: Path, progress: Progress) -> None:
+    def __init__(self, target: Path, progress: Progress, cranes: int = 1) -> None:
         from bimvox.log import topics
         from bimvox.log.live import LiveLog
 
@@ -64,7 +65,8 @@ class DrivenLog:
         self._progress, self._log = progress, None
         path = target.resolve().with_name(f"{target.stem}.live{number:04d}{target.suffix}")
         try:
-            self._log = LiveLog(path, {topics.METADATA: {"schema_version": str(topics.SCHEMA_VERSION)}}, {})
+            metadata = {topics.METADATA: {"schema_version": str(topics.SCHEMA_VERSION)}}
+            self._log = LiveLog(path, metadata, {}, cranes=cranes)
         except OSError as error:
             self._fail(error)
 

@@ -28,6 +28,7 @@ class LiveLog:
         path: Where to; what is there is replaced.
         metadata: Metadata records, written first.
         attachments: Files, written after them, by name.
+        cranes: How many cranes there are.
         every_s: Largest wall time between two chunks.
     """
 
@@ -37,10 +38,11 @@ class LiveLog:
         metadata: Mapping[str, Mapping[str, str]],
         attachments: Mapping[str, bytes],
         *,
+        cranes: int = 1,
         every_s: float = CHUNK_S,
     ) -> None:
         self._stream = Path(path).open("wb")  # noqa: SIM115 (open as long as the log is)
-        self._writer = LogWriter(self._stream)
+        self._writer = LogWriter(self._stream, cranes)
         self._lock = threading.Lock()
         self._closed = threading.Event()
         self._failure: OSError | None = None

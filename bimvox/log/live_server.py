@@ -25,6 +25,7 @@ from bimvox.log.scene import Scene, states_before
 from bimvox.log.track import crane_track
 from bimvox.log.voxels import voxel_grid
 from bimvox.planning.lift import Status
+from bimvox.trajectory.motion import LiftMotion
 
 
 class LiveServer:
@@ -120,14 +121,19 @@ def standing_messages(record: PlanLog, time_ns: int) -> Iterator[Timed]:
     lifts = record.all_lifts
     scene = Scene(site, {lift.component: lift for lift in lifts}, {})
     yield time_ns, topics.SCENE, scene.fixed(time_ns)
-    now = next((motion for motion in record.motions if motion.end_ns > time_ns), None)
+    under_way = motions_at(record, time_ns)
+    now = next((motion for motion in under_way if motion.end_ns > time_ns), None)
     if now is None:
         done = [lift for lift in lifts if lift.status is Status.PLANNED]
         states = {lift.component: ConstructionState.ASSEMBLED for lift in done}
     else:
-        lift = next(lift for lift in lifts if lift.order == now.order)
-        states = states_before(lifts, now.order) | {lift.component: ConstructionState.UNBUILT}
-        track = crane_track(site, lift, now)
+        states = states_before(lifts, now.order)
+    for motion in under_way:
+        lift = next(lift for lift in lifts if lift.order == motion.order)
+        if motion.end_ns <= time_ns or lift.status is not Status.PLANNED:
+            continue
+        states[lift.component] = ConstructionState.UNBUILT
+        track = crane_track(site, lift, motion)
         for at_ns, state in (
             (track.lifted_ns, ConstructionState.IN_TRANSIT),
             (track.arrived_ns, ConstructionState.ARRIVED),
@@ -139,11 +145,26 @@ def standing_messages(record: PlanLog, time_ns: int) -> Iterator[Timed]:
             from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 
             poses = [pose(corner) for corner in site.frame.corner_of(lift.path_vox).tolist()]
-            yield time_ns, topics.PLANNED, PosesInFrame(timestamp=stamp(time_ns), frame_id="site", poses=poses)
+            message = PosesInFrame(timestamp=stamp(time_ns), frame_id="site", poses=poses)
+            yield time_ns, topics.of_crane(topics.PLANNED, motion.crane), message
     if (update := scene.change(states, time_ns)) is not None:
         yield time_ns, topics.SCENE, update
     for _, topic, message in event_messages(record, ()):
         yield time_ns, topic, message
+
+
+def motions_at(record: PlanLog, time_ns: int) -> list[LiftMotion]:
+    """Return what every crane drives at a time, in order of the lifts; after its last lift that one.
+
+    Args:
+        record: The whole plan.
+        time_ns: On the site's clock.
+    """
+    found = []
+    for number in sorted({motion.crane for motion in record.motions}):
+        own = [motion for motion in record.motions if motion.crane == number]
+        found.append(next((motion for motion in own if motion.end_ns > time_ns), own[-1]))
+    return sorted(found, key=lambda motion: motion.order)
 
 
 class Moving:
@@ -155,21 +176,17 @@ class Moving:
 
     def __init__(self, record: PlanLog) -> None:
         self._record = record
-        self._order = -1
-        self._rows: list[Rows] = []
+        self._rows: dict[int, tuple[int, list[Rows]]] = {}
 
     def at(self, time_ns: int) -> Iterator[tuple[str, bytes]]:
-        """Yield the last message of each topic of the lift at a time, up to then."""
-        motions = self._record.motions
-        motion = next((motion for motion in motions if motion.end_ns > time_ns), motions[-1] if motions else None)
-        if motion is None:
-            return
-        if motion.order != self._order:
-            self._order, self._rows = motion.order, lift_rows(self._record, motion)
-        latest: dict[str, tuple[int, bytes]] = {}
-        for rows in self._rows:
-            at = int(np.searchsorted(rows.time_ns, time_ns, side="right")) - 1
-            if at >= 0:
-                latest[rows.topic] = (int(rows.time_ns[at]), rows.data[at])
-        for topic, (_, data) in latest.items():
-            yield topic, data
+        """Yield the last message of each topic of the lifts at a time, up to then."""
+        for motion in motions_at(self._record, time_ns):
+            if motion.crane not in self._rows or self._rows[motion.crane][0] != motion.order:
+                self._rows[motion.crane] = motion.order, lift_rows(self._record, motion)
+            latest: dict[str, tuple[int, bytes]] = {}
+            for rows in self._rows[motion.crane][1]:
+                at = int(np.searchsorted(rows.time_ns, time_ns, side="right")) - 1
+                if at >= 0:
+                    latest[rows.topic] = (int(rows.time_ns[at]), rows.data[at])
+            for topic, (_, data) in latest.items():
+                yield topic, data
