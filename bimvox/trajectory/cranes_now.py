@@ -48,6 +48,11 @@ class CraneNow:
         return Stands(self.motions, None if self.motions else np.array(self.stands))
 
     @property
+    def is_safe(self) -> bool:
+        """Whether its hook met nothing where it was stopped."""
+        return all(way.is_free for way in self.ways)
+
+    @property
     def hook(self) -> HeldHook:
         """Where it is, as what is kept while all cranes are held."""
         return HeldHook(self.number, self.stands, self.ways)

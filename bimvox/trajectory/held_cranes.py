@@ -16,11 +16,13 @@ class HookWay:
         start_ns: When it began, on the site's clock.
         way: Its samples, from 0, to where the hook is at rest.
         stopped_ns: When the crane began to brake on it, on the site's clock; None where it is driven to its end.
+        is_free: Whether the hook met nothing while it was stopped, as far out as it swung.
     """
 
     start_ns: int
     way: Trajectory
     stopped_ns: int | None = None
+    is_free: bool = True
 
     @property
     def end_ns(self) -> int:

@@ -109,7 +109,10 @@ def _versions(lift: Lift, start_ns: int) -> Iterator[tuple[int, Lift]]:
     for n, left in enumerate(lift.left):
         yield (
             begins_ns,
-            replace(lift, path_vox=left.path_vox, contact_moves=left.contact_moves, left=lift.left[:n]),
+            # How many moves are possible at least is known of its present path alone.
+            replace(
+                lift, path_vox=left.path_vox, contact_moves=left.contact_moves, shortest_moves=None, left=lift.left[:n]
+            ),
         )
         begins_ns = left.until_ns
     yield begins_ns, lift

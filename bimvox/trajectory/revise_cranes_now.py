@@ -19,6 +19,7 @@ from bimvox.planning.assembly import Assembly, Stage
 from bimvox.planning.lift import Lift, LiftPlan, Status
 from bimvox.planning.obstruction_change import ObstructionChange
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.proof import Verification
 from bimvox.planning.rounds import Refused, proven_in_rounds, refusals
 from bimvox.site.clearance import Clearance
 from bimvox.trajectory.crane_clock import Begun, GoingOn, Placed
@@ -38,6 +39,8 @@ from bimvox.trajectory.standing import Part, Standing
 from bimvox.trajectory.stop_cranes import Loads, all_stopped
 from bimvox.trajectory.timing import NS_PER_S
 from bimvox.trajectory.underway import Held, Redirected, is_set
+
+_MET = "the empty hook met something while it was stopped, or as far out as it swings: look at it before it is moved"
 
 
 def revised_now(
@@ -95,15 +98,17 @@ class _Revision:
         if at_fault:
             return self._of_what_is_left(at_fault[0])
         loads = self.under_way.keys() | self.held.keys()
-        if self.held or self._refused(loads) or self._is_met():
+        if self.standing.held_cranes is not None or self._refused(loads) or self._is_met():
             self._stop()
-            if any(isinstance(one, Held) for one in self.stops):
-                return self._all_held()
+            if self._unsafe or any(isinstance(one, Held) for one in self.stops):
+                return self._all_held(_MET if self._unsafe else None)
         plan = self._plan()
         if self.on_verdict is not None:
             self.on_verdict()
         motions = self._as_they_were(plan)
         if motions is None:
+            if not self.stops and self.standing.held_cranes is None:
+                self._look_ahead(plan)
             try:
                 motions = self._timed(plan)
             except MotionError as error:
@@ -113,10 +118,20 @@ class _Revision:
             verify_motions_over_time(plan, motions),
         ):
             if not proof.verified:
-                return refusals(proof)
+                return self._unproven(plan, proof)
         self.known_shapes.update(lift.component for lift in plan.lifts if lift.path_vox is not None)
         part = part_of(self.standing, plan, motions, self.change)
         return replace(part, made=tuple(lift.order for lift in plan.lifts), stops=self.stops)
+
+    @property
+    def _unsafe(self) -> list[CraneNow]:
+        """The cranes whose empty hook met something where it was stopped: such a way cannot be proven any more."""
+        return [crane for crane in self.cranes.values() if not crane.is_safe]
+
+    def _is_of(self, lift: Lift, crane: CraneNow) -> bool:
+        """Whether a planned lift, or one that was held for this, is a crane's."""
+        mine = self.site.components[lift.component].crane == crane.number
+        return mine and (lift.status is Status.PLANNED or lift.reason == _MET)
 
     def _refused(self, orders: set[int]) -> list[str]:
         """Why lifts are refused."""
@@ -181,6 +196,23 @@ class _Revision:
             return None
         return standing.chain
 
+    def _look_ahead(self, plan: LiftPlan) -> None:
+        """Keep what begins before anything new may, too, up to the first lift that the change touches."""
+        standing, added, until_ns = self.standing, self.change.added, self.ready_ns
+        for lift, was in zip(plan.lifts, standing.plan.lifts, strict=True):
+            motion = standing.motions.get(lift.order)
+            met = motion is not None and motion_is_met(self.site, standing, motion, added)
+            if lift.order <= self.last or not (met or (lift is not was and _is_planned(lift, was))):
+                continue
+            if motion is not None:
+                until_ns = min(until_ns, motion.start_ns)
+            later = (one.hooked_ns for order, one in standing.motions.items() if order > lift.order)
+            until_ns = min([until_ns, *later])
+            break
+        if until_ns > self.now_ns:
+            self.cranes = {crane.number: crane for crane in cranes_at(self.site, standing, until_ns)}
+            self.last = max([self.last, *(order for crane in self.cranes.values() for order in crane.motions)])
+
     def _timed(self, plan: LiftPlan) -> tuple[LiftMotion, ...]:
         """Put what is to come on the clock."""
         going_on = []
@@ -244,6 +276,17 @@ class _Revision:
                 return {names[lift.component].id: reason for lift in mine}
         return {error.component: reason}
 
+    def _unproven(self, plan: LiftPlan, proof: Verification) -> Refused:
+        """What to refuse; where a hook met something on a way that it has begun, all that its crane has left."""
+        refused, names = refusals(proof), self.site.components
+        hooks = next((check.culprits for check in proof.checks if check.name == "empty_hook"), set())
+        to_come = [lift for lift in plan.lifts if lift.order > self.last and lift.status is Status.PLANNED]
+        for number, crane in self.cranes.items():
+            mine = [names[lift.component].id for lift in to_come if names[lift.component].crane == number]
+            if crane.ways and mine and mine[0] in hooks:
+                refused |= dict.fromkeys(mine, refused[mine[0]])
+        return refused
+
     def _all_held(self, reason: str | None = None) -> Part:
         """All cranes stand, and all that is left waits."""
         names = self.site.components
@@ -261,6 +304,11 @@ class _Revision:
             loads.append(Held(lifts[order], motion, one.stop, one.how, True, waits))
         held = {one.lift.order: one for one in loads}
         now = [held[lift.order].infeasible if lift.order in held else lift for lift in self.lifts]
+        for crane in self._unsafe:
+            first = next((lift for lift in now if lift.order > self.last and self._is_of(lift, crane)), None)
+            if first is not None:
+                held_for_good = Lift(first.component, first.order, first.place, Status.INFEASIBLE, reason=_MET)
+                now[now.index(first)] = held_for_good
         plan = replace(
             self.standing.plan,
             site=self.site,

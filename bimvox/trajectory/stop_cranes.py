@@ -134,7 +134,8 @@ def _hook(own: Site, crane: CraneNow, free: Clearance, now_ns: int) -> CraneNow:
     assert own.crane is not None
     machine = crane_for(own, own.crane, None)
     hook, empty = load_frame(machine, own.frame, HOOK_OFFSET), pendulum_of(own, None)
-    stop = manoeuvre(own, machine, alone(way), way.way, now_ns, free, hook, empty).stop
+    found = manoeuvre(own, machine, alone(way), way.way, now_ns, free, hook, empty)
+    stop = found.stop
     if stop.start_ns >= way.end_ns:
         return crane
     told_ns = stop.start_ns - way.start_ns
@@ -149,4 +150,4 @@ def _hook(own: Site, crane: CraneNow, free: Clearance, now_ns: int) -> CraneNow:
         frozen(way.way.corner[way.way.corner < int(driven.sum())]),
         way.way.bound_s,
     )
-    return replace(crane, ways=(*crane.ways[:-1], HookWay(way.start_ns, trajectory, stop.start_ns)))
+    return replace(crane, ways=(*crane.ways[:-1], HookWay(way.start_ns, trajectory, stop.start_ns, found.is_free)))
