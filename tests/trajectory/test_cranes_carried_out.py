@@ -254,6 +254,14 @@ def test_an_empty_hook_that_is_met_stops_and_goes_round():
     names = [phase.name for phase in now.motions[motion.order].phases]
     assert names[:3] == [PhaseName.APPROACH, PhaseName.STOP, PhaseName.APPROACH]
     whole_proof(now)
+    # The proof sees the way on which it brakes: a box there was not there.
+    stopped = now.motions[motion.order]
+    times, axes = stopped.samples()
+    rests_ns = stopped.stops_ns[0][0] + 3 * S
+    cell = cells_of_axes(hook, np.array([[np.interp(rests_ns, times, axis) for axis in axes.T]]))[0]
+    spoiled = dataclasses.replace(now.plan, site=with_box(now.plan.site, np.round(cell), name="late"), history=())
+    proof = verify_motions_over_time(spoiled, now.chain)
+    assert any("empty hook" in failure and "late" in failure for failure in proof.failures), proof.failures
 
 
 def test_two_loads_in_the_air_are_both_stopped_and_both_go_on():
