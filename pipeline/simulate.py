@@ -16,6 +16,8 @@ NOW_NS = "simulated_ns"
 _NS_PER_S = 1_000_000_000
 _ANSWER_S = 3.0
 """Wall time within which a new plan is on disk: a stopped load is held at least that long."""
+_ANSWER_TOGETHER_S = 12.0
+"""The same of a plan of several cranes, which is timed and proven as a whole."""
 
 
 class PlanClock:
@@ -50,10 +52,9 @@ class PlanClock:
             return self._start_ns
         return self._start_ns + round(max(0.0, wall_s - self._started_s) * self.speed * _NS_PER_S)
 
-    @property
-    def hold_s(self) -> float:
-        """How much of the site's time goes by until a new plan is sure to be on disk."""
-        return self.speed * _ANSWER_S
+    def hold_s(self, cranes: int) -> float:
+        """Return how much of the site's time goes by until a new plan of so many cranes should be on disk."""
+        return self.speed * (_ANSWER_S if cranes <= 1 else _ANSWER_TOGETHER_S)
 
 
 class Execution:
@@ -97,7 +98,7 @@ class Execution:
         for order in sorted(motions):
             motion = motions[order]
             if motion.start_ns > now_ns:
-                return
+                continue  # of several cranes a later one may have begun before
             told = self._told.get(motion.component)
             names = [name for _, name in _changes(motion)]
             after = names.index(told) + 1 if told in names else 0

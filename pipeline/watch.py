@@ -84,11 +84,6 @@ def watch(
     chosen = policy_of(loaded, loaded.site, preparation, policy=policy, seed=seed, steps=steps, progress=progress)
     if speed is not None and loaded.site.crane is None:
         raise InputError("without a crane there is no motion to carry out", hint="leave --simulate out")
-    if speed is not None and loaded.site.other_cranes:
-        raise InputError(
-            f"a plan of {len(loaded.site.cranes)} cranes is not carried out against a clock yet",
-            hint="leave --simulate out: the plan is revised at every change all the same",
-        )
     clock = None if speed is None else PlanClock(speed)
     watcher = Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress, clock)
     watcher.retrain(retrain)
@@ -364,13 +359,13 @@ class Watcher:
             for one in revised:
                 self._reader.accept()
                 searched |= left_to_search(one.part)
-                if not one.part.standing.pending:
+                if not one.part.standing.pending and one.part.standing.held_cranes is None:
                     self._whole.offer(self._plan.whole_log())
                     if self._retraining is not None and change.better is None:
                         self._retraining.begin(change.site, searched)
                 self._show(revision_events(one.part, one.document, self._plan.carried_out_ns))
                 yield one.document
-                if one.part.standing.held is not None:
+                if one.part.standing.waits:
                     return  # it waits for a change
                 if one.part.standing.pending and self._reader.holds_other_than(self._plan.content):
                     return  # what is pending goes with the next change
@@ -388,7 +383,7 @@ class Watcher:
 
         if self.live is not None and (now := self.standing) is not None:
             motions = tuple(now.on_the_clock[order] for order in sorted(now.on_the_clock))
-            self.live.show(PlanLog(now.plan, motions, revision=self.revision, events=events), now.held)
+            self.live.show(PlanLog(now.plan, motions, revision=self.revision, events=events), now.held_loads)
 
     def _missing(self, state: FileState) -> dict[str, Any]:
         self._reader.refused = "missing"

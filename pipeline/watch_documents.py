@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from bimvox.planning.lift import LiftPlan
     from bimvox.trajectory.motion import LiftMotion
     from bimvox.trajectory.standing import Part
+    from bimvox.trajectory.underway import Held, Redirected
 
 
 def outcome(plan: LiftPlan, before: LiftPlan | None, retimed: Collection[int] = ()) -> dict[str, Any]:
@@ -70,36 +71,51 @@ def event_fields(document: dict[str, Any]) -> dict[str, str]:
 
 def transit(part: Part, now_ns: int) -> dict[str, Any]:
     """Return what became of the lift that was under way when the change was noticed."""
-    redirected, held = part.redirected, part.standing.held
-    found = redirected or held
-    fields: dict[str, Any] = {"time_s": round(now_ns / 1e9, 3), "stopped": None}
-    if found is None:
-        return fields
-    stop = found.stop
-    fields["stopped"] = {
-        "component": part.standing.plan.site.components[found.lift.component].id,
-        "how": found.how,
-        "safe": held is None or held.is_safe,
-        "held": held is not None,
-        "rest_s": None if stop is None else round(stop.end_ns / 1e9, 3),
-        "brakes_for_s": None if stop is None else round(stop.duration_s, 3),
-        "swings_m": None if stop is None else round(stop.swing_m, 3),
-        "goes_on_s": None if redirected is None else _goes_on_s(redirected.motion),
-    }
+    stops = [_stopped(part, one) for one in _stops(part)]
+    fields: dict[str, Any] = {"time_s": round(now_ns / 1e9, 3), "stopped": stops[0] if stops else None}
+    if part.standing.plan.site.other_cranes:
+        fields["all_stopped"] = stops
     return fields
 
 
+def _stops(part: Part) -> list[Redirected | Held]:
+    """The lifts that were stopped; of several cranes those without a way on first."""
+    from bimvox.trajectory.underway import Held
+
+    one = part.redirected or part.standing.held
+    found = [] if one is None else [one]
+    return found + sorted(part.stops, key=lambda stop: (not isinstance(stop, Held), stop.stop is None))
+
+
+def _stopped(part: Part, found: Redirected | Held) -> dict[str, Any]:
+    from bimvox.trajectory.underway import Held
+
+    stop, held, order = found.stop, isinstance(found, Held), found.lift.order
+    # Of several cranes a load may have to wait for longer than it was held for.
+    motion = None if held else part.standing.motions.get(order, found.motion)
+    return {
+        "component": part.standing.plan.site.components[found.lift.component].id,
+        "how": found.how,
+        "safe": not isinstance(found, Held) or found.is_safe,
+        "held": held,
+        "rest_s": None if stop is None else round(stop.end_ns / 1e9, 3),
+        "brakes_for_s": None if stop is None else round(stop.duration_s, 3),
+        "swings_m": None if stop is None else round(stop.swing_m, 3),
+        "goes_on_s": None if motion is None else _goes_on_s(motion),
+    }
+
+
 def stop_events(part: Part, document: dict[str, Any], now_ns: int) -> list[LogEvent]:
-    """Return the log's event of a stop."""
+    """Return the log's events of stops."""
     from bimvox.log.plan_log import LogEvent
     from bimvox.trajectory.stop import STOP_EVENT
 
-    stopped = document.get("stopped")
-    found = part.redirected or part.standing.held
-    if stopped is None or found is None:
-        return []
-    until_ns = now_ns if found.stop is None else found.stop.end_ns
-    return [LogEvent(STOP_EVENT, now_ns, until_ns, {key: str(value) for key, value in stopped.items()})]
+    events = []
+    stopped = [] if document.get("stopped") is None else document.get("all_stopped", [document["stopped"]])
+    for one, said in zip(_stops(part), stopped, strict=False):
+        until_ns = now_ns if one.stop is None else one.stop.end_ns
+        events.append(LogEvent(STOP_EVENT, now_ns, until_ns, {key: str(value) for key, value in said.items()}))
+    return events
 
 
 def revision_events(part: Part, document: dict[str, Any], now_ns: int) -> tuple[LogEvent, ...]:

@@ -188,18 +188,18 @@ class LiveView:
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def show(self, record: PlanLog, held: Held | None = None) -> None:
+    def show(self, record: PlanLog, held: Sequence[Held] = ()) -> None:
         """Show a plan from now on.
 
         Args:
             record: The plan, with the motions whose time is known, and what happened to it.
-            held: The lift whose load is held.
+            held: The lifts whose loads are held.
         """
         from bimvox.log.live_view import Moving, standing_messages, with_held
 
-        hanging = None
-        if held is not None and held.stop is not None:
-            record, hanging = with_held(record, held), held.lift.component
+        for one in held:
+            record = with_held(record, one)
+        hanging = [one.lift.component for one in held if one.stop is not None]
         with self._lock:
             now_ns = self._now_ns()
             standing = standing_messages(record, now_ns, hanging)

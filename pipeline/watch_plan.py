@@ -57,11 +57,11 @@ class WatchedPlan:
     def is_left_over(self) -> bool:
         """Whether lifts are still to be planned that nothing keeps from being planned."""
         standing = self.standing
-        return standing is not None and bool(standing.pending) and standing.held is None
+        return standing is not None and bool(standing.pending) and not standing.waits
 
     def take_up(self, log: PlanLog) -> None:
         """Let the plan of a log stand."""
-        from bimvox.log.held import HELD_FILE, held_from_bytes
+        from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_cranes_from_bytes, held_from_bytes
         from bimvox.log.segments import first_plan_of
         from bimvox.trajectory.standing import standing_of
 
@@ -70,7 +70,10 @@ class WatchedPlan:
         self.carried_out_ns = int(log.metadata.get(NOW_NS, 0))
         if self._is_carried_out and HELD_FILE in log.attachments:
             self.standing = replace(self.standing, held=held_from_bytes(log.attachments[HELD_FILE]))
-        known = {*self._loaded.files, HELD_FILE}
+        if self._is_carried_out and HELD_CRANES_FILE in log.attachments:
+            held = held_cranes_from_bytes(log.attachments[HELD_CRANES_FILE])
+            self.standing = replace(self.standing, held_cranes=held)
+        known = {*self._loaded.files, HELD_FILE, HELD_CRANES_FILE}
         self.content = {name: log.attachments[name] for name in log.attachments if name not in known}
 
     def first_log(self, planned: Planned, content: Mapping[str, bytes]) -> PlanLog:
@@ -167,9 +170,12 @@ class WatchedPlan:
 
 def _held(standing: Standing) -> dict[str, bytes]:
     """The load that is held, for the log."""
-    from bimvox.log.held import HELD_FILE, held_to_bytes
+    from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_to_bytes
 
-    return {} if standing.held is None else {HELD_FILE: held_to_bytes(standing.held)}
+    files = {} if standing.held is None else {HELD_FILE: held_to_bytes(standing.held)}
+    if standing.held_cranes is not None:
+        files[HELD_CRANES_FILE] = held_to_bytes(standing.held_cranes)
+    return files
 
 
 def ms_since(started_s: float, until_s: float | None = None) -> float:

@@ -113,7 +113,7 @@ class Reviser:
             on_verdict=making.note_verdict,
             now_ns=now_ns,
             better=change.better,
-            hold_s=HOLD_S if self._clock is None else max(HOLD_S, self._clock.hold_s),
+            hold_s=HOLD_S if self._clock is None else max(HOLD_S, self._clock.hold_s(len(change.site.cranes))),
             on_draft=making.draft,
             beside=self._beside.share,
         )

@@ -17,7 +17,7 @@ from bimvox.log.scene import Scene, states_at
 from bimvox.log.track import crane_track
 from bimvox.log.voxels import voxel_grid
 from bimvox.site.construction import ConstructionState
-from bimvox.trajectory.interrupt import until_rest
+from bimvox.trajectory.interrupt import cut_short
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.underway import Held
 
@@ -43,17 +43,17 @@ def with_held(record: PlanLog, held: Held) -> PlanLog:
     if held.stop is None:
         return record
     lifts = tuple(held.lift if lift.order == held.lift.order else lift for lift in record.plan.lifts)
-    motions = (*(m for m in record.motions if m.order != held.lift.order), until_rest(held.motion, held.stop))
+    motions = (*(m for m in record.motions if m.order != held.lift.order), cut_short(held.motion, held.stop))
     return replace(record, plan=replace(record.plan, lifts=lifts), motions=motions)
 
 
-def standing_messages(record: PlanLog, time_ns: int, hanging: int | None = None) -> Iterator[Timed]:
+def standing_messages(record: PlanLog, time_ns: int, hanging: Collection[int] = ()) -> Iterator[Timed]:
     """Yield what stays until it is sent again: the cells, the scene at a time, the paths of the lifts then, the events.
 
     Args:
         record: The plan, with the motions whose time is known.
         time_ns: On the site's clock.
-        hanging: Component whose load is held on the hook, whatever its motion says.
+        hanging: Components whose load is held on a hook, whatever their motions say.
     """
     site, lifts = record.plan.site, record.all_lifts
     yield time_ns, topics.VOXELS, voxel_grid(site, time_ns)
@@ -65,8 +65,7 @@ def standing_messages(record: PlanLog, time_ns: int, hanging: int | None = None)
     for track in tracks:
         yield path_message(site, track.lift, time_ns)
     states = states_at(lifts, record.motions, tracks, time_ns)
-    if hanging is not None:
-        states[hanging] = ConstructionState.IN_TRANSIT
+    states |= dict.fromkeys(hanging, ConstructionState.IN_TRANSIT)
     if (update := scene.change(states, time_ns)) is not None:
         yield time_ns, topics.SCENE, update
     for _, topic, message in event_messages(record, ()):

@@ -48,7 +48,8 @@ def write_recovered(path: Path | str, stream: BinaryIO) -> Recovered:
     """
     path = Path(path)
     contents = _salvage(path)
-    with LogWriter(stream) as writer:
+    cranes = topics.cranes_in(message.topic for message in contents.messages)
+    with LogWriter(stream, cranes) as writer:
         for name, values in contents.metadata.items():
             writer.metadata(name, values)
         for name, data in contents.attachments.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -182,6 +183,13 @@ def of_first_crane(name: str) -> str:
         if number.isdigit():
             return f"/crane/{rest}"
     return name
+
+
+def cranes_in(names: Iterable[str]) -> int:
+    """Return how many cranes a log has whose topics have these names."""
+    known = set(names)
+    further = (n for n in range(1, MOST_CRANES) if any(of_crane(name, n) in known for name in OF_A_CRANE))
+    return 1 + max(further, default=0)
 
 
 def topics_of(cranes: int) -> tuple[Topic, ...]:

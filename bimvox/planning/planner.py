@@ -37,6 +37,7 @@ def plan_lifts(
     retrained: Propose | None = None,
     previous: LiftPlan | None = None,
     refused: Mapping[str, str] | None = None,
+    kept: Mapping[int, Lift] | None = None,
     progress: Progress | None = None,
 ) -> LiftPlan:
     """Plan every lift of a site.
@@ -48,6 +49,7 @@ def plan_lifts(
         retrained: The policy after more training on this very site; asked where the first one fails.
         previous: A plan of the same geometry with other obstructions; a lift whose path still holds is kept as it is.
         refused: Components whose lift was planned but not proven, with the reason: they are infeasible.
+        kept: Lifts by component that stay as they are whatever is in the way: of a plan that is being carried out.
         progress: Called with (stage, done, total).
 
     Returns:
@@ -60,6 +62,11 @@ def plan_lifts(
     lifts: list[Lift] = []
     asked: list[tuple[Stage, Lift]] = []
     for number, index in enumerate(order):
+        if kept is not None and index in kept:
+            assembly.skip(index)
+            assembly.finish(index, placed=kept[index].status is Status.PLANNED)
+            lifts.append(kept[index])
+            continue
         stage = assembly.begin(index)
         reason = (refused or {}).get(site.components[index].id)
         if reason is not None:

@@ -13,7 +13,7 @@ On all of them the hook keeps above every part that may still lie in the yard.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -24,16 +24,16 @@ from scipy.ndimage import minimum_filter
 from bimvox.crane.conflict import SPAN_NS, CraneTrack, first_conflict
 from bimvox.crane.outline import CraneOutline, outline_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import MotionError, PlanningError
+from bimvox.errors import PlanningError
 from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
+from bimvox.trajectory.crane_lift import CraneLift, HookError, Leg, Parking
 from bimvox.trajectory.crane_track import approach_track, carrying_track
 from bimvox.trajectory.empty_hook import HOOK_OFFSET, empty_hook_clearance
 from bimvox.trajectory.load_frame import axes_of_cells, cells_of_axes, load_frame
-from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.parking import drawn_up, parking_cells
 from bimvox.trajectory.time_plan import empty_way, hook_on_cell, left_cells, time_lift
 from bimvox.trajectory.trajectory import Trajectory
@@ -49,63 +49,14 @@ _BESIDE_M = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Leg:
-    """A way of the empty hook.
-
-    Attributes:
-        way: Its samples, from 0.
-        before: Orders of the lifts of other cranes that must not be set before it has passed.
-        last: Whether it begins only when every lift that comes before in the order is over.
-    """
-
-    way: Trajectory
-    before: frozenset[int] = frozenset()
-    last: bool = False
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Parking:
-    """A place where the empty hook waits.
-
-    Attributes:
-        aside: To it; None where the crane begins there.
-        back: From it to the part.
-    """
-
-    aside: Leg | None
-    back: Leg
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CraneLift:
-    """One lift of one crane, not on the site's clock yet.
+class LeftBehind:
+    """A crane's last lift, and the rule of its stage.
 
     Attributes:
         lift: The lift.
-        crane: Number of its crane.
-        carry: From hook on to slings off, from 0.
-        early: See the module; None where there is no such way, or no lift of the crane before.
-        late: The same.
-        parkings: Ways to a parking place and back, the best first.
-        track: Where the crane may be during the carry.
-        leaves: Ways to a parking place after the crane's last lift.
-        starts_there: Whether the crane may stand over the part from the start of the clock.
+        clearance: The rule.
+        slew_rad: Slewing angle at its end, with the turns that it has.
     """
-
-    lift: Lift
-    crane: int
-    carry: LiftMotion
-    early: Leg | None
-    late: Leg | None
-    parkings: tuple[Parking, ...]
-    track: CraneTrack
-    leaves: tuple[Leg, ...] = ()
-    starts_there: bool = True
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Left:
-    """A crane's last lift, and the rule of its stage."""
 
     lift: Lift
     clearance: Clearance
@@ -122,24 +73,40 @@ def crane_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) ->
     Raises:
         MotionError: If a path is not free or cannot be driven, or the empty hook has no way to a part.
     """
+    return lifts_by(plan, clearances, CraneLiftMaker.made)
+
+
+def lifts_by(
+    plan: LiftPlan,
+    clearances: Iterable[tuple[Lift, Clearance]],
+    make: Callable[[CraneLiftMaker, Clearance, LeftBehind | None], CraneLift],
+) -> tuple[CraneLift, ...]:
+    """Return what the cranes do for every planned lift, in order, each made by a function of its own.
+
+    Args:
+        plan: The plan, of a site with several cranes.
+        clearances: As for ``time_plan``.
+        make: Given the maker of a lift, the rule of its stage, and what its crane did before.
+    """
     done: list[CraneLift] = []
-    left: dict[int, _Left] = {}
+    left: dict[int, LeftBehind] = {}
     for lift, clearance in clearances:
         if lift.status is not Status.PLANNED or lift.path_vox is None or lift.place is None:
             continue
         number = plan.site.components[lift.component].crane
         before = left.get(number)
         between = [one for one in done if before is None or one.lift.order > before.lift.order]
-        made = _CraneLifts(plan, number, lift, lift.place, between, _last_of_others(done, number)).made(
-            clearance, before
-        )
+        maker = CraneLiftMaker(plan, number, lift, lift.place, between, _last_of_others(done, number))
+        made = make(maker, clearance, before)
         done.append(made)
-        left[number] = _Left(lift, clearance, float(made.carry.loaded.slew_rad[-1]))
+        left[number] = LeftBehind(lift, clearance, float(made.carry.loaded.slew_rad[-1]))
     for number, last in left.items():
         after = [one for one in done if one.lift.order > last.lift.order]
         n = next(n for n, one in enumerate(done) if one.lift is last.lift)
         assert last.lift.place is not None
-        done[n] = replace(done[n], leaves=_CraneLifts(plan, number, last.lift, last.lift.place, after, []).left(last))
+        done[n] = replace(
+            done[n], leaves=CraneLiftMaker(plan, number, last.lift, last.lift.place, after, []).left(last)
+        )
     return tuple(done)
 
 
@@ -149,7 +116,7 @@ def _last_of_others(done: Sequence[CraneLift], number: int) -> list[CraneLift]:
     return [last[other] for other in sorted(last)]
 
 
-class _CraneLifts:
+class CraneLiftMaker:
     """Makes one lift.
 
     Args:
@@ -176,11 +143,11 @@ class _CraneLifts:
         self.site, self.crane = plan.site.for_crane(number), plan.site.cranes[number]
         self.component = self.site.components[lift.component]
 
-    def made(self, clearance: Clearance, before: _Left | None) -> CraneLift:
+    def made(self, clearance: Clearance, before: LeftBehind | None) -> CraneLift:
         """Return it, given the rule of its stage and what the crane did before."""
         pick_vox = hook_on_cell(self.component, self.place, clearance)
-        lying = self._lying()
-        now = empty_hook_clearance(self.site, clearance, self.place, _NO_CELLS, lying)
+        lying = self.lying()
+        now = empty_hook_clearance(self.site, clearance, self.place, NO_CELLS, lying)
         early = late = None
         parkings: list[Parking] = []
         near = [pick_vox]
@@ -191,33 +158,39 @@ class _CraneLifts:
             near.append(exit_vox[-1])
             above = [
                 target_cells(self.site.components[before.lift.component]),
-                *self._arrived_since(before.lift, [self.lift]),
+                *self.arrived_since(before.lift, [self.lift]),
             ]
             then = empty_hook_clearance(self.site, before.clearance, self.place, exit_vox, above)
             early = self._early(then, exit_vox[-1], pick_vox, slew_rad)
             late = early
             if self.between or early is None:
                 late = self._late(clearance, exit_vox, pick_vox, slew_rad, lying)
-        for parked_vox in self._parking(now, near):
-            back = self._leg(now, parked_vox, pick_vox, slew_rad)
+        for parked_vox in self.parking_cells(now, near):
+            back = self.leg(now, parked_vox, pick_vox, slew_rad)
             if back is None:
-                rule = empty_hook_clearance(self.site, clearance, self.place, _NO_CELLS)
-                back = self._leg(rule, parked_vox, pick_vox, slew_rad, last=True)
+                rule = empty_hook_clearance(self.site, clearance, self.place, NO_CELLS)
+                back = self.leg(rule, parked_vox, pick_vox, slew_rad, last=True)
             aside = self._early(then, exit_vox[-1], parked_vox, slew_rad) if before is not None else None
             if back is not None and (before is None or aside is not None):
                 parkings.append(Parking(aside, back))
             if len(parkings) == _KEPT:
                 break
         if before is not None and early is None and late is None and not parkings:
-            raise MotionError(self.component.id, "the empty hook has no free way to it from its crane's lift before")
+            raise HookError(self.component.id, "the empty hook has no free way to it from its crane's lift before")
         legs = (early, late, *(parking.back for parking in parkings))
         ends = next((float(leg.way.slew_rad[-1]) for leg in legs if leg is not None), slew_rad)
-        carry = replace(time_lift(self.site, self.crane, self.lift, clearance, None, 0, ends), crane=self.number)
-        track = carrying_track(self.site, self.crane, self.lift, carry)
         free = placement_is_free(now, *(int(n) for n in pick_vox))
-        return CraneLift(self.lift, self.number, carry, early, late, tuple(parkings), track, starts_there=free)
+        return replace(
+            self.carried(clearance, ends), early=early, late=late, parkings=tuple(parkings), starts_there=free
+        )
 
-    def _parking(self, rule: Clearance, near: Sequence[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
+    def carried(self, clearance: Clearance, slew_rad: float) -> CraneLift:
+        """Return it without ways of the empty hook, hooked on under a slewing angle."""
+        carry = replace(time_lift(self.site, self.crane, self.lift, clearance, None, 0, slew_rad), crane=self.number)
+        track = carrying_track(self.site, self.crane, self.lift, carry)
+        return CraneLift(self.lift, self.number, carry, None, None, (), track)
+
+    def parking_cells(self, rule: Clearance, near: Sequence[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
         """Cells to wait at: in the way of as few as can be of the lifts in between, then the shortest turn.
 
         Args:
@@ -248,7 +221,7 @@ class _CraneLifts:
         separation_m = self.plan.site.rules.crane_separation_m
         return first_conflict((outline, other), stands, one.track, separation_m) is not None
 
-    def _lying(self) -> list[NDArray[np.int32]]:
+    def lying(self) -> list[NDArray[np.int32]]:
         """Cells of the parts before it in the order that may lie in the yard still."""
         places = [one.place for one in self.between if one.place is not None]
         # What cannot be lifted lies there as long as the rest of its delivery.
@@ -256,18 +229,18 @@ class _CraneLifts:
         kept = [one.place for one in self.plan.lifts if one.status is not Status.PLANNED and one.place is not None]
         return [stored_cells(place) for place in [*places, *(one for one in kept if one.delivery in older)]]
 
-    def left(self, last: _Left) -> tuple[Leg, ...]:
+    def left(self, last: LeftBehind) -> tuple[Leg, ...]:
         """Return the crane's ways to a parking place after its last lift, given what it left."""
         exit_vox = left_cells(self.site, last.lift)
-        above = [target_cells(self.component), *self._arrived_since(last.lift, self.between[-1:])]
+        above = [target_cells(self.component), *self.arrived_since(last.lift, self.between[-1:])]
         rule = empty_hook_clearance(self.site, last.clearance, self.place, exit_vox, above)
         legs = (
             self._early(rule, exit_vox[-1], parked_vox, last.slew_rad)
-            for parked_vox in self._parking(rule, [exit_vox[-1]])[:_KEPT]
+            for parked_vox in self.parking_cells(rule, [exit_vox[-1]])[:_KEPT]
         )
         return tuple(leg for leg in legs if leg is not None)
 
-    def _arrived_since(self, before: Lift, until: Sequence[Lift]) -> list[NDArray[np.int32]]:
+    def arrived_since(self, before: Lift, until: Sequence[Lift]) -> list[NDArray[np.int32]]:
         """Cells of parts whose delivery may come while the hook is on its early way: its rule's table lacks them."""
         assert before.place is not None
         last = max((one.place.delivery for one in until if one.place is not None), default=0)
@@ -277,8 +250,8 @@ class _CraneLifts:
     def _early(
         self, rule: Clearance, start_vox: NDArray[np.int32], end_vox: NDArray[np.int32], slew_rad: float
     ) -> Leg | None:
-        leg = self._leg(rule, start_vox, end_vox, slew_rad)
-        return None if leg is None else replace(leg, before=frozenset(self._crossed(leg.way)))
+        leg = self.leg(rule, start_vox, end_vox, slew_rad)
+        return None if leg is None else replace(leg, before=frozenset(self.crossed(leg.way)))
 
     def _late(
         self,
@@ -294,13 +267,13 @@ class _CraneLifts:
         if not len(kept) or (kept[-1] != exit_vox[-1]).any():
             return None
         rule = empty_hook_clearance(self.site, clearance, self.place, kept, lying)
-        leg = self._leg(rule, exit_vox[-1], pick_vox, slew_rad)
+        leg = self.leg(rule, exit_vox[-1], pick_vox, slew_rad)
         if leg is None and lying:
             rule = empty_hook_clearance(self.site, clearance, self.place, kept)
-            leg = self._leg(rule, exit_vox[-1], pick_vox, slew_rad, last=True)
+            leg = self.leg(rule, exit_vox[-1], pick_vox, slew_rad, last=True)
         return leg
 
-    def _leg(
+    def leg(
         self,
         rule: Clearance,
         start_vox: NDArray[np.int32],
@@ -309,6 +282,7 @@ class _CraneLifts:
         *,
         last: bool = False,
     ) -> Leg | None:
+        """Return a way from cell to cell, straight or drawn in for the turn; None where it is there, or finds none."""
         if (start_vox == end_vox).all():
             return None
         straight = self._way(rule, [start_vox, end_vox], slew_rad)
@@ -347,7 +321,7 @@ class _CraneLifts:
             slew_rad = float(way.slew_rad[-1])
         return one_after_another(ways)
 
-    def _crossed(self, way: Trajectory) -> list[int]:
+    def crossed(self, way: Trajectory) -> list[int]:
         """Orders of the lifts in between whose part, once set, stands as high as the hook comes beside it."""
         frame = self.site.frame
         hook = load_frame(crane_for(self.site, self.crane, None), frame, HOOK_OFFSET)
@@ -381,4 +355,4 @@ def _turn(angle_rad: float) -> float:
     return abs(float(np.remainder(angle_rad + np.pi, 2.0 * np.pi) - np.pi))
 
 
-_NO_CELLS = np.zeros((0, 3), np.int32)
+NO_CELLS = np.zeros((0, 3), np.int32)

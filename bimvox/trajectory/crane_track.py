@@ -9,6 +9,7 @@ speed lost at once would, v sqrt(l / g).
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -76,33 +77,45 @@ def approach_track(site: Site, crane: TowerCrane, approach: Trajectory, start_ns
     return _track(crane_for(site, crane, None), _empty(site, crane), *_series(approach, start_ns))
 
 
-def carrying_track(site: Site, crane: TowerCrane, lift: Lift, motion: LiftMotion) -> CraneTrack:
+def carrying_track(
+    site: Site, crane: TowerCrane, lift: Lift, motion: LiftMotion, since_ns: int | None = None
+) -> CraneTrack:
     """Return where a crane may be from hook-on until the slings are off; its approach and any wait are left out.
+
+    Where the load was stopped and held it hangs at rest when it goes on.
 
     Args:
         site: The site.
         crane: The crane.
         lift: The lift.
         motion: Its motion, on the site's clock.
+        since_ns: Only what comes from this moment on, at which the crane stands; None: all of it.
     """
     component, time_ns, axes = site.components[lift.component], *motion.samples()
     raised_ns, carried_ns = (motion.start_ns + int(part.time_ns[0]) for part in (motion.raising, motion.loaded))
     starts = {phase.name: phase.start_ns for phase in motion.phases}
     hooked_ns = starts.get(PhaseName.HOOK_ON, raised_ns)
-    off_ns = starts.get(PhaseName.RELEASE, motion.end_ns)
+    off_ns, ends_ns = starts.get(PhaseName.RELEASE, motion.end_ns), motion.end_ns
+    if motion.departure is not None:
+        ends_ns = motion.released_ns
+    rests_ns = [end_ns for _, end_ns in motion.stops_ns if carried_ns < end_ns < off_ns]
     empty, rigged = crane_for(site, crane, None), crane_for(site, crane, component)
     loose = _empty(site, crane)
     pieces = (
         (empty, loose, hooked_ns, raised_ns),
         (rigged, _raised(site, rigged, component, lift), raised_ns, carried_ns),
-        (rigged, _hanging(site, rigged, component), carried_ns, off_ns),
-        (empty, loose, off_ns, motion.end_ns),
+        *(
+            (rigged, _hanging(site, rigged, component), from_ns, until_ns)
+            for from_ns, until_ns in pairwise([carried_ns, *rests_ns, off_ns])
+        ),
+        (empty, loose, off_ns, ends_ns),
     )
+    first_ns = hooked_ns if since_ns is None else since_ns
     return joined(
         [
-            _track(machine, hung, *_between(time_ns, axes, from_ns, until_ns))
+            _track(machine, hung, *_between(time_ns, axes, max(from_ns, first_ns), until_ns))
             for machine, hung, from_ns, until_ns in pieces
-            if until_ns > from_ns
+            if until_ns > max(from_ns, first_ns)
         ]
     )
 

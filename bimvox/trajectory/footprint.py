@@ -156,6 +156,24 @@ def motion_footprint(site: Site, lift: Lift, motion: LiftMotion, since_ns: int |
     return mask.footprint()
 
 
+def hook_footprint(site: Site, motion: LiftMotion, way: Trajectory, since_ns: int) -> Footprint:
+    """Return the cells that ``verify_motions`` looks at for a way of the empty hook from a time on.
+
+    Args:
+        site: The site, as its crane works on it.
+        motion: The lift that the way belongs to.
+        way: The way, times from the start of the lift.
+        since_ns: On the site's clock.
+    """
+    assert site.crane is not None
+    mask, rest_ns = CellMask(site.shape), since_ns - motion.start_ns
+    rest = _rest_of(way, rest_ns)
+    if rest is not None and site.rules.rope:
+        mask.add_columns_above(_placements(site, site.crane, rest, _SLINGS_END))
+        mask.add_columns_above(swung_placements(site, site.crane, motion, way, None, rest_ns))
+    return mask.footprint()
+
+
 def jib_meets(site: Site, motion: LiftMotion, cells: NDArray[np.int32]) -> bool:
     """Return whether the jib turns into any of the cells ((N, 3)) during a lift."""
     if site.crane is None:

@@ -11,8 +11,10 @@ from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.luffing import radius_limits
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.trajectory.braking import AxisBraking, brake
+from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.timing import NS_PER_S, frozen, sample_times
 from bimvox.trajectory.trajectory import Trajectory
+from bimvox.trajectory.ways import between, shifted
 
 Three = tuple[AxisBraking, AxisBraking, AxisBraking]
 """Slewing, radius (trolley or jib), hoist."""
@@ -91,6 +93,27 @@ def to_rest(crane: TowerCrane, axes: Three, start_ns: int = 0, *, sample_period_
         bound_s=min(point_to_point_s(crane, first, last, -np.inf), end_ns / NS_PER_S),
     )
     return Stop(crane, start_ns, axes, trajectory)
+
+
+def stop_under_way(crane: TowerCrane, motion: LiftMotion, time_ns: int) -> Stop | None:
+    """Return the stop in which a load is, or is held after it, at a time; None where it is in none.
+
+    Args:
+        crane: The crane.
+        motion: Its lift.
+        time_ns: On the site's clock.
+    """
+    loaded = motion.loaded
+    for start_ns, end_ns in motion.stops_ns:
+        told_ns, resumes_ns = start_ns - motion.start_ns, end_ns - motion.start_ns
+        if not start_ns <= time_ns < end_ns or told_ns < loaded.time_ns[0]:
+            continue
+        part = between(loaded, told_ns, resumes_ns - 1)
+        slew, radius, height = part.axes[-1].tolist()
+        at_rest = brake(slew, 0.0, 0.0, crane.slewing), brake(radius, 0.0, 0.0, crane.trolley)
+        axes = (*at_rest, brake(height, 0.0, 0.0, crane.hoist))
+        return Stop(crane, start_ns, axes, shifted(part, -told_ns))
+    return None
 
 
 def brake_radius(crane: TowerCrane, radius_m: float, rate: float, acceleration: float) -> AxisBraking:

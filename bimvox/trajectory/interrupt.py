@@ -72,23 +72,28 @@ def interrupted(
     return replace(motion, loaded=whole, phases=tuple(phases), end_ns=at_ns)
 
 
-def until_rest(motion: LiftMotion, stop: Stop) -> LiftMotion:
-    """Return the lift as far as it was driven when it is stopped while its load is carried: until the load hangs still.
+def cut_short(motion: LiftMotion, stop: Stop | None) -> LiftMotion:
+    """Return a lift as far as it is driven when it is stopped; what follows is not known.
 
     Args:
         motion: The lift as it would have been.
-        stop: Its stop, begun while the load was carried.
+        stop: Its stop, begun while the load was carried; None where it was not carried yet: until its part is raised.
     """
+    if stop is None:
+        raised_ns = motion.start_ns + int(motion.loaded.time_ns[0])
+        return replace(motion, phases=tuple(p for p in motion.phases if p.end_ns <= raised_ns), end_ns=raised_ns)
     loaded, told_ns = motion.loaded, stop.start_ns - motion.start_ns
     driven = loaded.time_ns < told_ns
-    time_ns = np.concatenate([loaded.time_ns[driven], stop.trajectory.time_ns + told_ns])
-    pairs = zip(_axes(loaded), _axes(stop.trajectory), strict=True)
-    slew, radius, height = (frozen(np.concatenate([axis[driven], braking])) for axis, braking in pairs)
-    corner = frozen(np.array([0, len(time_ns) - 1], np.int64))
+    slew, radius, height = (
+        frozen(np.concatenate([one[driven], other]))
+        for one, other in zip(_axes(loaded), _axes(stop.trajectory), strict=True)
+    )
+    time_ns = frozen(np.concatenate([loaded.time_ns[driven], stop.trajectory.time_ns + told_ns]))
+    corner = frozen(loaded.corner[loaded.corner < int(driven.sum())])
     phases = [replace(p, end_ns=min(p.end_ns, stop.start_ns)) for p in motion.phases if p.start_ns < stop.start_ns]
     return replace(
         motion,
-        loaded=Trajectory(frozen(time_ns), slew, radius, height, corner, loaded.bound_s),
+        loaded=Trajectory(time_ns, slew, radius, height, corner, loaded.bound_s),
         phases=(*phases, Phase(PhaseName.STOP, stop.start_ns, stop.end_ns)),
         end_ns=stop.end_ns,
         departure=None,

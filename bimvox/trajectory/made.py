@@ -90,8 +90,14 @@ class Made:
 
     def plan(self, standing: Standing, wanted: Wanted, change: ObstructionChange) -> LiftPlan:
         """Return the plan of these lifts, those to come as they were; with the obstructions that the change ended."""
-        history, lifts = standing.plan.history, (*self.lifts, *standing.plan.lifts[len(self.lifts) :])
-        if wanted.now_ns and change.ids:
-            gone = tuple(blocker for blocker in standing.plan.site.blockers if blocker.kind == "obstruction")
-            history = (*history, Epoch(wanted.now_ns, gone))
-        return replace(standing.plan, site=wanted.site, lifts=lifts, history=history)
+        lifts = (*self.lifts, *standing.plan.lifts[len(self.lifts) :])
+        return replace(standing.plan, site=wanted.site, lifts=lifts, history=history_after(standing, wanted, change))
+
+
+def history_after(standing: Standing, wanted: Wanted, change: ObstructionChange) -> tuple[Epoch, ...]:
+    """Return the obstructions of every epoch of a plan that is being carried out, with those that a change ended."""
+    history = standing.plan.history
+    if not wanted.now_ns or not change.ids:
+        return history
+    gone = tuple(blocker for blocker in standing.plan.site.blockers if blocker.kind == "obstruction")
+    return (*history, Epoch(wanted.now_ns, gone))

@@ -99,6 +99,11 @@ class LiftMotion:
         return next(phase.end_ns for phase in self.phases if phase.name is PhaseName.RELEASE)
 
     @property
+    def hooked_ns(self) -> int:
+        """When the slings begin to be attached, or the part to be raised."""
+        return next(phase.start_ns for phase in self.phases if phase.name in (PhaseName.HOOK_ON, PhaseName.RAISE))
+
+    @property
     def raised_ns(self) -> int:
         """When the part is out of the yard, its trial lift done."""
         return next(phase.end_ns for phase in self.phases if phase.name is PhaseName.RAISE)
@@ -121,6 +126,22 @@ class LiftMotion:
         While it is held the load is brought to rest: it hangs still when the crane goes on.
         """
         return tuple((phase.start_ns, phase.end_ns) for phase in self.phases if phase.name is PhaseName.STOP)
+
+    def ways_ns(self, name: PhaseName) -> tuple[tuple[int, int, int | None], ...]:
+        """Return the ways of the empty hook, by the name of their phase: when each begins and ends.
+
+        Returns:
+            For each: start, end (of its stop where it is stopped on the way), and when it is stopped; None where not.
+        """
+        found = []
+        for n, phase in enumerate(self.phases):
+            if phase.name is name:
+                after = self.phases[n + 1] if n + 1 < len(self.phases) else phase
+                stopped = after.name is PhaseName.STOP
+                found.append(
+                    (phase.start_ns, after.end_ns if stopped else phase.end_ns, after.start_ns if stopped else None)
+                )
+        return tuple(found)
 
     def samples(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the whole lift as one series.

@@ -16,7 +16,7 @@ from bimvox.planning.proof import Check, Verification
 from bimvox.planning.verify import verify_plan
 from bimvox.site.site import Blocker, Site
 from bimvox.trajectory.motion import LiftMotion
-from bimvox.trajectory.verify import verify_motions
+from bimvox.trajectory.verify import verify_motions, verify_together
 from bimvox.trajectory.verify_space import ALWAYS_NS
 
 
@@ -37,7 +37,7 @@ def verify_plan_over_time(
     """
     if not plan.history:
         return verify_plan(plan, context, known_shapes=known_shapes)
-    starts = {motion.order: motion.start_ns for motion in motions}
+    starts = {motion.order: _begins_ns(plan.site, motion) for motion in motions}
     found = []
     for from_ns, until_ns, site in epochs_of(plan):
         lifts = [
@@ -67,12 +67,15 @@ def verify_motions_over_time(
     if not plan.history:
         return verify_motions(plan, motions, context)
     found = []
+    known = motions if plan.site.other_cranes else None
     for from_ns, until_ns, site in epochs_of(plan):
         driven = [motion for motion in motions if motion.start_ns < until_ns and motion.end_ns > from_ns]
         orders = {motion.order for motion in driven}
         own = replace(plan, site=site, lifts=tuple(lift for lift in plan.lifts if lift.order in orders), history=())
         others = [lift for lift in (*plan.lifts, *context) if lift.order not in orders]
-        found.append(verify_motions(own, driven, others, window_ns=(from_ns, until_ns)))
+        found.append(verify_motions(own, driven, others, window_ns=(from_ns, until_ns), known=known))
+    if known is not None:
+        found.append(verify_together(plan, motions, context))
     whole = [motion.order for motion in motions]
     planned = sorted(lift.order for lift in plan.lifts if lift.status is Status.PLANNED)
     timeline = Check("timeline")
@@ -95,13 +98,21 @@ def site_with(site: Site, obstructions: Iterable[Blocker]) -> Site:
     return replace(site, blockers=(*fixed, *obstructions))
 
 
+def _begins_ns(site: Site, motion: LiftMotion) -> int:
+    """When a lift counts as begun. Of several cranes the hook may wait long for its turn, and the path change."""
+    return motion.hooked_ns if site.other_cranes else motion.start_ns
+
+
 def _versions(lift: Lift, start_ns: int) -> Iterator[tuple[int, Lift]]:
     """Every path of a lift as a lift of its own, and when the load began to follow it."""
     begins_ns = start_ns
     for n, left in enumerate(lift.left):
         yield (
             begins_ns,
-            replace(lift, path_vox=left.path_vox, contact_moves=left.contact_moves, left=lift.left[:n]),
+            # How many moves are possible at least is known of its present path alone.
+            replace(
+                lift, path_vox=left.path_vox, contact_moves=left.contact_moves, shortest_moves=None, left=lift.left[:n]
+            ),
         )
         begins_ns = left.until_ns
     yield begins_ns, lift

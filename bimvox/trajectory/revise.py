@@ -28,6 +28,7 @@ from bimvox.trajectory.in_transit import behind
 from bimvox.trajectory.made import Made, Wanted
 from bimvox.trajectory.part_work import PartWork
 from bimvox.trajectory.revise_cranes import revised_together
+from bimvox.trajectory.revise_cranes_now import revised_now
 from bimvox.trajectory.sides import Side, Together, alone
 from bimvox.trajectory.standing import Better, Part, Standing
 from bimvox.trajectory.underway import HOLD_S
@@ -78,7 +79,8 @@ def revise(
     change = change_between(standing.plan.site, site)
     shapes = set() if known_shapes is None else known_shapes
     if site.other_cranes:
-        part = revised_together(standing, wanted, change, shapes, on_verdict)
+        together = revised_together if now_ns is None else revised_now
+        part = together(standing, wanted, change, shapes, on_verdict)
         if on_draft is not None:
             on_draft(part)
         yield part

@@ -75,12 +75,13 @@ def revised_together(
         if not proof.verified:
             return refusals(proof)
         known_shapes.update(lift.component for lift in plan.lifts if lift.path_vox is not None)
-        return _part(standing, plan, motions, change)
+        return part_of(standing, plan, motions, change)
 
     return proven_in_rounds(attempt, "changed")
 
 
-def _part(was: Standing, plan: LiftPlan, motions: tuple[LiftMotion, ...], change: ObstructionChange) -> Part:
+def part_of(was: Standing, plan: LiftPlan, motions: tuple[LiftMotion, ...], change: ObstructionChange) -> Part:
+    """Return a plan of several cranes as what stands after another one; motions that are the same are kept."""
     kept = [
         was.motions[new.order] if new.order in was.motions and _same(was.motions[new.order], new) else new
         for new in motions

@@ -16,24 +16,23 @@ before that one it stays where it is, or turns away to a parking place. A load i
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 
-import numpy as np
-
-from bimvox.crane.conflict import Conflict, CraneTrack, first_conflict, joined
-from bimvox.crane.outline import CraneOutline, outline_of
+from bimvox.crane.conflict import Conflict, CraneTrack, first_conflict
+from bimvox.crane.outline import outline_of
 from bimvox.errors import MotionError
 from bimvox.planning.lift import Lift, LiftPlan
 from bimvox.site.clearance import Clearance
-from bimvox.trajectory.crane_lifts import CraneLift, Leg, Parking, crane_lifts
+from bimvox.trajectory.crane_clock import Begun, CraneClock, GoingOn, Placed, motions_of, standing_at
+from bimvox.trajectory.crane_lift import CraneLift, Leg
+from bimvox.trajectory.crane_lifts import crane_lifts
 from bimvox.trajectory.crane_track import approach_track
-from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName
+from bimvox.trajectory.motion import LiftMotion
+from bimvox.trajectory.shift import held_longer
 from bimvox.trajectory.time_plan import time_plan
 from bimvox.trajectory.timing import NS_PER_S
-from bimvox.trajectory.trajectory import Trajectory
-from bimvox.trajectory.ways import one_after_another, shifted, turned
 
 _STEP_NS = 5 * NS_PER_S
 _REST_NS = NS_PER_S
@@ -52,101 +51,96 @@ def time_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) -> 
     return _Schedule(plan, crane_lifts(plan, clearances)).run()
 
 
-@dataclass(slots=True, eq=False)
-class _Placed:
-    """A way of the empty hook on the clock."""
+def time_rest(
+    plan: LiftPlan, lifts: Sequence[CraneLift], begun: Mapping[int, Begun], going_on: Sequence[GoingOn], ready_ns: int
+) -> tuple[LiftMotion, ...]:
+    """Return the motion of every planned lift of a plan that is being carried out, in order.
 
-    start_ns: int
-    way: Trajectory
-    track: CraneTrack
+    What was begun goes on as it is, and nothing new begins before a moment.
 
+    Args:
+        plan: The plan, of a site with several cranes.
+        lifts: What its cranes do for every planned lift (``crane_lifts_from``).
+        begun: What every crane did already, and goes on with, by its number.
+        going_on: Loads that were stopped on their way, with a way on, in order.
+        ready_ns: The first moment at which something new may begin.
 
-@dataclass(slots=True, eq=False)
-class _Crane:
-    """What one crane does, as far as that is known.
-
-    Attributes:
-        number: Which it is.
-        outline: How much room it takes.
-        lifts: Its lifts, in order.
-        stands: Where it stands before its first move.
-        done: How many of its lifts are on the clock.
-        tracks: Everything on the clock, in time.
-        ends_ns: When each of it ends; a track may reach a little further.
-        legs: Per lift its ways to the part; of the lift after the last one its way to the parking place.
-        starts_ns: Per lift on the clock when it is hooked on.
-        at: Where its hook is: ``set`` (where its last part was set), ``pick`` (over its next one) or ``parked``.
-        parking: Where it is parked.
+    Raises:
+        MotionError: If a crane is always in a lift's way; says which lift.
     """
-
-    number: int
-    outline: CraneOutline
-    lifts: list[CraneLift]
-    stands: CraneTrack
-    done: int = 0
-    tracks: list[CraneTrack] = field(default_factory=list)
-    ends_ns: list[int] = field(default_factory=list)
-    legs: dict[int, list[_Placed]] = field(default_factory=dict)
-    starts_ns: list[int] = field(default_factory=list)
-    at: str = "pick"
-    parking: Parking | None = None
-
-    @property
-    def free_ns(self) -> int:
-        """When it is done with all that is on the clock."""
-        return self.ends_ns[-1] if self.tracks else 0
-
-    @property
-    def next(self) -> CraneLift | None:
-        """Its next lift."""
-        return self.lifts[self.done] if self.done < len(self.lifts) else None
-
-    def known(self, from_ns: int) -> CraneTrack:
-        """Return its track from a moment on, and where it stands at the end of it."""
-        late = [track for track in self.tracks if track.end_ns > from_ns]
-        before = self.tracks[: len(self.tracks) - len(late)]
-        if not late:
-            return _standing(before[-1].last if before else self.stands.first, from_ns)
-        return joined(late)
+    return _Schedule(plan, lifts, begun, going_on, ready_ns).run()
 
 
 class _Schedule:
-    def __init__(self, plan: LiftPlan, lifts: Sequence[CraneLift]) -> None:
+    def __init__(
+        self,
+        plan: LiftPlan,
+        lifts: Sequence[CraneLift],
+        begun: Mapping[int, Begun] | None = None,
+        going_on: Sequence[GoingOn] = (),
+        ready_ns: int = 0,
+    ) -> None:
         self.plan, self.site, self.lifts = plan, plan.site, lifts
+        self.going_on, self.ready_ns = going_on, ready_ns
         self.released_ns: dict[int, int] = {}
         self.raised_ns: dict[int, int] = {}
         self.set_ns: dict[int, int] = {}
         self.not_set_before_ns: dict[int, int] = {}
         self.choice = 0
         self.conflict: tuple[int, int, Conflict] | None = None
-        self.cranes: list[_Crane] = []
+        self.cranes: list[CraneClock] = []
         for number, crane in enumerate(self.site.cranes):
             own = [one for one in lifts if one.crane == number]
-            if own:
-                first = own[0].track.first
-                self.cranes.append(_Crane(number, outline_of(crane), own, _standing(first, 0)))
+            before = None if begun is None else begun.get(number)
+            if own or before is not None:
+                stands = standing_at(own[0].track.first, 0) if before is None else before.stands
+                self.cranes.append(CraneClock(number, outline_of(crane), own, stands))
+                if before is not None:
+                    self.cranes[-1].begin(before)
         for one in self.cranes:
-            first_lift = one.lifts[0]
-            if not first_lift.starts_there:
+            if one.starts and not one.lifts[0].starts_there:
                 self._start_parked(one)
+        for going in going_on:
+            self._of(going.crane).at = "loaded"
+        on_the_hook = {one.lift.order for one in going_on}
+        for motion in (motion for one in self.cranes for motion in one.motions.values()):
+            self.raised_ns[motion.order] = motion.raised_ns
+            if motion.order not in on_the_hook:
+                self.set_ns[motion.order], self.released_ns[motion.order] = motion.set_ns, motion.released_ns
+        self.begun = {order for one in self.cranes for order in one.motions}
+        # What is set next waits until hooks that are on their way have passed.
+        passed_ns = max([leg.end_ns for one in self.cranes for leg in one.legs.get(one.begun, ())], default=0)
+        self.not_set_before_ns |= {one.lift.order: passed_ns for one in lifts if passed_ns}
 
     def run(self) -> tuple[LiftMotion, ...]:
         """Put every lift on the clock."""
         for crane in reversed(self.cranes):
-            if self._conflict(crane, crane.stands, 0) is not None:
+            if crane.starts and self._conflict(crane, crane.stands, 0) is not None:
                 self._start_parked(crane)
         for crane in self.cranes:
-            self.conflict = self._conflict(crane, crane.stands, 0)
+            self.conflict = self._conflict(crane, crane.stands, 0) if crane.starts else None
             if self.conflict is not None:
-                raise self._never(crane, crane.lifts[0])
+                raise self._never(crane, crane.lifts[0].lift)
+        for going in self.going_on:
+            crane = self._of(going.crane)
+            if not self._tried(crane, lambda crane=crane, going=going: self._go_on(crane, going)):  # type: ignore[misc]
+                raise self._never(crane, going.lift)
         for one in self.lifts:
-            crane = next(crane for crane in self.cranes if crane.number == one.crane)
-            self._schedule(crane, one)
-        motions = [motion for crane in self.cranes for motion in _motions(crane)]
+            if one.lift.order not in self.begun:
+                self._schedule(self._of(one.crane), one)
+        motions = [motion for crane in self.cranes for motion in motions_of(crane)]
         return tuple(sorted(motions, key=lambda motion: motion.order))
 
-    def _schedule(self, crane: _Crane, one: CraneLift) -> None:
-        """Bring the hook to the part if it is not there, and carry it.
+    def _of(self, number: int) -> CraneClock:
+        return next(crane for crane in self.cranes if crane.number == number)
+
+    def _schedule(self, crane: CraneClock, one: CraneLift) -> None:
+        """Bring the hook to the part if it is not there, and carry it."""
+        if not self._tried(crane, lambda: self._to_part(crane, one) and self._carry(crane, one)):
+            raise self._never(crane, one.lift)
+
+    def _tried(self, crane: CraneClock, go: Callable[[], bool]) -> bool:
+        """Whether a crane can go on; then it also goes to its next part.
 
         Where another crane is in the way it goes back, or aside; where this one's hook, over the part already, keeps
         the other from doing so, it goes back or aside itself, and comes later.
@@ -159,14 +153,14 @@ class _Schedule:
             self._restore(kept)
             if sum(self._give_way(crane) for _ in range(own)) == own:
                 moved = [other for n, other in enumerate(others * 2) if n < steps and self._give_way(other)]
-                if (not steps or moved) and self._to_part(crane, one) and self._carry(crane, one):
+                if (not steps or moved) and go():
                     following = crane.next
                     if following is not None and following.early is not None:
                         self._go(crane, following.early, "pick")
-                    return
-        raise self._never(crane, one)
+                    return True
+        return False
 
-    def _kept(self) -> list[tuple[_Crane, _Crane]]:
+    def _kept(self) -> list[tuple[CraneClock, CraneClock]]:
         return [
             (
                 one,
@@ -180,20 +174,37 @@ class _Schedule:
             for one in self.cranes
         ]
 
-    def _restore(self, kept: list[tuple[_Crane, _Crane]]) -> None:
+    def _restore(self, kept: list[tuple[CraneClock, CraneClock]]) -> None:
         for one, was in kept:
             one.tracks, one.ends_ns = list(was.tracks), list(was.ends_ns)
             one.stands, one.at, one.parking = was.stands, was.at, was.parking
             one.legs = {n: list(legs) for n, legs in was.legs.items()}
 
-    def _to_part(self, crane: _Crane, one: CraneLift) -> bool:
+    def _to_part(self, crane: CraneClock, one: CraneLift) -> bool:
         if crane.at == "pick":
             return True
         if crane.at == "parked":
             return crane.parking is not None and self._go(crane, crane.parking.back, "pick")
         return any(leg is not None and self._go(crane, leg, "pick") for leg in (one.early, one.late))
 
-    def _carry(self, crane: _Crane, one: CraneLift) -> bool:
+    def _go_on(self, crane: CraneClock, going: GoingOn) -> bool:
+        """Put what is left of the way of a load that was stopped on the clock."""
+        order, motion = going.lift.order, going.motion
+        earlier = [self.released_ns[n] for n in self.released_ns if n < order]
+        set_after_ns = max([*earlier, self.not_set_before_ns.get(order, 0)], default=0)
+        first_ns = max(crane.free_ns, self.ready_ns, going.resumes_ns, set_after_ns - motion.set_ns + going.resumes_ns)
+        start_ns = self._first_free(crane, going.track.later(-going.resumes_ns), first_ns)
+        if start_ns is None:
+            return False
+        late_ns = start_ns - going.resumes_ns
+        crane.motions[order] = held_longer(motion, going.resumes_ns, late_ns)
+        crane.tracks.append(going.track.later(late_ns))
+        crane.ends_ns.append(motion.end_ns + late_ns)
+        crane.at = "set"
+        self.set_ns[order], self.released_ns[order] = motion.set_ns + late_ns, motion.released_ns + late_ns
+        return True
+
+    def _carry(self, crane: CraneClock, one: CraneLift) -> bool:
         """Put a lift on the clock, from hook on to slings off."""
         order, carry = one.lift.order, one.carry
         earlier = [n for n in self.released_ns if n < order]
@@ -201,7 +212,7 @@ class _Schedule:
         delivery = one.lift.place.delivery
         set_after_ns = max([self.released_ns[n] for n in earlier] + [self.not_set_before_ns.get(order, 0)], default=0)
         first_ns = max(
-            [crane.free_ns, set_after_ns - carry.set_ns]
+            [crane.free_ns, self.ready_ns, set_after_ns - carry.set_ns]
             + [self.raised_ns[n] for n in earlier]
             + [self.released_ns[n] for n in earlier if self._delivery(n) < delivery]
         )
@@ -217,10 +228,10 @@ class _Schedule:
         self.released_ns[order] = start_ns + carry.end_ns
         return True
 
-    def _go(self, crane: _Crane, leg: Leg, to: str, *, at_once: bool = False) -> bool:
+    def _go(self, crane: CraneClock, leg: Leg, to: str, *, at_once: bool = False) -> bool:
         """Put a way of the empty hook on the clock, as early as it can be, or at once."""
         order = crane.next.lift.order if crane.next is not None else len(self.plan.lifts)
-        first_ns = crane.free_ns
+        first_ns = max(crane.free_ns, self.ready_ns)
         if crane.legs.get(crane.done):
             first_ns += _REST_NS
         if leg.last:
@@ -233,7 +244,7 @@ class _Schedule:
         start_ns = self._first_free(crane, track, first_ns, latest_ns)
         if start_ns is None:
             return False
-        placed = _Placed(start_ns, leg.way, track.later(start_ns))
+        placed = Placed(start_ns, leg.way, track.later(start_ns))
         crane.legs.setdefault(crane.done, []).append(placed)
         crane.tracks.append(placed.track)
         crane.ends_ns.append(start_ns + int(leg.way.time_ns[-1]))
@@ -243,13 +254,13 @@ class _Schedule:
         crane.at = to
         return True
 
-    def _give_way(self, crane: _Crane) -> bool:
+    def _give_way(self, crane: CraneClock) -> bool:
         """Bring a crane that stands somewhere out of the way: back from its next part, or to its parking place."""
         following = crane.next
         if crane.at == "pick" and following is not None:
             legs = crane.legs.get(crane.done, [])
-            if not legs:
-                return crane.done == 0 and self._start_parked(crane)
+            if len(legs) <= crane.kept:
+                return self._start_parked(crane) if crane.starts else self._turn_aside(crane, following)
             return self._undo(crane, legs)
         if crane.at == "set":
             if following is None:
@@ -258,14 +269,14 @@ class _Schedule:
             return self._turn_aside(crane, following)
         return False
 
-    def _turn_aside(self, crane: _Crane, following: CraneLift, *, at_once: bool = False) -> bool:
+    def _turn_aside(self, crane: CraneClock, following: CraneLift, *, at_once: bool = False) -> bool:
         for parking in (*following.parkings[self.choice :], *following.parkings[: self.choice]):
             if parking.aside is not None and self._go(crane, parking.aside, "parked", at_once=at_once):
                 crane.parking = parking
                 return True
         return False
 
-    def _undo(self, crane: _Crane, legs: list[_Placed]) -> bool:
+    def _undo(self, crane: CraneClock, legs: list[Placed]) -> bool:
         """Take back the way to the next part.
 
         Where something would meet the crane at the place that it came from, it goes aside from there at once.
@@ -274,7 +285,7 @@ class _Schedule:
         crane.tracks.pop()
         end_ns = crane.ends_ns.pop()
         stood = crane.known(leg.start_ns)
-        crane.at = "parked" if legs or (crane.done == 0) else "set"
+        crane.at = "parked" if len(legs) > crane.kept or crane.starts else "set"
         if self._conflict(crane, stood, leg.start_ns) is None:
             return True
         following = crane.next
@@ -286,19 +297,21 @@ class _Schedule:
         crane.at = "pick"
         return False
 
-    def _start_parked(self, crane: _Crane) -> bool:
+    def _start_parked(self, crane: CraneClock) -> bool:
         """Begin at the parking place rather than over the first part."""
-        if crane.at != "pick" or crane.tracks:
+        if crane.at != "pick" or crane.tracks or not crane.starts:
             return False
         for parking in crane.lifts[0].parkings:
             site, machine = self.site.for_crane(crane.number), self.site.cranes[crane.number]
-            parked = _standing(approach_track(site, machine, parking.back.way, 0).first, 0)
+            parked = standing_at(approach_track(site, machine, parking.back.way, 0).first, 0)
             if self._conflict(crane, parked, 0) is None:
                 crane.stands, crane.at, crane.parking = parked, "parked", parking
                 return True
         return False
 
-    def _first_free(self, crane: _Crane, track: CraneTrack, first_ns: int, latest_ns: int | None = None) -> int | None:
+    def _first_free(
+        self, crane: CraneClock, track: CraneTrack, first_ns: int, latest_ns: int | None = None
+    ) -> int | None:
         """Return the first start at which a track, and standing where it ends, is clear of all that is known."""
         others_end_ns = max((other.free_ns for other in self.cranes if other is not crane), default=0)
         start_ns = first_ns
@@ -312,7 +325,7 @@ class _Schedule:
             start_ns += _STEP_NS
         return None
 
-    def _conflict(self, crane: _Crane, track: CraneTrack, from_ns: int) -> tuple[int, int, Conflict] | None:
+    def _conflict(self, crane: CraneClock, track: CraneTrack, from_ns: int) -> tuple[int, int, Conflict] | None:
         for other in self.cranes:
             if other is crane:
                 continue
@@ -332,8 +345,8 @@ class _Schedule:
         assert place is not None
         return place.delivery
 
-    def _never(self, crane: _Crane, one: CraneLift) -> MotionError:
-        component = self.site.components[one.lift.component]
+    def _never(self, crane: CraneClock, lift: Lift) -> MotionError:
+        component = self.site.components[lift.component]
         words, cranes = "", self.site.cranes
         if self.conflict is not None:
             own, other, found = self.conflict
@@ -346,64 +359,3 @@ class _Schedule:
             f"{cranes[crane.number].name} finds no time for it beside the other cranes{words}",
             hint="put the cranes further apart or at other heights, or give it to another one ([[component]] crane)",
         )
-
-
-def _standing(row: np.ndarray, from_ns: int) -> CraneTrack:
-    return CraneTrack(from_ns, row[None, :], row, row)
-
-
-def _motions(crane: _Crane) -> list[LiftMotion]:
-    """The crane's lifts with their waits, each from where the one before ends."""
-    motions: list[LiftMotion] = []
-    clock_ns, slew_rad = 0, None
-    for n, (one, hooked_ns) in enumerate(zip(crane.lifts, crane.starts_ns, strict=True)):
-        legs = crane.legs.get(n, [])
-        last = n + 1 == len(crane.lifts)
-        motion = _motion(one, clock_ns, legs, hooked_ns, crane.legs.get(n + 1, []) if last else [], slew_rad)
-        motions.append(motion)
-        clock_ns, slew_rad = motion.end_ns, float(motion.trajectories[-1].slew_rad[-1])
-    return motions
-
-
-def _motion(
-    one: CraneLift, clock_ns: int, legs: list[_Placed], hooked_ns: int, leaves: list[_Placed], slew_rad: float | None
-) -> LiftMotion:
-    phases: list[Phase] = []
-    at_ns = clock_ns
-
-    def go_on(name: PhaseName, until_ns: int) -> None:
-        nonlocal at_ns
-        if until_ns > at_ns:
-            phases.append(Phase(name, at_ns, until_ns))
-            at_ns = until_ns
-
-    ways = []
-    for leg in legs:
-        go_on(PhaseName.WAIT, leg.start_ns)
-        way = turned(shifted(leg.way, leg.start_ns - clock_ns), slew_rad)
-        slew_rad = float(way.slew_rad[-1])
-        ways.append(way)
-        go_on(PhaseName.APPROACH, leg.start_ns + int(leg.way.time_ns[-1]))
-    go_on(PhaseName.WAIT, hooked_ns)
-    late_ns = hooked_ns - clock_ns
-    raising = turned(shifted(one.carry.raising, late_ns), slew_rad)
-    loaded = turned(shifted(one.carry.loaded, late_ns), float(raising.slew_rad[-1]))
-    phases += [replace(p, start_ns=p.start_ns + hooked_ns, end_ns=p.end_ns + hooked_ns) for p in one.carry.phases]
-    at_ns = hooked_ns + one.carry.end_ns
-    departure = None
-    for leg in leaves:
-        go_on(PhaseName.WAIT, leg.start_ns)
-        departure = turned(shifted(leg.way, leg.start_ns - clock_ns), float(loaded.slew_rad[-1]))
-        go_on(PhaseName.LEAVE, leg.start_ns + int(leg.way.time_ns[-1]))
-    approach = one_after_another(ways) if ways else None
-    return replace(
-        one.carry,
-        approach=approach,
-        raising=raising,
-        loaded=loaded,
-        phases=tuple(phases),
-        start_ns=clock_ns,
-        end_ns=at_ns,
-        crane=one.crane,
-        departure=departure,
-    )

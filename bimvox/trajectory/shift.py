@@ -63,6 +63,32 @@ def waiting(motion: LiftMotion, wait_ns: int) -> LiftMotion:
     )
 
 
+def held_longer(motion: LiftMotion, at_ns: int, by_ns: int) -> LiftMotion:
+    """Return a motion whose crane stands still for longer at a moment at which it stands; what is over stays.
+
+    Args:
+        motion: The motion.
+        at_ns: From then on everything is later, on the site's clock: the end of a stop, or the start of the load's way.
+        by_ns: By how much.
+    """
+    if by_ns == 0:
+        return motion
+    since_ns = at_ns - motion.start_ns
+
+    def later(part: Trajectory) -> Trajectory:
+        time_ns = part.time_ns + np.where(part.time_ns >= since_ns, np.int64(by_ns), np.int64(0))
+        time_ns.flags.writeable = False
+        return replace(part, time_ns=time_ns)
+
+    before = [phase for phase in motion.phases if phase.end_ns <= at_ns]
+    after = [Phase(p.name, p.start_ns + by_ns, p.end_ns + by_ns) for p in motion.phases if p.end_ns > at_ns]
+    if before and before[-1].name is PhaseName.STOP:
+        stop = Phase(PhaseName.STOP, before.pop().start_ns, at_ns + by_ns)
+    else:
+        stop = Phase(PhaseName.STOP, at_ns, at_ns + by_ns)
+    return replace(motion, loaded=later(motion.loaded), phases=(*before, stop, *after), end_ns=motion.end_ns + by_ns)
+
+
 def chained(motions: Sequence[LiftMotion]) -> tuple[LiftMotion, ...]:
     """Return motions in order on one clock without gaps, from 0 on."""
     result: list[LiftMotion] = []

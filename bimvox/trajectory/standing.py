@@ -9,6 +9,7 @@ from bimvox.planning.lift import LiftPlan, Status
 from bimvox.planning.obstruction_change import ObstructionChange
 from bimvox.planning.propose import Propose
 from bimvox.trajectory.footprint import Footprint, motion_footprint, path_footprint
+from bimvox.trajectory.held_cranes import HeldCranes
 from bimvox.trajectory.motion import LiftMotion
 from bimvox.trajectory.recall import Memory
 from bimvox.trajectory.underway import Held, Redirected
@@ -28,6 +29,7 @@ class Standing:
         pending: Orders of the planned lifts that are not timed and proven yet.
         memory: How lifts that were changed stood before.
         held: The lift under way that is stopped and finds no way on; all after it are pending.
+        held_cranes: The same of several cranes: all of them.
     """
 
     plan: LiftPlan
@@ -38,6 +40,18 @@ class Standing:
     pending: frozenset[int] = frozenset()
     memory: Memory = field(default_factory=dict)
     held: Held | None = None
+    held_cranes: HeldCranes | None = None
+
+    @property
+    def waits(self) -> bool:
+        """Whether a load on a hook finds no way on, so that all that is left waits for a change."""
+        return self.held is not None or self.held_cranes is not None
+
+    @property
+    def held_loads(self) -> tuple[Held, ...]:
+        """The lifts under way that are stopped and find no way on."""
+        one = () if self.held is None else (self.held,)
+        return one if self.held_cranes is None else (*one, *self.held_cranes.loads)
 
     @property
     def on_the_clock(self) -> Mapping[int, LiftMotion]:
@@ -77,6 +91,7 @@ class Part:
         retimed: Of these, those that keep their path and have a new motion.
         change: What changed; nothing in later parts.
         redirected: The lift under way that was stopped or takes another way.
+        stops: Of several cranes: every lift under way when they were stopped, with its way on, or held.
     """
 
     standing: Standing
@@ -85,6 +100,7 @@ class Part:
     retimed: tuple[int, ...]
     change: ObstructionChange
     redirected: Redirected | None = None
+    stops: tuple[Redirected | Held, ...] = ()
 
 
 def standing_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> Standing:

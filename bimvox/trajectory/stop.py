@@ -35,8 +35,10 @@ STOP_EVENT = "stop"
 
 _WINDOW = 5
 """Samples from which the state is taken: four give a cubic, the fifth says whether it is one."""
-_WAIT_NS = NS_PER_S
+_WAIT_NS = 2 * NS_PER_S
 _SAME = 1e-9
+_FROM_REST = 2
+"""Samples after a rest from which the state is taken: one gives the jerk, the other says whether that is all."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,7 +62,7 @@ def stop_motion(
     """Return how the crane stops when it is told to during a lift.
 
     Braking begins at the first sample from then on at which the state is known exactly (its neighbours before it lie on
-    one piece of constant jerk), within a second: rates and accelerations are not in the samples, and a state that is
+    one piece of constant jerk), within two seconds: rates and accelerations are not in the samples, and a state that is
     only near would not keep the limits.
 
     Args:
@@ -135,7 +137,7 @@ def state_at(motion: LiftMotion, time_ns: int) -> tuple[int, AxisState]:
     for part in motion.trajectories:
         part_ns = part.time_ns + np.int64(motion.start_ns)
         if part_ns[0] < time_ns < part_ns[-1]:
-            return _state_within(part_ns, part.axes, time_ns)
+            return _state_within(part_ns, part.axes, part.corner, time_ns)
     times, axes = motion.samples()
     still = axes[int(np.searchsorted(times, time_ns))]
     return time_ns, AxisState(still, np.zeros(3), np.zeros(3))
@@ -161,7 +163,7 @@ def go_on_cells(clearance: Clearance, load: LoadFrame, pose: CranePose) -> list[
     return [
         cell
         for cell in cells
-        if placement_is_free(clearance, *cell) and move_is_free(clearance, load, _to_cell(load, pose, cell))
+        if placement_is_free(clearance, *cell) and move_is_free(clearance, load, move_to_cell(load, pose, cell))
     ]
 
 
@@ -191,7 +193,7 @@ def go_on(
     Raises:
         PlanningError: If the first cell cannot be reached, the path is not free, or takes the hook above the jib.
     """
-    first = _to_cell(load, pose, (int(path_vox[0, 0]), int(path_vox[0, 1]), int(path_vox[0, 2])))
+    first = move_to_cell(load, pose, (int(path_vox[0, 0]), int(path_vox[0, 1]), int(path_vox[0, 2])))
     if not move_is_free(clearance, load, first):
         raise PlanningError(
             f"cell {path_vox[0].tolist()} cannot be reached from where the crane stands",
@@ -230,13 +232,21 @@ def stop_commands(stop: Stop, order: int, component: int, period_s: float, *, lo
     )
 
 
-def _state_within(time_ns: NDArray[np.int64], axes: NDArray[np.float64], wanted_ns: int) -> tuple[int, AxisState]:
+def _state_within(
+    time_ns: NDArray[np.int64], axes: NDArray[np.float64], corner: NDArray[np.int64], wanted_ns: int
+) -> tuple[int, AxisState]:
     """The first sample from ``wanted_ns`` on whose last neighbours lie on a cubic; the nearest to one, if none does."""
-    first = max(int(np.searchsorted(time_ns, wanted_ns)), min(_WINDOW - 1, len(time_ns) - 1))
+    last = len(time_ns) - 1
+    first = min(max(int(np.searchsorted(time_ns, wanted_ns)), _FROM_REST), last)
     best: tuple[float, int, AxisState] | None = None
     for at in range(first, len(time_ns)):
         if best is not None and time_ns[at] > wanted_ns + _WAIT_NS:
             break
+        state = _state_from_rest(time_ns, axes, corner, at)
+        if state is not None:
+            return int(time_ns[at]), state
+        if at < min(_WINDOW - 1, last):
+            continue
         off, state = _cubic_state(time_ns, axes, at)
         if best is None or off < best[0]:
             best = (off, int(time_ns[at]), state)
@@ -244,6 +254,21 @@ def _state_within(time_ns: NDArray[np.int64], axes: NDArray[np.float64], wanted_
             break
     assert best is not None
     return best[1], best[2]
+
+
+def _state_from_rest(
+    time_ns: NDArray[np.int64], axes: NDArray[np.float64], corner: NDArray[np.int64], at: int
+) -> AxisState | None:
+    """The state soon after a rest, while every axis is on its first piece of constant jerk, or rests; else None."""
+    rest = max([0, *(int(n) for n in corner if n <= at)])
+    if at - rest < _FROM_REST:
+        return None
+    since = ((time_ns[rest + 1 : at + 1] - time_ns[rest]) / NS_PER_S)[:, None]
+    gone = axes[rest + 1 : at + 1] - axes[rest]
+    per_cube = gone[-1] / since[-1] ** 3
+    if np.abs(gone - per_cube * since**3).max() > _SAME:
+        return None
+    return AxisState(axes[at], 3.0 * per_cube * since[-1] ** 2, 6.0 * per_cube * since[-1])
 
 
 def _cubic_state(time_ns: NDArray[np.int64], axes: NDArray[np.float64], at: int) -> tuple[float, AxisState]:
@@ -271,8 +296,8 @@ def _around(at: NDArray[np.float64]) -> Iterator[tuple[int, int, int]]:
                 yield (x, y, z)
 
 
-def _to_cell(load: LoadFrame, pose: CranePose, cell: tuple[int, int, int]) -> Move:
-    """The straight move in the axes from a pose to a whole placement beside it."""
+def move_to_cell(load: LoadFrame, pose: CranePose, cell: tuple[int, int, int]) -> Move:
+    """Return the straight move in the axes from a pose to a whole placement beside it."""
     slew, radius, height = axes_of_cells(load, np.array(cell)).tolist()
     turned = pose.slew_rad + float(np.remainder(slew - pose.slew_rad + np.pi, 2.0 * np.pi)) - np.pi
     return Move(pose, CranePose(turned, radius, height))

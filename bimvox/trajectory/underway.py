@@ -35,7 +35,7 @@ from bimvox.trajectory.trajectory import Trajectory
 HOLD_S = 10.0
 """How long a stopped load is held at least before it goes on: a nominal value for looking that all is well."""
 _NO_WAY = "no way leads on from where it is"
-_NOT_CARRIED = "its load was not carried yet"
+NOT_CARRIED = "its load was not carried yet"
 _AFTER_THE_LOAD = (PhaseName.SET, PhaseName.RELEASE)
 
 
@@ -135,7 +135,7 @@ def redirect(
         if isinstance(approached, str):
             return Held(lift, motion, None, approached, True, _NO_WAY)
         motion = approached
-        held = Held(lift, motion, None, _NOT_CARRIED, True, *_why(blocked))
+        held = Held(lift, motion, None, NOT_CARRIED, True, *_why(blocked))
         return release(site, crane, held, rule, blocked, time_ns, hold_s)
     loaded = crane_for(site, crane, rule.component)
     load = load_frame(loaded, site.frame, rule.component.hook_offset_vox)

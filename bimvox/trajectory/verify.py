@@ -66,6 +66,7 @@ def verify_motions(
     context: Collection[Lift] = (),
     *,
     window_ns: tuple[int, int] = ALWAYS_NS,
+    known: Sequence[LiftMotion] | None = None,
 ) -> Verification:
     """Check the motions of a plan.
 
@@ -74,11 +75,26 @@ def verify_motions(
         motions: One per planned lift, in order; none for a site without a crane.
         context: Lifts of the same plan that it does not carry (it is an extract of a log).
         window_ns: The time on the site's clock for which what stands on the site was there; nothing is met outside.
+        known: Of a site with several cranes: the motions of all lifts, the context's too. They say what stands and lies
+            where; that the cranes keep apart is then proven for all of the time at once, by ``verify_together``.
 
     Returns:
         Every check, with what failed and where.
     """
-    return _Verifier(plan, motions, context, window_ns).run()
+    return _Verifier(plan, motions, context, window_ns, known).run()
+
+
+def verify_together(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()) -> Verification:
+    """Check that several cranes keep apart and take turns, whatever is in the way; nothing where there is one.
+
+    Args:
+        plan: The plan.
+        motions: As for ``verify_motions``.
+        context: As for ``verify_motions``.
+    """
+    verifier = _Verifier(plan, motions, context, ALWAYS_NS, None)
+    verifier.check_cranes()
+    return Verification(tuple(check for name, check in verifier.checks.items() if name in CRANES_UNITS))
 
 
 class _Verifier:
@@ -88,8 +104,9 @@ class _Verifier:
         motions: Sequence[LiftMotion],
         context: Collection[Lift],
         window_ns: tuple[int, int],
+        known: Sequence[LiftMotion] | None,
     ) -> None:
-        self.window_ns = window_ns
+        self.window_ns, self.known = window_ns, known
         self.plan, self.site, self.motions, self.context = plan, plan.site, motions, context
         units = UNITS | (CRANES_UNITS if plan.site.other_cranes else {})
         self.checks = {name: Check(name, unit=unit) for name, unit in units.items()}
@@ -102,7 +119,8 @@ class _Verifier:
         by_order = {motion.order: motion for motion in self.motions}
         triangles, cells = TriangleCheck(self.plan), RawCells(self.site.shape)
         proofs = [self._proofs(number, triangles, cells) for number in range(len(self.site.cranes))]
-        between = Between(self.plan, self._sound_ones(), self.context) if self.site.other_cranes else None
+        seen = self.motions if self.known is None else self.known
+        between = Between(self.plan, self._sound_ones(seen), self.context) if self.site.other_cranes else None
         previous: dict[int, LiftMotion] = {}
         for moment in moments(self.plan, self.context):
             motion = by_order.get(moment.lift.order)
@@ -131,7 +149,8 @@ class _Verifier:
             hook.check(name, moment, motion, ways)
             swing.check(name, moment, motion, ways)
             previous[component.crane] = motion
-        self._check_cranes()
+        if self.known is None:
+            self.check_cranes()
         return Verification(tuple(self.checks.values()))
 
     def _proofs(
@@ -142,10 +161,10 @@ class _Verifier:
         shared = (site, crane, triangles, cells, self.checks, self.window_ns)
         return site, crane, LoadProof(*shared), HookProof(*shared), SwingProof(*shared)
 
-    def _sound_ones(self) -> dict[int, LiftMotion]:
+    def _sound_ones(self, motions: Sequence[LiftMotion]) -> dict[int, LiftMotion]:
         """The motions with sound trajectories, by order; the others are found fault with where their turn is."""
         aside = Check("timeline")
-        return {motion.order: motion for motion in self.motions if is_sound(aside, "", motion)}
+        return {motion.order: motion for motion in motions if is_sound(aside, "", motion)}
 
     def _check_timeline(self) -> None:
         """One motion per planned lift, in order, on one clock without gaps."""
@@ -189,11 +208,11 @@ class _Verifier:
             before = motion
         check.look(starts == sorted(starts), "the motions do not follow each other on the clock")
 
-    def _check_cranes(self) -> None:
+    def check_cranes(self) -> None:
         """Several cranes: their turns, and the distance that they keep."""
         if not self.site.other_cranes:
             return
-        sound = list(self._sound_ones().values())
+        sound = list(self._sound_ones(self.motions).values())
         check_turns(self.checks["turns"], self.site, self.plan, sound, self.context)
         is_whole = not self.context and self.window_ns == ALWAYS_NS
         check_cranes(self.checks["cranes"], self.site, sound, self.window_ns, is_whole=is_whole)

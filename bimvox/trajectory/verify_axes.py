@@ -78,7 +78,8 @@ def check_phases(check: Check, name: str, motion: LiftMotion) -> None:
         ("approach", motion.approach, {PhaseName.APPROACH}, True),
         ("raising", motion.raising, {PhaseName.RAISE}, False),
         ("loaded motion", motion.loaded, {PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER}, True),
-        ("departure", motion.departure, {PhaseName.LEAVE}, True),
+        # A departure that is stopped ends within the stop.
+        ("departure", motion.departure, {PhaseName.LEAVE}, phases[-1].name is PhaseName.LEAVE),
     )
     check.look(
         (motion.approach is not None) == (PhaseName.APPROACH in names), f"{name}: approach and its phase do not agree"
@@ -91,14 +92,15 @@ def check_phases(check: Check, name: str, motion: LiftMotion) -> None:
             continue
         start_ns, end_ns = motion.start_ns + int(part.time_ns[0]), motion.start_ns + int(part.time_ns[-1])
         fits = bool(own) and start_ns == own[0].start_ns
-        fits = fits and (end_ns == own[-1].end_ns if to_its_end else end_ns <= own[-1].end_ns)
+        latest_ns = motion.end_ns if part is motion.departure else own[-1].end_ns if own else end_ns
+        fits = fits and (end_ns == own[-1].end_ns if to_its_end else end_ns <= latest_ns)
         check.look(fits, f"{name}: its {what} does not fit its phases")
 
 
 def _check_waits(check: Check, name: str, motion: LiftMotion) -> None:
     """A crane waits with an empty hook, and no axis moves."""
     time_ns, axes = motion.samples()
-    hooked_ns = min(phase.start_ns for phase in motion.phases if phase.name in (PhaseName.HOOK_ON, PhaseName.RAISE))
+    hooked_ns = motion.hooked_ns
     for phase in motion.phases:
         if phase.name is not PhaseName.WAIT:
             continue

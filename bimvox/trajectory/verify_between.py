@@ -82,15 +82,16 @@ class Between:
         """
         components = self._site.components
         left = None if moment.before is None else components[moment.before.component]
-        for n, phase in enumerate(phase for phase in motion.phases if phase.name is PhaseName.APPROACH):
-            assert motion.approach is not None
-            way = _cut(motion.approach, phase.start_ns - motion.start_ns, phase.end_ns - motion.start_ns)
-            present = self._present(moment, phase.start_ns, phase.end_ns)
-            yield EmptyWay("approach", way, left if n == 0 else None, present)
-        if motion.departure is not None:
-            start_ns, end_ns = (motion.start_ns + int(motion.departure.time_ns[n]) for n in (0, -1))
-            present = self._present(moment, start_ns, end_ns)
-            yield EmptyWay("departure", motion.departure, components[moment.lift.component], present)
+        for what, name, whole, first in (
+            ("approach", PhaseName.APPROACH, motion.approach, left),
+            ("departure", PhaseName.LEAVE, motion.departure, components[moment.lift.component]),
+        ):
+            for n, (start_ns, end_ns, _) in enumerate(motion.ways_ns(name)):
+                if whole is None:
+                    continue  # the phases do not agree with it: that is found elsewhere
+                way = _cut(whole, start_ns - motion.start_ns, end_ns - motion.start_ns)
+                if len(way.time_ns) >= 2:
+                    yield EmptyWay(what, way, first if n == 0 else None, self._present(moment, start_ns, end_ns))
 
     def _present(self, moment: Moment, start_ns: int, end_ns: int) -> tuple[Thing, ...]:
         """What stands or lies there at some time of a span.

@@ -66,11 +66,11 @@ def check_turns(
             continue
         place = lifts[motion.order].place
         delivery = 0 if place is None else place.delivery
-        starts = {phase.name: phase.start_ns for phase in reversed(motion.phases)}
         ends = {phase.name: phase.end_ns for phase in motion.phases}
         check.about = site.components[motion.component].id
         arrives_ns = motion.start_ns + int(motion.loaded.time_ns[-1])
-        hooked_ns = starts.get(PhaseName.HOOK_ON, starts.get(PhaseName.RAISE, arrives_ns))
+        starts = (p.start_ns for p in motion.phases if p.name in (PhaseName.HOOK_ON, PhaseName.RAISE))
+        hooked_ns = next(starts, arrives_ns)
         raised.must_be_over(check, motion.order, "is hooked on", hooked_ns, "is raised")
         stands.must_be_over(check, motion.order, "comes to its place", arrives_ns, "stands by itself")
         for earlier, latest in delivered.items():
@@ -228,7 +228,9 @@ def _way_of(site: Site, number: int, motions: Sequence[LiftMotion]) -> _Way:
             for swung in swung_parts(crane, motion, way, pendulum) if pendulum is not None and way is not None else ():
                 at_ns = motion.start_ns + 1e9 * swung.time_s
                 swing.append(np.stack([at_ns, swung.amplitude_m]))
-                swing.append(np.array([[at_ns[-1] + 1.0], [0.0]]))
+                # While it is held it goes on swinging, until it is brought to rest before it goes on.
+                held_ns = next((end for begin, end in motion.stops_ns if begin < at_ns[-1] < end), float(at_ns[-1]))
+                swing.append(np.array([[held_ns, held_ns + 1.0], [swung.amplitude_m[-1], 0.0]]))
     return _Way(
         crane,
         tuple(motions),

@@ -83,9 +83,11 @@ class SwingProof(LiftProof):
         lift: Lift | None,
         left: Sequence[Thing] = (),
     ) -> None:
+        # A way that ends with a stop ends swinging: tag lines bring what hangs on the hook to rest before it goes on.
+        stopped = any(abs(end_ns - motion.start_ns - way.time_ns[-1]) <= 1 for _, end_ns in motion.stops_ns)
         for swung in swung_parts(self.crane, motion, way, pendulum):
             at_end_m = float(swung.amplitude_m[-1])
-            if swung.time_s[-1] * 1e9 >= way.time_ns[-1] - 1:
+            if swung.time_s[-1] * 1e9 >= way.time_ns[-1] - 1 and not stopped:
                 self.checks["swing"].measure(at_end_m)
                 self.checks["swing"].look(
                     at_end_m <= RESIDUAL_M,

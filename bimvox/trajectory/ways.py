@@ -40,6 +40,23 @@ def one_after_another(ways: Sequence[Trajectory]) -> Trajectory:
     )
 
 
+def between(way: Trajectory, start_ns: int, end_ns: int) -> Trajectory:
+    """Return the samples of a trajectory from one time to another, both included; its bound is shared out by time."""
+    inside = np.flatnonzero((way.time_ns >= start_ns) & (way.time_ns <= end_ns))
+    first, last = int(inside[0]), int(inside[-1])
+    corner = way.corner[(way.corner > first) & (way.corner < last)] - first
+    share = (int(way.time_ns[last]) - int(way.time_ns[first])) / max(1, int(way.time_ns[-1]) - int(way.time_ns[0]))
+    part = slice(first, last + 1)
+    return Trajectory(
+        _fixed(way.time_ns[part].copy()),
+        _fixed(way.slew_rad[part].copy()),
+        _fixed(way.radius_m[part].copy()),
+        _fixed(way.height_m[part].copy()),
+        _fixed(corner.astype(np.int64)),
+        share * way.bound_s,
+    )
+
+
 def _fixed(array: NDArray[Any]) -> NDArray[Any]:
     array.flags.writeable = False
     return array

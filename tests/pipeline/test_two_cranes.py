@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import io
 import json
 import shutil
 from pathlib import Path
@@ -10,12 +12,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bimvox.errors import InputError
+from bimvox.crane.kinematics import hook_of
+from bimvox.log import topics
+from bimvox.log.container import read_contents
 from bimvox.log.reader import read_log
-from pipeline.plan import plan
+from bimvox.log.recovery import write_recovered
+from bimvox.log.topics import of_crane
+from bimvox.trajectory.motion import LiftMotion
+from pipeline.file_watch import state_of
+from pipeline.load_site import load_site
+from pipeline.plan import plan, policy_of, prepared
 from pipeline.progress import SilentProgress
+from pipeline.simulate import PlanClock
 from pipeline.verify import verify
-from pipeline.watch import watch
+from pipeline.watch import Watcher, watch
+from pipeline.watch_live import live_logs
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 
@@ -97,12 +108,132 @@ def test_a_change_keeps_paths_and_times_before_it(two: tuple[Path, dict[str, Any
     assert verify(log, progress=SilentProgress())["verified"]
 
 
-def test_carrying_it_out_against_a_clock_is_refused_in_a_sentence(
-    two: tuple[Path, dict[str, Any]], tmp_path: Path
-) -> None:
-    folder, _ = two
-    file = tmp_path / "way.json"
-    file.write_text('{"version": 1, "unit": "m", "obstructions": []}')
-    site, log = folder / "frame.site.toml", tmp_path / "out.mcap"
-    with pytest.raises(InputError, match="2 cranes"):
-        list(watch(file, site=site, out=log, once=True, policy="none", speed=60.0, progress=SilentProgress()))
+class Hand:
+    """A wall clock that is turned by hand."""
+
+    def __init__(self) -> None:
+        self.now_s = 0.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+class CarriedOut:
+    """A watch that carries the plan on disk out, as fast as the wall's clock, looked at by hand."""
+
+    def __init__(self, folder: Path, hand: Hand) -> None:
+        quiet = SilentProgress()
+        loaded = load_site(folder / "frame.site.toml", quiet)
+        preparation = prepared(loaded.site, quiet)
+        policy = policy_of(loaded, loaded.site, preparation, policy="none", seed=None, steps=None, progress=quiet)
+        self.hand, self.file, self.log = hand, folder / "way.json", folder / "frame.mcap"
+        self.watcher = Watcher(loaded, preparation, policy, self.file, self.log, 0, quiet, PlanClock(1.0, hand))
+        self.watcher.show_to(())
+        if not self.file.exists():
+            self.put()
+        self.started_s = hand.now_s
+        self.taken_up = list(self.watcher.take_up(state_of(self.file)))
+        self.watcher.begin()
+
+    def put(self, *boxes: dict[str, Any]) -> None:
+        self.file.write_text(json.dumps({"version": 1, "unit": "m", "obstructions": list(boxes)}))
+
+    def look(self, time_ns: int | None = None) -> list[dict[str, Any]]:
+        if time_ns is not None:
+            self.hand.now_s = self.started_s + (time_ns - self.watcher._plan.carried_out_ns) / 1e9
+        return list(self.watcher.change(dataclasses.replace(state_of(self.file), seen_s=self.hand.now_s)))
+
+    def box(self, order: int, later_ns: int) -> dict[str, Any]:
+        """A box where the load of a lift is at a time."""
+        standing = self.watcher.standing
+        assert standing is not None
+        motion = standing.motions[order]
+        crane, frame = standing.plan.site.cranes[motion.crane], standing.plan.site.frame
+        times, axes = motion.samples()
+        at_m = hook_of(crane, *(np.array(np.interp(later_ns, times, axis)) for axis in axes.T))
+        low = at_m - [0.05, 0.05, crane.sling_m + 0.5 * frame.voxel_size_m]
+        return {"id": "drone", "box": {"min": low.tolist(), "max": (low + 0.1).tolist()}}
+
+
+@pytest.fixture
+def carried(two: tuple[Path, dict[str, Any]], tmp_path: Path) -> CarriedOut:
+    for name in ("frame.ifc", "frame.site.toml", "frame.mcap"):
+        shutil.copy(two[0] / name, tmp_path)
+    return CarriedOut(tmp_path, Hand())
+
+
+def at_share(motion: LiftMotion, share: float) -> int:
+    first, last = (motion.start_ns + int(motion.loaded.time_ns[n]) for n in (0, -1))
+    return int(first + share * (last - first))
+
+
+def test_every_part_goes_through_its_states_in_order_of_time(carried: CarriedOut):
+    standing = carried.watcher.standing
+    end_ns = max(motion.end_ns for motion in standing.chain)
+    told = carried.look(end_ns // 2) + carried.look(end_ns)
+    assert {one["event"] for one in told} == {"state"}
+    assert [one["time_s"] for one in told] == sorted(one["time_s"] for one in told)
+    for motion in standing.chain:
+        name = standing.plan.site.components[motion.component].id
+        assert [one["state"] for one in told if one["component"] == name] == ["in_transit", "arrived", "assembled"]
+    carried.watcher.close()
+    (live,) = live_logs(carried.log).values()
+    seen = {message.topic for message in read_contents(live.read_bytes(), live).messages}
+    of_second = {of_crane(name, 1) for name in (topics.LOAD, topics.JOINTS, topics.COMMAND, topics.PLANNED)}
+    assert of_second <= seen
+    # Cut off, as by kill -9, it can be saved.
+    live.write_bytes(live.read_bytes()[:-100])
+    stream = io.BytesIO()
+    assert write_recovered(live, stream).messages
+    assert of_second <= {message.topic for message in read_contents(stream.getvalue(), live).messages}
+
+
+def test_a_load_that_is_met_stops_the_cranes_and_the_whole_log_proves_itself(carried: CarriedOut):
+    standing = carried.watcher.standing
+    motion = standing.motions[3]
+    carried.look(at_share(motion, 0.2))
+    carried.put(carried.box(3, at_share(motion, 0.6)))
+    *_, told = [one for one in carried.look() if one["event"] != "state"]
+    assert told["event"] == "replanned", told
+    stopped = told["stopped"]
+    assert stopped["component"] == standing.plan.site.components[motion.component].id
+    assert stopped["safe"]
+    assert not stopped["held"], told["blocked"]
+    assert told["time_s"] < stopped["rest_s"] < stopped["goes_on_s"]
+    assert stopped in told["all_stopped"]
+    segment = Path(told["segment"])
+    assert verify(segment, progress=SilentProgress())["verified"]
+    assert len([event for event in read_log(segment).events if event.kind == "stop"]) == len(told["all_stopped"])
+    carried.watcher.close()
+    document = verify(carried.log, progress=SilentProgress())
+    assert document["verified"], document
+    assert len(read_log(carried.log).plan.history) == 1
+
+
+def test_held_cranes_are_known_after_a_kill_and_go_on_when_they_can(carried: CarriedOut):
+    standing = carried.watcher.standing
+    motion = standing.motions[3]
+    now_ns = at_share(motion, 0.3)
+    carried.look(now_ns)
+    target = standing.plan.site.components[motion.component]
+    low = standing.plan.site.frame.corner_of(np.array(target.target_vox) + target.shape.cells[0]) + 0.05
+    carried.put({"id": "on its place", "box": {"min": list(low), "max": list(low + 0.1)}})
+    told = carried.look()[-1]
+    assert told["stopped"]["held"], told
+    assert told["pending"]
+    held = carried.watcher.standing.held_cranes
+    # No more than the files is left of the first one.
+    again = CarriedOut(carried.log.parent, carried.hand)
+    known = again.watcher.standing.held_cranes
+    assert [one.lift.order for one in known.loads] == [one.lift.order for one in held.loads]
+    assert [one.stop.end_ns for one in known.loads if one.stop] == [one.stop.end_ns for one in held.loads if one.stop]
+    assert [hook.crane for hook in known.hooks] == [hook.crane for hook in held.hooks]
+    assert again.watcher._execution.clock.now_ns == pytest.approx(now_ns, abs=2 * 10**6)
+    again.put()
+    *_, told = again.look(now_ns + 300 * 10**9)
+    assert told["event"] == "replanned"
+    assert not told["stopped"]["held"]
+    assert not told["pending"]
+    assert again.watcher.standing.held_cranes is None
+    again.watcher.close()
+    assert verify(again.log, progress=SilentProgress())["verified"]

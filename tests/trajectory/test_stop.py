@@ -17,10 +17,11 @@ from bimvox.crane.tower_crane import AxisLimits, CranePose
 from bimvox.errors import InputError, PlanningError
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.proof import Check
 from bimvox.planning.search import shortest_path
 from bimvox.trajectory.braking import brake
 from bimvox.trajectory.drive import drive_path
-from bimvox.trajectory.interrupt import interrupted
+from bimvox.trajectory.interrupt import cut_short, interrupted
 from bimvox.trajectory.load_frame import load_frame
 from bimvox.trajectory.motion import PhaseName
 from bimvox.trajectory.stop import (
@@ -36,6 +37,7 @@ from bimvox.trajectory.stop import (
 from bimvox.trajectory.swing import pendulum_of
 from bimvox.trajectory.time_plan import time_plan
 from bimvox.trajectory.verify import verify_motions
+from bimvox.trajectory.verify_axes import check_limits
 
 SAMPLING = {"sample_period_s": 0.5, "voxel_size_m": 0.5}
 
@@ -129,6 +131,19 @@ def test_a_lift_stopped_anywhere_keeps_the_limits_holds_and_goes_on_as_one_prove
     assert abs(turned) < 1e-9
     result = verify_motions(plan, [whole, shifted])
     assert result.verified, result.failures
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_stop_told_soon_after_the_load_has_begun_to_move_keeps_the_limits(lifts, which):
+    plan, _, motions = lifts
+    site, motion = plan.site, motions[which]
+    sampling = {"sample_period_s": site.rules.sample_period_s, "voxel_size_m": site.frame.voxel_size_m}
+    check, begins_ns = Check("axis_limits"), motion.start_ns + int(motion.loaded.time_ns[0])
+    for told_ns in range(begins_ns + 10**7, begins_ns + 4 * 10**9, 10**8):
+        stop = stop_motion(site.crane, motion, told_ns, **sampling)
+        assert told_ns <= stop.start_ns <= told_ns + 2_500_000_000
+        check_limits(check, f"{told_ns}", site.crane, cut_short(motion, stop), 0.0)
+    assert check.passed, check.failures[:3]
 
 
 def test_a_stop_of_a_timeline_is_the_stop_of_its_samples():
