@@ -29,6 +29,7 @@ import sys
 import tempfile
 import threading
 import time
+import tomllib
 from collections import Counter, deque
 from pathlib import Path
 from typing import Any
@@ -36,6 +37,7 @@ from typing import Any
 from benchmarks.watch_changes import RandomObstructions
 
 SAMPLE = Path(__file__).parents[1] / "sample_models" / "frame.ifc"
+SITE, LOG = "soak.site.toml", "soak.mcap"
 _WAIT_S = 180.0
 _CHECK_EVERY = 50
 _BROKEN = (b"", b"{", b'{"version": 1}', b"\xff\xfe\x00", b'{"version": 1, "unit": "m", "obstructions": [{"id": 1}]}')
@@ -68,9 +70,9 @@ class Watch:
             "watch",
             "obstructions.json",
             "--site",
-            "frame.site.toml",
+            SITE,
             "-o",
-            "frame.mcap",
+            LOG,
             "--steps",
             "2000",
             "--json",
@@ -144,15 +146,21 @@ class Soak:
         folder: An empty folder.
         seed: Chooses the changes.
         more: Other options of the command.
+        site: A site file with its model in the same folder; None for the sample frame.
     """
 
-    def __init__(self, folder: Path, seed: int, more: tuple[str, ...] = ()) -> None:
+    def __init__(self, folder: Path, seed: int, more: tuple[str, ...] = (), site: Path | None = None) -> None:
         from pipeline.progress import SilentProgress
         from pipeline.site import init
 
         self.folder, self.file = folder, folder / "obstructions.json"
-        shutil.copy(SAMPLE, folder / "frame.ifc")
-        init(folder / "frame.ifc", folder / "frame.site.toml", voxel_size_m=0.5, progress=SilentProgress())
+        if site is None:
+            shutil.copy(SAMPLE, folder)
+            init(folder / SAMPLE.name, folder / SITE, voxel_size_m=0.5, progress=SilentProgress())
+        else:
+            model = Path(tomllib.loads(site.read_text())["model"]["path"])
+            shutil.copy(site.parent / model, folder / model.name)
+            shutil.copy(site, folder / SITE)
         self.random = random.Random(seed)
         self.wrong: list[str] = []
         self.did: Counter[str] = Counter()
@@ -280,12 +288,12 @@ class Soak:
         wanted = with_obstructions(log.plan.site, load_obstructions(self.file, log.plan.site), rasterise)
         self._expect(wanted.digest == log.plan.site.digest, f"{when}: the plan on disk is of other obstructions")
         self._expect(log.revision >= self.told, f"{when}: revision {self.told} was told of, {log.revision} is on disk")
-        segments = segments_on_disk(self.folder / "frame.mcap")
+        segments = segments_on_disk(self.folder / LOG)
         on_disk = list(segments)
         if on_disk:
             follow = on_disk == list(range(on_disk[0], on_disk[-1] + 1))
             self._expect(follow, f"{when}: a revision is missing: {on_disk}")
-        whole = read_log(self.folder / "frame.mcap").revision
+        whole = read_log(self.folder / LOG).revision
         for revision, path in segments.items():
             if revision < whole:
                 path.unlink()
@@ -327,8 +335,8 @@ class Soak:
         from pipeline.progress import SilentProgress
         from pipeline.watch_log import read_newest
 
-        fixed = read_log(self.folder / "frame.mcap").plan.site.fixed_digest
-        found = read_newest(self.folder / "frame.mcap", fixed, SilentProgress())
+        fixed = read_log(self.folder / LOG).plan.site.fixed_digest
+        found = read_newest(self.folder / LOG, fixed, SilentProgress())
         assert found is not None
         return found.log
 
@@ -343,11 +351,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--changes", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument(
+        "--site", type=Path, help="a site file, its model in the same folder; default: the sample frame"
+    )
     parser.add_argument("--simulate", metavar="SPEED", help="carry the plan out meanwhile, so many times as fast")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="bimvox-soak-watch-") as folder:
         more = () if options.simulate is None else ("--simulate", options.simulate)
-        soak = Soak(Path(folder), options.seed, more)
+        soak = Soak(Path(folder), options.seed, more, options.site)
         try:
             soak.run(options.changes)
         except KeyboardInterrupt:

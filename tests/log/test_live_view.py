@@ -143,7 +143,7 @@ def test_a_load_that_is_held_hangs_where_it_came_to_rest(record):
     shown = with_held(stands, held)
     now_ns = stop.end_ns + 100 * 10**9
     name = site.components[lift.component].id
-    assert states_of(standing_messages(shown, now_ns, lift.component))[name] == "in_transit"
+    assert states_of(standing_messages(shown, now_ns, [lift.component]))[name] == "in_transit"
     (message,) = (FrameTransforms.FromString(data) for topic, data in Moving(shown).at(now_ns) if topic == topics.TF)
     frames = {frame.child_frame_id.removeprefix("crane_2/"): frame for frame in message.transforms}
     assert f"component/{name}" in frames
