@@ -17,14 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.env.actions import MOVES
+from bimvox.grid.distinct import distinct
 from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Progress, Stage
 from bimvox.planning.lift import Lift, LiftPlan, Method, Status
 from bimvox.planning.propose import Propose, Transit
 from bimvox.planning.rollout import lifts_at_once
-from bimvox.planning.search import all_free, reachable, shortest_path
-from bimvox.site.clearance import placement_is_free
+from bimvox.planning.search import all_free, reachable, shortest_path, which_free
+from bimvox.site.clearance import Clearance
+from bimvox.site.component import IntVec
 from bimvox.site.site import Site
 
+_FIRST_LIMIT = 4_096
 _FLOOD_LIMIT = 300_000
 _BORDER_LIMIT = 20_000
 
@@ -215,17 +218,34 @@ def _still_holds(path_vox: NDArray[np.int32], stage: Stage) -> bool:
 
 def _why_unreachable(assembly: Assembly, stage: Stage) -> Obstacle:
     """Name what closes in the start or the place, whichever is the smaller room."""
-    from_start = reachable(stage.clearance, stage.start_vox, _FLOOD_LIMIT)
-    from_gate = reachable(stage.clearance, stage.insertion.gate_vox, _FLOOD_LIMIT)
+    from_start, from_gate = _smaller_room(stage.clearance, stage.start_vox, stage.insertion.gate_vox)
     where, room = (
         ("its place in the yard", from_start) if len(from_start) <= len(from_gate) else ("its place", from_gate)
     )
-    around = (room[:, None, :] + MOVES[None, :, :]).reshape(-1, 3)
-    border = np.unique(around, axis=0)
-    blocked = np.array([not placement_is_free(stage.clearance, *(int(n) for n in p)) for p in border[:_BORDER_LIMIT]])
-    cells = (border[:_BORDER_LIMIT][blocked][:, None, :] + stage.component.shape.cells[None, :, :]).reshape(-1, 3)
-    who = tuple(name for name in assembly.who_is_at(np.unique(cells, axis=0).astype(np.int32)) if name != "ground")
+    border = _around(room)[:_BORDER_LIMIT]
+    blocked = border[~which_free(stage.clearance, border)]
+    cells = (blocked[:, None, :] + stage.component.shape.cells[None, :, :]).reshape(-1, 3)
+    who = tuple(name for name in assembly.who_is_at(cells) if name != "ground")
     by = f"at cells of {assembly.voxel_size_m:g} m"
     if stage.insertion.enclosed:
         by += " and by the true shapes around its place"
     return Obstacle(f"no way leads out of the room of {len(room)} placements around {where}, {by}", who)
+
+
+def _smaller_room(clearance: Clearance, start: IntVec, gate: IntVec) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Return the placements around start and gate, the smaller room whole, the other one as far as it is no larger."""
+    limit = _FIRST_LIMIT
+    while True:
+        rooms = reachable(clearance, start, limit), reachable(clearance, gate, limit)
+        if min(map(len, rooms)) < limit or limit >= _FLOOD_LIMIT:
+            return rooms
+        limit = min(8 * limit, _FLOOD_LIMIT)
+
+
+def _around(room: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the placements one move away from those of a room ((N, 3)), each once, in ascending order."""
+    around = (room[:, None, :] + MOVES[None, :, :]).reshape(-1, 3)
+    low, size = around.min(axis=0), np.ptp(around, axis=0) + 1
+    flat = distinct(np.ravel_multi_index(tuple((around - low).T), tuple(size)))
+    there: NDArray[np.int32] = (np.stack(np.unravel_index(flat, tuple(size)), axis=1) + low).astype(np.int32)
+    return there

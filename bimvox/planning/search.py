@@ -18,6 +18,10 @@ from bimvox.site.clearance import Clearance, placement_is_free
 from bimvox.site.component import IntVec
 
 _UNKNOWN, _FREE, _BLOCKED, _CLOSED = 0, 1, 2, 3
+_PATIENCE = 16_384
+"""Placements that a search looks at before it asks whether the goal is closed in."""
+_ROOM = 65_536
+"""The largest room around a goal that is looked through for that."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,7 +30,7 @@ class SearchResult:
 
     Attributes:
         path_vox: (N, 3) int32 reference cells from start to goal, a shortest path; None where there is none.
-        expanded: Number of placements that were looked at from; all that can be reached where there is no path.
+        expanded: Number of placements that were looked at from.
     """
 
     path_vox: NDArray[np.int32] | None
@@ -34,7 +38,10 @@ class SearchResult:
 
 
 def shortest_path(clearance: Clearance, start: IntVec, goal: IntVec) -> SearchResult:
-    """Find a shortest path of unit moves, or show that there is none by looking at every placement within reach.
+    """Find a shortest path of unit moves, or show that there is none.
+
+    There is none where every placement within reach of the start, or of the goal, was looked at: of the goal after a
+    while, because a room around it is mostly small, and the site around the start large.
 
     Args:
         clearance: The collision rule.
@@ -113,6 +120,8 @@ def _a_star(
         expanded += 1
         if here == last:
             break
+        if expanded == _PATIENCE and _is_closed_in(clearance, goal, start, moves):
+            return no_path, expanded
         x, y, z = here // (ny * nz), here // nz % ny, here % nz
         away = abs(x - goal[0]) + abs(y - goal[1]) + abs(z - goal[2])
         for action in range(moves.shape[0]):
@@ -147,6 +156,20 @@ def _a_star(
 
 
 @kernel
+def _is_closed_in(
+    clearance: Clearance, goal: NDArray[np.int64], start: NDArray[np.int64], moves: NDArray[np.int32]
+) -> bool:
+    """Return whether the goal is in a small room that the start is not in."""
+    room = _flood(clearance, goal, moves, _ROOM)
+    if room.shape[0] == _ROOM:
+        return False
+    for n in range(room.shape[0]):
+        if room[n, 0] == start[0] and room[n, 1] == start[1] and room[n, 2] == start[2]:
+            return False
+    return True
+
+
+@kernel
 def _flood(clearance: Clearance, start: NDArray[np.int64], moves: NDArray[np.int32], limit: int) -> NDArray[np.int32]:
     nx, ny, nz = clearance.table.shape[0] - 1, clearance.table.shape[1] - 1, clearance.table.shape[2] - 1
     seen = np.zeros((nx, ny, nz), np.bool_)
@@ -167,6 +190,15 @@ def _flood(clearance: Clearance, start: NDArray[np.int64], moves: NDArray[np.int
                 size += 1
         at += 1
     return found[:size].copy()
+
+
+@kernel
+def which_free(clearance: Clearance, placements_vox: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Return which of (N, 3) placements are free: (N,) bool."""
+    free = np.empty(placements_vox.shape[0], np.bool_)
+    for n in range(placements_vox.shape[0]):
+        free[n] = placement_is_free(clearance, placements_vox[n, 0], placements_vox[n, 1], placements_vox[n, 2])
+    return free
 
 
 @kernel

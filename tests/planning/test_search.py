@@ -97,3 +97,42 @@ def test_reachable_finds_the_whole_room_and_stops_at_its_limit():
     occupied[4, :, :] = True
     assert len(reachable(clearance_of(occupied), (0, 0, 0), 10_000)) == 4 * 8 * 6
     assert len(reachable(clearance_of(occupied), (0, 0, 0), 10)) == 10
+
+
+LARGE = (60, 60, 30)
+GOAL = (50, 50, 4)
+
+
+def large_site(walls):
+    """A large empty site with walls around the goal, two cells away from it, but for those that are left out."""
+    occupied = np.zeros(LARGE, bool)
+    x, y, z = GOAL
+    occupied[x - 3 : x + 4, y - 3 : y + 4, z - 3 : z + 4] = walls
+    occupied[x - 2 : x + 3, y - 2 : y + 3, z - 2 : z + 3] = False
+    return occupied
+
+
+def test_a_goal_that_is_closed_in_is_known_before_the_whole_site_is_looked_at():
+    whole = len(reachable(clearance_of(large_site(True)), (0, 0, 0), 200_000))
+    closed = shortest_path(clearance_of(large_site(True)), (0, 0, 0), GOAL)
+    assert closed.path_vox is None
+    assert closed.expanded < whole / 2
+
+
+def test_a_start_in_the_same_room_or_a_hole_in_the_wall_leave_a_way():
+    occupied = large_site(True)
+    inside = shortest_path(clearance_of(occupied), (50, 50, 6), GOAL)
+    assert len(inside.path_vox) == 3
+    occupied[50, 53, 5] = False  # on the far side: by then it is asked whether the goal is closed in
+    occupied[:46, :, 8] = occupied[:, :46, 8] = True
+    found = shortest_path(clearance_of(occupied), (0, 0, 20), GOAL)
+    assert found.expanded > 16_384
+    _, distance = brute_force_distances(occupied, (1, 1, 1), GOAL)
+    assert len(found.path_vox) - 1 == distance[0, 0, 20]
+
+
+def test_a_large_room_around_the_goal_is_no_way_either():
+    occupied = np.zeros(LARGE, bool)
+    occupied[10] = True
+    result = shortest_path(clearance_of(occupied), (0, 0, 0), GOAL)
+    assert result.path_vox is None
