@@ -83,6 +83,7 @@ class Watch:
             cwd=folder,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
+            preexec_fn=_hear_interrupts,
             env=os.environ
             | {"BIMVOX_POLICIES": str(folder / "policies"), "PYTHONPATH": str(Path(__file__).parents[1])},
         )
@@ -344,6 +345,11 @@ class Soak:
         if not good:
             self.wrong.append(message)
             print(f"WRONG: {message}", file=sys.stderr, flush=True)
+
+
+def _hear_interrupts() -> None:
+    """Begun in the background of a shell the soak ignores Ctrl-C; the command is to hear it all the same."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def main() -> int:
