@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import leaf_kernel
+from bimvox.compiled import inline_kernel, leaf_kernel
 from bimvox.crane.reach import HOOK_FORBIDDEN as HOOK_FORBIDDEN
 from bimvox.grid.occupancy import box_sum
 
@@ -53,19 +53,24 @@ NOTHING_CLEARED = (np.zeros(3, np.int32), np.zeros((0, 0, 0), np.bool_))
 """``cleared_low`` and ``cleared`` where the narrow phase has nothing to say."""
 
 
-@leaf_kernel
-def boxes_are_free(clearance: Clearance, x: int, y: int, z: int) -> bool:
-    """Return whether the shape at reference cell (x, y, z) lies inside the grid and meets no occupied cell."""
-    table = clearance.table
-    boxes = clearance.boxes
+@inline_kernel
+def _boxes_are_free_over(clearance: Clearance, x: int, y: int, z: int, last_x: int, last_y: int, last_z: int) -> bool:
+    """Return whether all that the shape takes up from one reference cell to another is free, and inside the grid."""
+    table, boxes = clearance.table, clearance.boxes
     for b in range(boxes.shape[0]):
         x0, y0, z0 = x + boxes[b, 0], y + boxes[b, 1], z + boxes[b, 2]
-        x1, y1, z1 = x + boxes[b, 3], y + boxes[b, 4], z + boxes[b, 5]
+        x1, y1, z1 = last_x + boxes[b, 3], last_y + boxes[b, 4], last_z + boxes[b, 5]
         if x0 < 0 or y0 < 0 or z0 < 0 or x1 >= table.shape[0] or y1 >= table.shape[1] or z1 >= table.shape[2]:
             return False
         if box_sum(table, x0, y0, z0, x1, y1, z1) != 0:
             return False
     return True
+
+
+@leaf_kernel
+def boxes_are_free(clearance: Clearance, x: int, y: int, z: int) -> bool:
+    """Return whether the shape at reference cell (x, y, z) lies inside the grid and meets no occupied cell."""
+    return _boxes_are_free_over(clearance, x, y, z, x, y, z)
 
 
 @leaf_kernel
@@ -101,15 +106,9 @@ def range_is_free(clearance: Clearance, around: tuple[int, int, int, int, int, i
         clearance: The collision rule.
         around: First and last placement, both inclusive; the first no higher than the last.
     """
-    table, boxes = clearance.table, clearance.boxes
     x, y, z, last_x, last_y, last_z = around
-    for b in range(boxes.shape[0]):
-        x0, y0, z0 = x + boxes[b, 0], y + boxes[b, 1], z + boxes[b, 2]
-        x1, y1, z1 = last_x + boxes[b, 3], last_y + boxes[b, 4], last_z + boxes[b, 5]
-        if x0 < 0 or y0 < 0 or z0 < 0 or x1 >= table.shape[0] or y1 >= table.shape[1] or z1 >= table.shape[2]:
-            return False
-        if box_sum(table, x0, y0, z0, x1, y1, z1) != 0:
-            return False
+    if not _boxes_are_free_over(clearance, x, y, z, last_x, last_y, last_z):
+        return False
     for i in range(x, last_x + 1):
         for j in range(y, last_y + 1):
             if not (hook_is_free(clearance, i, j, z) and hook_is_free(clearance, i, j, last_z)):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import MotionError
 from bimvox.planning.assembly import Assembly, with_cleared
 from bimvox.planning.lift import Lift, Status
@@ -40,8 +39,7 @@ class MotionMaker:
         """
         lift = self._come(order)
         rule = _with_last_moves(self._assembly.clearance(lift.component), lift)
-        crane: TowerCrane = self._crane
-        return time_lift(self._site, crane, lift, rule, self._before, 0, 0.0)
+        return time_lift(self._site, self._crane, lift, rule, self._before, 0, 0.0)
 
     def _come(self, order: int) -> Lift:
         """Let everything before a lift happen."""
