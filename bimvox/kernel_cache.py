@@ -1,0 +1,206 @@
+"""Machine code on disk, found by everything that it was compiled from.
+
+Numba's own cache looks at the file that a function stands in. Machine code also holds the functions that the function
+calls and the constants that it reads, wherever these stand, so an edit elsewhere would leave stale machine code. Here
+the key is the content: the byte code of the kernel and of everything that it calls, and the values that they read. A
+comment or a docstring changes nothing; a constant changes the kernels that read it, and no others.
+"""
+
+from __future__ import annotations
+
+import enum
+import hashlib
+import os
+import pickle
+import sys
+import types
+import uuid
+import warnings
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+import platformdirs
+from numba.core.caching import _Cache
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
+from numba.core.sigutils import normalize_signature
+
+_DIGITS = 32
+_SCALARS = (bool, int, float, complex, str, bytes, type(None), np.generic)
+
+
+def cache_folder() -> Path:
+    """Return the folder of the machine code: ``NUMBA_CACHE_DIR``, otherwise the user's cache folder."""
+    named = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(named) if named else Path(platformdirs.user_cache_dir("bimvox")) / "kernels"
+
+
+class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
+    """The machine code of one kernel, a file per signature.
+
+    Args:
+        dispatcher: The kernel as numba wraps it.
+    """
+
+    def __init__(self, dispatcher: Any) -> None:
+        self._dispatcher = dispatcher
+        self._digest: str | None = None
+        self._is_enabled = True
+
+    @property
+    def cache_path(self) -> str:
+        """The folder of this kernel's files."""
+        return str(cache_folder() / self._dispatcher.py_func.__module__)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the machine code for a signature; None if it is not on disk or cannot be read."""
+        target_context.refresh()
+        if self._is_enabled:
+            with suppress(OSError, EOFError, ImportError, AttributeError, pickle.UnpicklingError):
+                payload = pickle.loads(self._file(sig, target_context.codegen()).read_bytes())
+                return CompileResult._rebuild(target_context, *payload)
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Store the machine code for a signature; a reader never sees half a file."""
+        if not self._is_enabled:
+            return
+        if any(not lifted.can_cache for lifted in data.lifted) or data.library.has_dynamic_globals:
+            warnings.warn(f"the machine code of {self._dispatcher.py_func.__qualname__} cannot be stored", stacklevel=2)
+            return
+        file = self._file(sig, data.codegen)
+        part = file.with_name(f"{uuid.uuid4().hex}.part")
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            part.write_bytes(dumps(data._reduce()))
+            part.replace(file)
+        except OSError:  # no room, or a folder that cannot be written: the kernel is compiled again next time
+            with suppress(OSError):
+                part.unlink()
+
+    def enable(self) -> None:
+        """Use the files."""
+        self._is_enabled = True
+
+    def disable(self) -> None:
+        """Use no files."""
+        self._is_enabled = False
+
+    def flush(self) -> None:
+        """Remove this kernel's files."""
+        function = self._dispatcher.py_func
+        for file in Path(self.cache_path).glob(f"{function.__name__}-*.nbc"):
+            file.unlink(missing_ok=True)
+
+    def _file(self, sig: Any, codegen: Any) -> Path:
+        if self._digest is None:  # on first use: what the kernel calls may stand below it in its module
+            self._digest = digest_of(self._dispatcher)
+        arguments, _ = normalize_signature(sig)
+        machine = (codegen.magic_tuple(), numba.__version__, sys.version_info)
+        key = (self._digest, str(arguments), *_fields_of(arguments), machine)
+        return Path(self.cache_path) / f"{self._dispatcher.py_func.__name__}-{_hashed(repr(key).encode())}.nbc"
+
+
+def digest_of(kernel: Any) -> str:
+    """Return a digest of everything that the machine code of a kernel is made from, its argument types left out.
+
+    Args:
+        kernel: A numba dispatcher.
+
+    Raises:
+        TypeError: If the kernel reads a global value of a kind that has no digest.
+    """
+    found: dict[int, bytes] = {}
+    waiting = [kernel]
+    while waiting:
+        one = waiting.pop()
+        if id(one) in found:
+            continue
+        function, read, called = one.py_func, [], []
+        for name, value in _read_by(function):
+            if hasattr(value, "py_func"):
+                called.append(value)
+                read.append(f"{name} calls {value.py_func.__module__}.{value.py_func.__qualname__}".encode())
+            else:
+                read.append(name.encode() + b" is " + _content_of(value, f"{function.__qualname__}: {name}"))
+        options = sorted((key, value) for key, value in one.targetoptions.items())
+        found[id(one)] = b"\0".join(
+            [f"{function.__module__}.{function.__qualname__} {options}".encode(), *_code(function), *read]
+        )
+        waiting += reversed(called)
+    return _hashed(b"\1".join(found.values()))
+
+
+def _read_by(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
+    """Yield names and values of what a function takes from its module and its closure, in a fixed order.
+
+    Of a module, what the function takes from it: ``samples.SAMPLES``, not ``samples``.
+    """
+    names = dict.fromkeys(name for code in _codes(function.__code__) for name in code.co_names)
+    for name in names:
+        value = function.__globals__.get(name, _ABSENT)
+        if isinstance(value, types.ModuleType):
+            for inner in names:
+                if (member := getattr(value, inner, _ABSENT)) is not _ABSENT and value.__name__.startswith("bimvox"):
+                    yield f"{name}.{inner}", member
+        elif value is not _ABSENT:
+            yield name, value
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        yield name, cell.cell_contents
+
+
+_ABSENT = object()
+
+
+def _codes(code: types.CodeType) -> Iterator[types.CodeType]:
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield from _codes(constant)
+
+
+def _code(function: types.FunctionType) -> Iterator[bytes]:
+    """Yield what a function does: byte code, names and constants, without docstring and line numbers."""
+    for code in _codes(function.__code__):
+        constants = [one for one in code.co_consts if not isinstance(one, types.CodeType) and one != function.__doc__]
+        yield repr((code.co_code, code.co_names, code.co_varnames, code.co_freevars, constants)).encode()
+    yield repr(function.__defaults__).encode()
+
+
+def _content_of(value: Any, where: str) -> bytes:
+    """Return bytes that differ where a value differs in a way that machine code may hold."""
+    if isinstance(value, enum.Enum):
+        return repr((type(value).__qualname__, value.name, value.value)).encode()
+    if isinstance(value, _SCALARS):
+        return repr((type(value).__name__, value)).encode()
+    if isinstance(value, np.ndarray):
+        return repr((value.dtype.str, value.shape)).encode() + np.ascontiguousarray(value).tobytes()
+    if isinstance(value, tuple):
+        return b"(" + b",".join(_content_of(one, where) for one in value) + b")"
+    if isinstance(value, type) and issubclass(value, enum.Enum):
+        return repr([(one.name, one.value) for one in value]).encode()
+    if isinstance(value, type):
+        return repr((value.__module__, value.__qualname__, getattr(value, "_fields", ()))).encode()
+    if isinstance(value, types.BuiltinFunctionType | np.ufunc | numba.types.Type):
+        return repr(value).encode()
+    if isinstance(value, types.FunctionType) and value.__module__.split(".")[0] in {"numba", "numpy"}:
+        return f"{value.__module__}.{value.__qualname__}".encode()
+    raise TypeError(f"{where}: a kernel reads a global {type(value).__name__}, for which there is no digest")
+
+
+def _fields_of(arguments: tuple[Any, ...]) -> Iterator[tuple[str, ...]]:
+    """Yield class and field names of the named tuples among argument types, which the types' own names leave out."""
+    for argument in arguments:
+        if isinstance(argument, numba.types.BaseTuple):
+            yield from _fields_of(tuple(argument))
+        if isinstance(argument, numba.types.BaseNamedTuple):
+            one = argument.instance_class
+            yield (one.__module__, one.__qualname__, *argument.fields)
+
+
+def _hashed(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:_DIGITS]
