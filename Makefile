@@ -117,7 +117,7 @@ bench-many-lifts: $(PLANNERS)/ready ## the ways of 500 lifts: policy, search, an
 	$(PLANNERS)/bin/python -m benchmarks.many_lifts $(ARGS)
 
 train-generalist: setup ## train the policy that ships with bimvox: docs/generalist.md (OUT=folder, ARGS="--steps 4000" for a try)
-	$(BIN)/python -m pipeline.generalist train --out $(OUT)/generalist $(ARGS)
+	$(BIN)/python -m bimvox_pipeline.train.generalist train --out $(OUT)/generalist $(ARGS)
 
 bench-generalist: setup ## the shipped policy on its held-out suite (ARGS="--share 0.1" for a try)
 	$(BIN)/python -m benchmarks.generalist $(ARGS)

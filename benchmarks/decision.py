@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from benchmarks.document import put_into
 from bimvox.compiled import kernel
+from bimvox.env.observation import VIEW_SIZE, look
 from bimvox.env.state import LiftState
-from bimvox.env.view import VIEW_SIZE, look
 from bimvox.planning.rollout import roll_out
 from bimvox.policy.generalist.suite import held_out
 from bimvox.policy.generalist.weights import load_generalist
-from bimvox.site.clearance import Clearance
+from bimvox.site.collision import Clearance
 
 PROBLEMS = (("boxes", 2), ("slabs", 5), ("frames", 6), ("frames", 8))
 TOGETHER = 64

@@ -59,7 +59,7 @@ def steps_per_s(step: Callable[[int], object], sites: int) -> float:
 
 def single_rate(observation: str) -> float:
     """Return the rate of the single environment."""
-    from bimvox.env.prefab.site_env import PrefabSiteEnv
+    from bimvox.paper.env.site_env import PrefabSiteEnv
 
     env = PrefabSiteEnv(observation=observation)
     env.reset(seed=0)
@@ -75,10 +75,10 @@ def single_rate(observation: str) -> float:
 
 def batched_rate(interface: str, sites: int, threads: int, observation: str = "paper") -> float:
     """Return the rate of one of the batched interfaces."""
-    from bimvox.env.prefab.batched import BatchedPrefabSite
-    from bimvox.env.prefab.presets import PAPER
-    from bimvox.env.prefab.vector_env import PrefabVectorEnv
-    from bimvox.policy.prefab_vec_env import PrefabVecEnv
+    from bimvox.paper.env.batched import BatchedPrefabSite
+    from bimvox.paper.env.presets import PAPER
+    from bimvox.paper.env.vector_env import PrefabVectorEnv
+    from bimvox.paper.policy.vec_env import PrefabVecEnv
 
     actions = np.random.default_rng(0).integers(6, size=(100, sites))
     name, _, how = interface.partition(" ")

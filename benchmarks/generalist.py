@@ -120,7 +120,7 @@ def _tables(text: _Text, network: QNetwork, share: float, threads: int) -> None:
 
 
 def _stages() -> list[BuildingStage]:
-    from pipeline.generalist_buildings import TESTS, stages_of
+    from bimvox_pipeline.train.generalist_buildings import TESTS, stages_of
 
     return stages_of(TESTS)
 

@@ -48,9 +48,9 @@ class DefaultKernel:
         import ifcopenshell.geom
         import numpy as np
 
-        from bimvox.bim.ifc_geometry import Meshed
-        from bimvox.bim.ifc_shape import PlacedShape, clean_shape
-        from bimvox.bim.ifc_worker import geometry_settings
+        from bimvox.bim.ifc.geometry import Meshed
+        from bimvox.bim.ifc.shape import PlacedShape, clean_shape
+        from bimvox.bim.ifc.worker import geometry_settings
 
         file, settings = ifcopenshell.open(self._path), geometry_settings()
         products = [file.by_id(step_id) for group in groups for step_id in group]
@@ -156,7 +156,7 @@ def _measure(path: Path, way: str, processes: int | None, there: Any) -> None:
 
 def _read(path: Path, way: str, processes: int | None) -> Any:
     """Read a building in one of the ways."""
-    from bimvox.bim.ifc_reader import read_ifc
+    from bimvox.bim.ifc.reader import read_ifc
     from bimvox.bim.options import ReadOptions, default_processes
     from bimvox.bim.read import read_building
 

@@ -8,7 +8,13 @@ import numpy as np
 from bimvox.bim.building import TriangleMesh
 from bimvox.voxelize.part import voxelize_mesh
 
-for name in ("bimvox.bim.ifc_reader", "bimvox.grid.storage", "cli.main", "pipeline.voxelize", "zarr.codecs"):
+for name in (
+    "bimvox.bim.ifc.reader",
+    "bimvox.grid.storage",
+    "bimvox_cli.main",
+    "bimvox_pipeline.voxelize",
+    "zarr.codecs",
+):
     importlib.import_module(name)
 # A tetrahedron has the kernels compiled, or fetched from numba's cache.
 voxelize_mesh(TriangleMesh(np.eye(4, 3), np.array([[2, 1, 0], [0, 1, 3], [1, 2, 3], [2, 0, 3]], np.int32)), 0.3)

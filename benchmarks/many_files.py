@@ -105,7 +105,7 @@ def run_file(path: Path, label: str, options: argparse.Namespace) -> dict[str, A
 
 def _voxelize(arguments: list[str], folder: str, mark: str) -> None:
     """Run the command in this process, which was forked for it."""
-    from cli.main import run
+    from bimvox_cli.main import run
 
     os.setsid()
     os.environ |= {_MARK: mark, "TMPDIR": str(Path(folder) / "tmp"), "NO_COLOR": "1"}

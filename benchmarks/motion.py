@@ -14,15 +14,15 @@ from pathlib import Path
 
 import numpy as np
 
+from bimvox.motion.swing import pendulum_of
+from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
-from bimvox.planning.lift import LiftPlan, Status
 from bimvox.planning.planner import plan_lifts
+from bimvox.proof.motion import verify_motions
+from bimvox.proof.swing import swung_parts
+from bimvox.records.lift import LiftPlan, Status
+from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site, SwingRule
-from bimvox.trajectory.motion import LiftMotion
-from bimvox.trajectory.swing import pendulum_of
-from bimvox.trajectory.time_plan import time_plan
-from bimvox.trajectory.verify import verify_motions
-from bimvox.trajectory.verify_swing import swung_parts
 
 SAMPLES = Path(__file__).parents[1] / "sample_models"
 MODELS = ("paper.ifc", "frame.ifc", "prefab.ifc", "yard.glb")
@@ -30,9 +30,9 @@ MODELS = ("paper.ifc", "frame.ifc", "prefab.ifc", "yard.glb")
 
 def site_of(model: Path, folder: Path) -> Site:
     """Return the site that ``bimvox init`` makes of a model."""
-    from pipeline.load_site import load_site
-    from pipeline.progress import SilentProgress
-    from pipeline.site import init
+    from bimvox_pipeline.load_site import load_site
+    from bimvox_pipeline.progress import SilentProgress
+    from bimvox_pipeline.site import init
 
     file = folder / f"{model.name}.site.toml"
     init(model, file, progress=SilentProgress())

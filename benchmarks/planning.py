@@ -25,8 +25,9 @@ class NarrowPhase:
     """Counts the CPU time spent with true triangles while planning."""
 
     def __init__(self) -> None:
-        from bimvox.planning import insertion, relations
-        from bimvox.planning.contact import Contacts
+        from bimvox.planning import insertion
+        from bimvox.planning.contact.pairs import Contacts
+        from bimvox.planning.order import relations
 
         self.cpu_s = 0.0
         self._inside = False
@@ -55,12 +56,13 @@ class NarrowPhase:
 
 def row(name: str, site_file: Path, narrow: NarrowPhase) -> str:
     """Plan a site both ways and return its row of the table."""
+    from bimvox_pipeline.load_site import load_site
+    from bimvox_pipeline.progress import SilentProgress
+
     from bimvox.planning.assembly import Preparation, prepare
+    from bimvox.planning.order.sequence import Sequencer
     from bimvox.planning.planner import plan_lifts
-    from bimvox.planning.sequence import Sequencer
     from bimvox.planning.yard import allocate_yard
-    from pipeline.load_site import load_site
-    from pipeline.progress import SilentProgress
 
     site = load_site(site_file, SilentProgress()).site
     prepare(site)  # the kernels are compiled, or loaded
@@ -79,8 +81,8 @@ def row(name: str, site_file: Path, narrow: NarrowPhase) -> str:
 
 def crane_hours(site: Any, preparation: Any, plan: Any) -> tuple[int, float, float]:
     """Planned lifts, crane hours, and hours in which the crane moves."""
+    from bimvox.motion.time_plan import time_plan
     from bimvox.planning.assembly import replay
-    from bimvox.trajectory.time_plan import time_plan
 
     motions = time_plan(plan, replay(site, preparation, plan))
     driven_ns = sum(p.end_ns - p.start_ns for m in motions for p in m.phases if p.name.value in _DRIVEN)
@@ -89,8 +91,8 @@ def crane_hours(site: Any, preparation: Any, plan: Any) -> tuple[int, float, flo
 
 def main() -> None:
     """Print the table."""
-    from pipeline.progress import SilentProgress
-    from pipeline.site import init
+    from bimvox_pipeline.progress import SilentProgress
+    from bimvox_pipeline.site import init
 
     narrow = NarrowPhase()
     print("| model | lifts | plain: crane / moving | chosen: crane / moving | moving saved | narrow phase |")

@@ -38,7 +38,7 @@ def large_plan():
     from bimvox.grid.frame import GridFrame
     from bimvox.grid.labels import Label
     from bimvox.log.track import nominal_track
-    from bimvox.planning.lift import Lift, Method, Status, YardPlace
+    from bimvox.records.lift import Lift, Method, Status, YardPlace
     from bimvox.site.component import Component, StoredPose
     from bimvox.site.shape import shape_of
     from bimvox.site.site import Blocker, Rules, Site
@@ -125,10 +125,9 @@ def page_of_log(log: Path) -> tuple[int, float]:
     import shutil
     import tempfile
 
+    from bimvox_pipeline.progress import SilentProgress
+    from bimvox_pipeline.render.render import render
     from playwright.sync_api import sync_playwright
-
-    from pipeline.progress import SilentProgress
-    from pipeline.render import render
 
     browser = os.environ.get("BIMVOX_BROWSER") or shutil.which("chromium") or shutil.which("google-chrome")
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
@@ -161,13 +160,13 @@ def main() -> None:
     parser.add_argument("--log", type=Path, help="measure this log instead")
     arguments = parser.parse_args()
     wall, cpu = time.perf_counter(), time.process_time()
-    from bimvox.render.film import FilmOptions, write_film
-    from bimvox.render.film_scene import Film
-    from bimvox.render.pace import frame_times_ns
+    from bimvox.render.film.film import FilmOptions, write_film
+    from bimvox.render.film.pace import frame_times_ns
+    from bimvox.render.film.scene import Film
     from bimvox.render.picture import PictureOptions
-    from bimvox.render.plan_scene import scene_of_plan
     from bimvox.render.png import png_of
-    from bimvox.render.site_scene import view_of_site
+    from bimvox.render.scene.plan import scene_of_plan
+    from bimvox.render.scene.site import view_of_site
 
     site, lifts, motions, tracks = plan_of_log(arguments.log) if arguments.log else large_plan()
     made = (time.perf_counter() - wall, time.process_time() - cpu)

@@ -79,7 +79,7 @@ class Watch:
             *more,
         ]
         self.process = subprocess.Popen(
-            [sys.executable, "-c", "from cli.main import run; run()", *command],
+            [sys.executable, "-c", "from bimvox_cli.main import run; run()", *command],
             cwd=folder,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -151,8 +151,8 @@ class Soak:
     """
 
     def __init__(self, folder: Path, seed: int, more: tuple[str, ...] = (), site: Path | None = None) -> None:
-        from pipeline.progress import SilentProgress
-        from pipeline.site import init
+        from bimvox_pipeline.progress import SilentProgress
+        from bimvox_pipeline.site import init
 
         self.folder, self.file = folder, folder / "obstructions.json"
         if site is None:
@@ -269,12 +269,13 @@ class Soak:
 
     def check(self, when: str) -> None:
         """Prove the newest plan on disk, compare it with what was told, and remove segments that are not needed."""
+        from bimvox_pipeline.load_site import load_obstructions, rasterise
+        from bimvox_pipeline.watch.log import segments_on_disk
+
         from bimvox.log.reader import read_log
         from bimvox.log.segments import pending_of
+        from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
         from bimvox.site.build import with_obstructions
-        from bimvox.trajectory.over_time import verify_motions_over_time, verify_plan_over_time
-        from pipeline.load_site import load_obstructions, rasterise
-        from pipeline.watch_log import segments_on_disk
 
         log = self._newest()
         if pending_of(log):
@@ -332,9 +333,10 @@ class Soak:
         time.sleep(0.2)
 
     def _newest(self) -> Any:
+        from bimvox_pipeline.progress import SilentProgress
+        from bimvox_pipeline.watch.log import read_newest
+
         from bimvox.log.reader import read_log
-        from pipeline.progress import SilentProgress
-        from pipeline.watch_log import read_newest
 
         fixed = read_log(self.folder / LOG).plan.site.fixed_digest
         found = read_newest(self.folder / LOG, fixed, SilentProgress())

@@ -89,11 +89,11 @@ def _measured(name: str, scratch: Path, options: argparse.Namespace) -> dict[str
 
 def watcher_for(site: Path, scratch: Path, log: Path, search_only: bool) -> tuple[Any, Path]:
     """Return a watcher of a file in the scratch folder."""
-    from pipeline.load_site import load_site
-    from pipeline.plan import policy_of, prepared
-    from pipeline.policy_choice import NO_POLICY
-    from pipeline.progress import SilentProgress
-    from pipeline.watch import Watcher
+    from bimvox_pipeline.load_site import load_site
+    from bimvox_pipeline.plan import policy_of, prepared
+    from bimvox_pipeline.policy.choice import NO_POLICY
+    from bimvox_pipeline.progress import SilentProgress
+    from bimvox_pipeline.watch.watch import Watcher
 
     quiet = SilentProgress()
     loaded = load_site(site, quiet)
@@ -106,7 +106,7 @@ def watcher_for(site: Path, scratch: Path, log: Path, search_only: bool) -> tupl
 
 
 def _follow(watcher: Any, stop: threading.Event, said: queue.Queue[dict[str, Any]]) -> None:
-    from pipeline.watch import follow
+    from bimvox_pipeline.watch.watch import follow
 
     for document in follow(watcher, once=False, poll_s=None, stop=stop):
         said.put(document | {"heard_s": time.monotonic(), "used_s": _used_s()})
@@ -190,7 +190,7 @@ def histogram(found: list[dict[str, Any]]) -> list[str]:
 
 def update_table_text() -> str:
     """Return what the summed-area table of 200 x 200 x 60 cells costs, made anew and brought up to date."""
-    from bimvox.grid.occupancy import summed_area_table, top_of_columns, update_table
+    from bimvox.grid.summed_area import summed_area_table, top_of_columns, update_table
 
     counts = (np.random.default_rng(0).random((200, 200, 60)) < 0.05).astype(np.uint16)
     table, top = summed_area_table(counts > 0), top_of_columns(counts > 0)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from bimvox.planning.lift import LiftPlan
+    from bimvox.records.lift import LiftPlan
 
 MOST = 4
 """Obstructions at once."""

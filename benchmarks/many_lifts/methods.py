@@ -34,8 +34,9 @@ class Result:
 
 def policy(problems: Problems, count: int) -> Result:
     """Our network, all lifts in one roll-out."""
+    from bimvox_pipeline.policy.store import general_network
+
     from bimvox.planning.rollout import roll_out_all
-    from pipeline.policies import general_network
 
     network = general_network()
     lifts = problems.lifts[:count]

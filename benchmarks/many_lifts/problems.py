@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.env.problem import LiftProblem, lift_problem
-from bimvox.grid.occupancy import summed_area_table
-from bimvox.site.clearance import NOTHING_CLEARED, Clearance
+from bimvox.grid.summed_area import summed_area_table
+from bimvox.site.collision import NOTHING_CLEARED, Clearance
 
 SHAPE = (200, 200, 60)
 BOXES = 150

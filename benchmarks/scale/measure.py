@@ -13,7 +13,7 @@ from typing import Any
 
 from benchmarks.scale.building import write_site
 
-_PLAN = "import sys; from cli.main import run; sys.exit(run())"
+_PLAN = "import sys; from bimvox_cli.main import run; sys.exit(run())"
 
 STAGES = {
     "read": ("open", "geometry", "elements"),

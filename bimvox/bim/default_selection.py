@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from bimvox.bim.building import Element, Role
-from bimvox.bim.ifc_roles import UNKNOWN
+from bimvox.bim.ifc.roles import UNKNOWN
 
 HAND_CARRIED_KG = 5.0
 """A part lighter than this is no crane lift, unless every part is (a model at toy scale)."""

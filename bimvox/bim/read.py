@@ -6,9 +6,9 @@ import hashlib
 from pathlib import Path
 
 from bimvox.bim.building import Building
-from bimvox.bim.ifc_geometry import GeometryPool
+from bimvox.bim.ifc.geometry import GeometryPool
+from bimvox.bim.ifc.step_file import check_frame, step_bytes
 from bimvox.bim.options import Progress, ReadOptions
-from bimvox.bim.step_file import check_frame, step_bytes
 from bimvox.errors import FileError, InputError
 
 __all__ = ["IFC_SUFFIXES", "MESH_SUFFIXES", "Progress", "ReadOptions", "read_building"]
@@ -43,10 +43,10 @@ def read_building(path: Path, options: ReadOptions | None = None, progress: Prog
         check_frame(path, step_bytes(path, data))
         # The worker imports IfcOpenShell and opens the file while this process does the same.
         with GeometryPool(path, timeout_s=options.timeout_s, processes=options.processes) as pool:
-            from bimvox.bim.ifc_reader import read_ifc
+            from bimvox.bim.ifc.reader import read_ifc
 
             return read_ifc(path, data, digest, options, report, pool)
-    from bimvox.bim.mesh_file import read_mesh_file
+    from bimvox.bim.mesh.file import read_mesh_file
 
     return read_mesh_file(path, data, digest, options, report)
 

@@ -18,13 +18,13 @@ from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.dynamics import has_arrived, transition
 from bimvox.env.guard import CALM, guarded_action
 from bimvox.env.limits import StepLimit, steps_allowed
+from bimvox.env.observation import TRAIL_STEPS, VIEW_SIZE, look
 from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance, pooled_distance
 from bimvox.env.problem import LiftProblem, is_learnable
 from bimvox.env.reward import REWARDS, RewardWeights, reward
 from bimvox.env.starts import TRAINING_MIX, StartMix, draw_start, random_unit
 from bimvox.env.state import LiftState, initial_state
-from bimvox.env.view import TRAIL_STEPS, VIEW_SIZE, look
-from bimvox.site.clearance import Clearance
+from bimvox.site.collision import Clearance
 
 MEMORY = TRAIL_STEPS[-1] + 1
 """Reference cells that a lift of a batch remembers: as far back as its view does."""

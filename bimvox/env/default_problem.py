@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from bimvox.env.problem import LiftProblem, training_problem
-from bimvox.grid.occupancy import summed_area_table
-from bimvox.site.clearance import NOTHING_CLEARED, Clearance
+from bimvox.grid.summed_area import summed_area_table
+from bimvox.site.collision import NOTHING_CLEARED, Clearance
 from bimvox.site.component import IntVec
 
 SITE_SHAPE: IntVec = (15, 15, 6)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.env.actions import ACTION_COUNT, MOVES
-from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.site.collision import Clearance, placement_is_free
 
 UNREACHABLE = -1
 """Entry of a distance field from which the target cannot be reached."""

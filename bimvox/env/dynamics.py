@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import MOVES
 from bimvox.env.state import LiftState
-from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.site.collision import Clearance, placement_is_free
 
 
 @leaf_kernel

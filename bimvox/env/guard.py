@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import ACTION_COUNT, MOVES
 from bimvox.env.state import NO_ACTION
-from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.site.collision import Clearance, placement_is_free
 
 VISIT_COST = 10.0
 """Against a move, per earlier visit of the cell that it leads to; values of actions differ by less than one."""

@@ -16,7 +16,7 @@ PREFAB_ENV_IDS: dict[str, str] = {
     "bimvox/PrefabSiteObstructed-v0": "obstructed",
     "bimvox/PrefabFrame-v0": "frame",
 }
-"""The ids of construction sites, each with the key of its site in ``bimvox.env.prefab.presets.PRESETS``."""
+"""The ids of construction sites, each with the key of its site in ``bimvox.paper.env.presets.PRESETS``."""
 
 LIFT_ENV_ID = "bimvox/Lift-v0"
 
@@ -27,8 +27,8 @@ def register() -> None:
         if env_id not in gymnasium.registry:
             gymnasium.register(
                 env_id,
-                entry_point="bimvox.render.prefab_env:DrawnPrefabSiteEnv",
-                vector_entry_point="bimvox.render.prefab_env:DrawnPrefabVectorEnv",
+                entry_point="bimvox.paper.render.environments:DrawnPrefabSiteEnv",
+                vector_entry_point="bimvox.paper.render.environments:DrawnPrefabVectorEnv",
                 kwargs={"site": site},
             )
     if LIFT_ENV_ID not in gymnasium.registry:

@@ -16,13 +16,13 @@ from bimvox.env.dynamics import has_arrived, transition
 from bimvox.env.gym import LIFT_ENV_ID as ENV_ID
 from bimvox.env.gym import register
 from bimvox.env.limits import StepLimit, steps_allowed
+from bimvox.env.observation import VIEW_SIZE, look
 from bimvox.env.pool import pool_of
 from bimvox.env.problem import LiftProblem, is_learnable
 from bimvox.env.reward import REWARDS, reward
 from bimvox.env.starts import YARD_ONLY, StartMix, draw_start
 from bimvox.env.state import NO_ACTION, LiftState, initial_state
-from bimvox.env.view import VIEW_SIZE, look
-from bimvox.site.clearance import placement_is_free
+from bimvox.site.collision import placement_is_free
 
 __all__ = ["ENV_ID", "LiftEnv", "register"]
 

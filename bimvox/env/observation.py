@@ -1,16 +1,24 @@
-"""What the policy sees: an egocentric occupancy pyramid, the way to the goal, the last action.
+"""What the policy sees: one vector of fixed size for any site, any component, with or without a hoist rope.
 
-The pyramid is a window of ``WINDOW`` cells about the component on each of four levels (scale 1, 2, 4, 8):
+All of it comes from the summed-area table and the map of the hook; nothing from the distance field, which is the
+teacher's. Offsets, windows and actions are in the frame of :mod:`bimvox.env.frame`. In order:
 
-* scale 1: whether the component may be at each neighbouring placement, by the one rule of collision
-  (:func:`bimvox.site.clearance.placement_is_free`): 0 free, 1 blocked;
-* scale s: one cell stands for the block of placements s * (i, j, k) +- s/2. 0: nothing in the box that the component
-  sweeps over the whole block, so all of it is free. 1: something in the box that it fills wherever in the block it is,
-  or the hook may not be at the block's centre. Between: the share of the swept box that is filled, lifted above
-  ``PARTLY`` so that a thin wall shows. Outside the site counts as filled. All from the summed-area table.
-
-Its size does not depend on the site's, nor on the component's: one network serves every lift. Nothing in it comes from
-the distance field: that is the teacher's.
+* **about the component**: whether each placement of a window of 9 x 9 x 5 is free (0) or blocked (1), then a window of
+  7 x 7 x 5 cells on each of five coarser levels. A cell of scale s stands for the block of placements around
+  s * (i, j, k), up to s / 2 away: 0 all of them are free, 1 all are blocked, or the hook may not be at the middle one;
+  between: some are, the more the higher, by five of the block's placements and the share of the swept box that is
+  filled. Outside the site counts as filled;
+* **clear heights**: for each column of these windows, how much higher (or lower) the component must hang so that
+  nothing is in its way at the column's block nor above it, signed logarithm; 1 where no height will do, also because
+  the hook may not be that high there (limiters, the jib of a luffing crane);
+* **about the target**: the same two, smaller and on four levels: from which side the target can be entered;
+* **the way to the target**: signs, clipped offset, logarithm of the offset, shares, logarithm of the whole;
+* **the component and the hook**: extent, height above the bottom and below the top of the site or
+  of what the hook may, whether the hook line
+  must be free (rope);
+* **how it came here**: the last action, how often each neighbouring cell was visited (the loop guard's memory), and the
+  way made in the last 8, 32 and 128 steps: a component that is on its way around something keeps to it;
+* **the frame**: not for the network, but to bring its values back (:func:`bimvox.env.frame.frame_of`).
 """
 
 from __future__ import annotations
@@ -20,67 +28,154 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import ACTION_COUNT
+from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT, frame_of, from_frame, to_frame
+from bimvox.env.guard import visits_around
 from bimvox.env.state import LiftState
-from bimvox.grid.occupancy import box_sum
-from bimvox.site.clearance import Clearance, hook_is_free, placement_is_free
+from bimvox.env.window import GOAL_SIZE as WAY_SIZE
+from bimvox.env.window import LOG_FARTHEST, bounding_box, write_goal
+from bimvox.grid.summed_area import box_sum
+from bimvox.site.collision import Clearance, hook_is_free, placement_is_free
 
 WINDOW = (7, 7, 5)
-"""Cells of the window along x, y, z; odd, so that the component is in the middle."""
+"""Cells of the window about the component; odd, so that it is in the middle."""
 
-SCALES = (1, 2, 4, 8)
-"""Cells of the site per cell of the window, one level each."""
+NEAREST_WINDOW = (9, 9, 5)
+"""The same on the first level."""
 
-PARTLY = 0.25
-"""Least value of a coarse cell whose placements are neither surely free nor surely blocked."""
+LEVELS = ((2, 2), (4, 4), (8, 8), (16, 12), (32, 16))
+"""Cells of the site per cell of the window on each further level, horizontally and vertically."""
 
-GOAL_SIZE = 12
-"""Per axis: sign, offset clipped at four cells, logarithm of the offset, share of the Manhattan distance."""
+TARGET_WINDOW = (5, 5, 5)
+TARGET_LEVELS = ((1, 1), (2, 2), (4, 4), (8, 8))
 
-WINDOW_SIZE = WINDOW[0] * WINDOW[1] * WINDOW[2]
-OBSERVATION_SIZE = WINDOW_SIZE * len(SCALES) + GOAL_SIZE + ACTION_COUNT
-OBSERVATION_NAME = f"pyramid-{WINDOW[0]}x{WINDOW[1]}x{WINDOW[2]}-{'-'.join(str(s) for s in SCALES)}-v1"
-"""Names layout and meaning of the vector; a stored policy fits only the observation that it was trained on."""
+TRAIL_STEPS = (8, 32, 128)
+"""How many steps back the view remembers where it was."""
 
-LOG_FARTHEST = float(np.log(1024.0))
+MOST_VISITS = 4
+"""Above that, visits of a neighbouring cell are not told apart."""
+
+PARTLY = 0.2
+"""Least value of a coarse cell that is neither surely free nor surely blocked."""
+
+WIDEST_WINDOW_VOX = WINDOW[0] * LEVELS[-1][0]
+"""What the widest level spans, cells: 224."""
+
+GOAL_SIZE = WAY_SIZE + 1
+BODY_SIZE = 6
+TRAIL_SIZE = 3 * len(TRAIL_STEPS)
+
+NEAREST_SIZE = NEAREST_WINDOW[0] * NEAREST_WINDOW[1] * (NEAREST_WINDOW[2] + 1)
+WINDOW_SIZE = WINDOW[0] * WINDOW[1] * (WINDOW[2] + 1)
+"""Entries of one level, its clear heights included."""
+
+TARGET_WINDOW_SIZE = TARGET_WINDOW[0] * TARGET_WINDOW[1] * (TARGET_WINDOW[2] + 1)
+GOAL_START = NEAREST_SIZE + WINDOW_SIZE * len(LEVELS) + TARGET_WINDOW_SIZE * len(TARGET_LEVELS)
+INPUT_SIZE = GOAL_START + GOAL_SIZE + BODY_SIZE + 2 * ACTION_COUNT + TRAIL_SIZE
+"""Entries that the network takes in: all but the frame."""
+
+VIEW_SIZE = INPUT_SIZE + 1
+VIEW_NAME = "framed-pyramid-7x7x5-1-32-target-5x5x5-1-8-v1"
+"""Names layout and meaning of the vector; a stored policy fits only the view that it was trained on."""
+
+_LOG_HIGHEST = float(np.log(129.0))
+
+_ABOUT = (NEAREST_WINDOW[0] // 2 * NEAREST_WINDOW[1] + NEAREST_WINDOW[1] // 2) * NEAREST_WINDOW[2] + NEAREST_WINDOW[
+    2
+] // 2
+NEIGHBOURS: tuple[int, ...] = (
+    _ABOUT + NEAREST_WINDOW[2],
+    _ABOUT - NEAREST_WINDOW[2],
+    _ABOUT - NEAREST_WINDOW[1] * NEAREST_WINDOW[2],
+    _ABOUT + NEAREST_WINDOW[1] * NEAREST_WINDOW[2],
+    _ABOUT + 1,
+    _ABOUT - 1,
+)
+"""Entry that tells whether each of the frame's actions is blocked, in the order of ``Action``."""
 
 
 @leaf_kernel
-def observe(clearance: Clearance, target: NDArray[np.int32], state: LiftState, out: NDArray[np.float32]) -> None:
-    """Write the observation of one lift.
+def look(
+    clearance: Clearance,
+    target: NDArray[np.int32],
+    state: LiftState,
+    cells: NDArray[np.int32],
+    out: NDArray[np.float32],
+) -> None:
+    """Write the view of one lift.
 
     Args:
         clearance: What decides whether a placement is free.
         target: (3,) int32 reference cell of the target.
         state: Where the component is.
-        out: (OBSERVATION_SIZE,) float32, overwritten; every entry in [-1, 1].
+        cells: (M, 3) int32 reference cells visited; step s is in row s % M, M above the longest of ``TRAIL_STEPS``.
+        out: (VIEW_SIZE,) float32, overwritten; every entry in [-1, 1].
     """
     x, y, z = state.x, state.y, state.z
+    dx, dy, dz = target[0] - x, target[1] - y, target[2] - z
+    frame = frame_of(dx, dy)
     low, high = bounding_box(clearance.boxes)
     n = 0
-    for scale in SCALES:
-        for i in range(-(WINDOW[0] // 2), WINDOW[0] // 2 + 1):
-            for j in range(-(WINDOW[1] // 2), WINDOW[1] // 2 + 1):
-                for k in range(-(WINDOW[2] // 2), WINDOW[2] // 2 + 1):
-                    u, v, w = x + scale * i, y + scale * j, z + scale * k
-                    if scale == 1:
-                        out[n] = 0.0 if placement_is_free(clearance, u, v, w) else 1.0
-                    else:
-                        out[n] = _block_filled(clearance, low, high, u, v, w, scale // 2)
-                    n += 1
-    write_goal(target[0] - x, target[1] - y, target[2] - z, out[n : n + GOAL_SIZE])
+    n = _write_level(clearance, low, high, frame, x, y, z, NEAREST_WINDOW, 1, 1, out, n)
+    for scale, rise in LEVELS:
+        n = _write_level(clearance, low, high, frame, x, y, z, WINDOW, scale, rise, out, n)
+    for scale, rise in TARGET_LEVELS:
+        n = _write_level(
+            clearance, low, high, frame, target[0], target[1], target[2], TARGET_WINDOW, scale, rise, out, n
+        )
+    u, v = to_frame(frame, dx, dy)
+    write_goal(u, v, dz, out[n : n + WAY_SIZE])
+    out[n + WAY_SIZE] = min(1.0, np.log(1.0 + abs(u) + abs(v) + abs(dz)) / LOG_FARTHEST)
     n += GOAL_SIZE
+    n = _write_body(clearance, low, high, frame, x, y, z, out, n)
     for action in range(ACTION_COUNT):
-        out[n + action] = 1.0 if state.last_action == action else 0.0
+        out[n + action] = 0.0
+    if state.last_action >= 0:
+        out[n + FRAME_ACTIONS[frame, state.last_action]] = 1.0
+    n += ACTION_COUNT
+    visits = visits_around(cells, state.steps, x, y, z)
+    for action in range(ACTION_COUNT):
+        out[n + FRAME_ACTIONS[frame, action]] = min(visits[action], MOST_VISITS) / MOST_VISITS
+    n += ACTION_COUNT
+    for t in range(len(TRAIL_STEPS)):
+        row = max(0, state.steps - TRAIL_STEPS[t]) % cells.shape[0]
+        u, v = to_frame(frame, x - cells[row, 0], y - cells[row, 1])
+        for way in (u, v, z - cells[row, 2]):
+            out[n] = max(-1.0, min(1.0, way / TRAIL_STEPS[t]))
+            n += 1
+    out[n] = frame / (FRAME_COUNT - 1)
 
 
 @leaf_kernel
-def bounding_box(boxes: NDArray[np.int32]) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
-    """Return the lowest and highest corner of a shape's boxes, relative to its reference cell."""
-    x0, y0, z0, x1, y1, z1 = boxes[0, 0], boxes[0, 1], boxes[0, 2], boxes[0, 3], boxes[0, 4], boxes[0, 5]
-    for b in range(1, boxes.shape[0]):
-        x0, y0, z0 = min(x0, boxes[b, 0]), min(y0, boxes[b, 1]), min(z0, boxes[b, 2])
-        x1, y1, z1 = max(x1, boxes[b, 3]), max(y1, boxes[b, 4]), max(z1, boxes[b, 5])
-    return (x0, y0, z0), (x1, y1, z1)
+def _write_level(
+    clearance: Clearance,
+    low: tuple[int, int, int],
+    high: tuple[int, int, int],
+    frame: int,
+    x: int,
+    y: int,
+    z: int,
+    window: tuple[int, int, int],
+    scale: int,
+    rise: int,
+    out: NDArray[np.float32],
+    n: int,
+) -> int:
+    """Write one level about (x, y, z) and return where the next begins."""
+    heights = n + window[0] * window[1] * window[2]
+    for i in range(-(window[0] // 2), window[0] // 2 + 1):
+        for j in range(-(window[1] // 2), window[1] // 2 + 1):
+            a, b = from_frame(frame, scale * i, scale * j)
+            for k in range(-(window[2] // 2), window[2] // 2 + 1):
+                if scale == 1:
+                    out[n] = 0.0 if placement_is_free(clearance, x + a, y + b, z + k) else 1.0
+                else:
+                    out[n] = _block_filled(
+                        clearance, low, high, frame, x + a, y + b, z + rise * k, scale // 2, rise // 2
+                    )
+                n += 1
+            out[heights] = _clear_height(clearance, low, high, x + a, y + b, z, scale // 2)
+            heights += 1
+    return heights
 
 
 @leaf_kernel
@@ -88,12 +183,14 @@ def _block_filled(
     clearance: Clearance,
     low: tuple[int, int, int],
     high: tuple[int, int, int],
+    frame: int,
     x: int,
     y: int,
     z: int,
     reach: int,
+    reach_z: int,
 ) -> float:
-    """Return how blocked the placements within ``reach`` of (x, y, z) are: one cell of a coarse level."""
+    """Return how blocked the placements within reach of (x, y, z) are: one cell of a coarse level."""
     hook_x, hook_y = x + clearance.hook_offset[0], y + clearance.hook_offset[1]
     on_site = 0 <= hook_x < clearance.hook_floor.shape[0] and 0 <= hook_y < clearance.hook_floor.shape[1]
     # Beyond the border it is the share of filled cells that tells: a block may lie across it.
@@ -101,8 +198,8 @@ def _block_filled(
         return 1.0
     table = clearance.table
     nx, ny, nz = table.shape[0] - 1, table.shape[1] - 1, table.shape[2] - 1
-    x0, y0, z0 = x + low[0] - reach, y + low[1] - reach, z + low[2] - reach
-    x1, y1, z1 = x + high[0] + reach, y + high[1] + reach, z + high[2] + reach
+    x0, y0, z0 = x + low[0] - reach, y + low[1] - reach, z + low[2] - reach_z
+    x1, y1, z1 = x + high[0] + reach, y + high[1] + reach, z + high[2] + reach_z
     inside_x0, inside_y0, inside_z0 = max(x0, 0), max(y0, 0), max(z0, 0)
     inside_x1, inside_y1, inside_z1 = min(x1, nx), min(y1, ny), min(z1, nz)
     if inside_x0 >= inside_x1 or inside_y0 >= inside_y1 or inside_z0 >= inside_z1:
@@ -113,23 +210,86 @@ def _block_filled(
     filled += box_sum(table, inside_x0, inside_y0, inside_z0, inside_x1, inside_y1, inside_z1)
     if filled == 0:
         return 0.0
-    core_x0, core_y0, core_z0 = x0 + 2 * reach, y0 + 2 * reach, z0 + 2 * reach
-    core_x1, core_y1, core_z1 = x1 - 2 * reach, y1 - 2 * reach, z1 - 2 * reach
+    core_x0, core_y0, core_z0 = x0 + 2 * reach, y0 + 2 * reach, z0 + 2 * reach_z
+    core_x1, core_y1, core_z1 = x1 - 2 * reach, y1 - 2 * reach, z1 - 2 * reach_z
     if core_x0 < core_x1 and core_y0 < core_y1 and core_z0 < core_z1:
         if core_x0 < 0 or core_y0 < 0 or core_z0 < 0 or core_x1 > nx or core_y1 > ny or core_z1 > nz:
             return 1.0
-        if box_sum(table, core_x0, core_y0, core_z0, core_x1, core_y1, core_z1) != 0:
+        if clearance.boxes.shape[0] == 1 and box_sum(table, core_x0, core_y0, core_z0, core_x1, core_y1, core_z1) != 0:
             return 1.0
-    return float(PARTLY + (1.0 - PARTLY) * filled / volume)
+    h, hz = max(1, reach // 2), max(1, reach_z // 2)
+    blocked = 0
+    for u, v, w in ((0, 0, 0), (h, h, hz), (-h, -h, hz), (h, -h, -hz), (-h, h, -hz)):
+        a, b = from_frame(frame, u, v)
+        if not placement_is_free(clearance, x + a, y + b, z + w):
+            blocked += 1
+    return float(PARTLY + 0.1 * filled / volume + 0.13 * blocked)
 
 
 @leaf_kernel
-def write_goal(dx: int, dy: int, dz: int, out: NDArray[np.float32]) -> None:
-    """Write the way to the goal, ``GOAL_SIZE`` entries: precise when near, its order of magnitude when far."""
-    total = max(1, abs(dx) + abs(dy) + abs(dz))
-    for axis, d in enumerate((dx, dy, dz)):
-        sign = 1.0 if d > 0 else (-1.0 if d < 0 else 0.0)
-        out[axis] = sign
-        out[3 + axis] = max(-1.0, min(1.0, d / 4.0))
-        out[6 + axis] = sign * min(1.0, np.log(1.0 + abs(d)) / LOG_FARTHEST)
-        out[9 + axis] = d / total
+def _clear_height(
+    clearance: Clearance,
+    low: tuple[int, int, int],
+    high: tuple[int, int, int],
+    x: int,
+    y: int,
+    z: int,
+    reach: int,
+) -> float:
+    """Return how much higher than z the component hangs clear of the block's columns all the way up: 1 nowhere."""
+    table = clearance.table
+    nx, ny, nz = table.shape[0] - 1, table.shape[1] - 1, table.shape[2] - 1
+    x0, y0 = max(0, x + low[0] - reach), max(0, y + low[1] - reach)
+    x1, y1 = min(nx, x + high[0] + reach), min(ny, y + high[1] + reach)
+    hook_x, hook_y = x + clearance.hook_offset[0], y + clearance.hook_offset[1]
+    outside = x + low[0] < 0 or y + low[1] < 0 or x + high[0] > nx or y + high[1] > ny
+    if outside or hook_x < 0 or hook_y < 0 or hook_x >= nx or hook_y >= ny:
+        return 1.0
+    highest = _highest(clearance, high, hook_x, hook_y)
+    lowest = max(-low[2], clearance.hook_floor[hook_x, hook_y] - clearance.hook_offset[2])
+    if lowest > highest or box_sum(table, x0, y0, highest + low[2], x1, y1, nz) != 0:
+        return 1.0
+    top = highest
+    while lowest < top:
+        middle = (lowest + top) // 2
+        if box_sum(table, x0, y0, middle + low[2], x1, y1, nz) == 0:
+            top = middle
+        else:
+            lowest = middle + 1
+    climb = top - z
+    size = 0.9 * min(1.0, np.log(1.0 + abs(climb)) / _LOG_HIGHEST)
+    return float(size if climb > 0 else -size)
+
+
+@leaf_kernel
+def _highest(clearance: Clearance, high: tuple[int, int, int], hook_x: int, hook_y: int) -> int:
+    """Return the highest reference cell of the component with its hook over a column: the site's top, or the hook's."""
+    highest = clearance.table.shape[2] - 1 - high[2]
+    if clearance.hook_ceiling.size > 0:
+        highest = min(highest, clearance.hook_ceiling[hook_x, hook_y] - clearance.hook_offset[2])
+    return int(highest)
+
+
+@leaf_kernel
+def _write_body(
+    clearance: Clearance,
+    low: tuple[int, int, int],
+    high: tuple[int, int, int],
+    frame: int,
+    x: int,
+    y: int,
+    z: int,
+    out: NDArray[np.float32],
+    n: int,
+) -> int:
+    """Write the component's extent, its height on the site, and whether a rope hangs above it."""
+    u, v = to_frame(frame & 4, high[0] - low[0], high[1] - low[1])
+    hook_x, hook_y = x + clearance.hook_offset[0], y + clearance.hook_offset[1]
+    nx, ny = clearance.hook_floor.shape
+    on_site = 0 <= hook_x < nx and 0 <= hook_y < ny
+    above = (_highest(clearance, high, hook_x, hook_y) if on_site else clearance.table.shape[2] - 1 - high[2]) - z
+    for size in (u, v, high[2] - low[2], z + low[2], above):
+        out[n] = min(1.0, np.log(1.0 + max(0, size)) / _LOG_HIGHEST)
+        n += 1
+    out[n] = 1.0 if on_site and clearance.hook_floor[hook_x, hook_y] > 0 else 0.0
+    return n + 1

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.env.problem import LiftProblem
-from bimvox.site.clearance import Clearance
+from bimvox.site.collision import Clearance
 
 S = TypeVar("S", bound=np.generic)
 

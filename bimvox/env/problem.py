@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.env.distance import UNREACHABLE, distance_field
-from bimvox.site.clearance import Clearance
+from bimvox.site.collision import Clearance
 from bimvox.site.component import IntVec
 
 S = TypeVar("S", bound=np.generic)

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.log.form import Form
-from bimvox.log.messages import stamp
-from bimvox.log.rows import Rows
-from bimvox.trajectory.commands import PHASES, Commands
-from bimvox.trajectory.motion import PhaseName
+from bimvox.log.mcap.form import Form
+from bimvox.log.mcap.messages import stamp
+from bimvox.log.mcap.rows import Rows
+from bimvox.motion.commands import PHASES, Commands
+from bimvox.records.motion import PhaseName
 
 PACKAGE = "bimvox"
 MESSAGE = "CraneCommand"

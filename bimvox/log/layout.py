@@ -13,7 +13,7 @@ import numpy as np
 
 from bimvox.crane.kinematics import joint_names
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.log import topics
+from bimvox.log import schema as topics
 from bimvox.site.site import Site
 
 SCENE_PANEL = "3D!scene"

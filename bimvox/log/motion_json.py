@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from bimvox.errors import LogFileError
 from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, encode
 from bimvox.log.plan_json import lines_of
+from bimvox.records.motion import LiftMotion, Phase
+from bimvox.records.trajectory import Trajectory
 from bimvox.site.sparse import SPARSE
-from bimvox.trajectory.motion import LiftMotion, Phase
-from bimvox.trajectory.trajectory import Trajectory
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,11 +8,11 @@ from typing import Any
 from foxglove_schemas_protobuf.Event_pb2 import Event
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
-from bimvox.log import topics
-from bimvox.log.messages import pairs, stamp
+from bimvox.log import schema as topics
+from bimvox.log.mcap.messages import pairs, stamp
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.track import LoadTrack
-from bimvox.planning.lift import Status
+from bimvox.records.lift import Status
 from bimvox.site.component import Component
 from bimvox.site.site import Site, SwingRule
 

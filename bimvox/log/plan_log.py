@@ -6,8 +6,8 @@ import dataclasses
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
-from bimvox.planning.lift import Lift, LiftPlan, Status
-from bimvox.trajectory.motion import LiftMotion
+from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.motion import LiftMotion
 
 
 @dataclass(frozen=True, slots=True)

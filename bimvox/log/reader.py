@@ -15,18 +15,18 @@ from numpy.typing import NDArray
 from bimvox.crane.kinematics import axes_of_joints, joint_names
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import LogFileError
-from bimvox.log import topics
+from bimvox.log import schema as topics
 from bimvox.log.bundle import site_from_bytes
-from bimvox.log.container import Contents, LogMessage, read_contents, read_file
-from bimvox.log.messages import nanoseconds
+from bimvox.log.mcap.messages import nanoseconds
+from bimvox.log.mcap.reader import Contents, LogMessage, read_contents, read_file
 from bimvox.log.motion_json import JointSamples, motions_from_json
 from bimvox.log.narration import CRANE_FIELD, LIFT_EVENT, PHASE_EVENT
 from bimvox.log.plan_json import plan_from_json
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.segments import FIRST_PLAN
-from bimvox.planning.lift import Status
+from bimvox.records.lift import Status
+from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site
-from bimvox.trajectory.motion import LiftMotion
 
 # The rest of the log is for viewers: it follows from these and the attachments.
 _NEEDED = frozenset((topics.PLANNED, topics.JOINTS, topics.EVENTS))

@@ -21,27 +21,27 @@ from bimvox import __version__
 from bimvox.crane.kinematics import joint_names, joints_of
 from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError
-from bimvox.log import topics
+from bimvox.log import schema as topics
 from bimvox.log.bundle import site_to_bytes
-from bimvox.log.channels import LogWriter
 from bimvox.log.crane_command import command_rows
-from bimvox.log.form import Form
 from bimvox.log.layout import layout_bytes
-from bimvox.log.merge import Timed, merged
-from bimvox.log.messages import pose, stamp
+from bimvox.log.mcap.channels import LogWriter
+from bimvox.log.mcap.form import Form
+from bimvox.log.mcap.merge import Timed, merged
+from bimvox.log.mcap.messages import pose, stamp
+from bimvox.log.mcap.rows import Rows
 from bimvox.log.motion_json import motions_to_json
 from bimvox.log.narration import OWN_EVENTS, event_messages, log_messages
 from bimvox.log.plan_json import plan_to_json
 from bimvox.log.plan_log import PlanLog
-from bimvox.log.rows import Rows
 from bimvox.log.scene import scene_messages
 from bimvox.log.track import LoadTrack, crane_track, nominal_track
 from bimvox.log.transforms import CraneTransforms, load_transforms
 from bimvox.log.voxels import voxel_grid
-from bimvox.planning.lift import Lift
+from bimvox.motion.commands import commands
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site
-from bimvox.trajectory.commands import commands
-from bimvox.trajectory.motion import LiftMotion
 
 _BLOCK = 8
 """Lifts whose messages are held in memory at once."""

@@ -18,13 +18,13 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.boxes import boxes_of
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
-from bimvox.log import topics
+from bimvox.log import schema as topics
 from bimvox.log.colours import KIND_RGBA, STATE_RGBA, ConstructionState, Rgba
-from bimvox.log.messages import colour, pairs, pose, stamp, vector
+from bimvox.log.mcap.messages import colour, pairs, pose, stamp, vector
 from bimvox.log.track import LoadTrack
-from bimvox.planning.lift import Lift, Status
+from bimvox.records.lift import Lift, Status
+from bimvox.records.motion import LiftMotion
 from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Site
-from bimvox.trajectory.motion import LiftMotion
 
 States = Mapping[int, ConstructionState]
 """State of every component that can be seen, by its index; those not delivered yet are missing."""

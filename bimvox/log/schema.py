@@ -1,57 +1,203 @@
-"""What ``bimvox schema log`` prints: the layout of the log and the definition of its own message."""
+"""What is on which topic: the one table that the recorder, the reader and ``bimvox schema log`` use."""
 
 from __future__ import annotations
 
-from bimvox.log import topics
-from bimvox.log.crane_command import proto_text
-from bimvox.log.export import LIFT_COLUMNS, SAMPLE_COLUMNS
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
 
-_ATTACHMENTS = {
-    topics.SITE_FILE: "the whole site, so that the log can be proven from itself: zip of JSON and .npy",
-    topics.PLAN_FILE: "all lifts with status, method and place, clashes, notes",
-    topics.MOTION_FILE: "spans and phases of the motions (with a crane)",
-    topics.URDF_FILE: "the crane as a URDF robot (with a crane)",
-    topics.CHART_FILE: "capacity over radius (with a crane)",
-    topics.LAYOUT_FILE: "panels for Foxglove-class viewers: save it, and import it there",
-    "others": "the files that the plan was made from, by name",
+from foxglove_schemas_protobuf.Event_pb2 import Event
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from foxglove_schemas_protobuf.VoxelGrid_pb2 import VoxelGrid
+from mcap_protobuf.schema import build_file_descriptor_set
+
+from bimvox.log.crane_command import COMMAND as COMMAND
+from bimvox.log.crane_command import CraneCommandMessage, single_crane_descriptor
+
+SCHEMA_VERSION = 1
+"""Of the log as a whole; fields and topics are only ever added."""
+
+TF = "/tf"
+VOXELS = "/site/voxels"
+PLANNED = "/crane/path/planned"
+LOAD = "/crane/load/pose"
+JOINTS = "/crane/joint_states"
+SCENE = "/scene"
+LOG = "/log"
+EVENTS = "/events"
+
+OF_A_CRANE = (PLANNED, LOAD, JOINTS, COMMAND)
+"""Topics that every crane has for itself: further cranes' begin with ``/crane_2/``, ``/crane_3/`` ..."""
+MOST_CRANES = 9
+"""Cranes whose topics a damaged log is read for."""
+
+SITE_FILE = "site.bimvox.zip"
+PLAN_FILE = "plan.json"
+URDF_FILE = "crane.urdf"
+CHART_FILE = "load_chart.json"
+MOTION_FILE = "motions.json"
+LAYOUT_FILE = "foxglove.layout.json"
+MEDIA_TYPES = {
+    SITE_FILE: "application/zip",
+    PLAN_FILE: "application/json",
+    MOTION_FILE: "application/json",
+    URDF_FILE: "application/xml",
+    CHART_FILE: "application/json",
+    LAYOUT_FILE: "application/json",
+    **{f"crane_{n}.{URDF_FILE.removeprefix('crane.')}": "application/xml" for n in range(2, MOST_CRANES + 1)},
+    **{f"crane_{n}.{CHART_FILE}": "application/json" for n in range(2, MOST_CRANES + 1)},
 }
+OTHER_MEDIA_TYPE = "application/octet-stream"
+OWN_ATTACHMENTS = frozenset(MEDIA_TYPES)
+"""Attachments that the recorder makes; every other one is a file that the plan was made from."""
+
+METADATA = "bimvox"
+RECOVERED = "recovered"
+"""Metadata key of a log that was saved from a damaged one: some messages may be missing."""
+OWN_METADATA = frozenset(
+    (
+        "schema_version",
+        "bimvox",
+        "revision",
+        "site",
+        "site_digest",
+        "geometry_digest",
+        "model",
+        "model_sha256",
+        "voxel_size_m",
+        "origin_m",
+        "shape",
+        "site_to_ifc",
+        "path_pose",
+        "clock",
+        "extract",
+        RECOVERED,
+    )
+)
+"""Keys of the metadata record that the recorder fills in."""
 
 
-def log_schema() -> str:
-    """Return the text: a .proto file, the layout in its comments."""
-    lines = [
-        f"bimvox log, schema version {topics.SCHEMA_VERSION}",
-        "",
-        'MCAP, profile "", zstd chunks of 64 KiB. Times count from the start of the site\'s clock; log time equals',
-        "publish time and never falls on a topic. Frame `site`: metres, z up, z = 0 at the top of the ground.",
-        "",
-        "Topics:",
-        *(f"  {topic.name}  {topic.schema}\n      {topic.meaning}" for topic in topics.TOPICS),
-        "",
-        f"Metadata record `{topics.METADATA}`: {', '.join(sorted(topics.OWN_METADATA))};",
-        "and what the plan was made with (seed, policy, hashes of the input files).",
-        "",
-        "Attachments:",
-        *(f"  {name}  {meaning}" for name, meaning in _ATTACHMENTS.items()),
-        "",
-        "Columns of the CSV of samples (bimvox export --to csv):",
-        *(f"  {name}  {meaning}" for name, meaning in SAMPLE_COLUMNS.items()),
-        "",
-        "Columns of the CSV of lifts:",
-        *(f"  {name}  {meaning}" for name, meaning in LIFT_COLUMNS.items()),
-    ]
-    comment = "\n".join(f"// {line}".rstrip() for line in "\n".join(lines).split("\n"))
-    return f"{comment}\n\n{proto_text()}"
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """One topic of the log.
+
+    Attributes:
+        name: Its name.
+        message: Its protobuf class.
+        meaning: What is on it.
+    """
+
+    name: str
+    message: Any
+    meaning: str
+
+    @property
+    def schema(self) -> str:
+        """Full name of its protobuf message."""
+        return str(self.message.DESCRIPTOR.full_name)
+
+    @property
+    def descriptor_set(self) -> bytes:
+        """Its schema as MCAP wants it: a serialized FileDescriptorSet with all dependencies."""
+        return self.descriptor_set_for(several_cranes=True)
+
+    def descriptor_set_for(self, *, several_cranes: bool) -> bytes:
+        """Return the same for logs of one crane or of several: the former lack what only the latter use."""
+        found = build_file_descriptor_set(self.message)
+        if self.message is CraneCommandMessage and not several_cranes:
+            reduced = single_crane_descriptor()
+            for file in found.file:
+                if file.name == reduced.name:
+                    file.CopyFrom(reduced)
+        return bytes(found.SerializeToString(deterministic=True))
 
 
-def log_schema_json() -> dict[str, object]:
-    """Return the same as plain values."""
-    return {
-        "schema_version": topics.SCHEMA_VERSION,
-        "topics": [{"name": topic.name, "schema": topic.schema, "meaning": topic.meaning} for topic in topics.TOPICS],
-        "metadata": sorted(topics.OWN_METADATA),
-        "attachments": _ATTACHMENTS,
-        "csv_samples": SAMPLE_COLUMNS,
-        "csv_lifts": LIFT_COLUMNS,
-        "proto": proto_text(),
-    }
+TOPICS = (
+    Topic(
+        TF,
+        FrameTransforms,
+        "site -> crane_base -> jib -> trolley -> hook -> component/<id>, at every sample. A component's frame is in "
+        "the lowest corner of its reference cell, its axes along the site's. Without a crane: site -> component/<id>.",
+    ),
+    Topic(
+        VOXELS,
+        VoxelGrid,
+        "Labels of the site's cells, uint8 `label`, Z-Y-X order; components at their places in the building; empty "
+        "layers at the top left out.",
+    ),
+    Topic(
+        PLANNED,
+        PosesInFrame,
+        "One message a planned lift, at its start: the proven voxel path. Position: lowest corner of the component's "
+        "reference cell, site frame, metres; one unit move between neighbours.",
+    ),
+    Topic(
+        LOAD,
+        PoseInFrame,
+        "Where the load is while it hangs on the hook: lowest corner of its reference cell, site frame, metres; turned "
+        "only while a part stored lying is tipped up.",
+    ),
+    Topic(
+        JOINTS,
+        JointStates,
+        "`slewing` rad from the site's +x axis, counter-clockwise, unwrapped; `trolley` m from the slewing axis; "
+        "`hoist` m of rope below the jib. None without a crane.",
+    ),
+    Topic(COMMAND, CraneCommandMessage, "What the crane is told, at a set rate. None without a crane."),
+    Topic(
+        SCENE,
+        SceneUpdate,
+        "Everything as boxes, entity id = GlobalId (made unique where it is not), coloured by construction state, sent "
+        "again when the state changes: unbuilt orange, in transit blue, arrived green, assembled pink; obstructions "
+        "black, ground gray.",
+    ),
+    Topic(
+        LOG, Log, "What a reader should know: lifts as they begin, infeasible ones with their reason, clashes, notes."
+    ),
+    Topic(
+        EVENTS,
+        Event,
+        "Spans: `kind` = `lift` (a whole lift), `phase` (a part of it) and others, such as `replan`.",
+    ),
+)
+
+
+def of_crane(name: str, number: int) -> str:
+    """Return the topic, frame or file of a crane of that number in ``Site.cranes``, from that of the first one."""
+    if number == 0:
+        return name
+    if name.startswith("/crane/"):
+        return f"/crane_{number + 1}/{name.removeprefix('/crane/')}"
+    return f"crane_{number + 1}/{name}" if "." not in name else f"crane_{number + 1}.{name.removeprefix('crane.')}"
+
+
+def of_first_crane(name: str) -> str:
+    """Return the topic of the first crane that means the same as this one."""
+    if name.startswith("/crane_"):
+        number, _, rest = name.removeprefix("/crane_").partition("/")
+        if number.isdigit():
+            return f"/crane/{rest}"
+    return name
+
+
+def cranes_in(names: Iterable[str]) -> int:
+    """Return how many cranes a log has whose topics have these names."""
+    known = set(names)
+    further = (n for n in range(1, MOST_CRANES) if any(of_crane(name, n) in known for name in OF_A_CRANE))
+    return 1 + max(further, default=0)
+
+
+def topics_of(cranes: int) -> tuple[Topic, ...]:
+    """Return the topics of a log of a site with that many cranes."""
+    further = (
+        replace(topic, name=of_crane(topic.name, number), meaning=f"The same of crane {number + 1}.")
+        for number in range(1, cranes)
+        for topic in TOPICS
+        if topic.name in OF_A_CRANE
+    )
+    return (*TOPICS, *further)

@@ -13,11 +13,11 @@ import json
 from collections.abc import Collection, Mapping, Sequence
 
 from bimvox.log.plan_log import LogEvent, PlanLog
-from bimvox.planning.lift import Lift, LiftPlan, Status
+from bimvox.motion.shift import chained
+from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.motion import LiftMotion
 from bimvox.site.digest import digest_of
 from bimvox.site.site import Site
-from bimvox.trajectory.motion import LiftMotion
-from bimvox.trajectory.shift import chained
 
 REPLAN_EVENT = "replan"
 """Kind of the event that says what a revision changed."""

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.planning.lift import Lift
+from bimvox.motion.load_frame import cells_of_axes, load_frame
 from bimvox.planning.tipping import from_box_to_origin_m, lying_width_vox
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.site.component import StoredPose
 from bimvox.site.construction import ConstructionState
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
-from bimvox.trajectory.load_frame import cells_of_axes, load_frame
-from bimvox.trajectory.motion import LiftMotion, PhaseName
 
 _TURN_SAMPLES = 19
 NOMINAL_MOVE_NS = 1_000_000_000

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of, joints_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.log.form import Form
-from bimvox.log.messages import stamp
-from bimvox.log.rows import Rows
+from bimvox.log.mcap.form import Form
+from bimvox.log.mcap.messages import stamp
+from bimvox.log.mcap.rows import Rows
 from bimvox.log.scene import component_frame
-from bimvox.log.topics import TF, of_crane
+from bimvox.log.schema import TF, of_crane
 from bimvox.log.track import LoadTrack
 
 

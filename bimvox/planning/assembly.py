@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.errors import VerificationError
-from bimvox.planning.contact import Contacts
+from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.insertion import Insertion, NoInsertion, find_insertion
-from bimvox.planning.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
+from bimvox.planning.order.relations import Precedence, precedence
+from bimvox.planning.order.sequence import Sequence, Sequencer
+from bimvox.planning.order.shorten import order_and_yard
 from bimvox.planning.refusal import refused_by_crane
-from bimvox.planning.relations import Precedence, precedence
-from bimvox.planning.sequence import Sequence, Sequencer
-from bimvox.planning.shorten import order_and_yard
-from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
+from bimvox.site.collision import Clearance, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.margin import grown_cells, margin_vox
 from bimvox.site.site import GROUND_ID, Site

@@ -25,11 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.env.actions import MOVES
-from bimvox.grid.occupancy import summed_area_table
-from bimvox.planning.contact import Contacts
+from bimvox.grid.summed_area import summed_area_table
+from bimvox.planning.contact.pairs import Contacts
+from bimvox.planning.contact.sweep import rope_meets
 from bimvox.planning.search import room_around
-from bimvox.planning.sweep import rope_meets
-from bimvox.site.clearance import HOOK_FORBIDDEN, Clearance, boxes_are_free, hook_is_free, placement_is_free
+from bimvox.site.collision import HOOK_FORBIDDEN, Clearance, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import Site
 

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
-from bimvox.grid.occupancy import summed_area_table, top_of_columns, update_table
-from bimvox.planning.lift import YardPlace
-from bimvox.site.clearance import NOTHING_CLEARED, Clearance
+from bimvox.grid.summed_area import summed_area_table, top_of_columns, update_table
+from bimvox.records.lift import YardPlace
+from bimvox.site.collision import NOTHING_CLEARED, Clearance
 from bimvox.site.component import Component, IntVec
 from bimvox.site.hook_room import hook_room
 from bimvox.site.margin import in_transit, margin_vox, rope_margin_vox

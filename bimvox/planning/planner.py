@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from bimvox.env.actions import MOVES
 from bimvox.grid.distinct import distinct
 from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Progress, Stage
-from bimvox.planning.lift import Lift, LiftPlan, Method, Status
 from bimvox.planning.propose import Propose, Transit
 from bimvox.planning.rollout import lifts_at_once
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
-from bimvox.site.clearance import Clearance
+from bimvox.records.lift import Lift, LiftPlan, Method, Status
+from bimvox.site.collision import Clearance
 from bimvox.site.component import IntVec
 from bimvox.site.site import Site
 

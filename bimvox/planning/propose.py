@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.site.clearance import Clearance
+from bimvox.site.collision import Clearance
 from bimvox.site.component import IntVec
 
 

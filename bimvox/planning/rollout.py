@@ -26,12 +26,12 @@ from bimvox.compiled import kernel, leaf_kernel
 from bimvox.env.actions import MOVES
 from bimvox.env.guard import CALM, GUARDS, Guard, guarded_action, is_lost
 from bimvox.env.limits import StepLimit, steps_allowed
+from bimvox.env.observation import VIEW_SIZE, look
 from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.env.state import NO_ACTION, LiftState
-from bimvox.env.view import VIEW_SIZE, look
 from bimvox.planning.propose import Propose, Transit
-from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.site.collision import Clearance, placement_is_free
 from bimvox.site.component import IntVec
 
 Values = Callable[[NDArray[np.float32]], NDArray[np.float32]]

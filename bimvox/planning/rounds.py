@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TypeVar
 
 from bimvox.errors import VerificationError
-from bimvox.planning.proof import Verification
+from bimvox.records.proof import Verification
 
 T = TypeVar("T")
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.env.actions import MOVES
-from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.site.collision import Clearance, placement_is_free
 from bimvox.site.component import IntVec
 
 _UNKNOWN, _FREE, _BLOCKED, _CLOSED = 0, 1, 2, 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.planning.lift import YardPlace
+from bimvox.records.lift import YardPlace
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.shape import turned_hook
 from bimvox.site.site import Site

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.crane.kinematics import Axes
-from bimvox.planning.lift import YardPlace, yard_place
 from bimvox.planning.travel import Travel
-from bimvox.site.clearance import HOOK_FORBIDDEN
+from bimvox.records.lift import YardPlace, yard_place
+from bimvox.site.collision import HOOK_FORBIDDEN
 from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.hook_room import hook_room
 from bimvox.site.margin import margin_vox

@@ -10,7 +10,7 @@ from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.dqn.policies import DQNPolicy, QNetwork
 
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
-from bimvox.env.view import INPUT_SIZE, NEIGHBOURS, VIEW_SIZE
+from bimvox.env.observation import INPUT_SIZE, NEIGHBOURS, VIEW_SIZE
 
 
 class ViewExtractor(BaseFeaturesExtractor):

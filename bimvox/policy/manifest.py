@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from bimvox.env.view import VIEW_NAME as OBSERVATION_NAME
-from bimvox.env.view import VIEW_SIZE as OBSERVATION_SIZE
+from bimvox.env.observation import VIEW_NAME as OBSERVATION_NAME
+from bimvox.env.observation import VIEW_SIZE as OBSERVATION_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy.config import DqnConfig, config_from_dict
 from bimvox.policy.site_outline import SiteOutline, outline_from_dict

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
-from bimvox.env.view import INPUT_SIZE, VIEW_SIZE
+from bimvox.env.observation import INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy.perceptron import Perceptron
 from bimvox.policy.sparse_layer import NO_SUMS, sparse_layer, sums_of_groups

@@ -9,7 +9,7 @@ from gymnasium import spaces
 from stable_baselines3.common.buffers import BaseBuffer
 
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.env.view import VIEW_SIZE
+from bimvox.env.observation import VIEW_SIZE
 
 LEVELS = 127.0
 """Views are in [-1, 1]; they are kept in steps of 1 / 127."""

@@ -20,7 +20,7 @@ from stable_baselines3 import DQN
 from stable_baselines3.common.logger import Logger
 
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.env.view import VIEW_SIZE
+from bimvox.env.observation import VIEW_SIZE
 from bimvox.errors import PolicyError
 from bimvox.grid.archive import BROKEN_ZIP
 from bimvox.policy.dqn import load_network

@@ -28,8 +28,8 @@ from safetensors import SafetensorError
 from safetensors.numpy import load as arrays_from_bytes
 from safetensors.numpy import save as bytes_from_arrays
 
-from bimvox.env.view import VIEW_NAME as OBSERVATION_NAME
-from bimvox.env.view import VIEW_SIZE as OBSERVATION_SIZE
+from bimvox.env.observation import VIEW_NAME as OBSERVATION_NAME
+from bimvox.env.observation import VIEW_SIZE as OBSERVATION_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy.limited import read_limited
 from bimvox.policy.manifest import (

@@ -13,7 +13,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.batched import BatchedLiftEnv, BatchStep
-from bimvox.env.view import VIEW_SIZE
+from bimvox.env.observation import VIEW_SIZE
 
 
 class LiftVecEnv(VecEnv):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from bimvox.render.colours import FAINT_INK, INK, PAPER
-from bimvox.render.scene import LegendEntry, Scene, Swatch
+from bimvox.render.scene.scene import LegendEntry, Scene, Swatch
 
 Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
 

@@ -11,7 +11,7 @@ from bimvox.compiled import kernel
 from bimvox.render.camera import Camera
 from bimvox.render.light import Light, light_on
 from bimvox.render.raycast import Buffers
-from bimvox.render.scene import Block
+from bimvox.render.scene.scene import Block
 
 
 def corners_m(block: Block) -> NDArray[np.float64]:

@@ -11,13 +11,13 @@ from bimvox.errors import InputError
 from bimvox.render.annotate import annotate, frame_for
 from bimvox.render.blocks import draw_blocks
 from bimvox.render.camera import Camera, View, fitted_camera
-from bimvox.render.coarsen import coarsened
 from bimvox.render.colours import PAPER
 from bimvox.render.light import light_for
 from bimvox.render.outline import draw_outline
 from bimvox.render.pixels import joined, painted
 from bimvox.render.raycast import cast, cropped
-from bimvox.render.scene import Scene
+from bimvox.render.scene.coarsen import coarsened
+from bimvox.render.scene.scene import Scene
 from bimvox.render.strokes import draw_strokes
 
 _SMALLEST_PX, _LARGEST_PX = 16, 4096

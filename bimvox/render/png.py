@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from bimvox.render.picture import PictureOptions, picture_of
-from bimvox.render.scene import Scene
+from bimvox.render.scene.scene import Scene
 
 
 def png_of(scene: Scene, options: PictureOptions | None = None) -> bytes:

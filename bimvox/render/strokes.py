@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.render.camera import Camera
-from bimvox.render.scene import Strokes
+from bimvox.render.scene.scene import Strokes
 from bimvox.site.construction import Rgb
 
 _DOT_PX = 7.0

@@ -23,8 +23,8 @@ from bimvox.site.config import SiteConfig
 from bimvox.site.crane_checks import check_cranes, crane_key
 from bimvox.site.digest import digest_of
 from bimvox.site.lifting import hung
-from bimvox.site.obstruction_cells import Rasterise, obstruction_cells
-from bimvox.site.obstructions import EMPTY, Box, Obstruction, ObstructionSet
+from bimvox.site.obstructions.cells import Rasterise, obstruction_cells
+from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.order_hints import order_hints
 from bimvox.site.parts import component_of, entries_by_id, first_ids
 from bimvox.site.site import GROUND_ID, Blocker, Rules, Site, SwingRule, mast_id

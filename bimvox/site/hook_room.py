@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.reach import HOOK_FORBIDDEN, hook_floor, hook_top
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.site.clearance import NO_CEILING
+from bimvox.site.collision import NO_CEILING
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site

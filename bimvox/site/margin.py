@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from bimvox.site.clearance import Clearance
+from bimvox.site.collision import Clearance
 from bimvox.site.site import Site
 
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import typer
+from bimvox_cli.main import app
 
-from cli.main import app
 from docs.reference.examples import EXAMPLES, READ_ON
 from docs.reference.markdown import notice, prose, table
 

@@ -6,8 +6,9 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
+from bimvox_pipeline.schema import schema
+
 from docs.reference.markdown import notice, prose, table
-from pipeline.schema import schema
 
 Document = dict[str, Any]
 _Rows = list[tuple[str, ...]]

@@ -8,8 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-
-from cli.main import run
+from bimvox_cli.main import run
 
 FRAME = (Path(__file__).parents[2] / "sample_models" / "frame.ifc").read_text()
 LINES = FRAME.splitlines()

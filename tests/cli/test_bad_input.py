@@ -6,8 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-
-from cli.main import run
+from bimvox_cli.main import run
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 FRAME = (SAMPLES / "frame.ifc").read_bytes()

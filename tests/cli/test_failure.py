@@ -1,9 +1,9 @@
 import json
 
 import pytest
+from bimvox_cli.failure import exit_code_of, report
 
 from bimvox.errors import ConfigError, GridTooLargeError, InputError, NoPlanError, PolicyError, VerificationError
-from cli.failure import exit_code_of, report
 
 
 @pytest.mark.parametrize(

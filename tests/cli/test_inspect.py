@@ -1,8 +1,7 @@
 from pathlib import Path
 
+from bimvox_cli.main import app
 from typer.testing import CliRunner
-
-from cli.main import app
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 

@@ -17,7 +17,7 @@ MODEL = Path(__file__).parents[2] / "sample_models" / "frame.ifc"
 _HANGS = """
 import os, sys, time
 from multiprocessing.connection import Connection
-from bimvox.bim.ifc_worker import serve
+from bimvox.bim.ifc.worker import serve
 
 def mesh(step_ids, library):
     with open(os.environ["TOLD"], "a") as told:
@@ -30,8 +30,8 @@ _RUN = """
 import signal, sys
 # What a shell starts in the background inherits a deaf ear for Ctrl-C; a terminal's child does not.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from bimvox.bim.ifc_geometry import GeometryPool
-from cli.main import run
+from bimvox.bim.ifc.geometry import GeometryPool
+from bimvox_cli.main import run
 
 GeometryPool.__init__.__kwdefaults__["command"] = (sys.executable, "-c", sys.argv[1])
 sys.exit(run(["voxelize", *sys.argv[2:]]))

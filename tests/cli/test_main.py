@@ -6,8 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-
-from cli import main
+from bimvox_cli import main
 
 COMMANDS = (
     "voxelize",
@@ -35,7 +34,7 @@ def run_python(code: str, **environment: str) -> subprocess.CompletedProcess[str
 @pytest.mark.parametrize("arguments", [["--help"], ["-h"], ["--version"], ["voxelize", "--help"], ["plan", "-h"]])
 def test_help_imports_nothing_heavy(arguments: list[str]) -> None:
     code = (
-        "import sys; from cli.main import run; code = run(sys.argv[1:] or "
+        "import sys; from bimvox_cli.main import run; code = run(sys.argv[1:] or "
         f"{arguments!r}); print('LOADED', *[m for m in {HEAVY!r} if m in sys.modules]); sys.exit(code)"
     )
     done = run_python(code)
@@ -112,7 +111,7 @@ def test_interrupting_says_so(capsys: pytest.CaptureFixture[str], monkeypatch: p
     def interrupt(*_args: object, **_options: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("pipeline.schema.schema", interrupt)
+    monkeypatch.setattr("bimvox_pipeline.schema.schema", interrupt)
     assert main.run(["schema", "site"]) == 130
     out, err = capsys.readouterr()
     assert out == ""
@@ -125,7 +124,7 @@ def test_a_fault_of_ours_is_one_line_unless_debugging(
     def fail(*_args: object, **_options: object) -> None:
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("pipeline.schema.schema", fail)
+    monkeypatch.setattr("bimvox_pipeline.schema.schema", fail)
     monkeypatch.delenv("BIMVOX_DEBUG", raising=False)
     assert main.run(["schema", "site"]) == 70
     err = capsys.readouterr().err
@@ -141,7 +140,7 @@ def test_the_reader_of_a_pipe_may_leave() -> None:
     os.close(read)
     try:
         done = subprocess.run(
-            [sys.executable, "-c", "import sys; from cli.main import run; sys.exit(run(['schema', 'site']))"],
+            [sys.executable, "-c", "import sys; from bimvox_cli.main import run; sys.exit(run(['schema', 'site']))"],
             stdout=write,
             stderr=subprocess.PIPE,
             text=True,
@@ -155,16 +154,16 @@ def test_the_reader_of_a_pipe_may_leave() -> None:
 def test_termination_removes_the_temporary_file(tmp_path: Path) -> None:
     code = f"""
 import os, pathlib, signal, sys
-import pipeline.schema
-from cli.main import run
-from pipeline.artifacts import write_atomically
+import bimvox_pipeline.schema
+from bimvox_cli.main import run
+from bimvox_pipeline.artifacts import write_atomically
 
 def write_for_ever(stream):
     stream.write(b"half")
     os.kill(os.getpid(), signal.SIGTERM)
 
 out = pathlib.Path({str(tmp_path)!r}) / "out"
-pipeline.schema.schema = lambda name, **options: write_atomically(out, write_for_ever)
+bimvox_pipeline.schema.schema = lambda name, **options: write_atomically(out, write_for_ever)
 sys.exit(run(["schema", "site"]))
 """
     done = run_python(code)
@@ -174,7 +173,7 @@ sys.exit(run(["schema", "site"]))
 
 def test_the_package_is_the_command_where_no_script_is_on_the_path() -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "cli", "schema", "nosuch"], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "bimvox_cli", "schema", "nosuch"], capture_output=True, text=True, check=False
     )
     assert done.returncode == 2
     assert "nosuch" in done.stderr

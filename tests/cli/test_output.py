@@ -3,9 +3,8 @@ import json
 import sys
 
 import pytest
-
-from cli.live import LiveProgress
-from cli.output import console_on, facts, open_output, print_json, rows, spent, written
+from bimvox_cli.live import LiveProgress
+from bimvox_cli.output import console_on, facts, open_output, print_json, rows, spent, written
 
 
 class Terminal(io.StringIO):
@@ -138,7 +137,7 @@ def test_nothing_moves_off_a_terminal() -> None:
 
 def test_a_long_stage_off_a_terminal_prints_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [0.0]
-    monkeypatch.setattr("cli.live.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("bimvox_cli.live.time.monotonic", lambda: now[0])
     stream = io.StringIO()
     progress = LiveProgress(console_on(stream))
     progress.stage("train", total=20_000)

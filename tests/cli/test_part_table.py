@@ -3,9 +3,8 @@ from __future__ import annotations
 import io
 from typing import Any
 
+from bimvox_cli.part_table import show_parts
 from rich.console import Console
-
-from cli.part_table import show_parts
 
 
 def part(name: str, **values: Any) -> dict[str, Any]:

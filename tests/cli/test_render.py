@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bimvox_cli.main import run
+from bimvox_pipeline.render.scene import moment_of
 from box_sites import box_mesh
 from drawn_plans import motions_by_hand, plan_by_hand
 from paper_results import results
@@ -12,8 +14,6 @@ from PIL import Image
 
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
-from cli.main import run
-from pipeline.render_scene import moment_of
 
 SIZE = ["--size", "120x80"]
 
@@ -61,7 +61,7 @@ def test_an_interrupted_animation_leaves_the_old_file(log, tmp_path, monkeypatch
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("bimvox.render.film.picture_of", interrupted)
+    monkeypatch.setattr("bimvox.render.film.film.picture_of", interrupted)
     assert run(["render", str(log), "-o", str(out), *SIZE]) == 130
     assert out.read_bytes() == b"before"
     assert [file.name for file in tmp_path.iterdir()] == ["boxes.gif"]
@@ -139,7 +139,9 @@ def test_an_experiment_is_drawn_as_its_curves(tmp_path, monkeypatch, capsys):
     folder = tmp_path / "runs"
     folder.mkdir()
     (folder / "experiment.json").write_text("{}")
-    monkeypatch.setattr("pipeline.paper.results.load_results", lambda found: results() if found == folder else None)
+    monkeypatch.setattr(
+        "bimvox_pipeline.paper.results.load_results", lambda found: results() if found == folder else None
+    )
     monkeypatch.chdir(tmp_path)
     assert run(["render", str(folder), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
@@ -156,7 +158,7 @@ def test_an_experiment_of_another_version_is_said(tmp_path, monkeypatch, capsys)
         raise KeyError("fresh_layouts")
 
     (tmp_path / "experiment.json").write_text("{}")
-    monkeypatch.setattr("pipeline.paper.results.load_results", lacking)
+    monkeypatch.setattr("bimvox_pipeline.paper.results.load_results", lacking)
     assert run(["render", str(tmp_path), "-o", str(tmp_path / "x.png")]) == 2
     assert "another version" in capsys.readouterr().err
 

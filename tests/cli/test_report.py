@@ -6,14 +6,13 @@ import stat
 from pathlib import Path
 
 import pytest
+from bimvox_cli.main import run
 from drawn_plans import motions_by_hand, plan_by_hand
+from report_reading import ReadReport
 
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
-from cli.main import run
-
-from ..render.report.reading import ReadReport
 
 
 @pytest.fixture(scope="module")

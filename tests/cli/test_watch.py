@@ -1,8 +1,7 @@
 import pytest
-
-from cli import watch as command
-from cli.main import run
-from cli.watch import _line
+from bimvox_cli import watch as command
+from bimvox_cli.main import run
+from bimvox_cli.watch import _line
 
 CHANGE = {
     "event": "replanned",
@@ -50,7 +49,7 @@ def test_ctrl_c_while_a_change_is_shown_ends_a_watch_that_has_a_plan(monkeypatch
     def interrupted(*_args, **_options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("pipeline.watch.watch", changes)
+    monkeypatch.setattr("bimvox_pipeline.watch.watch.watch", changes)
     monkeypatch.setattr(command.Output, "line", interrupted)
     assert run(["watch", str(tmp_path / "o.json"), "--site", str(tmp_path / "s.toml")]) == code
     assert closed == [True]

@@ -1,8 +1,7 @@
 import io
 
+from bimvox_cli.watch_table import WatchTable, states_of
 from rich.console import Console
-
-from cli.watch_table import WatchTable, states_of
 
 DOCUMENT = {
     "event": "replanned",

@@ -11,14 +11,14 @@ from typing import Any
 
 import pytest
 import typer
+from bimvox_cli.main import app, run
 from box_sites import box_mesh
 from doc_commands import DOCUMENTS, ROOT, blocks, commands, name_of, run_commands
 from drawn_plans import motions_by_hand, plan_by_hand
 
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
-from bimvox.site.obstruction_file import parse_obstructions
-from cli.main import app, run
+from bimvox.site.obstructions.file import parse_obstructions
 from docs.reference.examples import EXAMPLES
 
 AN_OBSTRUCTION = re.search(r"^```json\n(.*?)^```", (ROOT / "README.md").read_text(), re.M | re.S)

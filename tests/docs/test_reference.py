@@ -6,9 +6,9 @@ import re
 from pathlib import Path
 
 import pytest
+from bimvox_pipeline.schema import schema
 
 from docs.reference.__main__ import pages, stale, write
-from pipeline.schema import schema
 
 ROOT = Path(__file__).parents[2]
 

@@ -8,7 +8,7 @@ import pytest
 from lift_sites import clearance_of, random_occupancy
 
 from bimvox.env.distance import UNREACHABLE, distance_field
-from bimvox.site.clearance import placement_is_free
+from bimvox.site.collision import placement_is_free
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -6,23 +6,48 @@ import numpy as np
 import pytest
 from lift_sites import clearance_of, random_occupancy
 
-from bimvox.env.observation import GOAL_SIZE, OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE, observe
+from bimvox.env.frame import frame_of, from_frame
+from bimvox.env.observation import (
+    GOAL_SIZE,
+    GOAL_START,
+    INPUT_SIZE,
+    LEVELS,
+    NEAREST_SIZE,
+    NEAREST_WINDOW,
+    PARTLY,
+    TRAIL_SIZE,
+    VIEW_SIZE,
+    WINDOW,
+    WINDOW_SIZE,
+    look,
+)
 from bimvox.env.state import LiftState
-from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.site.collision import Clearance, placement_is_free
 
-OFFSETS = [range(-(n // 2), n // 2 + 1) for n in WINDOW]
+TRAIL = np.zeros((256, 3), np.int32)
 
 
 def seen(clearance: Clearance, cell, target=(1, 1, 1), last_action=-1) -> np.ndarray:
-    out = np.full(OBSERVATION_SIZE, np.nan, np.float32)
-    observe(clearance, np.array(target, np.int32), LiftState(*cell, last_action, 0), out)
+    out = np.full(VIEW_SIZE, np.nan, np.float32)
+    trail = TRAIL.copy()
+    trail[0] = cell
+    look(clearance, np.array(target, np.int32), LiftState(*cell, last_action, 0), trail, out)
     assert np.isfinite(out).all()
     assert np.abs(out).max() <= 1.0
     return out
 
 
 def level(out: np.ndarray, n: int) -> np.ndarray:
-    return out[n * WINDOW_SIZE : (n + 1) * WINDOW_SIZE].reshape(WINDOW)
+    """Cells of a level, without the clear heights."""
+    window = WINDOW if n else NEAREST_WINDOW
+    first = NEAREST_SIZE + (n - 1) * WINDOW_SIZE if n else 0
+    return out[first : first + int(np.prod(window))].reshape(window)
+
+
+def offsets(window):
+    """Index in a window, and offset from its middle."""
+    for index in itertools.product(*map(range, window)):
+        yield index, tuple(i - n // 2 for i, n in zip(index, window, strict=True))
 
 
 @pytest.mark.parametrize("rope", [False, True])
@@ -30,10 +55,13 @@ def level(out: np.ndarray, n: int) -> np.ndarray:
 def test_nearest_level_is_the_one_rule_of_collision(seed, rope):
     occupied = random_occupancy(seed, (12, 11, 9), 0.1)
     clearance = clearance_of(occupied, (2, 1, 2), rope=rope)
-    out = level(seen(clearance, (5, 5, 4)), 0)
-    for i, j, k in itertools.product(*OFFSETS):
-        expected = 0.0 if placement_is_free(clearance, 5 + i, 5 + j, 4 + k) else 1.0
-        assert out[i + WINDOW[0] // 2, j + WINDOW[1] // 2, k + WINDOW[2] // 2] == expected
+    for target in ((1, 1, 1), (9, 2, 1), (6, 10, 1)):  # other frames
+        out = level(seen(clearance, (5, 5, 4), target), 0)
+        frame = frame_of(target[0] - 5, target[1] - 5)
+        for index, (i, j, k) in offsets(NEAREST_WINDOW):
+            a, b = from_frame(frame, i, j)
+            expected = 0.0 if placement_is_free(clearance, 5 + a, 5 + b, 4 + k) else 1.0
+            assert out[index] == expected
 
 
 @pytest.mark.parametrize("size", [(1, 1, 1), (7, 1, 2), (12, 5, 11)])
@@ -44,14 +72,16 @@ def test_coarse_levels_are_sure_where_they_say_so(size, share):
     clearance = clearance_of(occupied, size)
     cell = (15, 12, 6)
     out = seen(clearance, cell)
-    for n, scale in enumerate(SCALES[1:], start=1):
-        for i, j, k in itertools.product(*OFFSETS):
-            value = level(out, n)[i + WINDOW[0] // 2, j + WINDOW[1] // 2, k + WINDOW[2] // 2]
+    frame = frame_of(1 - cell[0], 1 - cell[1])
+    for n, (scale, rise) in enumerate(LEVELS, start=1):
+        for index, (i, j, k) in offsets(WINDOW):
+            value = level(out, n)[index]
             if 0.0 < value < 1.0:
                 continue
-            x, y, z = (c + scale * o for c, o in zip(cell, (i, j, k), strict=True))
-            reach = scale // 2
-            for u, v, w in itertools.product((-reach, 0, reach), repeat=3):
+            a, b = from_frame(frame, scale * i, scale * j)
+            x, y, z = cell[0] + a, cell[1] + b, cell[2] + rise * k
+            reach, reach_z = scale // 2, rise // 2
+            for u, v, w in itertools.product((-reach, 0, reach), (-reach, 0, reach), (-reach_z, 0, reach_z)):
                 assert placement_is_free(clearance, x + u, y + v, z + w) == (value == 0.0)
 
 
@@ -60,40 +90,63 @@ def test_a_thin_wall_shows_at_every_scale():
     occupied[60, :, :] = True
     out = seen(clearance_of(occupied), (40, 40, 20))
     assert (level(out, 0) == 0.0).all()
-    assert level(out, 3).max() >= 0.25
+    assert all(level(out, n).max() >= PARTLY for n in range(3, len(LEVELS) + 1))  # those that reach so far
 
 
 def test_forbidden_hook_blocks_coarse_cells():
     occupied = np.zeros((40, 40, 20), np.bool_)
     clearance = clearance_of(occupied)
     clearance.hook_floor[30:, :] = 2**30
-    assert level(seen(clearance, (20, 20, 10)), 3)[-1].min() == 1.0
-    assert level(seen(clearance, (20, 20, 10)), 3)[3, 3, 2] == 0.0
+    out = seen(clearance, (20, 20, 10), target=(38, 21, 10))
+    a, b = from_frame(frame_of(18, 1), 1, 0)
+    assert (a, b) == (1, 0)  # the frame's x is the site's
+    assert level(out, 3)[-1].min() == 1.0
+    assert level(out, 3)[3, 3, 2] == 0.0
 
 
 def test_size_does_not_depend_on_site_or_component():
     small = seen(clearance_of(np.zeros((6, 6, 6), np.bool_)), (2, 2, 2))
     large = seen(clearance_of(np.zeros((90, 50, 40), np.bool_), (24, 5, 1)), (30, 20, 10))
-    assert small.shape == large.shape == (OBSERVATION_SIZE,)
+    assert small.shape == large.shape == (VIEW_SIZE,)
 
 
 def test_goal_and_last_action():
     clearance = clearance_of(np.zeros((30, 30, 30), np.bool_))
-    out = seen(clearance, (10, 10, 10), target=(12, 4, 10), last_action=3)
-    goal = out[len(SCALES) * WINDOW_SIZE :][:GOAL_SIZE]
-    np.testing.assert_allclose(goal[:3], [1, -1, 0])
-    np.testing.assert_allclose(goal[3:6], [0.5, -1, 0])
-    np.testing.assert_allclose(goal[6:9], np.array([np.log(3), -np.log(7), 0]) / np.log(1024), rtol=1e-6)
-    np.testing.assert_allclose(goal[9:], [0.25, -0.75, 0])
-    np.testing.assert_array_equal(out[-6:], [0, 0, 0, 1, 0, 0])
+    out = seen(clearance, (10, 10, 10), target=(16, 12, 10), last_action=3)
+    goal = out[GOAL_START:][:GOAL_SIZE]
+    np.testing.assert_allclose(goal[:3], [1, 1, 0])
+    np.testing.assert_allclose(goal[6:9], np.array([np.log(7), np.log(3), 0]) / np.log(1024), rtol=1e-6)
+    last = out[INPUT_SIZE - TRAIL_SIZE - 12 :][:6]
+    np.testing.assert_array_equal(last, [0, 0, 0, 1, 0, 0])
 
 
 def test_what_is_seen_does_not_depend_on_where_on_the_site():
     """Egocentric: the same surroundings far from any border look the same."""
-    near, far = np.zeros((130, 130, 90), np.bool_), np.zeros((130, 130, 90), np.bool_)
-    near[58:61, 57:60, 44] = True
-    far[63:66, 54:57, 46] = True
+    near, far = np.zeros((300, 300, 24), np.bool_), np.zeros((300, 300, 24), np.bool_)
+    near[148:151, 147:150, 14] = True
+    far[153:156, 144:147, 14] = True
     np.testing.assert_array_equal(
-        seen(clearance_of(near), (60, 60, 42), target=(65, 60, 42)),
-        seen(clearance_of(far), (65, 57, 44), target=(70, 57, 44)),
+        seen(clearance_of(near), (150, 150, 12), target=(155, 150, 12)),
+        seen(clearance_of(far), (155, 147, 12), target=(160, 147, 12)),
     )
+
+
+def heights(out: np.ndarray) -> np.ndarray:
+    """Clear heights of the nearest level."""
+    cells = int(np.prod(NEAREST_WINDOW))
+    return out[cells:NEAREST_SIZE]
+
+
+def test_clear_heights_end_where_the_hook_may_not_be_higher():
+    """Limiters and the jib of a luffing crane: a column that must be crossed higher than that is closed."""
+    occupied = random_occupancy(5, (30, 30, 20), 0.02)
+    high = clearance_of(occupied, (3, 2, 2), rope=True)
+    below = high._replace(hook_ceiling=np.full(occupied.shape[:2], 11, np.int32))
+    cell = (14, 14, 4)
+    free, closed = heights(seen(high, cell)), heights(seen(below, cell))
+    assert ((closed == free) | (closed == 1.0)).all()
+    assert 0 < (closed == 1.0).sum() - (free == 1.0).sum() < free.size
+    room = GOAL_START + GOAL_SIZE + 4
+    assert seen(below, cell)[room] < seen(high, cell)[room]
+    nowhere = high._replace(hook_ceiling=np.full(occupied.shape[:2], -1, np.int32))
+    assert (heights(seen(nowhere, cell)) == 1.0).all()

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from bimvox.grid.occupancy import box_sum, summed_area_table, top_of_columns, update_table
+from bimvox.grid.summed_area import box_sum, summed_area_table, top_of_columns, update_table
 
 grids = hnp.arrays(np.bool_, hnp.array_shapes(min_dims=3, max_dims=3, min_side=1, max_side=7))
 

@@ -10,10 +10,10 @@ from box_grids import grid_of, part, random_shares
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bimvox.export.vti import write_vti
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.grid.voxel_grid import VoxelGrid
-from bimvox.grid.vti import write_vti
 
 DTYPES = {"UInt8": "<u1", "Int32": "<i4", "Float32": "<f4", "Float64": "<f8"}
 

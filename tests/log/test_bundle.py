@@ -7,15 +7,14 @@ import zipfile
 
 import numpy as np
 import pytest
+from log_building import same, tiny_site
 
 from bimvox.errors import LogFileError
 from bimvox.log.archive import pack, unpack
 from bimvox.log.bundle import SiteWriter, site_from_bytes, site_to_bytes
 from bimvox.log.codec import ArrayWriter, encode
-from bimvox.log.encoded import Encoded, json_text
+from bimvox.log.mcap.encoded import Encoded, json_text
 from bimvox.site.site import Blocker
-
-from .building import same, tiny_site
 
 
 @pytest.mark.parametrize("crane", [True, False])

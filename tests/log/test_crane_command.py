@@ -19,9 +19,9 @@ from bimvox.log.crane_command import (
     file_descriptor,
     proto_text,
 )
-from bimvox.log.messages import stamp
-from bimvox.trajectory.commands import PHASES, Commands
-from bimvox.trajectory.motion import PhaseName
+from bimvox.log.mcap.messages import stamp
+from bimvox.motion.commands import PHASES, Commands
+from bimvox.records.motion import PhaseName
 
 
 def test_every_phase_has_a_number_of_its_own() -> None:

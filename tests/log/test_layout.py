@@ -10,12 +10,11 @@ from typing import Any
 
 import pytest
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from log_building import log_bytes, tiny_log
 
-from bimvox.log import topics
-from bimvox.log.container import read_contents
+from bimvox.log import schema as topics
 from bimvox.log.layout import SCENE_PANEL, foxglove_layout, layout_bytes
-
-from .building import log_bytes, tiny_log
+from bimvox.log.mcap.reader import read_contents
 
 TOPICS = {topic.name: topic.message for topic in topics.TOPICS}
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from log_building import NS, log_bytes, same, tiny_log, tiny_plan
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
@@ -19,9 +20,7 @@ from bimvox.errors import InputError, LogFileError
 from bimvox.log.bundle import site_from_bytes
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.reader import read_log
-from bimvox.log.topics import COMMAND, JOINTS, topics_of
-
-from .building import NS, log_bytes, same, tiny_log, tiny_plan
+from bimvox.log.schema import COMMAND, JOINTS, topics_of
 
 
 @pytest.fixture(scope="module")

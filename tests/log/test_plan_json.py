@@ -4,12 +4,11 @@ import json
 from typing import Any
 
 import pytest
+from log_building import same, tiny_plan
 
 from bimvox.errors import LogFileError
 from bimvox.log.plan_json import plan_from_json, plan_to_json
-from bimvox.planning.lift import LiftPlan
-
-from .building import same, tiny_plan
+from bimvox.records.lift import LiftPlan
 
 
 def paths_of(plan: LiftPlan) -> dict[int, Any]:

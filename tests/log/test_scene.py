@@ -1,12 +1,11 @@
 from __future__ import annotations
 
 import numpy as np
+from log_building import FRAME, tiny_plan
 
 from bimvox.log.colours import STATE_RGBA, ConstructionState
 from bimvox.log.scene import Scene, component_frame, states_before
 from bimvox.log.voxels import voxel_grid
-
-from .building import FRAME, tiny_plan
 
 UNBUILT, IN_TRANSIT, ASSEMBLED = ConstructionState.UNBUILT, ConstructionState.IN_TRANSIT, ConstructionState.ASSEMBLED
 

@@ -11,21 +11,20 @@ import pytest
 from foxglove_schemas_protobuf.Event_pb2 import Event
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from log_building import same
 from two_cranes import two_crane_plan, waiting
 
 from bimvox.crane.kinematics import hook_of
-from bimvox.log import topics
-from bimvox.log.container import read_contents
+from bimvox.log import schema as topics
+from bimvox.log.check import check_commands, check_load_poses
 from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.layout import foxglove_layout
+from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import log_of
 from bimvox.log.recorder import write_log
-from bimvox.log.verify import check_commands, check_load_poses
+from bimvox.proof.motion import verify_motions
 from bimvox.site.build import with_digests
-from bimvox.trajectory.verify import verify_motions
-
-from .building import same
 
 
 @pytest.fixture(scope="module")

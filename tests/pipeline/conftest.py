@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from bimvox_pipeline.plan import plan
+from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.site import init
 
 from bimvox.policy import store as policies
-from pipeline.plan import plan
-from pipeline.progress import SilentProgress
-from pipeline.site import init
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 STEPS = 2_000

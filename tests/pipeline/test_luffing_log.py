@@ -8,24 +8,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bimvox_pipeline.plan import write_log_file
+from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.verify import verify
 from box_sites import box_site
 from planned_sites import PORTAL, planned
 
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.luffing_defaults import default_luffing_crane
 from bimvox.crane.rigging import with_luffing_jib
-from bimvox.log.animation import to_animated_glb
+from bimvox.export.animation import to_animated_glb
+from bimvox.export.ros2 import write_ros2_bag
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
-from bimvox.log.ros2 import write_ros2_bag
-from bimvox.render.crane_parts import crane_parts
 from bimvox.render.page.blob import Blob
 from bimvox.render.page.crane import LUFFING, crane_record
-from bimvox.render.site_cranes import parked_pose
+from bimvox.render.scene.crane_parts import crane_parts
+from bimvox.render.scene.cranes import parked_pose
 from bimvox.site.build import with_digests
-from pipeline.plan import write_log_file
-from pipeline.progress import SilentProgress
-from pipeline.verify import verify
 
 
 @pytest.fixture(scope="module")

@@ -4,17 +4,17 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from bimvox_pipeline.load_site import load_site
+from bimvox_pipeline.plan import plan
+from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.site import init
 
 from bimvox.bim.read import read_building
 from bimvox.errors import FileError, InputError, NoPlanError, PolicyError, VerificationError
 from bimvox.log.reader import read_log
-from bimvox.planning.lift import Status
-from bimvox.planning.proof import turn_to
-from bimvox.planning.verify import verify_plan
-from pipeline.load_site import load_site
-from pipeline.plan import plan
-from pipeline.progress import SilentProgress
-from pipeline.site import init
+from bimvox.proof.plan import verify_plan
+from bimvox.records.lift import Status
+from bimvox.records.proof import turn_to
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 STEPS = 2_000
@@ -194,7 +194,7 @@ def test_init_keeps_an_edited_site_file(tmp_path):
     assert target.read_text() != "mine"
 
 
-@pytest.mark.parametrize("prover", ["bimvox.planning.verify.verify_plan", "bimvox.trajectory.verify.verify_motions"])
+@pytest.mark.parametrize("prover", ["bimvox.proof.plan.verify_plan", "bimvox.proof.motion.verify_motions"])
 def test_a_lift_that_cannot_be_proven_is_refused_and_the_rest_is_written(site_folder, planned, monkeypatch, prover):
     """What rests on it is refused with it; nothing unproven is written."""
     module, name = prover.rsplit(".", 1)
@@ -225,7 +225,7 @@ def test_a_proof_that_fails_about_the_whole_plan_writes_nothing(site_folder, mon
         proof.checks[0].look(False, "nothing adds up")
         return proof
 
-    monkeypatch.setattr("bimvox.planning.verify.verify_plan", doubting)
+    monkeypatch.setattr("bimvox.proof.plan.verify_plan", doubting)
     with pytest.raises(VerificationError, match="nothing adds up"):
         plan_again(site_folder)
     assert not (site_folder / "again.mcap").exists()

@@ -4,9 +4,9 @@ import hashlib
 from pathlib import Path
 
 import pytest
+from bimvox_cli.main import run
 
 from bimvox.bim.options import MOST_PROCESSES, ReadOptions, default_processes
-from cli.main import run
 
 PREFAB = Path(__file__).parents[2] / "sample_models" / "prefab.ifc"
 

@@ -1,7 +1,6 @@
 import pytest
-
-from pipeline import progress as module
-from pipeline.progress import Progress, SilentProgress
+from bimvox_pipeline import progress as module
+from bimvox_pipeline.progress import Progress, SilentProgress
 
 
 @pytest.fixture

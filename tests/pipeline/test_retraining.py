@@ -5,17 +5,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bimvox_pipeline.load_site import load_obstructions, load_site
+from bimvox_pipeline.plan import obstructed, prepared
+from bimvox_pipeline.policy.choice import PolicyInUse, retrained
+from bimvox_pipeline.progress import SilentProgress
 
 from bimvox.planning.assembly import Preparation
-from bimvox.planning.lift import LiftPlan, Method
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.rollout import proposer
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
+from bimvox.records.lift import LiftPlan, Method
 from bimvox.site.site import Site
-from pipeline.load_site import load_obstructions, load_site
-from pipeline.plan import obstructed, prepared
-from pipeline.policy_choice import PolicyInUse, retrained
-from pipeline.progress import SilentProgress
 
 WALLS = 13
 STEPS = 4_096
@@ -52,7 +52,7 @@ def by_method(plan: LiftPlan, method: Method) -> tuple[int, ...]:
 
 
 def test_what_the_shipped_policy_fails_is_found_after_retraining_the_same_each_time(serpentine, own_store, monkeypatch):
-    monkeypatch.setattr("pipeline.policy_choice.RETRAINING_STARTS", 8)
+    monkeypatch.setattr("bimvox_pipeline.policy.choice.RETRAINING_STARTS", 8)
     site, preparation = serpentine
     shipped = PolicyInUse(str(generalist_record()["id"]), True, 0, 1.0, (), load_generalist())
     propose = proposer(load_generalist())

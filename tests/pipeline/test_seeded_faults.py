@@ -15,24 +15,24 @@ from typing import Any
 import numpy as np
 import pytest
 import seeded_faults as faults
+from bimvox_cli.main import run as command
+from bimvox_pipeline.plan import write_log_file
+from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.verify import verify
 from box_sites import box_mesh, box_site, test_crane
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.log import topics
-from bimvox.log.channels import LogWriter
-from bimvox.log.container import read_contents, read_file
+from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage
+from bimvox.log.mcap.channels import LogWriter
+from bimvox.log.mcap.reader import read_contents, read_file
 from bimvox.log.plan_log import PlanLog
+from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.proof import Check
+from bimvox.records.proof import Check
 from bimvox.site.build import with_digests
 from bimvox.site.site import SwingRule
-from bimvox.trajectory.time_plan import time_plan
-from cli.main import run as command
-from pipeline.plan import write_log_file
-from pipeline.progress import SilentProgress
-from pipeline.verify import verify
 
 ALONE: dict[str, faults.Forge] = {
     "complete": faults.lifts_not_numbered,

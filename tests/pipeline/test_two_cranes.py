@@ -11,22 +11,22 @@ from typing import Any
 
 import numpy as np
 import pytest
+from bimvox_pipeline.load_site import load_site
+from bimvox_pipeline.plan import plan, policy_of, prepared
+from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.verify import verify
+from bimvox_pipeline.watch.file_watch import state_of
+from bimvox_pipeline.watch.live import live_logs
+from bimvox_pipeline.watch.simulate import PlanClock
+from bimvox_pipeline.watch.watch import Watcher, watch
 
 from bimvox.crane.kinematics import hook_of
-from bimvox.log import topics
-from bimvox.log.container import read_contents
+from bimvox.log import schema as topics
+from bimvox.log.mcap.reader import read_contents
+from bimvox.log.mcap.recovery import write_recovered
 from bimvox.log.reader import read_log
-from bimvox.log.recovery import write_recovered
-from bimvox.log.topics import of_crane
-from bimvox.trajectory.motion import LiftMotion
-from pipeline.file_watch import state_of
-from pipeline.load_site import load_site
-from pipeline.plan import plan, policy_of, prepared
-from pipeline.progress import SilentProgress
-from pipeline.simulate import PlanClock
-from pipeline.verify import verify
-from pipeline.watch import Watcher, watch
-from pipeline.watch_live import live_logs
+from bimvox.log.schema import of_crane
+from bimvox.records.motion import LiftMotion
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 

@@ -3,20 +3,20 @@ import json
 
 import numpy as np
 import pytest
+from bimvox_cli.main import run as run_cli
+from bimvox_pipeline.export.export import export
+from bimvox_pipeline.plan import plan, write_log_file
+from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.verify import verify
 
 from bimvox.errors import LogFileError
-from bimvox.log import topics
-from bimvox.log.channels import LogWriter
-from bimvox.log.container import read_contents, read_file
+from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage
+from bimvox.log.mcap.channels import LogWriter
+from bimvox.log.mcap.reader import read_contents, read_file
 from bimvox.log.reader import read_log
-from bimvox.planning.verify import verify_plan
-from bimvox.trajectory.verify import UNITS
-from cli.main import run as run_cli
-from pipeline.export import export
-from pipeline.plan import plan, write_log_file
-from pipeline.progress import SilentProgress
-from pipeline.verify import verify
+from bimvox.proof.motion import UNITS
+from bimvox.proof.plan import verify_plan
 
 
 def run(log):

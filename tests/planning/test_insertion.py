@@ -4,13 +4,13 @@ import numpy as np
 from box_sites import box_cells, box_mesh, box_site, test_crane
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
-from bimvox.planning.lift import Status
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.verify import verify_plan
+from bimvox.proof.motion import verify_motions
+from bimvox.proof.plan import verify_plan
+from bimvox.records.lift import Status
 from bimvox.site.site import Blocker
-from bimvox.trajectory.time_plan import time_plan
-from bimvox.trajectory.verify import verify_motions
 
 CASE = [  # a case on one side of whose bottom a part fits, under a lid that leaves half of it open
     ("floor", (3.0, 3.0, 0.0), (9.0, 6.0, 0.4)),

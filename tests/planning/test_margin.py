@@ -2,13 +2,13 @@ import dataclasses
 
 from box_sites import box_site, test_crane
 
+from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
-from bimvox.planning.lift import Status
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.verify import verify_plan
+from bimvox.proof.motion import verify_motions
+from bimvox.proof.plan import verify_plan
+from bimvox.records.lift import Status
 from bimvox.site.site import Rules
-from bimvox.trajectory.time_plan import time_plan
-from bimvox.trajectory.verify import verify_motions
 
 PARTS = [
     ("left", (2.0, 2.0, 0.0), (2.5, 6.0, 3.0)),

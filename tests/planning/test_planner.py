@@ -4,12 +4,12 @@ import numpy as np
 from box_sites import box_cells, box_site
 
 from bimvox.planning.assembly import Assembly, Stage, prepare
-from bimvox.planning.lift import Method, Status
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.rollout import proposer
 from bimvox.planning.search import shortest_path
-from bimvox.planning.verify import verify_plan
 from bimvox.policy.generalist.weights import load_generalist
+from bimvox.proof.plan import verify_plan
+from bimvox.records.lift import Method, Status
 from bimvox.site.site import Blocker
 
 PORTAL = [

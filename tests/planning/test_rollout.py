@@ -9,8 +9,8 @@ from lift_sites import clearance_of, random_occupancy
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
 from bimvox.env.guard import GUARDS
 from bimvox.env.limits import StepLimit
+from bimvox.env.observation import GOAL_SIZE, GOAL_START, VIEW_SIZE
 from bimvox.env.problem import LiftProblem, lift_problem
-from bimvox.env.view import GOAL_SIZE, GOAL_START, VIEW_SIZE
 from bimvox.planning.propose import Transit
 from bimvox.planning.rollout import (
     ARRIVALS,
@@ -24,7 +24,7 @@ from bimvox.planning.rollout import (
     shortest_of_visited,
     without_loops,
 )
-from bimvox.site.clearance import placement_is_free
+from bimvox.site.collision import placement_is_free
 
 SHARES = slice(GOAL_START + GOAL_SIZE - 4, GOAL_START + GOAL_SIZE - 1)
 

@@ -5,9 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.env.actions import MOVES
-from bimvox.grid.occupancy import summed_area_table
+from bimvox.grid.summed_area import summed_area_table
 from bimvox.planning.search import all_free, reachable, shortest_path
-from bimvox.site.clearance import NOTHING_CLEARED, Clearance
+from bimvox.site.collision import NOTHING_CLEARED, Clearance
 
 SHAPE = (9, 8, 6)
 

@@ -8,15 +8,15 @@ from scipy.spatial.transform import Rotation
 
 from bimvox.log.plan_json import plan_from_json, plan_to_json
 from bimvox.log.track import crane_track
+from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
-from bimvox.planning.lift import Status
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.verify import verify_plan
+from bimvox.proof.motion import verify_motions
+from bimvox.proof.plan import verify_plan
+from bimvox.records.lift import Status
+from bimvox.records.motion import PhaseName
 from bimvox.site.component import StoredPose
 from bimvox.site.site import Blocker, Rules
-from bimvox.trajectory.motion import PhaseName
-from bimvox.trajectory.time_plan import time_plan
-from bimvox.trajectory.verify import verify_motions
 
 BEAM = ("beam", (1.0, 2.0, 1.0), (9.0, 2.5, 1.5))  # 8 m along x, for a yard that is 2 m wide in x
 FEET = [("west", (1.0, 2.0, 0.0), (1.5, 2.5, 0.98)), ("east", (8.5, 2.0, 0.0), (9.0, 2.5, 0.98))]

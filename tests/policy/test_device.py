@@ -11,12 +11,12 @@ from prefab_lessons import TINY as TINY_PREFAB
 from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.default_problem import default_problem
 from bimvox.errors import PolicyError
+from bimvox.paper.policy.learning import learn
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.device import device_named
 from bimvox.policy.dqn import LiftDqn, network_of
 from bimvox.policy.generalist.recipe import Check, train_generalist
 from bimvox.policy.network import QNetwork
-from bimvox.policy.prefab.learning import learn
 from bimvox.policy.sb3_file import read_sb3_zip, write_sb3_zip
 from bimvox.policy.train import train
 from bimvox.policy.vec_env import LiftVecEnv

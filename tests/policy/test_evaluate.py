@@ -7,8 +7,8 @@ from lift_sites import clearance_of
 from bimvox.env.default_problem import default_problem
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
 from bimvox.env.limits import StepLimit
+from bimvox.env.observation import GOAL_START
 from bimvox.env.problem import training_problem
-from bimvox.env.view import GOAL_START
 from bimvox.policy.evaluate import Evaluation, evaluate, success_at_least
 
 

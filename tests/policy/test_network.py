@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
-from bimvox.env.view import INPUT_SIZE, VIEW_SIZE
+from bimvox.env.observation import INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy.network import QNetwork, network_from_arrays
 

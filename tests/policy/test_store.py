@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from store_work import use_store
 
-from bimvox.env.view import INPUT_SIZE, VIEW_NAME
+from bimvox.env.observation import INPUT_SIZE, VIEW_NAME
 from bimvox.errors import PolicyError
 from bimvox.policy import manifest as manifest_module
 from bimvox.policy import store

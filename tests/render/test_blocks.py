@@ -8,7 +8,7 @@ from bimvox.render.camera import View
 from bimvox.render.light import light_for
 from bimvox.render.picture import PictureOptions, camera_of
 from bimvox.render.raycast import cast
-from bimvox.render.scene import Block, Scene
+from bimvox.render.scene.scene import Block, Scene
 
 FRAME = GridFrame((0.0, 0.0, 0.0), 1.0)
 VIEW = View(-70.0, 25.0)

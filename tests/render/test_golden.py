@@ -12,19 +12,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from drawn_plans import motions_by_hand, plan_by_hand
+from log_building import tiny_log
 from PIL import Image
 
 from bimvox.log.recorder import tracks_of
-from bimvox.render.blocked_scene import scene_of_blocked
 from bimvox.render.camera import View
-from bimvox.render.film_scene import Film
+from bimvox.render.film.scene import Film
 from bimvox.render.picture import PictureOptions, picture_of
-from bimvox.render.plan_scene import Moment, scene_of_plan
 from bimvox.render.png import png_from_pixels
-from bimvox.render.scene import Scene
-from bimvox.render.site_scene import scene_of_site, view_of_site
-
-from ..log.building import tiny_log
+from bimvox.render.scene.blocked import scene_of_blocked
+from bimvox.render.scene.plan import Moment, scene_of_plan
+from bimvox.render.scene.scene import Scene
+from bimvox.render.scene.site import scene_of_site, view_of_site
 
 GOLDEN = Path(__file__).parent / "golden"
 MEAN_DIFFERENCE = 0.7

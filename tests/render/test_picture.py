@@ -7,12 +7,12 @@ from drawn_plans import motions_by_hand, plan_by_hand
 from bimvox.errors import InputError
 from bimvox.grid.frame import GridFrame
 from bimvox.render.camera import View
-from bimvox.render.coarsen import _halved
 from bimvox.render.colours import PAPER
 from bimvox.render.picture import PictureOptions, picture_of
-from bimvox.render.plan_scene import Moment, scene_of_plan
 from bimvox.render.png import png_of
-from bimvox.render.scene import Scene
+from bimvox.render.scene.coarsen import _halved
+from bimvox.render.scene.plan import Moment, scene_of_plan
+from bimvox.render.scene.scene import Scene
 
 SMALL = PictureOptions(size_px=(160, 100))
 

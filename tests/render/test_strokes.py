@@ -5,7 +5,7 @@ import numpy as np
 from bimvox.grid.frame import GridFrame
 from bimvox.render.camera import View
 from bimvox.render.picture import PictureOptions, camera_of, picture_of
-from bimvox.render.scene import Scene, Strokes, box_edges, polyline
+from bimvox.render.scene.scene import Scene, Strokes, box_edges, polyline
 
 RED = (255, 0, 0)
 OPTIONS = PictureOptions(size_px=(200, 160), view=View(-90.0, 20.0), annotated=False)

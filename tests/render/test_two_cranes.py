@@ -10,15 +10,15 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
 from bimvox.render.colours import ASSEMBLED, IN_TRANSIT, UNBUILT
-from bimvox.render.crane_parts import crane_parts
-from bimvox.render.film_scene import Film
+from bimvox.render.film.scene import Film
 from bimvox.render.page.document import document_of
 from bimvox.render.page.source import PageSource, Revision
-from bimvox.render.plan_scene import Moment, scene_of_plan
 from bimvox.render.report.page import report_page
 from bimvox.render.report.record import record_of
-from bimvox.render.site_cranes import poses_at, site_cranes
-from bimvox.render.site_scene import scene_of_site
+from bimvox.render.scene.crane_parts import crane_parts
+from bimvox.render.scene.cranes import poses_at, site_cranes
+from bimvox.render.scene.plan import Moment, scene_of_plan
+from bimvox.render.scene.site import scene_of_site
 
 S = 1_000_000_000
 

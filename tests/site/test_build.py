@@ -22,7 +22,7 @@ from bimvox.site.config import (
     ZoneConfig,
 )
 from bimvox.site.extent import site_extent
-from bimvox.site.obstructions import EMPTY, Box, Obstruction, ObstructionSet
+from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.site import Site
 
 CONSTRUCTION = ((-1.0, -1.0), (9.0, -1.0), (9.0, 6.0), (-1.0, 6.0))

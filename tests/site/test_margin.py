@@ -2,7 +2,7 @@ import numpy as np
 from box_sites import box_site
 
 from bimvox.planning.occupancy import Occupancy
-from bimvox.site.clearance import placement_is_free
+from bimvox.site.collision import placement_is_free
 from bimvox.site.margin import grown_cells, in_transit, margin_vox
 from bimvox.site.site import Rules
 

@@ -10,10 +10,10 @@ from bimvox.crane.defaults import default_crane
 from bimvox.crane.reach import hook_floor
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
-from bimvox.grid.occupancy import summed_area_table, top_of_columns
+from bimvox.grid.summed_area import summed_area_table, top_of_columns
+from bimvox.motion.load_frame import LoadFrame, load_frame
 from bimvox.planning.search import shortest_path
-from bimvox.site.clearance import NOTHING_CLEARED, Clearance, placement_is_free
-from bimvox.trajectory.load_frame import LoadFrame, load_frame
+from bimvox.site.collision import NOTHING_CLEARED, Clearance, placement_is_free
 
 FRAME = GridFrame((-10.0, -10.0, -0.5), 0.5)
 SHAPE = (40, 40, 24)

@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
-from cli.main import run
+from bimvox_cli.main import run
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", ROOT / "ARCHITECTURE.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -56,7 +55,7 @@ def run_commands(name: str, folder: Path, capsys: pytest.CaptureFixture[str]) ->
 
 def _watch_a_while(words: list[str], folder: Path) -> None:
     """Run a watch until it has a plan, then end it as a user does."""
-    program = [sys.executable, "-c", "import sys; from cli.main import run; sys.exit(run())"]
+    program = [sys.executable, "-c", "import sys; from bimvox_cli.main import run; sys.exit(run())"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     with subprocess.Popen(
         [*program, *words[1:], "--json"], cwd=folder, stdout=subprocess.PIPE, text=True, env=environment

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from box_sites import box_site, test_crane
 
-from bimvox.planning.lift import Lift, LiftPlan, Method, Status, YardPlace
+from bimvox.motion.load_frame import axes_of_cells, load_frame
+from bimvox.records.lift import Lift, LiftPlan, Method, Status, YardPlace
+from bimvox.records.motion import LiftMotion, Phase, PhaseName
+from bimvox.records.trajectory import Trajectory
 from bimvox.site.component import StoredPose
-from bimvox.trajectory.load_frame import axes_of_cells, load_frame
-from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName
-from bimvox.trajectory.trajectory import Trajectory
 
 PARTS = [
     ("beam-a", (1.0, 1.0, 0.0), (4.0, 2.0, 1.0)),

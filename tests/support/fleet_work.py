@@ -7,8 +7,8 @@ import signal
 import time
 from pathlib import Path
 
-from pipeline.fleet.runs import Run
-from pipeline.fleet.work import carry_out, failed, write_record
+from bimvox_pipeline.fleet.runs import Run
+from bimvox_pipeline.fleet.work import carry_out, failed, write_record
 
 
 def kills_itself_where_asked(run: Run, folder: Path) -> None:
@@ -20,7 +20,8 @@ def kills_itself_where_asked(run: Run, folder: Path) -> None:
 
 def plans_with_a_policy_from_scratch(run: Run, folder: Path) -> None:
     """Plan a run whose policy is trained, not the one that ships: in a store beside the fleet's folder."""
-    from pipeline import policy_choice, site_lessons
+    from bimvox_pipeline.policy import choice as policy_choice
+    from bimvox_pipeline.train import site_lessons
 
     os.environ["BIMVOX_POLICIES"] = str(folder / "policies")
     site_lessons._STARTS = 4  # a short test

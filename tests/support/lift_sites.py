@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from bimvox.env.problem import LiftProblem, training_problem
-from bimvox.grid.occupancy import summed_area_table, top_of_columns
-from bimvox.site.clearance import NOTHING_CLEARED, Clearance
+from bimvox.grid.summed_area import summed_area_table, top_of_columns
+from bimvox.site.collision import NOTHING_CLEARED, Clearance
 
 Cell = tuple[int, int, int]
 

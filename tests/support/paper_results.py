@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pipeline.paper.results import BaselineRun, CurveRow, ExperimentResults, LearningRun, ScenarioRun
-from pipeline.paper.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS, PaperSettings, quick_settings
+from bimvox_pipeline.paper.results import BaselineRun, CurveRow, ExperimentResults, LearningRun, ScenarioRun
+from bimvox_pipeline.paper.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS, PaperSettings, quick_settings
 
 SEEDS = 6
 PATH = ((2, 2, 2), (3, 2, 2), (4, 2, 2), (5, 2, 2), (6, 2, 2), (7, 2, 2), (7, 3, 2), (7, 4, 2), (7, 5, 2), (7, 6, 2))

@@ -9,14 +9,14 @@ import numpy as np
 from box_sites import box_site, test_crane
 
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
-from bimvox.planning.lift import LiftPlan, Status
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.verify import verify_plan
+from bimvox.proof.motion import verify_motions
+from bimvox.proof.plan import verify_plan
+from bimvox.records.lift import LiftPlan, Status
+from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site
-from bimvox.trajectory.motion import LiftMotion
-from bimvox.trajectory.time_plan import time_plan
-from bimvox.trajectory.verify import verify_motions
 
 PORTAL = [
     ("slab", (1.0, 1.0, 3.5), (5.0, 2.0, 4.0)),

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from bimvox.env.prefab.component import column
-from bimvox.env.prefab.spec import PrefabSpec
+from bimvox.paper.env.component import column
+from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.policy.config import OUR_MODE, PAPER_MODE
+from bimvox.paper.policy.network import PrefabNetwork
 from bimvox.policy.perceptron import Perceptron
-from bimvox.policy.prefab.config import OUR_MODE, PAPER_MODE
-from bimvox.policy.prefab.network import PrefabNetwork
 
 TINY = PrefabSpec((5, 5, 5), (2, 2, 3, 3), (column(2, (2, 2, 1)),), step_limit=8, max_steps=14)
 """One column of two cells to the middle of 5 x 5 x 5."""

@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from bimvox.env.prefab.component import beam, column
-from bimvox.env.prefab.layout import PrefabLayout
-from bimvox.env.prefab.spec import PrefabSpec, RandomObstructions
+from bimvox.paper.env.component import beam, column
+from bimvox.paper.env.layout import PrefabLayout
+from bimvox.paper.env.spec import PrefabSpec, RandomObstructions
 
 STEP = {0: (0, 1, 0), 1: (0, -1, 0), 2: (-1, 0, 0), 3: (1, 0, 0), 4: (0, 0, 1), 5: (0, 0, -1)}
 

@@ -13,13 +13,13 @@ from box_sites import box_cells, box_mesh, box_site, test_crane
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.log.plan_log import PlanLog
+from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
+from bimvox.records.trajectory import Trajectory
 from bimvox.site.build import with_digests
 from bimvox.site.component import StoredPose
 from bimvox.site.site import Blocker, Rules, SwingRule
-from bimvox.trajectory.time_plan import time_plan
-from bimvox.trajectory.trajectory import Trajectory
 
 Forge = Callable[[PlanLog], PlanLog]
 

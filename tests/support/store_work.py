@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bimvox.env.view import INPUT_SIZE
+from bimvox.env.observation import INPUT_SIZE
 from bimvox.policy import store
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.network import QNetwork

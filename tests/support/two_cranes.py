@@ -8,13 +8,13 @@ from functools import cache
 import numpy as np
 from box_sites import box_site, test_crane
 
+from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
-from bimvox.planning.lift import LiftPlan, Status
 from bimvox.planning.planner import plan_lifts
+from bimvox.records.lift import LiftPlan, Status
+from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.site.build import with_digests
 from bimvox.site.site import Rules, Site
-from bimvox.trajectory.motion import LiftMotion, Phase, PhaseName
-from bimvox.trajectory.time_plan import time_plan
 
 PARTS = [
     ("west left", (4.0, 2.0, 0.0), (4.5, 2.5, 3.0), {"ifc_class": "IfcColumn", "start_vox": (26, 10, 1)}),

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from bimvox.env.distance import distance_field
 from bimvox.env.problem import LiftProblem, plain_clearance
-from bimvox.grid.occupancy import summed_area_table, top_of_columns
+from bimvox.grid.summed_area import summed_area_table, top_of_columns
 from bimvox.policy.generalist.occupancies import FAMILIES
-from bimvox.site.clearance import HOOK_FORBIDDEN, NOTHING_CLEARED, Clearance, placement_is_free
+from bimvox.site.collision import HOOK_FORBIDDEN, NOTHING_CLEARED, Clearance, placement_is_free
 from bimvox.site.component import IntVec
 
 Boxes = NDArray[np.int32]

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.env.problem import LiftProblem, training_problem
-from bimvox.grid.occupancy import summed_area_table
+from bimvox.grid.summed_area import summed_area_table
 from bimvox.policy.generalist.problems import occupancy_of, with_boxes
-from bimvox.site.clearance import NOTHING_CLEARED, Clearance
+from bimvox.site.collision import NOTHING_CLEARED, Clearance
 from bimvox.site.component import IntVec
 
 

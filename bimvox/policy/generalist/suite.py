@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from bimvox.env.distance import UNREACHABLE
+from bimvox.env.observation import WIDEST_WINDOW_VOX
 from bimvox.env.problem import LiftProblem, training_problem
-from bimvox.env.view import WIDEST_WINDOW_VOX
 from bimvox.policy.generalist.lessons import HELD_OUT_DOMAIN, SMALLEST
 from bimvox.policy.generalist.occupancies import FAMILIES, u_trap
 from bimvox.policy.generalist.problems import clearance_on, random_boxes, random_clearance, random_problem, random_shape
-from bimvox.site.clearance import Clearance, placement_is_free
+from bimvox.site.collision import Clearance, placement_is_free
 from bimvox.site.component import IntVec
 
 FAMILY_COUNT = 210
@@ -124,7 +124,7 @@ def _free(rng: np.random.Generator, clearance: Clearance) -> IntVec | None:
 
 def _closed_in(clearance: Clearance, cell: IntVec, room: int) -> Clearance:
     """Return the rule with a shell of walls, one cell thick, ``room`` cells around the component at a cell."""
-    from bimvox.grid.occupancy import summed_area_table
+    from bimvox.grid.summed_area import summed_area_table
     from bimvox.policy.generalist.problems import occupancy_of
 
     occupied = occupancy_of(clearance)

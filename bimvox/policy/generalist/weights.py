@@ -13,7 +13,7 @@ from safetensors import SafetensorError
 from safetensors.numpy import load as arrays_from_bytes
 from safetensors.numpy import save as bytes_from_arrays
 
-from bimvox.env.view import VIEW_NAME
+from bimvox.env.observation import VIEW_NAME
 from bimvox.errors import PolicyError
 from bimvox.policy.network import QNetwork, network_from_arrays
 

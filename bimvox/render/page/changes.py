@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bimvox.grid.labels import Label
-from bimvox.planning.lift import by_change
+from bimvox.records.lift import by_change
 from bimvox.render.page.source import Revision
 
 

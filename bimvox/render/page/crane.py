@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.luffing import LuffingJib, luff_of_radius
 from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.render.crane_parts import CraneParts, crane_parts
 from bimvox.render.page.blob import Blob
+from bimvox.render.scene.crane_parts import CraneParts, crane_parts
 
 FIXED, SLEWING, TROLLEY, HOOK, LUFFING = range(5)
 """What moves a point: nothing; slewing; slewing and trolley; all three axes; slewing and luffing."""

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from bimvox.planning.lift import Status
-from bimvox.planning.proof import Check, Verification
+from bimvox.records.lift import Status
+from bimvox.records.proof import Check, Verification
 from bimvox.render.page.blob import Blob
 from bimvox.render.page.changes import changes
 from bimvox.render.page.crane import crane_record
@@ -24,7 +24,7 @@ from bimvox.render.page.motions import (
     crane_motion,
 )
 from bimvox.render.page.source import PageSource, Revision
-from bimvox.render.site_scene import view_of_site
+from bimvox.render.scene.site import view_of_site
 from bimvox.site.construction import KIND_RGB, STATE_RGB
 from bimvox.site.site import Site
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg, utilisation
 from bimvox.crane.wind import permitted_wind_m_s
-from bimvox.planning.lift import Lift
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion
 from bimvox.render.page.source import Revision
 from bimvox.site.component import Component
 from bimvox.site.site import Site
-from bimvox.trajectory.motion import LiftMotion
 
 
 def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.planning.tipping import from_box_to_origin_m
+from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.render.page.blob import Blob
 from bimvox.render.page.keyframes import keyframes
 from bimvox.render.page.source import Track
 from bimvox.site.component import StoredPose
 from bimvox.site.site import Site
-from bimvox.trajectory.motion import LiftMotion, PhaseName
 
 TICKS_PER_S = 10_000
 LENGTH_STEPS_PER_M = 10_000

@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.planning.lift import Lift, LiftPlan
-from bimvox.planning.proof import Verification
-from bimvox.trajectory.motion import LiftMotion
+from bimvox.records.lift import Lift, LiftPlan
+from bimvox.records.motion import LiftMotion
+from bimvox.records.proof import Verification
 
 
 class Track(Protocol):

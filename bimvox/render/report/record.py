@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from bimvox.crane.tower_crane import AxisLimits, TowerCrane
-from bimvox.planning.lift import Lift, Status
-from bimvox.planning.proof import Check, Verification
+from bimvox.motion.figures import hook_travel_m
+from bimvox.records.lift import Lift, Status
+from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.proof import Check, Verification
 from bimvox.render.page.lifts import lift_record
 from bimvox.render.page.source import Revision
 from bimvox.site.site import Site
-from bimvox.trajectory.figures import hook_travel_m
-from bimvox.trajectory.motion import LiftMotion, PhaseName
 
 FORMAT = 1
 CARRYING = frozenset((PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER))

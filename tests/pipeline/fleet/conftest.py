@@ -21,4 +21,4 @@ def sites(tmp_path: Path) -> Path:
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs inside this process, one after the other: starting another takes seconds."""
-    monkeypatch.setattr("pipeline.fleet.schedule.carry_out_apart", lambda work, run, folder: work(run, folder))
+    monkeypatch.setattr("bimvox_pipeline.fleet.schedule.carry_out_apart", lambda work, run, folder: work(run, folder))

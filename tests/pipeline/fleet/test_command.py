@@ -13,14 +13,14 @@ import time
 from pathlib import Path
 
 import pytest
+from bimvox_cli.main import run as command
+from bimvox_pipeline.fleet.command import fleet
+from bimvox_pipeline.fleet.runs import Wish
+from bimvox_pipeline.fleet.table import COLUMNS
+from bimvox_pipeline.fleet.work import RECORDS
+from bimvox_pipeline.progress import SilentProgress
 
 from bimvox.errors import FileError
-from cli.main import run as command
-from pipeline.fleet.command import fleet
-from pipeline.fleet.runs import Wish
-from pipeline.fleet.table import COLUMNS
-from pipeline.fleet.work import RECORDS
-from pipeline.progress import SilentProgress
 
 ROOT = Path(__file__).parents[3]
 
@@ -114,7 +114,7 @@ def test_a_sweep_that_was_stopped_goes_on(
         '[[run]]\nsite = "paper.site.toml"\npolicy = "none"\n[[run]]\nsite = "slow.site.toml"\n'
     )
     arguments = ["sweep", str(sites / "s.toml"), "-o", str(sites / "out")]
-    program = "import sys; from cli.main import run; sys.exit(run())"
+    program = "import sys; from bimvox_cli.main import run; sys.exit(run())"
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "BIMVOX_POLICIES": str(sites / "policies")}
     with subprocess.Popen(
         [sys.executable, "-c", program, *arguments, "--jobs", "2", "--backend", backend],

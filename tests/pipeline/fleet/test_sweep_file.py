@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from bimvox_pipeline.fleet.runs import Wish, digest_of, runs_of
+from bimvox_pipeline.fleet.sweep_file import load_sweep
 
 from bimvox.errors import ConfigError
-from pipeline.fleet.runs import Wish, digest_of, runs_of
-from pipeline.fleet.sweep_file import load_sweep
 
 
 def loaded(folder: Path, text: str) -> tuple[Wish, ...]:

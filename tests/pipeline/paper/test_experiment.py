@@ -6,17 +6,17 @@ import multiprocessing
 from dataclasses import replace
 
 import pytest
+from bimvox_pipeline.paper import scheduler
+from bimvox_pipeline.paper.document import document_of, mean_curve
+from bimvox_pipeline.paper.experiment import run_experiment
+from bimvox_pipeline.paper.jobs import Job, jobs_of
+from bimvox_pipeline.paper.results import CurveRow, load_results
+from bimvox_pipeline.paper.scheduler import run_jobs
+from bimvox_pipeline.paper.settings import quick_settings
+from bimvox_pipeline.paper.work import result_file
+from bimvox_pipeline.progress import SilentProgress
 
 from bimvox.errors import BimvoxError, FileError
-from pipeline.paper import scheduler
-from pipeline.paper.document import document_of, mean_curve
-from pipeline.paper.experiment import run_experiment
-from pipeline.paper.jobs import Job, jobs_of
-from pipeline.paper.results import CurveRow, load_results
-from pipeline.paper.scheduler import run_jobs
-from pipeline.paper.settings import quick_settings
-from pipeline.paper.work import result_file
-from pipeline.progress import SilentProgress
 
 SETTINGS = replace(quick_settings(1, ("ours",)), frame_changes={"sites": 4, "gradient_steps": 1, "greedy_too": False})
 

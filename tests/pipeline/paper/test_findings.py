@@ -1,9 +1,8 @@
 from __future__ import annotations
 
 import pytest
-
-from pipeline.paper.findings import Verdict, findings_of
-from pipeline.paper.results import ScenarioRun
+from bimvox_pipeline.paper.findings import Verdict, findings_of
+from bimvox_pipeline.paper.results import ScenarioRun
 
 SEEDS = range(8)
 

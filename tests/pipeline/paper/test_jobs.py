@@ -3,9 +3,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-
-from pipeline.paper.jobs import jobs_of
-from pipeline.paper.settings import default_settings, quick_settings
+from bimvox_pipeline.paper.jobs import jobs_of
+from bimvox_pipeline.paper.settings import default_settings, quick_settings
 
 
 def names(settings, part=None):

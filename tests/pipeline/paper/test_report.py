@@ -4,12 +4,11 @@ import io
 from dataclasses import replace
 
 import numpy as np
+from bimvox_pipeline.paper.document import document_of
+from bimvox_pipeline.paper.pictures import pictures_of
+from bimvox_pipeline.paper.report import report_of
 from paper_results import results
 from PIL import Image
-
-from pipeline.paper.document import document_of
-from pipeline.paper.pictures import pictures_of
-from pipeline.paper.report import report_of
 
 
 def report(of):

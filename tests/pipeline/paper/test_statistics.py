@@ -4,11 +4,10 @@ import itertools
 
 import numpy as np
 import pytest
+from bimvox_pipeline.paper.statistics import CensoredSteps, mean_interval, paired_test
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest, wilcoxon
-
-from pipeline.paper.statistics import CensoredSteps, mean_interval, paired_test
 
 
 def test_an_interval_by_students_t():

@@ -12,19 +12,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from log_building import tiny_log
+from opened_pages import EVIL, evil_log, failed_proof, passed_proof, revision_of, tiny_source
 from PIL import Image
 from two_cranes import two_crane_plan
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
-from bimvox.planning.lift import Method
+from bimvox.records.lift import Method
 from bimvox.render.page.page import page_of
 from bimvox.render.page.source import PageSource, Revision
-from bimvox.render.site_cranes import poses_at
-
-from ...log.building import tiny_log
-from .pages import EVIL, evil_log, failed_proof, passed_proof, revision_of, tiny_source
+from bimvox.render.scene.cranes import poses_at
 
 pytestmark = pytest.mark.browser
 

@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bimvox.crane.tower_crane import CranePose
-from bimvox.render.crane_parts import crane_parts
 from bimvox.render.page.blob import Blob
 from bimvox.render.page.crane import FIXED, HOOK, SLEWING, crane_record
+from bimvox.render.scene.crane_parts import crane_parts
 
 
 def posed(crane, points, joints, pose) -> np.ndarray:

@@ -4,15 +4,14 @@ import dataclasses
 
 import numpy as np
 import pytest
+from log_building import tiny_log
+from opened_pages import Opened, failed_proof, passed_proof, revision_of, tiny_source
 
 from bimvox.crane.load_chart import capacity_kg
-from bimvox.planning.lift import Status
+from bimvox.records.lift import Status
 from bimvox.render.page.document import document_of
 from bimvox.render.page.page import page_of
 from bimvox.render.page.source import PageSource
-
-from ...log.building import tiny_log
-from .pages import Opened, failed_proof, passed_proof, revision_of, tiny_source
 
 
 @pytest.fixture(scope="module")

@@ -11,15 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.render.follow import follow
+from log_building import tiny_log
+from opened_pages import Opened
 
 from bimvox.errors import FileError, InputError
 from bimvox.log.recorder import write_log
-from bimvox.planning.lift import Method
-from pipeline.progress import SilentProgress
-from pipeline.render_follow import follow
-
-from ...log.building import tiny_log
-from .pages import Opened
+from bimvox.records.lift import Method
 
 VERSION = "document.querySelector('meta[name=bimvox-live]').dataset.version"
 
@@ -97,7 +96,7 @@ def test_a_proof_is_made_once_a_revision(tmp_path: Path, monkeypatch: pytest.Mon
     write_revision(log, 0)
     write_revision(tmp_path / "tiny.r0000.mcap", 0)
     proofs = []
-    from pipeline import page_revisions
+    from bimvox_pipeline.render import revisions as page_revisions
 
     made = page_revisions.prove
     monkeypatch.setattr(page_revisions, "prove", lambda *given: proofs.append(given) or made(*given))
@@ -121,7 +120,7 @@ def test_only_a_page_follows(tmp_path: Path):
 
 
 def test_a_page_that_does_not_follow_asks_nobody(tmp_path: Path):
-    from pipeline.render_page import page_of_log
+    from bimvox_pipeline.render.page import page_of_log
 
     write_revision(tmp_path / "tiny.mcap", 0)
     text = page_of_log(tmp_path / "tiny.mcap", proven=False, progress=SilentProgress()).decode()

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from log_building import tiny_log
+from opened_pages import Opened, tiny_source
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.log.recorder import tracks_of
 from bimvox.render.page.keyframes import TOLERANCE_M, keyframes
 from bimvox.render.page.page import page_of
-
-from ...log.building import tiny_log
-from .pages import Opened, tiny_source
 
 CLOSE_M = 0.02
 

@@ -8,12 +8,11 @@ import subprocess
 from collections import Counter
 
 import pytest
+from opened_pages import EVIL, Opened, evil_log, passed_proof, revision_of, tiny_source
 
 from bimvox.render.page.assets import MODULES, imports_of, script, text_of
 from bimvox.render.page.page import page_of
 from bimvox.render.page.source import PageSource
-
-from .pages import EVIL, Opened, evil_log, passed_proof, revision_of, tiny_source
 
 NODE = shutil.which("node")
 

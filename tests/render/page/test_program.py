@@ -10,15 +10,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from log_building import tiny_log
+from opened_pages import Opened, tiny_source
 
 from bimvox.log.recorder import tracks_of
 from bimvox.log.scene import states_before
 from bimvox.render.page import assets
 from bimvox.render.page.page import page_of
 from bimvox.site.construction import ConstructionState
-
-from ...log.building import tiny_log
-from .pages import Opened, tiny_source
 
 NODE = shutil.which("node")
 WEB = Path(assets.__file__).parent / "web"

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bimvox.render.film_scene import rotation
+from bimvox.render.film.scene import rotation
 from bimvox.render.page import assets
 
 WEB = Path(assets.__file__).parent / "web"

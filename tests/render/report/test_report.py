@@ -6,16 +6,15 @@ import re
 
 import numpy as np
 import pytest
+from log_building import tiny_log
+from opened_pages import EVIL, evil_log, failed_proof, passed_proof, revision_of
+from report_reading import ReadReport
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.render.report.gantt import LIFTS_A_CHART, gantt_charts
 from bimvox.render.report.page import Figure, Figures, report_page
 from bimvox.render.report.record import record_of
-
-from ...log.building import tiny_log
-from ..page.pages import EVIL, evil_log, failed_proof, passed_proof, revision_of
-from .reading import ReadReport
 
 
 def page_of(log, proof=None, *, critical_share: float = 0.75, figures: Figures | None = None) -> bytes:

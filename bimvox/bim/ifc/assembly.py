@@ -1,0 +1,151 @@
+"""Which products are one lift: the aggregation rules of IFC against what hangs together in space.
+
+The topmost ``IfcElement`` above a product (through ``IfcRelAggregates``) is the element, and the meshes below it are
+merged, except where that would hoist what nobody hoists in one piece:
+
+- stairs, ramps and roofs are wholes that are put together on site: their parts are elements of their own;
+- an ``IfcElementAssembly`` that says it is assembled on site (``AssemblyPlace`` SITE), that holds something which is
+  never lifted (a footing, a pile), or whose parts do not hang together (a floor, a frame drawn as one) is opened, and
+  what is below it is judged in the same way;
+- an ``IfcElementAssembly`` with one part is that part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.connected import connected_labels
+from bimvox.bim.ifc.roles import SPLIT
+
+GAP_M = 0.05
+"""Parts whose boxes are closer than this hang together (grout, bearings and gaps for tolerance are not drawn)."""
+SUBSTANTIAL = 0.1
+"""Share of the volume from which a loose piece counts: a drawn anchor or tube beside its part does not."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Extent:
+    """Where a product is and how much of it: ``low_m`` and ``high_m`` (3,) float64, ``volume_m3``."""
+
+    low_m: NDArray[np.float64]
+    high_m: NDArray[np.float64]
+    volume_m3: float
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """One lift.
+
+    Attributes:
+        owner: Step id of the product that gives it its identity.
+        members: Step ids of the products with triangles in it, ascending.
+        ancestors: Step ids of the elements above the owner, from the top down.
+    """
+
+    owner: int
+    members: tuple[int, ...]
+    ancestors: tuple[int, ...]
+
+
+class Aggregation:
+    """The trees of elements above the products that have triangles.
+
+    Args:
+        file: The ``ifcopenshell.file``.
+        extents: Extent by step id of the products with triangles.
+        never_lifted: Says of a product whether it stays where it is cast.
+    """
+
+    def __init__(self, file: Any, extents: Mapping[int, Extent], never_lifted: Callable[[Any], bool]) -> None:
+        self._file = file
+        self._extents = extents
+        self._never_lifted = never_lifted
+        self._parts: dict[int, list[int]] = {}
+        self._roots: list[int] = []
+        seen: set[int] = set()
+        for step_id in sorted(extents):
+            while step_id not in seen:
+                seen.add(step_id)
+                parent = parent_element(file.by_id(step_id))
+                if parent is None:
+                    self._roots.append(step_id)
+                    break
+                self._parts.setdefault(parent.id(), []).append(step_id)
+                step_id = parent.id()
+
+    def parts(self) -> list[Group]:
+        """Return every product with triangles on its own."""
+        return [Group(step_id, (step_id,), self._above(step_id)) for step_id in sorted(self._extents)]
+
+    def wholes(self, selected: frozenset[int] | None = None) -> list[Group]:
+        """Return the lifts by the rules of this module.
+
+        Args:
+            selected: Step ids that a query selected. A curtain wall of which it selects parts, but not the whole, is
+                opened.
+        """
+        groups = [group for root in sorted(self._roots) for group in self._lifts(root, (), selected or frozenset())]
+        return sorted(groups, key=lambda group: group.owner)
+
+    def _above(self, step_id: int) -> tuple[int, ...]:
+        above: list[int] = []
+        parent = parent_element(self._file.by_id(step_id))
+        while parent is not None and parent.id() not in above:
+            above.append(parent.id())
+            parent = parent_element(parent)
+        return tuple(reversed(above))
+
+    def _lifts(self, step_id: int, above: tuple[int, ...], selected: frozenset[int]) -> list[Group]:
+        leaves = self._leaves(step_id)
+        product = self._file.by_id(step_id)
+        if leaves == (step_id,):
+            return [Group(step_id, leaves, above)]
+        if self._is_opened(product, leaves, selected):
+            own = [Group(step_id, (step_id,), above)] if step_id in self._extents else []
+            inside = self._parts.get(step_id, [])
+            return own + [group for part in inside for group in self._lifts(part, (*above, step_id), selected)]
+        if len(leaves) == 1 and product.is_a("IfcElementAssembly"):
+            return [Group(leaves[0], leaves, (*above, step_id))]
+        return [Group(step_id, leaves, above)]
+
+    def _leaves(self, step_id: int) -> tuple[int, ...]:
+        found = [step_id] if step_id in self._extents else []
+        for part in self._parts.get(step_id, []):
+            found += self._leaves(part)
+        return tuple(sorted(found))
+
+    def _is_opened(self, product: Any, leaves: Sequence[int], selected: frozenset[int]) -> bool:
+        if product.is_a() in SPLIT:
+            return True
+        if product.is_a("IfcCurtainWall"):
+            return product.id() not in selected and not selected.isdisjoint(leaves)
+        if not product.is_a("IfcElementAssembly"):
+            return False
+        if getattr(product, "AssemblyPlace", None) == "SITE":
+            return True
+        if any(self._never_lifted(self._file.by_id(leaf)) for leaf in leaves):
+            return True
+        return not hang_together([self._extents[leaf] for leaf in leaves])
+
+
+def parent_element(product: Any) -> Any | None:
+    """Return the ``IfcElement`` that a product is a part of, None where there is none."""
+    for relation in getattr(product, "Decomposes", ()) or ():
+        if relation.is_a("IfcRelAggregates") and relation.RelatingObject.is_a("IfcElement"):
+            return relation.RelatingObject
+    return None
+
+
+def hang_together(extents: Sequence[Extent]) -> bool:
+    """Say whether the substantial parts among these form one connected piece, judged by their boxes."""
+    low = np.array([extent.low_m for extent in extents]) - GAP_M / 2
+    high = np.array([extent.high_m for extent in extents]) + GAP_M / 2
+    touch = ((low[:, None] <= high[None]) & (high[:, None] >= low[None])).all(axis=2)
+    label = connected_labels(len(extents), *np.nonzero(touch))
+    volume = np.bincount(label, weights=[extent.volume_m3 for extent in extents])
+    return int((volume >= SUBSTANTIAL * volume.sum()).sum()) <= 1

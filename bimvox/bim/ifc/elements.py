@@ -1,0 +1,196 @@
+"""Make elements of products: identity, role, mass, and one mesh for what is lifted in one piece."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import Element, Role, TriangleMesh
+from bimvox.bim.ifc.anchors import anchors_without_mesh, points_of_group
+from bimvox.bim.ifc.assembly import Aggregation, Extent, Group
+from bimvox.bim.ifc.open import OpenedIfc
+from bimvox.bim.ifc.properties import Properties, weakest
+from bimvox.bim.ifc.relations import Storeys, connected_products, element_pairs
+from bimvox.bim.ifc.roles import CURTAIN_TYPES, UNKNOWN, role_of_class
+from bimvox.bim.ifc.tasks import ProductTask, tasks_of_products
+from bimvox.bim.name_roles import is_existing_by_name, role_by_name
+
+_SHOWN = 5
+_STAYS = (Role.STRUCTURE, Role.GROUND)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """A product with clean triangles, relative to the building's local origin."""
+
+    mesh: TriangleMesh
+    extent: Extent
+    exact: bool
+
+
+class ElementBuilder:
+    """Makes elements of groups of parts, and counts what is worth a note."""
+
+    def __init__(
+        self,
+        opened: OpenedIfc,
+        parts: Mapping[int, Part],
+        selected: frozenset[int] | None,
+        properties: Properties,
+        origin_m: NDArray[np.float64],
+    ) -> None:
+        self._file = opened.file
+        self._schema = opened.schema
+        self._metres_per_unit = opened.metres_per_unit
+        self._parts = parts
+        self._selected = selected
+        self._properties = properties
+        self._ids: set[str] = set()
+        self._made_unique: list[str] = []
+        self._guessed = 0
+        self._refused: list[str] = []
+        self._odd: list[str] = []
+        self._storeys = Storeys(opened.file)
+        self._tasks, self._task_notes = tasks_of_products(opened.file)
+        self._element_of: dict[int, str] = {}
+        self._anchors = anchors_without_mesh(opened.file, parts, opened.metres_per_unit, origin_m)
+
+    def groups(self, assemblies: str) -> list[Group]:
+        """Return the lifts, in file order."""
+        extents = {step_id: part.extent for step_id, part in self._parts.items()}
+        aggregation = Aggregation(self._file, extents, lambda product: self._role(product) in _STAYS)
+        return aggregation.parts() if assemblies == "parts" else aggregation.wholes(self._selected)
+
+    def element(self, group: Group) -> Element:
+        """Make the element of a group."""
+        owner = self._file.by_id(group.owner)
+        masses = []
+        for step_id in group.members:
+            part = self._parts[step_id]
+            masses.append(self._properties.mass(self._file.by_id(step_id), part.extent.volume_m3, part.exact))
+            self._guessed += not part.exact
+            self._refused += [str(owner.Name or owner.GlobalId)] * masses[-1].stated_refused
+            self._odd += [str(owner.Name or owner.GlobalId)] * masses[-1].stated_odd
+        material = self._properties.material(owner)
+        if material is None:
+            heaviest = max(zip(masses, group.members, strict=True), key=lambda pair: pair[0].kg)[1]
+            material = self._properties.material(self._file.by_id(heaviest))
+        whole = group.members != (group.owner,)
+        element_id = self._unique(owner)
+        self._element_of.update(dict.fromkeys((group.owner, *group.members), element_id))
+        height = self._storeys.height_of(owner)
+        task = self._task(group)
+        opened = next((a for a in reversed(group.ancestors) if self._file.by_id(a).is_a("IfcElementAssembly")), None)
+        return Element(
+            id=element_id,
+            global_id=str(owner.GlobalId),
+            ifc_class=str(owner.is_a()),
+            name=str(owner.Name or ""),
+            mesh=_joined([self._parts[step_id].mesh for step_id in group.members]),
+            role=self._planned_role(owner, group),
+            mass_kg=sum(mass.kg for mass in masses),
+            mass_source=weakest([mass.source for mass in masses]),
+            type_name=self._properties.type_name(owner),
+            storey=self._properties.storey(owner),
+            material=material,
+            members=tuple(str(self._file.by_id(step_id).GlobalId) for step_id in group.members) if whole else (),
+            storey_height_m=None if height is None else round(height * self._metres_per_unit, 6),
+            assembly=None if opened is None else str(self._file.by_id(opened).GlobalId),
+            task=None if task is None else task.name,
+            task_rank=None if task is None else task.rank,
+            lifting_points_m=self._lifting_points(group),
+        )
+
+    def connections(self) -> tuple[tuple[str, str], ...]:
+        """Return the pairs of elements so far that the file says are connected."""
+        return element_pairs(connected_products(self._file), self._element_of)
+
+    def notes(self) -> list[str]:
+        """Return what the elements so far are worth noting for."""
+        notes = list(self._task_notes)
+        if self._made_unique:
+            shown = ", ".join(self._made_unique[:_SHOWN])
+            more = f" and {len(self._made_unique) - _SHOWN} more" if len(self._made_unique) > _SHOWN else ""
+            notes.append(f"GlobalIds that occur more than once were made unique: {shown}{more}")
+        if self._guessed:
+            notes.append(f"parts that are not closed, whose mass is a guess unless stated: {self._guessed}")
+        if self._refused:
+            notes.append(
+                "stated weights that cannot be, given the volume of the part, and were not used: "
+                f"{len(self._refused)} ({_some(self._refused)})"
+            )
+        if self._odd:
+            notes.append(
+                "stated weights that are odd for the volume of the part (under 50 or over 12,000 kg/m3), yet used: "
+                f"{len(self._odd)} ({_some(self._odd)})"
+            )
+        return notes
+
+    def _task(self, group: Group) -> ProductTask | None:
+        """The task of the lift itself, else of the assembly above it, nearest first, else the last of its members."""
+        for step_id in (group.owner, *reversed(group.ancestors)):
+            if step_id in self._tasks:
+                return self._tasks[step_id]
+        inside = [self._tasks[step_id] for step_id in group.members if step_id in self._tasks]
+        return max(inside, key=lambda task: task.rank) if inside else None
+
+    def _lifting_points(self, group: Group) -> tuple[tuple[float, float, float], ...]:
+        """The anchors of the lift: of its members, and of the assembly above it where that holds one part alone."""
+        above = [group.owner]
+        if group.ancestors and len(group.members) == 1 and group.owner == group.members[0]:
+            above.append(group.ancestors[-1])
+        meshes = {step_id: self._parts[step_id].mesh for step_id in group.members}
+        return points_of_group(self._file, group.members, above, meshes, self._anchors)
+
+    def _unique(self, owner: Any) -> str:
+        global_id = str(owner.GlobalId)
+        unique = global_id if global_id not in self._ids else f"{global_id}#{owner.id()}"
+        if unique != global_id:
+            self._made_unique.append(unique)
+        self._ids.add(unique)
+        return unique
+
+    def _role(self, product: Any) -> Role:
+        """Return what a product is by its class, its state, and its name where the class says nothing."""
+        ifc_class = product.is_a()
+        role = role_of_class(self._schema, ifc_class) or Role.FITTING
+        if ifc_class in UNKNOWN:
+            role = role_by_name(str(product.Name or "")) or role_by_name(str(product.ObjectType or "")) or role
+        if role in (Role.COMPONENT, Role.FITTING) and (
+            self._properties.is_existing(product) or is_existing_by_name(str(product.Name or ""))
+        ):
+            return Role.STRUCTURE
+        if role is Role.COMPONENT and self._properties.predefined_type(product) in CURTAIN_TYPES:
+            return Role.FITTING
+        return role
+
+    def _planned_role(self, owner: Any, group: Group) -> Role:
+        """Return the role of a group, after the selection has had its say."""
+        role = self._role(owner)
+        if owner.is_a("IfcElementAssembly"):
+            inside = [self._role(self._file.by_id(step_id)) for step_id in group.members]
+            role = role if role in inside else inside[0]
+        if self._selected is None:
+            return role
+        if not self._selected.isdisjoint((group.owner, *group.members, *group.ancestors)):
+            return Role.COMPONENT
+        return Role.STRUCTURE if role is Role.COMPONENT else role
+
+
+def _some(names: list[str], most: int = 3) -> str:
+    """List different names, not all of very many."""
+    different = list(dict.fromkeys(names))
+    return ", ".join(different[:most]) + (", ..." if len(different) > most else "")
+
+
+def _joined(meshes: list[TriangleMesh]) -> TriangleMesh:
+    """Concatenate meshes, each keeping its own vertices."""
+    if len(meshes) == 1:
+        return meshes[0]
+    offsets = np.cumsum([0] + [len(mesh.vertices_m) for mesh in meshes[:-1]])
+    faces = [mesh.faces + offset for mesh, offset in zip(meshes, offsets, strict=True)]
+    return TriangleMesh(np.concatenate([mesh.vertices_m for mesh in meshes]), np.concatenate(faces).astype(np.int32))

@@ -1,0 +1,167 @@
+"""Mesh the products of an IFC file in worker processes, and outlive the kernel's hangs and crashes."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass
+from multiprocessing.connection import wait
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from bimvox.bim.ifc.process import WORKER_COMMAND, GeometryServer, Task, Worker
+from bimvox.bim.ifc.shape import PlacedShape
+
+FAST_LIBRARY = "hybrid-cgal-simple-opencascade"
+PLAIN_LIBRARY = "opencascade"
+_FAST_SHARE = 1 / 3
+"""Share of the time limit that the fast library gets: what it cannot do soon, the plain one may."""
+_PATIENCE = 5
+"""A file may lose this many time limits to shapes that hang; after that, each has a tenth of the limit."""
+_TASKS_AHEAD = 4
+"""Tasks that a worker is sent before it has answered the first, so that it never waits for us."""
+_TASKS_A_WORKER = 16
+"""Another worker is worth forking for as many tasks."""
+_NOTHING = object()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Meshed:
+    """What the kernel made of a file.
+
+    Attributes:
+        shapes: By step id.
+        failures: Reason by step id, for every product without a shape.
+        retried: Step ids that the library tried first could not mesh.
+    """
+
+    shapes: Mapping[int, PlacedShape]
+    failures: Mapping[int, str]
+    retried: tuple[int, ...]
+
+
+class GeometryPool:
+    """Worker processes on one file; start it early, it opens the file while the caller does other things.
+
+    Args:
+        path: The IFC file.
+        timeout_s: Seconds a worker may spend on one shape; less once a file has lost much time to shapes that hang.
+        processes: Most workers to run at once; what they return does not depend on it.
+        command: How to start the process that forks the workers (replaced by tests of hangs and crashes).
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        timeout_s: float,
+        processes: int = 1,
+        command: Sequence[str] = WORKER_COMMAND,
+    ) -> None:
+        self._path = path
+        self._timeout_s = timeout_s
+        self._processes = processes
+        self._command = tuple(command)
+        self._workers: list[Worker] = []
+        self._lost_s = 0.0
+
+    def __enter__(self) -> GeometryPool:
+        self._server = GeometryServer(self._path, self._command)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        for worker in self._workers:
+            worker.channel.close()
+        self._server.stop()
+
+    def mesh(
+        self,
+        groups: Sequence[tuple[int, ...]],
+        on_done: Callable[[int], None] = lambda done: None,
+        *,
+        plain: Set[int] = frozenset(),
+        meanwhile: Iterable[object] = (),
+    ) -> Meshed:
+        """Mesh products; a shape that hangs, crashes or fails is tried again with the other library, then given up.
+
+        Args:
+            groups: Step ids of the products to mesh, those together that share one shape.
+            on_done: Called with the number of products finished.
+            plain: Products to mesh with the plain library first, because the fast one is too coarse for them.
+            meanwhile: Other work in small steps, to be done as long as the workers are at it.
+
+        Raises:
+            IfcError: If no worker can be started.
+        """
+        shapes: dict[int, PlacedShape] = {}
+        other_work = iter(meanwhile)
+        failures: dict[int, str] = {}
+        retried: list[int] = []
+        todo = deque((tuple(group), _first_library(group, plain)) for group in groups)
+        while todo or any(worker.tasks for worker in self._workers):
+            self._staff(todo)
+            for (step_ids, library), answer in self._answers(todo, other_work):
+                if isinstance(answer, str):
+                    if library == _first_library(step_ids, plain):
+                        todo.append((step_ids, PLAIN_LIBRARY if library == FAST_LIBRARY else FAST_LIBRARY))
+                        continue
+                    failures.update(dict.fromkeys(step_ids, answer))
+                else:
+                    shape, placements = answer
+                    for step_id, placement in zip(step_ids, placements, strict=True):
+                        shapes[step_id] = PlacedShape(shape, placement)
+                    retried += step_ids if library != _first_library(step_ids, plain) else ()
+                on_done(len(shapes) + len(failures))
+        return Meshed(shapes, failures, tuple(sorted(retried)))
+
+    def _staff(self, todo: deque[Task]) -> None:
+        """Fork workers where there is work for them, and keep each of them busy."""
+        wanted = min(self._processes, 1 + len(todo) // _TASKS_A_WORKER) if todo else 0
+        while len(self._workers) < wanted:
+            self._workers.append(self._server.fork())
+        for ahead in range(1, _TASKS_AHEAD + 1):
+            for worker in self._workers:
+                if todo and len(worker.tasks) < ahead:
+                    worker.give(todo.popleft(), self._limit_s)
+
+    def _answers(self, todo: deque[Task], other_work: Iterator[object]) -> list[tuple[Task, Any]]:
+        """Wait for something to happen; return each finished task with its triangles, or the reason why it failed."""
+        busy = [worker for worker in self._workers if worker.tasks]
+        channels = [worker.channel for worker in busy]
+        speaking = wait(channels, 0.0)
+        if not speaking and next(other_work, _NOTHING) is _NOTHING:
+            speaking = wait(channels, max(0.0, min(worker.deadline for worker in busy) - time.monotonic()))
+        finished: list[tuple[Task, Any]] = []
+        for worker in busy:
+            if worker.channel in speaking:
+                try:
+                    finished.append(worker.answer(self._limit_s))
+                except (EOFError, OSError):
+                    task, status = self._bury(worker, todo)
+                    died = f"signal {-status}" if status < 0 else f"exit status {status}"
+                    finished.append((task, f"the geometry kernel crashed ({died})"))
+            elif time.monotonic() >= worker.deadline:
+                task, _ = self._bury(worker, todo)
+                limit_s = self._limit_s(task)
+                self._lost_s += limit_s
+                finished.append((task, f"no result from the geometry kernel within {limit_s:g} s"))
+        return finished
+
+    def _limit_s(self, task: Task) -> float:
+        """Return how long a task may take."""
+        share = _FAST_SHARE if task[1] == FAST_LIBRARY else 1.0
+        return self._timeout_s * share * (1.0 if self._lost_s < _PATIENCE * self._timeout_s else 0.1)
+
+    def _bury(self, worker: Worker, todo: deque[Task]) -> tuple[Task, int]:
+        """End a worker; return the task it was at and its exit status. What else it was sent is to be done again."""
+        self._workers.remove(worker)
+        task = worker.tasks.popleft()
+        todo.extendleft(reversed(worker.tasks))
+        return task, self._server.bury(worker)
+
+
+def _first_library(step_ids: Sequence[int], plain: Set[int]) -> str:
+    """Return the library to try first for products that share a shape."""
+    return FAST_LIBRARY if plain.isdisjoint(step_ids) else PLAIN_LIBRARY

@@ -1,0 +1,142 @@
+"""Open an IFC file only if it is whole: IfcOpenShell reads a truncated or damaged one without a word."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import ifcopenshell
+import ifcopenshell.util.unit
+
+from bimvox.bim.ifc.parser_log import judge_log
+from bimvox.bim.ifc.step_file import check_frame, stated_schema, step_bytes, without_comments
+from bimvox.bim.ifc.text import parser_text
+from bimvox.errors import IfcError
+
+_INSTANCE = re.compile(rb"^[ \t]*#(\d+)[ \t]*=[ \t]*([A-Za-z0-9_]+)", re.MULTILINE)
+
+
+_UNIT_NAMES = {"FOOT": "ft", "INCH": "in", "METRE": "m"}
+_PREFIXES = {"MILLI": "m", "CENTI": "c", "DECI": "d", "KILO": "k", "MICRO": "µ"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OpenedIfc:
+    """An IFC file that is fit to read.
+
+    Attributes:
+        file: The ``ifcopenshell.file``.
+        schema: Schema that it was read as.
+        unit: Name of its length unit.
+        metres_per_unit: Its length unit in metres.
+        notes: What a reader should know.
+    """
+
+    file: Any
+    schema: str
+    unit: str
+    metres_per_unit: float
+    notes: tuple[str, ...]
+
+
+def open_ifc(path: Path, data: bytes) -> OpenedIfc:
+    """Open an IFC file and check that nothing of it is missing.
+
+    Args:
+        path: Names the file in errors; ``.ifczip`` is unpacked in memory.
+        data: Its bytes.
+
+    Raises:
+        IfcError: If it is not IFC, truncated, damaged, of an unreadable schema, or without exactly one IfcProject or
+            without a length unit.
+    """
+    step = step_bytes(path, data)
+    check_frame(path, step)
+    stated, _ = stated_schema(path, step)
+    ifcopenshell.get_log()  # of files before
+    text = parser_text(path, step)
+    file = parse_text(path, text)
+    schema = str(file.schema_identifier)
+    notes = [f"schema {stated} was read as {schema}"] if schema != stated else []
+    notes += judge_log(path, text, file, ifcopenshell.get_log(), stated)
+    notes += _check_complete(path, step, file)
+    projects = file.by_type("IfcProject")
+    if len(projects) != 1:
+        raise IfcError(
+            path,
+            f"holds {len(projects)} IfcProject instances, not exactly one",
+            hint="export the model again; a file without its project has no units and is most likely cut off",
+        )
+    unit, metres = _length_unit(path, projects[0])
+    return OpenedIfc(file, schema, unit, metres, tuple(notes))
+
+
+def parse_text(path: Path, text: str) -> Any:
+    """Parse STEP text from ``parser_text``.
+
+    Raises:
+        IfcError: If it cannot be parsed at all.
+    """
+    try:
+        file = ifcopenshell.file.from_string(text)
+        file.by_type("IfcRoot")  # a file whose header could not be read fails here
+    except (ifcopenshell.Error, RuntimeError) as error:
+        raise IfcError(path, f"cannot be parsed: {error}", hint="export the model again") from error
+    return file
+
+
+def _check_complete(path: Path, step: bytes, file: Any) -> list[str]:
+    """Compare the instances written with those read: the parser drops what it does not understand, silently."""
+    missing = _unread(step, file)
+    if missing:
+        missing = _unread(without_comments(step), file)
+    if not missing:
+        return []
+    known = ifcopenshell.ifcopenshell_wrapper.schema_by_name(file.schema_identifier)
+    unknown: Counter[str] = Counter()
+    for step_id, name, offset in missing:
+        try:
+            known.declaration_by_name(name)
+        except RuntimeError:
+            unknown[name] += 1
+            continue
+        line = step.count(b"\n", 0, offset) + 1
+        raise IfcError(
+            path,
+            f"is damaged: {len(missing)} instances cannot be read, the first is #{step_id}={name} near line {line}",
+            hint="export or copy the model again",
+        )
+    classes = ", ".join(f"{count} {name}" for name, count in sorted(unknown.items()))
+    return [f"left out what {file.schema_identifier} does not know: {classes}"]
+
+
+def _unread(step: bytes, file: Any) -> list[tuple[int, str, int]]:
+    """Return (step id, class, offset) of the instances in the text that the parsed file lacks."""
+    read = set(file.entity_names())
+    return [
+        (int(found[1]), found[2].decode(), found.start(1))
+        for found in _INSTANCE.finditer(step)
+        if int(found[1]) not in read
+    ]
+
+
+def _length_unit(path: Path, project: Any) -> tuple[str, float]:
+    """Return the name of the project's length unit and how many metres it is."""
+    assignment = project.UnitsInContext
+    units = assignment.Units if assignment else ()
+    unit = next((unit for unit in units if getattr(unit, "UnitType", None) == "LENGTHUNIT"), None)
+    if unit is None:
+        raise IfcError(
+            path,
+            f"its IfcProject #{project.id()} states no length unit",
+            hint="export it with units; without one a millimetre and a metre look the same",
+        )
+    metres = float(ifcopenshell.util.unit.get_unit_scale(unit))
+    stated = str(unit.Name or "").upper()
+    prefix = str(getattr(unit, "Prefix", None) or "")
+    if unit.is_a("IfcSIUnit") and prefix:
+        return f"{_PREFIXES.get(prefix, prefix.lower() + '-')}m", metres
+    return _UNIT_NAMES.get(stated, stated.lower() or "unnamed"), metres

@@ -1,0 +1,153 @@
+"""Handles on the geometry processes: the server that has the file loaded, and the workers that it forks."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from multiprocessing.connection import Connection
+from multiprocessing.reduction import send_handle
+from pathlib import Path
+from typing import Any
+
+from bimvox.errors import IfcError
+
+WORKER_COMMAND = (sys.executable, "-m", "bimvox.bim.ifc.worker")
+_START_LIMIT_S = 600.0
+
+Task = tuple[tuple[int, ...], str]
+"""Step ids of products that share one shape, and the geometry library to mesh it with."""
+
+
+class GeometryServer:
+    """The process that has the file loaded and forks workers; it starts at once and loads in the background.
+
+    Args:
+        path: The IFC file.
+        command: How to start it; the number of its socket and the path are appended.
+    """
+
+    def __init__(self, path: Path, command: Sequence[str]) -> None:
+        self._path = path
+        self._ready = False
+        self._said = tempfile.TemporaryFile()  # noqa: SIM115 (lives as long as the process that writes to it)
+        root = str(Path(__file__).resolve().parents[3])
+        # The library is found where this file lies, and nothing in the current folder can shadow a module. Threads
+        # would not survive the forks, and there is nothing for them to do.
+        environment = {
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH")])),
+            "PYTHONSAFEPATH": "1",
+            "OPENBLAS_NUM_THREADS": "1",
+        }
+        here, there = socket.socketpair()
+        self._control = Connection(here.detach())
+        with there:
+            self._process = subprocess.Popen(
+                [*command, str(there.fileno()), str(path)],
+                stdin=subprocess.DEVNULL,
+                stdout=self._said,
+                stderr=self._said,
+                env=environment,
+                pass_fds=[there.fileno()],
+                start_new_session=True,  # Ctrl-C is for us: we end it
+            )
+
+    def fork(self) -> Worker:
+        """Return a new worker.
+
+        Raises:
+            IfcError: If the server cannot start.
+        """
+        try:
+            if not self._ready:
+                if not self._control.poll(_START_LIMIT_S):
+                    raise self._lost(f"it is not ready after {_START_LIMIT_S:g} s")
+                self._control.recv()
+                self._ready = True
+            here, there = socket.socketpair()
+            with there:
+                self._control.send("fork")
+                send_handle(self._control, there.fileno(), self._process.pid)
+            return Worker(Connection(here.detach()), self._control.recv())
+        except (EOFError, OSError):
+            raise self._lost() from None
+
+    def bury(self, worker: Worker) -> int:
+        """End a worker and return its exit status, negative for the signal that ended it.
+
+        Raises:
+            IfcError: If the server itself is gone.
+        """
+        worker.channel.close()
+        try:
+            self._control.send(worker.pid)
+            return int(self._control.recv())
+        except (EOFError, OSError):
+            raise self._lost() from None
+
+    def stop(self) -> None:
+        """End the server and all its workers."""
+        self._control.close()
+        try:
+            self._process.wait(2.0 if self._ready else 0.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._said.close()
+
+    def _lost(self, why: str = "") -> IfcError:
+        """Return the error of a server that is gone, with its last words."""
+        try:
+            self._process.wait(2.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+        code = self._process.wait()
+        self._said.seek(0)
+        said = self._said.read()[-2000:].decode("utf-8", "replace").strip()
+        return IfcError(
+            self._path, f"the geometry process did not start: {why or said or code}", hint="check the install"
+        )
+
+
+class Worker:
+    """A worker: the socket to it, and the tasks that it was sent and has not answered, the one in work first.
+
+    Args:
+        channel: Its socket.
+        pid: Its process id.
+    """
+
+    def __init__(self, channel: Connection, pid: int) -> None:
+        self.channel = channel
+        self.pid = pid
+        self.tasks: deque[Task] = deque()
+        self.deadline = float("inf")
+
+    def give(self, task: Task, limit_s: Callable[[Task], float]) -> None:
+        """Send a task; its time starts when it is the first in line."""
+        if not self.tasks:
+            self.deadline = time.monotonic() + limit_s(task)
+        self.tasks.append(task)
+        try:
+            self.channel.send(task)
+        except OSError:
+            return  # it died idle: reading its answer reports that
+
+    def answer(self, limit_s: Callable[[Task], float]) -> tuple[Task, Any]:
+        """Receive the answer to the first task; the time of the next starts.
+
+        Raises:
+            EOFError: If it died.
+            OSError: If it died.
+        """
+        answer = self.channel.recv()
+        task = self.tasks.popleft()
+        if self.tasks:
+            self.deadline = time.monotonic() + limit_s(self.tasks[0])
+        return task, answer

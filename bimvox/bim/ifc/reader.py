@@ -1,0 +1,169 @@
+"""Read an IFC file into a building: products to meshes, meshes to elements, elements to roles."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import Building, Role, SkippedProduct, Source, TriangleMesh
+from bimvox.bim.default_selection import by_default
+from bimvox.bim.ifc.assembly import Extent
+from bimvox.bim.ifc.curves import largely_curved
+from bimvox.bim.ifc.elements import ElementBuilder, Part
+from bimvox.bim.ifc.geometry import GeometryPool
+from bimvox.bim.ifc.georeference import georeference_of
+from bimvox.bim.ifc.open import OpenedIfc, open_ifc
+from bimvox.bim.ifc.properties import Properties
+from bimvox.bim.ifc.roles import TOO_SMALL, reason_not_solid, reason_too_small, role_of_class
+from bimvox.bim.ifc.shape import PlacedShape
+from bimvox.bim.ifc.shared import shape_groups
+from bimvox.bim.local_origin import FAR_M, local_origin, stray
+from bimvox.bim.options import Progress, ReadOptions
+from bimvox.errors import IfcError, InputError, SelectionError
+
+
+def read_ifc(
+    path: Path, data: bytes, sha256: str, options: ReadOptions, report: Progress, pool: GeometryPool
+) -> Building:
+    """Read an IFC file.
+
+    Args:
+        path: The file, which the pool works on too.
+        data: Its bytes.
+        sha256: Their hash.
+        options: What to lift and how.
+        report: Told about progress.
+        pool: Geometry workers, already starting.
+
+    Raises:
+        IfcError: If the file cannot be used or holds nothing solid.
+        SelectionError: If the query is malformed or selects nothing solid.
+        InputError: If a unit is asked for that the file contradicts.
+    """
+    report("open", 0, 1)
+    opened = open_ifc(path, data)
+    if options.unit is not None and options.unit != opened.unit:
+        raise InputError(f"{path}: states its unit itself ({opened.unit}), not {options.unit}", hint="leave unit out")
+    selected = _selected(opened, options)
+    report("open", 1, 1)
+
+    notes = list(opened.notes)
+    wanted, skipped = _sort_out(opened, selected, notes)
+    properties = Properties(opened.file)
+    groups = shape_groups(opened.file, wanted)
+    meshed = pool.mesh(
+        groups,
+        lambda done: report("geometry", done, len(wanted)),
+        plain=largely_curved(opened.file, opened.metres_per_unit),
+        meanwhile=(properties.sets_of(opened.file.by_id(step_id)) for step_id in wanted),
+    )
+    skipped.update({step_id: _why(opened.file.by_id(step_id), why) for step_id, why in meshed.failures.items()})
+    if meshed.retried:
+        notes.append(f"products that needed a second geometry library: {len(meshed.retried)}")
+
+    origin_m = local_origin([_box(placed.mesh(np.zeros(3))) for placed in meshed.shapes.values()])
+    parts = {step_id: _part(meshed.shapes[step_id], origin_m) for step_id in sorted(meshed.shapes)}
+    notes += _repairs(meshed.shapes.values())
+    if not parts:
+        reasons = "; ".join(f"{count} x {reason}" for reason, count in Counter(skipped.values()).most_common(3))
+        raise IfcError(
+            path, f"holds nothing solid ({reasons or 'no product has geometry'})", hint="export it with 3D bodies"
+        )
+    builder = ElementBuilder(opened, parts, selected, properties, origin_m)
+    lifts = builder.groups(options.assemblies)
+    elements = []
+    for index, group in enumerate(lifts):
+        elements.append(builder.element(group))
+        report("elements", index + 1, len(lifts))
+    notes += builder.notes()
+    elements = by_default(elements, notes) if selected is None else elements
+    if selected is not None and not any(element.role is Role.COMPONENT for element in elements):
+        raise SelectionError(
+            f"select {options.select!r}: matches {len(selected)} products, none of them solid",
+            hint="select columns, beams, walls, slabs or other elements with a body",
+        )
+    for index in stray([element.mesh.bounds_m for element in elements]):
+        notes.append(f"{elements[index].id} ({elements[index].ifc_class}) lies over {FAR_M:g} m from the rest")
+    return Building(
+        elements=tuple(elements),
+        skipped=tuple(_skipped(opened.file, skipped)),
+        source=Source(path.name, sha256, opened.schema, opened.unit),
+        origin_m=origin_m,
+        georeference=georeference_of(opened.file, opened.metres_per_unit),
+        notes=tuple(notes),
+        connections=builder.connections(),
+    )
+
+
+def _selected(opened: OpenedIfc, options: ReadOptions) -> frozenset[int] | None:
+    """Return the step ids that the query selects, None without a query."""
+    if options.select is None:
+        return None
+    from bimvox.bim.ifc.select import select_products  # the selector takes half a second to import
+
+    return select_products(opened.file, options.select)
+
+
+def _sort_out(opened: OpenedIfc, selected: frozenset[int] | None, notes: list[str]) -> tuple[list[int], dict[int, str]]:
+    """Return the step ids to mesh, ascending, and the reason for every other product with a representation."""
+    wanted, skipped = [], {}
+    for product in opened.file.by_type("IfcProduct"):
+        if product.Representation is None:
+            continue
+        step_id, ifc_class = product.id(), product.is_a()
+        reason = reason_not_solid(opened.schema, ifc_class)
+        if reason is None and (selected is None or step_id not in selected):
+            reason = reason_too_small(opened.schema, ifc_class)
+        if reason is None and role_of_class(opened.schema, ifc_class) is None:
+            reason = "not a building element"
+        if reason is None:
+            wanted.append(step_id)
+        else:
+            skipped[step_id] = reason
+    small = [step_id for step_id, reason in skipped.items() if reason in TOO_SMALL.values()]
+    if small and not wanted:
+        notes.append(f"nothing but what comes inside or on other parts, so that was read: {len(small)} products")
+        wanted, skipped = small, {step_id: why for step_id, why in skipped.items() if why not in TOO_SMALL.values()}
+    return sorted(wanted), skipped
+
+
+def _part(placed: PlacedShape, origin_m: NDArray[np.float64]) -> Part:
+    """Place a shape relative to the local origin."""
+    mesh = placed.mesh(origin_m)
+    low_m, high_m = _box(mesh)
+    return Part(mesh, Extent(low_m, high_m, placed.shape.volume_m3), placed.shape.exact)
+
+
+def _box(mesh: TriangleMesh) -> NDArray[np.float64]:
+    """Return the (2, 3) box of a mesh whose vertices are all in use."""
+    return np.stack([mesh.vertices_m.min(axis=0), mesh.vertices_m.max(axis=0)])
+
+
+def _repairs(placed: Collection[PlacedShape]) -> list[str]:
+    """Return notes of what had to be repaired."""
+    notes = []
+    if dropped := sum(one.shape.dropped for one in placed):
+        notes.append(f"triangles without area dropped: {dropped}")
+    if turned := sum(one.shape.turned for one in placed):
+        notes.append(f"inside-out products turned outward: {turned}")
+    return notes
+
+
+def _why(product: Any, reason: str) -> str:
+    """Add to a kernel's failure what the product has instead of a body."""
+    shown = [item.RepresentationIdentifier for item in getattr(product.Representation, "Representations", ())]
+    return f"{reason}; its representations: {', '.join(str(name) for name in shown)}" if shown else reason
+
+
+def _skipped(file: Any, reasons: Mapping[int, str]) -> list[SkippedProduct]:
+    """Return the skipped products in file order."""
+    products = [(file.by_id(step_id), reasons[step_id]) for step_id in sorted(reasons)]
+    return [
+        SkippedProduct(str(product.GlobalId), product.is_a(), str(product.Name or ""), reason)
+        for product, reason in products
+    ]

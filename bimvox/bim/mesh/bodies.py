@@ -1,0 +1,76 @@
+"""Cut a lump of triangles without names into the bodies that could be lifted one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import TriangleMesh
+from bimvox.bim.mesh.repair import Shells, shells_of
+
+
+def bodies_of(mesh: TriangleMesh) -> list[TriangleMesh]:
+    """Split a welded mesh into bodies, in the order of their first face.
+
+    Faces that close around something before the next one begins are a shell of their own, although they share corners
+    with others: parts that touch, written one after the other, stay apart. A closed shell is a body, together with its
+    cavities (closed shells inside its box that face the other way). Open pieces whose boxes touch are one body: a
+    surface that was exported in patches, or as loose triangles, is one thing.
+    """
+    mesh = _apart(mesh)
+    shells = shells_of(mesh)
+    body_of_face = _owners(shells)[shells.of_face]
+    order = np.argsort(body_of_face, kind="stable")
+    _, starts = np.unique(body_of_face[order], return_index=True)
+    # The owner of a body is its lowest shell, and shells are numbered by their first face.
+    return [_with_own_vertices(mesh, faces) for faces in np.split(mesh.faces[order], starts[1:])]
+
+
+def _apart(mesh: TriangleMesh) -> TriangleMesh:
+    """Give every run of faces that is closed in itself vertices of its own."""
+    count = len(mesh.faces)
+    faces = mesh.faces.astype(np.int64)
+    a, b = np.stack([faces, np.roll(faces, -1, axis=1)]).reshape(2, -1)
+    _, edge = np.unique(np.minimum(a, b) * len(mesh.vertices_m) + np.maximum(a, b), return_inverse=True)
+    order = np.argsort(edge, kind="stable")
+    edge, face = edge[order], order // 3
+    # Walked once each way an edge is in balance; between the faces that upset and restore it no run can end.
+    ending = np.append(edge[1:] != edge[:-1], True)
+    walked = np.cumsum(np.sign(b - a)[order])
+    before = np.repeat(np.append(0, walked[ending][:-1]), np.diff(np.append(-1, np.flatnonzero(ending))))
+    open_after = walked != before
+    until = np.where(ending, count, np.append(face[1:], count))
+    depth = np.bincount(face[open_after], minlength=count + 1) - np.bincount(until[open_after], minlength=count + 1)
+    may_end = np.cumsum(depth)[:count] == 0
+    run = np.cumsum(np.append(0, may_end[:-1]))
+    if not run[-1]:
+        return mesh
+    own, index = np.unique(run[:, None] * len(mesh.vertices_m) + faces, return_inverse=True)
+    return TriangleMesh(mesh.vertices_m[own % len(mesh.vertices_m)], index.reshape(-1, 3).astype(np.int32))
+
+
+def _with_own_vertices(mesh: TriangleMesh, faces: NDArray[np.int32]) -> TriangleMesh:
+    used, own = np.unique(faces, return_inverse=True)
+    return TriangleMesh(mesh.vertices_m[used], own.reshape(-1, 3).astype(np.int32))
+
+
+def _owners(shells: Shells) -> NDArray[np.int64]:
+    """Return for each shell the lowest shell of its body."""
+    owner = np.arange(len(shells.closed), dtype=np.int64)
+    size = np.prod(shells.high_m - shells.low_m, axis=1)
+    outward, inward = (np.flatnonzero(shells.closed & (np.sign(shells.volume_m3) == sign)) for sign in (1.0, -1.0))
+    for guests, hosts in ((outward, inward), (inward, outward)):
+        if not len(hosts):
+            continue
+        low, high = shells.low_m[hosts], shells.high_m[hosts]
+        for guest in guests:
+            around = (low <= shells.low_m[guest]).all(axis=1) & (high >= shells.high_m[guest]).all(axis=1)
+            near = hosts[around & (size[hosts] > size[guest])]
+            if len(near):
+                owner[guest] = near[np.argmin(size[near])]
+    loose = np.flatnonzero(~shells.closed)
+    if len(loose) > 1:
+        from bimvox.bim.mesh.touching import touching_groups  # a kernel: numba takes longer to import than most files
+
+        owner[loose] = loose[touching_groups(shells.low_m[loose], shells.high_m[loose])]
+    return np.minimum(owner, owner[owner])

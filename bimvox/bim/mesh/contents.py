@@ -1,0 +1,80 @@
+"""What a mesh file holds, as its own format says it: every reader of a mesh format returns this."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.mesh.polygons import triangulated
+
+REPEATED_MOST = 20_000_000
+"""A file that repeats its meshes (instances of instances) into more triangles or vertices than this is refused."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RawBody:
+    """One body of a mesh file.
+
+    Attributes:
+        name: As the file gives it; empty for a lump without a name, which may hold several bodies.
+        vertices: (V, 3) float64, in the file's unit and axes.
+        faces: (F, 3) int32; may be out of range, degenerate or inside out.
+        rounding: How far a coordinate may be from what was meant, in the file's unit, because the file stores single
+            precision; 0 for text and double precision.
+    """
+
+    name: str
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int32]
+    rounding: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeshContents:
+    """All bodies of a mesh file.
+
+    Attributes:
+        bodies: In the order of the file.
+        unit: Unit that the file states or its standard fixes, None where nobody says.
+        up: Axis that points up by the format's standard, None where nobody says.
+        left_out: (name, reason) of what is in the file and is no surface.
+        notes: What a reader should know, one sentence each.
+        beside: Bytes of the files beside this one that it takes its bodies from, in the order of their use.
+    """
+
+    bodies: tuple[RawBody, ...]
+    unit: str | None = None
+    up: Literal["y", "z"] | None = None
+    left_out: tuple[tuple[str, str], ...] = ()
+    notes: tuple[str, ...] = ()
+    beside: tuple[bytes, ...] = ()
+
+
+def body_of_polygons(
+    name: str, vertices: NDArray[np.float64], polygons: Sequence[Sequence[int]] | NDArray[np.int64]
+) -> RawBody:
+    """Make a body of faces with any number of corners; it keeps only the vertices that they use.
+
+    Args:
+        name: Its name.
+        vertices: (V, 3).
+        polygons: Corner indices of every face; an index out of range drops the face.
+    """
+    if isinstance(polygons, np.ndarray):
+        sizes = np.full(len(polygons), polygons.shape[1], dtype=np.int64)
+        corners = polygons.reshape(-1)
+    else:
+        sizes = np.fromiter((len(polygon) for polygon in polygons), dtype=np.int64, count=len(polygons))
+        # Clamped while they are Python's own integers: a damaged file may hold one of any size.
+        count = len(vertices)
+        clamped = (-1 if corner < 0 else min(corner, count) for polygon in polygons for corner in polygon)
+        corners = np.fromiter(clamped, np.int64, int(sizes.sum()))
+    used, local = np.unique(np.clip(corners, -1, len(vertices)), return_inverse=True)
+    missing = (used < 0) | (used >= len(vertices))
+    # A corner that is not there becomes a vertex that is no number: whoever cleans the mesh drops and counts its faces.
+    kept = np.where(missing[:, None], np.nan, vertices[np.where(missing, 0, used)] if len(vertices) else np.nan)
+    return RawBody(name, kept, triangulated(kept, sizes, local.reshape(-1)))

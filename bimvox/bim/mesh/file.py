@@ -1,0 +1,174 @@
+"""Read a mesh file into a building: named things become elements, a lump without names is cut into its bodies."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import struct
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bimvox.bim.building import Building, Element, SkippedProduct, Source, TriangleMesh
+from bimvox.bim.densities import DEFAULT_DENSITY_KG_M3
+from bimvox.bim.local_origin import FAR_M, local_origin, stray
+from bimvox.bim.mesh.bodies import bodies_of
+from bimvox.bim.mesh.contents import MeshContents
+from bimvox.bim.mesh.gltf import read_gltf
+from bimvox.bim.mesh.obj import read_obj
+from bimvox.bim.mesh.off import read_off
+from bimvox.bim.mesh.ply import read_ply
+from bimvox.bim.mesh.repair import drop_bad_faces, solid_volume_m3, turn_outward, weld
+from bimvox.bim.mesh.select import roles_of, some
+from bimvox.bim.mesh.stl import read_stl
+from bimvox.bim.mesh.threemf import read_3mf
+from bimvox.bim.mesh.units import Scale, doubts, scale_of
+from bimvox.bim.options import Progress, ReadOptions
+from bimvox.errors import MeshError
+
+MESH_CLASS = "Mesh"
+READERS: Mapping[str, Callable[[Path, bytes], MeshContents]] = {
+    ".stl": read_stl,
+    ".obj": read_obj,
+    ".ply": read_ply,
+    ".off": read_off,
+    ".glb": read_gltf,
+    ".gltf": read_gltf,
+    ".3mf": read_3mf,
+}
+"""By suffix."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cleaned:
+    """Bodies by name, what gave none, and how many faces were no use."""
+
+    meshes: Mapping[str, TriangleMesh]
+    skipped: tuple[SkippedProduct, ...]
+    dropped: int
+
+
+def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, report: Progress) -> Building:
+    """Read a mesh file.
+
+    Args:
+        path: Its suffix says the format.
+        data: Its bytes.
+        sha256: Their hash.
+        options: ``select``: names with wildcards, separated by commas; ``unit`` and ``up`` of the file.
+        report: Told about progress.
+
+    Raises:
+        MeshError: If the file cannot be read or holds no triangles.
+        SelectionError: If a name of the selection matches nothing.
+        InputError: If the unit is unknown.
+    """
+    suffix = path.suffix.lower()
+    report("open", 0, 1)
+    contents = _contents(path, data)
+    scale = scale_of(contents, options)
+    report("open", 1, 1)
+    cleaned = _cleaned(contents, scale)
+    if not cleaned.meshes:
+        raise _nothing(path, contents)
+    meshes = cleaned.meshes
+    notes = [*contents.notes, *scale.notes]
+    if cleaned.dropped:
+        notes.append(f"triangles without area, or with a corner that is no number, dropped: {cleaned.dropped:,}")
+    boxes = [mesh.bounds_m for mesh in meshes.values()]
+    origin_m = local_origin(boxes)
+    size_m = float((np.max([box[1] for box in boxes], axis=0) - np.min([box[0] for box in boxes], axis=0)).max())
+    roles = roles_of(path.name, list(meshes), options.select)
+    elements = []
+    flipped, guessed = 0, []
+    for index, (name, mesh) in enumerate(meshes.items()):
+        local = TriangleMesh(mesh.vertices_m - origin_m, mesh.faces)
+        outward, shells, turned = turn_outward(local)
+        volume_m3, exact = solid_volume_m3(outward, shells)
+        flipped += turned
+        guessed += [] if exact else [name]
+        kg = volume_m3 * DEFAULT_DENSITY_KG_M3
+        elements.append(Element(name, name, MESH_CLASS, name, outward, roles[name], kg, "default"))
+        report("elements", index + 1, len(meshes))
+    heaviest_kg = max(element.mass_kg for element in elements)
+    notes += doubts(scale, size_m, heaviest_kg, max(body.rounding for body in contents.bodies))
+    if flipped:
+        notes.append(f"inside-out bodies turned outward: {flipped}")
+    if guessed:
+        notes.append(f"bodies that are not closed, whose mass is a guess: {some(guessed)}")
+    far = [elements[index].name for index in stray(boxes)] if len(boxes) > 1 else []
+    if far:
+        notes.append(f"bodies over {FAR_M:g} m from the rest: {some(far)}")
+    if contents.beside:
+        parts = [sha256, *(hashlib.sha256(part).hexdigest() for part in contents.beside)]
+        sha256 = hashlib.sha256("".join(parts).encode()).hexdigest()
+    source = Source(path.name, sha256, suffix[1:].upper(), scale.unit, scale.assumed)
+    return Building(tuple(elements), cleaned.skipped, source, origin_m, notes=tuple(notes))
+
+
+def _contents(path: Path, data: bytes) -> MeshContents:
+    """Read the format; what a reader stumbles over, it stumbles over because the file is damaged."""
+    suffix = path.suffix.lower()
+    try:
+        return READERS[suffix](path, data)
+    except (ValueError, TypeError, LookupError, OverflowError, AttributeError, struct.error, RecursionError) as error:
+        what = str(error).split("\n")[0] or type(error).__name__
+        raise MeshError(
+            path,
+            f"cannot be read as {suffix[1:].upper()}: {what}",
+            hint="the file is damaged, or its suffix wrong: export it again",
+        ) from error
+
+
+def _cleaned(contents: MeshContents, scale: Scale) -> _Cleaned:
+    """Scale, weld and clean the bodies, name them apart, and cut up those without a name."""
+    meshes: dict[str, TriangleMesh] = {}
+    skipped = [
+        SkippedProduct(name, MESH_CLASS, name, f"{reason}: no surface" if "support" not in reason else reason)
+        for name, reason in contents.left_out
+    ]
+    dropped = lumps = 0
+    used: dict[str, int] = {}
+    for body in sorted(contents.bodies, key=lambda body: _natural(body.name)):
+        clean, bad = drop_bad_faces(TriangleMesh(scale.vertices_m(body), body.faces))
+        dropped += bad
+        if len(clean.faces):
+            clean, bad = drop_bad_faces(weld(clean))
+            dropped += bad
+        if not len(clean.faces):
+            skipped.append(SkippedProduct(body.name, MESH_CLASS, body.name, "has no triangle with an area"))
+            continue
+        if not body.name:
+            pieces = bodies_of(clean)
+            meshes |= {f"body-{lumps + index}": piece for index, piece in enumerate(pieces)}
+            lumps += len(pieces)
+            continue
+        name, number = body.name, used.get(body.name, 1)
+        while name in meshes:
+            number += 1
+            name = f"{body.name}#{number}"
+        used[body.name] = number
+        meshes[name] = clean
+    return _Cleaned(meshes, tuple(skipped), dropped)
+
+
+def _nothing(path: Path, contents: MeshContents) -> MeshError:
+    """Return the error for a file without a triangle that could be used."""
+    if not contents.bodies and contents.left_out:
+        held = "; ".join(f"{name}: {what}" if name else what for name, what in contents.left_out[:3])
+        if "points" in held:
+            return MeshError(
+                path,
+                f"holds {held} and no faces: a scan, or a drawing, not a building",
+                hint=f'use it as an obstruction: {{"id": "scan", "points": "{path.name}"}} in an obstruction file',
+            )
+        return MeshError(path, f"holds {held} and no faces", hint="export it as a triangle mesh")
+    return MeshError(path, "holds no triangle with an area", hint="export it as a triangle mesh")
+
+
+def _natural(name: str) -> tuple[tuple[int, str], ...]:
+    """Sort key that puts ``body-2`` before ``body-10``."""
+    parts: Sequence[tuple[str, str]] = re.findall(r"(\d*)(\D*)", name)
+    return tuple((int(digits[:300]) if digits else -1, text) for digits, text in parts)

@@ -1,0 +1,97 @@
+"""What unit and axes a mesh file is in, and what of that is a guess."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.local_origin import FAR_M
+from bimvox.bim.mesh.contents import MeshContents, RawBody
+from bimvox.bim.options import ReadOptions
+from bimvox.units import METRES_PER_UNIT, metres_per
+
+_METRES = {**METRES_PER_UNIT, "µm": 1e-6}
+_TINY_M = 0.1
+"""A model smaller than this is no building."""
+_HEAVY_KG = 1e6
+"""No part is heavier: no crane lifts a fifth of this."""
+_ROUNDED_M = 0.0005
+"""Coordinates rounded by more than this are worth a note."""
+_USABLE_M = 1e9
+"""A coordinate beyond this is a damaged number, whatever the unit."""
+_Y_UP_TO_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """How numbers of a file become metres, z up.
+
+    Attributes:
+        unit: Name of the unit.
+        metres: What one is in metres.
+        assumed: Whether the unit is assumed.
+        y_up: Whether y points up in the file.
+        notes: What was assumed, or asked against the file.
+    """
+
+    unit: str
+    metres: float
+    assumed: bool
+    y_up: bool
+    notes: tuple[str, ...]
+
+    def vertices_m(self, body: RawBody) -> NDArray[np.float64]:
+        """Return a body's vertices in metres, z up; those that cannot be become not-a-number."""
+        with np.errstate(invalid="ignore", over="ignore"):
+            scaled = body.vertices * self.metres
+            metres = np.where(np.abs(scaled) <= _USABLE_M, scaled, np.nan)
+            return metres @ _Y_UP_TO_Z_UP.T + 0.0 if self.y_up else metres + 0.0
+
+
+def scale_of(contents: MeshContents, options: ReadOptions) -> Scale:
+    """Decide on unit and axes: what is asked for, else what the file states, else metres and z up, with a note.
+
+    Raises:
+        InputError: If the unit asked for is not known.
+    """
+    notes = []
+    if options.unit is not None and contents.unit not in (None, options.unit):
+        notes.append(f"read in {options.unit} as asked, although the file is in {contents.unit}")
+    if options.up is not None and contents.up not in (None, options.up):
+        notes.append(f"read with {options.up} up as asked, although the standard of the format is {contents.up} up")
+    unit, up = options.unit or contents.unit, options.up or contents.up
+    if unit is None and up is None:
+        notes.append("the file states no unit: metres are assumed, and z up; --unit and --up say otherwise")
+    elif unit is None:
+        notes.append("the file states no unit: metres are assumed; --unit says otherwise")
+    elif up is None:
+        notes.append("the file does not state which way is up: z is assumed; --up says otherwise")
+    metres = metres_per(options.unit) if options.unit is not None else _METRES[unit or "m"]
+    return Scale(unit or "m", metres, unit is None, up == "y", tuple(notes))
+
+
+def doubts(scale: Scale, size_m: float, heaviest_kg: float, rounding: float) -> list[str]:
+    """Return what is odd about the numbers.
+
+    Args:
+        scale: How they were read.
+        size_m: Longest side of the model.
+        heaviest_kg: Mass of its heaviest body.
+        rounding: Largest rounding of a coordinate, in the file's unit.
+    """
+    notes = []
+    if size_m > FAR_M and scale.assumed:
+        notes.append(f"in metres it spans {size_m:,.0f} m: the unit is most likely mm (--unit mm)")
+    elif heaviest_kg > _HEAVY_KG:
+        notes.append(f"in {scale.unit} its heaviest body weighs {heaviest_kg / 1000:,.0f} t: check the unit")
+    elif size_m > FAR_M or size_m < _TINY_M:
+        notes.append(f"in {scale.unit} it spans {size_m:,.4g} m: check the unit")
+    if rounding * scale.metres > _ROUNDED_M:
+        millimetres = rounding * scale.metres * 1000
+        notes.append(
+            f"its coordinates are far from the origin in single precision: true to {millimetres:.2g} mm only; "
+            "export it near the origin"
+        )
+    return notes

@@ -1,0 +1,1 @@
+"""Several cranes on one site, in space and time."""

@@ -1,0 +1,245 @@
+"""What one of several cranes does on the site's clock, as far as that is known, and its lifts' motions made of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.conflict import CraneTrack, joined
+from bimvox.crane.outline import CraneOutline
+from bimvox.cranes.lift import CraneLift, Parking
+from bimvox.motion.ways import one_after_another, shifted, turned
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion, Phase, PhaseName
+from bimvox.records.trajectory import Trajectory
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """A way of the empty hook on the clock.
+
+    Attributes:
+        start_ns: When it begins.
+        way: Its samples, from 0.
+        track: Where the crane may be meanwhile, on the clock.
+        stopped_ns: When the crane began to brake on it; None where it is driven to its end.
+    """
+
+    start_ns: int
+    way: Trajectory
+    track: CraneTrack
+    stopped_ns: int | None = None
+
+    @property
+    def end_ns(self) -> int:
+        """When the hook is at rest."""
+        return self.start_ns + int(self.way.time_ns[-1])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Begun:
+    """What a crane did until a plan was revised while it is carried out, and goes on with.
+
+    Attributes:
+        motions: Of the lifts that are hooked on or done, by order, without a way of the hook after them.
+        tracks: Where the crane may be during each of them, in order.
+        hooks: Ways of its empty hook since, in order.
+        stands: Where it stood at the start of the clock.
+    """
+
+    motions: Mapping[int, LiftMotion]
+    tracks: tuple[CraneTrack, ...]
+    hooks: tuple[Placed, ...]
+    stands: CraneTrack
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GoingOn:
+    """A load that was stopped on its way, with a way on.
+
+    Attributes:
+        lift: Its lift.
+        crane: Number of its crane.
+        motion: The whole lift, going on as early as it can.
+        resumes_ns: When that is.
+        track: Where the crane may be from then on.
+    """
+
+    lift: Lift
+    crane: int
+    motion: LiftMotion
+    resumes_ns: int
+    track: CraneTrack
+
+
+@dataclass(slots=True, eq=False)
+class CraneClock:
+    """What one crane does.
+
+    Attributes:
+        number: Which it is.
+        outline: How much room it takes.
+        lifts: Its lifts, in order.
+        stands: Where it stands before its first move.
+        done: How many of its lifts are on the clock.
+        tracks: Everything on the clock, in time.
+        ends_ns: When each of it ends; a track may reach a little further.
+        legs: Per lift its ways to the part; of the lift after the last one its way to the parking place.
+        starts_ns: Per lift on the clock when it is hooked on.
+        at: Where its hook is: ``set`` (where its last part was set, or where it stood when the plan was revised),
+            ``pick`` (over its next one), ``parked``, or ``loaded`` (its load was stopped on its way).
+        parking: Where it is parked.
+        begun: How many of its lifts were hooked on when the plan was revised.
+        driven: How many ways of its empty hook had begun by then, after these lifts.
+        motions: Those of the lifts that were hooked on, by order.
+        is_revised: Whether the plan was revised while it was carried out: where the crane stood first is history.
+    """
+
+    number: int
+    outline: CraneOutline
+    lifts: list[CraneLift]
+    stands: CraneTrack
+    done: int = 0
+    tracks: list[CraneTrack] = field(default_factory=list)
+    ends_ns: list[int] = field(default_factory=list)
+    legs: dict[int, list[Placed]] = field(default_factory=dict)
+    starts_ns: list[int] = field(default_factory=list)
+    at: str = "pick"
+    parking: Parking | None = None
+    begun: int = 0
+    driven: int = 0
+    motions: dict[int, LiftMotion] = field(default_factory=dict)
+    is_revised: bool = False
+
+    @property
+    def free_ns(self) -> int:
+        """When it is done with all that is on the clock."""
+        return self.ends_ns[-1] if self.tracks else 0
+
+    @property
+    def next(self) -> CraneLift | None:
+        """Its next lift."""
+        return self.lifts[self.done] if self.done < len(self.lifts) else None
+
+    @property
+    def kept(self) -> int:
+        """How many of the ways to its next part are driven already, so that they cannot be taken back."""
+        return self.driven if self.done == self.begun else 0
+
+    @property
+    def starts(self) -> bool:
+        """Whether where it stands first is still to be chosen."""
+        return self.done == 0 and not self.is_revised
+
+    def known(self, from_ns: int) -> CraneTrack:
+        """Return its track from a moment on, and where it stands at the end of it."""
+        late = [track for track in self.tracks if track.end_ns > from_ns]
+        before = self.tracks[: len(self.tracks) - len(late)]
+        if not late:
+            return standing_at(before[-1].last if before else self.stands.first, from_ns)
+        return joined(late)
+
+    def begin(self, begun: Begun) -> None:
+        """Take over what it did already."""
+        self.is_revised, self.stands, self.at = True, begun.stands, "set"
+        for (_, motion), track in zip(sorted(begun.motions.items()), begun.tracks, strict=True):
+            self.tracks.append(track)
+            self.ends_ns.append(motion.end_ns)
+            self.starts_ns.append(motion.hooked_ns)
+        self.motions = dict(begun.motions)
+        self.begun = self.done = len(begun.motions)
+        self.driven = len(begun.hooks)
+        for leg in begun.hooks:
+            self.legs.setdefault(self.done, []).append(leg)
+            self.tracks.append(leg.track)
+            self.ends_ns.append(leg.end_ns)
+
+
+def standing_at(row: NDArray[np.float64], from_ns: int) -> CraneTrack:
+    """Return the track of a crane that stands from a moment on; ``row`` as in ``CraneTrack``."""
+    return CraneTrack(from_ns, row[None, :], row, row)
+
+
+def motions_of(crane: CraneClock) -> list[LiftMotion]:
+    """Return the crane's lifts with their waits, each from where the one before ends."""
+    motions: list[LiftMotion] = []
+    clock_ns, slew_rad = 0, None
+    for n, (one, hooked_ns) in enumerate(zip(crane.lifts, crane.starts_ns, strict=True)):
+        legs = crane.legs.get(n, [])
+        leaves = crane.legs.get(n + 1, []) if n + 1 == len(crane.lifts) else []
+        if n < crane.begun:
+            motion = _leaving(crane.motions[one.lift.order], leaves)
+        else:
+            motion = _motion(one, clock_ns, legs, hooked_ns, leaves, slew_rad)
+        motions.append(motion)
+        clock_ns, slew_rad = motion.end_ns, float(motion.trajectories[-1].slew_rad[-1])
+    return motions
+
+
+class _Phases:
+    """Phases that follow each other from a moment on."""
+
+    def __init__(self, at_ns: int) -> None:
+        self.phases: list[Phase] = []
+        self.at_ns = at_ns
+
+    def go_on(self, name: PhaseName, until_ns: int) -> None:
+        if until_ns > self.at_ns:
+            self.phases.append(Phase(name, self.at_ns, until_ns))
+            self.at_ns = until_ns
+
+    def ways(
+        self, name: PhaseName, legs: list[Placed], clock_ns: int, slew_rad: float | None, until_ns: int | None
+    ) -> Trajectory | None:
+        """Go on with ways of the empty hook, waiting between them; a stop lasts until the next one."""
+        ways: list[Trajectory] = []
+        stopped = False
+        for leg in legs:
+            self.go_on(PhaseName.STOP if stopped else PhaseName.WAIT, leg.start_ns)
+            way = turned(shifted(leg.way, leg.start_ns - clock_ns), slew_rad)
+            slew_rad = float(way.slew_rad[-1])
+            ways.append(way)
+            stopped = leg.stopped_ns is not None
+            self.go_on(name, leg.end_ns if leg.stopped_ns is None else leg.stopped_ns)
+        if until_ns is not None:
+            self.go_on(PhaseName.STOP if stopped else PhaseName.WAIT, until_ns)
+        elif stopped:
+            self.go_on(PhaseName.STOP, legs[-1].end_ns)
+        return one_after_another(ways) if ways else None
+
+
+def _leaving(motion: LiftMotion, leaves: list[Placed]) -> LiftMotion:
+    """The motion with ways of the empty hook after it, to be out of the way."""
+    if not leaves:
+        return motion
+    phases = _Phases(motion.end_ns)
+    departure = phases.ways(PhaseName.LEAVE, leaves, motion.start_ns, float(motion.loaded.slew_rad[-1]), None)
+    return replace(motion, phases=(*motion.phases, *phases.phases), end_ns=phases.at_ns, departure=departure)
+
+
+def _motion(
+    one: CraneLift, clock_ns: int, legs: list[Placed], hooked_ns: int, leaves: list[Placed], slew_rad: float | None
+) -> LiftMotion:
+    phases = _Phases(clock_ns)
+    approach = phases.ways(PhaseName.APPROACH, legs, clock_ns, slew_rad, hooked_ns)
+    if approach is not None:
+        slew_rad = float(approach.slew_rad[-1])
+    late_ns = hooked_ns - clock_ns
+    raising = turned(shifted(one.carry.raising, late_ns), slew_rad)
+    loaded = turned(shifted(one.carry.loaded, late_ns), float(raising.slew_rad[-1]))
+    carried = (replace(p, start_ns=p.start_ns + hooked_ns, end_ns=p.end_ns + hooked_ns) for p in one.carry.phases)
+    motion = replace(
+        one.carry,
+        approach=approach,
+        raising=raising,
+        loaded=loaded,
+        phases=(*phases.phases, *carried),
+        start_ns=clock_ns,
+        end_ns=hooked_ns + one.carry.end_ns,
+        crane=one.crane,
+        departure=None,
+    )
+    return _leaving(motion, leaves)

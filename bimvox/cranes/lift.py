@@ -1,0 +1,70 @@
+"""What a crane of several does for a lift, not on the site's clock yet: its carry, and the ways of its empty hook."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bimvox.crane.conflict import CraneTrack
+from bimvox.errors import MotionError
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion
+from bimvox.records.trajectory import Trajectory
+
+
+class HookError(MotionError):
+    """An empty hook finds no way to a part."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leg:
+    """A way of the empty hook.
+
+    Attributes:
+        way: Its samples, from 0.
+        before: Orders of the lifts of other cranes that must not be set before it has passed.
+        last: Whether it begins only when every lift that comes before in the order is over.
+    """
+
+    way: Trajectory
+    before: frozenset[int] = frozenset()
+    last: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Parking:
+    """A place where the empty hook waits.
+
+    Attributes:
+        aside: To it; None where the crane begins there.
+        back: From it to the part.
+    """
+
+    aside: Leg | None
+    back: Leg
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CraneLift:
+    """One lift of one crane, not on the site's clock yet.
+
+    Attributes:
+        lift: The lift.
+        crane: Number of its crane.
+        carry: From hook on to slings off, from 0.
+        early: See ``crane_lifts``; None where there is no such way, or no lift of the crane before.
+        late: The same.
+        parkings: Ways to a parking place and back, the best first.
+        track: Where the crane may be during the carry.
+        leaves: Ways to a parking place after the crane's last lift.
+        starts_there: Whether the crane may stand over the part from the start of the clock.
+    """
+
+    lift: Lift
+    crane: int
+    carry: LiftMotion
+    early: Leg | None
+    late: Leg | None
+    parkings: tuple[Parking, ...]
+    track: CraneTrack
+    leaves: tuple[Leg, ...] = ()
+    starts_there: bool = True

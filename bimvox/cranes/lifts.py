@@ -1,0 +1,358 @@
+"""What each of several cranes does for a lift, before anyone knows when: its carry, and the ways of its empty hook.
+
+Between two lifts of one crane others set parts. So the empty hook has more than one way to its next part, each free of
+what stands at its time:
+
+* *early*, right after the lift before: nothing set since is in its way yet. Parts of other cranes whose place it
+  crosses must not be set before it has passed;
+* *late*: everything that comes before the next lift in the order may stand already;
+* *aside*: early to a parking place, where it is not in the way of what comes in between, and late on from there.
+
+On all of them the hook keeps above every part that may still lie in the yard.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import minimum_filter
+
+from bimvox.crane.conflict import SPAN_NS, CraneTrack, first_conflict
+from bimvox.crane.outline import CraneOutline, outline_of
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.cranes.lift import CraneLift, HookError, Leg, Parking
+from bimvox.cranes.parking import drawn_up, parking_cells
+from bimvox.cranes.track import approach_track, carrying_track
+from bimvox.errors import PlanningError
+from bimvox.motion.empty_hook import HOOK_OFFSET, empty_hook_clearance
+from bimvox.motion.load_frame import axes_of_cells, cells_of_axes, load_frame
+from bimvox.motion.time_plan import empty_way, hook_on_cell, left_cells, time_lift
+from bimvox.motion.ways import one_after_another, shifted
+from bimvox.planning.occupancy import stored_cells, target_cells
+from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
+from bimvox.records.trajectory import Trajectory
+from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.lifting import crane_for
+from bimvox.site.site import Site
+
+_TRIED = 6
+_KEPT = 3
+_APART_RAD = np.radians(25.0)
+_LONG_S = 90.0
+_REST_NS = 1_000_000_000
+_BESIDE_M = 1.0
+"""Parts set nearer than this beside the way of an early hook, and as high, wait until it has passed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LeftBehind:
+    """A crane's last lift, and the rule of its stage.
+
+    Attributes:
+        lift: The lift.
+        clearance: The rule.
+        slew_rad: Slewing angle at its end, with the turns that it has.
+    """
+
+    lift: Lift
+    clearance: Clearance
+    slew_rad: float
+
+
+def crane_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) -> tuple[CraneLift, ...]:
+    """Return what the cranes do for every planned lift, in order.
+
+    Args:
+        plan: The plan, of a site with several cranes.
+        clearances: As for ``time_plan``.
+
+    Raises:
+        MotionError: If a path is not free or cannot be driven, or the empty hook has no way to a part.
+    """
+    return lifts_by(plan, clearances, CraneLiftMaker.made)
+
+
+def lifts_by(
+    plan: LiftPlan,
+    clearances: Iterable[tuple[Lift, Clearance]],
+    make: Callable[[CraneLiftMaker, Clearance, LeftBehind | None], CraneLift],
+) -> tuple[CraneLift, ...]:
+    """Return what the cranes do for every planned lift, in order, each made by a function of its own.
+
+    Args:
+        plan: The plan, of a site with several cranes.
+        clearances: As for ``time_plan``.
+        make: Given the maker of a lift, the rule of its stage, and what its crane did before.
+    """
+    done: list[CraneLift] = []
+    left: dict[int, LeftBehind] = {}
+    for lift, clearance in clearances:
+        if lift.status is not Status.PLANNED or lift.path_vox is None or lift.place is None:
+            continue
+        number = plan.site.components[lift.component].crane
+        before = left.get(number)
+        between = [one for one in done if before is None or one.lift.order > before.lift.order]
+        maker = CraneLiftMaker(plan, number, lift, lift.place, between, _last_of_others(done, number))
+        made = make(maker, clearance, before)
+        done.append(made)
+        left[number] = LeftBehind(lift, clearance, float(made.carry.loaded.slew_rad[-1]))
+    for number, last in left.items():
+        after = [one for one in done if one.lift.order > last.lift.order]
+        n = next(n for n, one in enumerate(done) if one.lift is last.lift)
+        assert last.lift.place is not None
+        done[n] = replace(
+            done[n], leaves=CraneLiftMaker(plan, number, last.lift, last.lift.place, after, []).left(last)
+        )
+    return tuple(done)
+
+
+def _last_of_others(done: Sequence[CraneLift], number: int) -> list[CraneLift]:
+    """The last lift of every other crane so far: where it may stand."""
+    last = {one.crane: one for one in done if one.crane != number}
+    return [last[other] for other in sorted(last)]
+
+
+class CraneLiftMaker:
+    """Makes one lift.
+
+    Args:
+        plan: The plan.
+        number: The crane.
+        lift: The lift.
+        place: Where its part waits.
+        meanwhile: The lifts of other cranes since the crane's last one.
+        near: More of them that it should not be in the way of.
+    """
+
+    def __init__(
+        self,
+        plan: LiftPlan,
+        number: int,
+        lift: Lift,
+        place: YardPlace,
+        meanwhile: Sequence[CraneLift],
+        near: Sequence[CraneLift],
+    ) -> None:
+        self.plan, self.number, self.lift, self.place = plan, number, lift, place
+        self.watched = [*meanwhile, *(one for one in near if one not in meanwhile)]
+        self.between = [one.lift for one in meanwhile]
+        self.site, self.crane = plan.site.for_crane(number), plan.site.cranes[number]
+        self.component = self.site.components[lift.component]
+
+    def made(self, clearance: Clearance, before: LeftBehind | None) -> CraneLift:
+        """Return it, given the rule of its stage and what the crane did before."""
+        pick_vox = hook_on_cell(self.component, self.place, clearance)
+        lying = self.lying()
+        now = empty_hook_clearance(self.site, clearance, self.place, NO_CELLS, lying)
+        early = late = None
+        parkings: list[Parking] = []
+        near = [pick_vox]
+        slew_rad = 0.0
+        if before is not None:
+            slew_rad = before.slew_rad
+            exit_vox = left_cells(self.site, before.lift)
+            near.append(exit_vox[-1])
+            above = [
+                target_cells(self.site.components[before.lift.component]),
+                *self.arrived_since(before.lift, [self.lift]),
+            ]
+            then = empty_hook_clearance(self.site, before.clearance, self.place, exit_vox, above)
+            early = self._early(then, exit_vox[-1], pick_vox, slew_rad)
+            late = early
+            if self.between or early is None:
+                late = self._late(clearance, exit_vox, pick_vox, slew_rad, lying)
+        for parked_vox in self.parking_cells(now, near):
+            back = self.leg(now, parked_vox, pick_vox, slew_rad)
+            if back is None:
+                rule = empty_hook_clearance(self.site, clearance, self.place, NO_CELLS)
+                back = self.leg(rule, parked_vox, pick_vox, slew_rad, last=True)
+            aside = self._early(then, exit_vox[-1], parked_vox, slew_rad) if before is not None else None
+            if back is not None and (before is None or aside is not None):
+                parkings.append(Parking(aside, back))
+            if len(parkings) == _KEPT:
+                break
+        if before is not None and early is None and late is None and not parkings:
+            raise HookError(self.component.id, "the empty hook has no free way to it from its crane's lift before")
+        legs = (early, late, *(parking.back for parking in parkings))
+        ends = next((float(leg.way.slew_rad[-1]) for leg in legs if leg is not None), slew_rad)
+        free = placement_is_free(now, *(int(n) for n in pick_vox))
+        return replace(
+            self.carried(clearance, ends), early=early, late=late, parkings=tuple(parkings), starts_there=free
+        )
+
+    def carried(self, clearance: Clearance, slew_rad: float) -> CraneLift:
+        """Return it without ways of the empty hook, hooked on under a slewing angle."""
+        carry = replace(time_lift(self.site, self.crane, self.lift, clearance, None, 0, slew_rad), crane=self.number)
+        track = carrying_track(self.site, self.crane, self.lift, carry)
+        return CraneLift(self.lift, self.number, carry, None, None, (), track)
+
+    def parking_cells(self, rule: Clearance, near: Sequence[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
+        """Cells to wait at: in the way of as few as can be of the lifts in between, then the shortest turn.
+
+        Args:
+            rule: Of the empty hook.
+            near: Where the hook comes from and goes to.
+        """
+        if not self.watched:
+            return []
+        site, frame, outline = self.plan.site, self.site.frame, outline_of(self.crane)
+        hook = load_frame(crane_for(self.site, self.crane, None), frame, HOOK_OFFSET)
+        wanted = [float(axes_of_cells(hook, cell)[0]) for cell in near]
+        judged: list[tuple[int, float, int, NDArray[np.int32]]] = []
+        above = [drawn_up(site, rule, cell) for cell in near]
+        for n, cell in enumerate([*above, *parking_cells(site, self.number, rule)]):
+            axes = axes_of_cells(hook, cell)
+            stands = standing_track(self.site, self.crane, axes)
+            met = sum(self._meets(outline, stands, one) for one in self.watched)
+            judged.append((met, round(sum(_turn(axes[0] - angle) for angle in wanted), 6), n, cell))
+        chosen: list[tuple[float, NDArray[np.int32]]] = []
+        for *_, cell in sorted(judged, key=lambda entry: entry[:3]):
+            angle = float(axes_of_cells(hook, cell)[0])
+            if all(_turn(angle - other) >= _APART_RAD for other, _ in chosen):
+                chosen.append((angle, cell))
+        return [cell for _, cell in chosen[:_TRIED]]
+
+    def _meets(self, outline: CraneOutline, stands: CraneTrack, one: CraneLift) -> bool:
+        other = outline_of(self.plan.site.cranes[one.crane])
+        separation_m = self.plan.site.rules.crane_separation_m
+        return first_conflict((outline, other), stands, one.track, separation_m) is not None
+
+    def lying(self) -> list[NDArray[np.int32]]:
+        """Cells of the parts before it in the order that may lie in the yard still."""
+        places = [one.place for one in self.between if one.place is not None]
+        # What cannot be lifted lies there as long as the rest of its delivery.
+        older = {place.delivery for place in places if place.delivery < self.place.delivery}
+        kept = [one.place for one in self.plan.lifts if one.status is not Status.PLANNED and one.place is not None]
+        return [stored_cells(place) for place in [*places, *(one for one in kept if one.delivery in older)]]
+
+    def left(self, last: LeftBehind) -> tuple[Leg, ...]:
+        """Return the crane's ways to a parking place after its last lift, given what it left."""
+        exit_vox = left_cells(self.site, last.lift)
+        above = [target_cells(self.component), *self.arrived_since(last.lift, self.between[-1:])]
+        rule = empty_hook_clearance(self.site, last.clearance, self.place, exit_vox, above)
+        legs = (
+            self._early(rule, exit_vox[-1], parked_vox, last.slew_rad)
+            for parked_vox in self.parking_cells(rule, [exit_vox[-1]])[:_KEPT]
+        )
+        return tuple(leg for leg in legs if leg is not None)
+
+    def arrived_since(self, before: Lift, until: Sequence[Lift]) -> list[NDArray[np.int32]]:
+        """Cells of parts whose delivery may come while the hook is on its early way: its rule's table lacks them."""
+        assert before.place is not None
+        last = max((one.place.delivery for one in until if one.place is not None), default=0)
+        late = range(before.place.delivery + 1, last + 1)
+        return [stored_cells(one.place) for one in self.plan.lifts if one.place and one.place.delivery in late]
+
+    def _early(
+        self, rule: Clearance, start_vox: NDArray[np.int32], end_vox: NDArray[np.int32], slew_rad: float
+    ) -> Leg | None:
+        leg = self.leg(rule, start_vox, end_vox, slew_rad)
+        return None if leg is None else replace(leg, before=frozenset(self.crossed(leg.way)))
+
+    def _late(
+        self,
+        clearance: Clearance,
+        exit_vox: NDArray[np.int32],
+        pick_vox: NDArray[np.int32],
+        slew_rad: float,
+        lying: Sequence[NDArray[np.int32]],
+    ) -> Leg | None:
+        """The way out of the set point is not taken for free where something was set over it since."""
+        tops = self._tops(self.between)
+        kept = exit_vox[exit_vox[:, 2] >= tops[exit_vox[:, 0], exit_vox[:, 1]]]
+        if not len(kept) or (kept[-1] != exit_vox[-1]).any():
+            return None
+        rule = empty_hook_clearance(self.site, clearance, self.place, kept, lying)
+        leg = self.leg(rule, exit_vox[-1], pick_vox, slew_rad)
+        if leg is None and lying:
+            rule = empty_hook_clearance(self.site, clearance, self.place, kept)
+            leg = self.leg(rule, exit_vox[-1], pick_vox, slew_rad, last=True)
+        return leg
+
+    def leg(
+        self,
+        rule: Clearance,
+        start_vox: NDArray[np.int32],
+        end_vox: NDArray[np.int32],
+        slew_rad: float,
+        *,
+        last: bool = False,
+    ) -> Leg | None:
+        """Return a way from cell to cell, straight or drawn in for the turn; None where it is there, or finds none."""
+        if (start_vox == end_vox).all():
+            return None
+        straight = self._way(rule, [start_vox, end_vox], slew_rad)
+        if straight is not None and straight.duration_s <= _LONG_S:
+            return Leg(straight, last=last)
+        # Where a turn at the hook's radius leads out of the site, or into something, it is drawn in for the turn.
+        inner = [self._drawn_in(rule, cell) for cell in (start_vox, end_vox)]
+        stops = [start_vox, *(cell for cell in inner if cell is not None), end_vox]
+        stops = [cell for n, cell in enumerate(stops) if n == 0 or (cell != stops[n - 1]).any()]
+        round_about = self._way(rule, stops, slew_rad) if len(stops) > 2 else None
+        found = [way for way in (straight, round_about) if way is not None]
+        return Leg(min(found, key=lambda way: way.duration_s), last=last) if found else None
+
+    def _drawn_in(self, rule: Clearance, cell: NDArray[np.int32]) -> NDArray[np.int32] | None:
+        """The place nearest to the mast in about the direction of a cell, the hook drawn up."""
+        hook = load_frame(crane_for(self.site, self.crane, None), self.site.frame, HOOK_OFFSET)
+        wanted_rad = float(axes_of_cells(hook, cell)[0])
+        best: tuple[float, NDArray[np.int32]] | None = None
+        for place in parking_cells(self.plan.site, self.number, rule)[::2]:
+            off_rad = _turn(float(axes_of_cells(hook, place)[0]) - wanted_rad)
+            if best is None or off_rad < best[0]:
+                best = off_rad, place
+        return None if best is None else best[1]
+
+    def _way(self, rule: Clearance, stops: Sequence[NDArray[np.int32]], slew_rad: float) -> Trajectory | None:
+        """From stop to stop, at rest at each."""
+        ways: list[Trajectory] = []
+        for start_vox, end_vox in pairwise(stops):
+            try:
+                way = empty_way(self.site, self.crane, rule, start_vox, end_vox, slew_rad)
+            except PlanningError:
+                return None
+            if ways:
+                way = shifted(way, int(ways[-1].time_ns[-1]) + _REST_NS)
+            ways.append(way)
+            slew_rad = float(way.slew_rad[-1])
+        return one_after_another(ways)
+
+    def crossed(self, way: Trajectory) -> list[int]:
+        """Orders of the lifts in between whose part, once set, stands as high as the hook comes beside it."""
+        frame = self.site.frame
+        hook = load_frame(crane_for(self.site, self.crane, None), frame, HOOK_OFFSET)
+        axes = np.stack([way.slew_rad, way.radius_m, way.height_m], axis=1)
+        cells = np.floor(cells_of_axes(hook, axes)).astype(np.int64)
+        x, y = (np.clip(cells[:, i], 0, self.site.shape[i] - 1) for i in (0, 1))
+        lowest = np.full(self.site.shape[:2], 2**30, np.int64)
+        np.minimum.at(lowest, (x, y), cells[:, 2])
+        beside = 1 + int(np.ceil(_BESIDE_M / frame.voxel_size_m))
+        lowest = minimum_filter(lowest, size=2 * beside + 1, mode="nearest") - beside
+        return [one.order for one in self.between if (self._tops([one]) > lowest).any()]
+
+    def _tops(self, lifts: Sequence[Lift]) -> NDArray[np.int64]:
+        """(X, Y) one above the highest cell of the parts of lifts, in their places; 0 where there is none."""
+        tops = np.zeros(self.site.shape[:2], np.int64)
+        for one in lifts:
+            cells = target_cells(self.site.components[one.component])
+            np.maximum.at(tops, (cells[:, 0], cells[:, 1]), cells[:, 2] + 1)
+        return tops
+
+
+def standing_track(site: Site, crane: TowerCrane, axes: NDArray[np.float64]) -> CraneTrack:
+    """Return the track of a crane that stands with an empty hook at a pose ((3,) slew, radius, height)."""
+    slew, radius, height = (np.repeat(axis, 2) for axis in axes)
+    still = Trajectory(np.array([0, SPAN_NS]), slew, radius, height, np.zeros(0, np.int64), 0.0)
+    return approach_track(site, crane, still, 0)
+
+
+def _turn(angle_rad: float) -> float:
+    """The angle the short way round, without its sign."""
+    return abs(float(np.remainder(angle_rad + np.pi, 2.0 * np.pi) - np.pi))
+
+
+NO_CELLS = np.zeros((0, 3), np.int32)

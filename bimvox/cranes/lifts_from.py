@@ -1,0 +1,174 @@
+"""What each of several cranes does for the lifts that are left of a plan that is being carried out.
+
+A crane whose last part stands goes to its next one as in a plan. One whose hook is elsewhere by now, stopped on its way
+or waiting, goes on from there: *late*, when everything that comes before the next lift in the order may stand and may
+still lie in the yard; or *early*, when no more is set than now.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.kinematics import nearest_turn
+from bimvox.crane.tower_crane import CranePose
+from bimvox.cranes.lift import CraneLift, HookError, Leg, Parking
+from bimvox.cranes.lifts import NO_CELLS, CraneLiftMaker, LeftBehind, lifts_by
+from bimvox.cranes.track import carrying_track
+from bimvox.errors import PlanningError
+from bimvox.motion.empty_hook import HOOK_OFFSET, empty_hook_clearance
+from bimvox.motion.load_frame import cells_of_axes, load_frame
+from bimvox.motion.swing import pendulum_of
+from bimvox.motion.time_plan import hook_on_cell
+from bimvox.motion.timeline import in_sequence
+from bimvox.motion.timing import NS_PER_S, sampled
+from bimvox.motion.ways import one_after_another, shifted
+from bimvox.planning.occupancy import target_cells
+from bimvox.records.lift import Lift, LiftPlan
+from bimvox.records.motion import LiftMotion
+from bimvox.records.trajectory import Trajectory
+from bimvox.site.collision import Clearance
+from bimvox.site.lifting import crane_for
+from bimvox.stop.stop import go_on_cells, move_to_cell
+
+_THERE_VOX = 1e-3
+_KEPT = 3
+_REST_NS = NS_PER_S
+"""Between two ways of an empty hook."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stands:
+    """Where a crane goes on from.
+
+    Attributes:
+        motions: Of its lifts that are hooked on or done, by order.
+        axes: (3,) slew (rad), radius (m), height (m) at which its empty hook is, or comes to rest; None where its last
+            part is set.
+    """
+
+    motions: Mapping[int, LiftMotion]
+    axes: NDArray[np.float64] | None
+
+
+def crane_lifts_from(
+    plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]], stands: Mapping[int, Stands]
+) -> tuple[CraneLift, ...]:
+    """Return what the cranes do for every planned lift, in order; of those that are hooked on only where they may be.
+
+    Args:
+        plan: The plan, of a site with several cranes.
+        clearances: As for ``time_plan``; of lifts that are hooked on the rule of their stage now.
+        stands: Where every crane goes on from, by its number.
+
+    Raises:
+        HookError: If a hook finds no way from where it is to its next part.
+        MotionError: If a path is not free or cannot be driven, or the empty hook has no way to a part.
+    """
+    last: list[tuple[Lift, Clearance]] = []
+    come: set[int] = set()
+
+    def make(maker: CraneLiftMaker, clearance: Clearance, before: LeftBehind | None) -> CraneLift:
+        crane = stands.get(maker.number)
+        motion = None if crane is None else crane.motions.get(maker.lift.order)
+        if motion is not None:
+            last[:] = [(maker.lift, clearance)]
+            track = carrying_track(maker.site, maker.crane, maker.lift, motion)
+            return CraneLift(maker.lift, maker.number, motion, None, None, (), track)
+        first = maker.number not in come
+        come.add(maker.number)
+        if crane is None or crane.axes is None or not first:
+            return maker.made(clearance, before)
+        return _from_there(maker, clearance, crane.axes, last)
+
+    made = lifts_by(plan, clearances, make)
+    elsewhere = {number for number, crane in stands.items() if crane.axes is not None and number not in come}
+    return tuple(replace(one, leaves=()) if one.crane in elsewhere else one for one in made)
+
+
+def _from_there(
+    maker: CraneLiftMaker, clearance: Clearance, axes: NDArray[np.float64], last: list[tuple[Lift, Clearance]]
+) -> CraneLift:
+    """The crane's next lift, its hook at a pose.
+
+    Args:
+        maker: Makes it.
+        clearance: The rule of its stage.
+        axes: (3,) the pose.
+        last: The last lift that is hooked on, of any crane, and the rule of its stage; none where there is none.
+    """
+    site, place, component = maker.site, maker.place, maker.component
+    pose = CranePose(*(float(n) for n in axes))
+    hook = load_frame(crane_for(site, maker.crane, None), site.frame, HOOK_OFFSET)
+    pick_vox = hook_on_cell(component, place, clearance)
+    at_vox = cells_of_axes(hook, axes)
+    lying = maker.lying()
+    now = empty_hook_clearance(site, clearance, place, NO_CELLS, lying)
+    there = bool(np.abs(at_vox - pick_vox).max() <= _THERE_VOX)
+    early = None
+    if last:
+        since, rule = last[-1]
+        above = [target_cells(site.components[since.component]), *maker.arrived_since(since, [maker.lift])]
+        then = empty_hook_clearance(site, rule, place, NO_CELLS, above)
+        early = None if there else _early(maker, then, pose, pick_vox, since.order)
+    late = None
+    if not there:
+        late = _way(maker, now, pose, pick_vox)
+        if late is None:
+            late = _way(maker, empty_hook_clearance(site, clearance, place, NO_CELLS), pose, pick_vox, last=True)
+    parkings: list[Parking] = []
+    near = [pick_vox, np.round(at_vox).astype(np.int32)]
+    for parked_vox in maker.parking_cells(now, near):
+        back = maker.leg(now, parked_vox, pick_vox, pose.slew_rad)
+        aside = _way(maker, now, pose, parked_vox)
+        if aside is None and last:
+            aside = _early(maker, then, pose, parked_vox, since.order)
+        if back is not None and aside is not None:
+            parkings.append(Parking(aside, back))
+        if len(parkings) == _KEPT:
+            break
+    if not there and early is None and late is None and not parkings:
+        raise HookError(component.id, "the empty hook finds no free way to it from where it is")
+    legs = (early, late, *(parking.back for parking in parkings))
+    ends = next((float(leg.way.slew_rad[-1]) for leg in legs if leg is not None), pose.slew_rad)
+    carried = maker.carried(clearance, nearest_turn(ends, pose.slew_rad) if there else ends)
+    return replace(carried, early=early, late=late, parkings=tuple(parkings))
+
+
+def _early(
+    maker: CraneLiftMaker, rule: Clearance, pose: CranePose, end_vox: NDArray[np.int32], since: int
+) -> Leg | None:
+    """A way past what is set later than a lift, while it is not."""
+    leg = _way(maker, rule, pose, end_vox)
+    return None if leg is None else replace(leg, before=frozenset(n for n in maker.crossed(leg.way) if n > since))
+
+
+def _way(
+    maker: CraneLiftMaker, rule: Clearance, pose: CranePose, end_vox: NDArray[np.int32], *, last: bool = False
+) -> Leg | None:
+    """A way of the empty hook from rest at any pose to a cell."""
+    site, crane = maker.site, crane_for(maker.site, maker.crane, None)
+    hook, empty = load_frame(crane, site.frame, HOOK_OFFSET), pendulum_of(site, None)
+    for cell in go_on_cells(rule, hook, pose):
+        start_vox = np.array(cell, np.int32)
+        first = move_to_cell(hook, pose, cell)
+        moves = any(abs(part) > _THERE_VOX * site.frame.voxel_size_m for part in first.difference)
+        onward = maker.leg(rule, start_vox, end_vox, first.end.slew_rad, last=last)
+        if onward is None and (start_vox != end_vox).any():
+            continue
+        ways: list[Trajectory] = []
+        if moves:
+            try:
+                timeline = in_sequence(crane, [first], empty)
+            except PlanningError:
+                continue
+            needed_m = max(first.start.height_m, first.end.height_m)
+            ways.append(sampled(timeline, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, empty))
+        if onward is not None:
+            ways.append(shifted(onward.way, int(ways[0].time_ns[-1]) + _REST_NS) if ways else onward.way)
+        if ways:
+            return Leg(one_after_another(ways), last=last)
+    return None

@@ -1,0 +1,53 @@
+"""Where a crane waits with an empty hook so that another one can work: its jib turned aside, its hook drawn up."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.site.collision import HOOK_FORBIDDEN, Clearance
+from bimvox.site.site import Site
+
+_SECTORS = 24
+_SHARES = (0.0, 0.5)
+"""Of the radii of a sector, from the nearest to the furthest column: where the hook may wait."""
+_OFF_VOX = 3.0
+"""So far from the smallest radius that the hook can be turned there: columns near it are in reach here and there."""
+
+
+def drawn_up(site: Site, rule: Clearance, cell: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the highest cell of the slings' lower end over a column."""
+    x, y = int(cell[0]), int(cell[1])
+    return np.array([x, y, _top(site, rule)[x, y]], np.int32)
+
+
+def _top(site: Site, rule: Clearance) -> NDArray[np.int32]:
+    top = np.full(rule.hook_floor.shape, site.shape[2] - 1, np.int32)
+    return np.minimum(top, rule.hook_ceiling) if rule.hook_ceiling.size else top
+
+
+def parking_cells(site: Site, number: int, rule: Clearance) -> list[NDArray[np.int32]]:
+    """Return cells of the slings' lower end at which a crane may wait: in every direction, the hook drawn up.
+
+    Args:
+        site: The site, with all its cranes.
+        number: Which of them.
+        rule: The collision rule of its empty hook (``empty_hook_clearance``).
+    """
+    top = _top(site, rule)
+    columns = np.argwhere((rule.hook_floor < HOOK_FORBIDDEN) & (rule.hook_floor <= top))
+    base_m = np.array(site.cranes[number].base_m[:2])
+    from_base_m = np.array(site.frame.origin_m[:2]) + site.frame.voxel_size_m * (columns + 0.5) - base_m
+    radius_m, angle = np.hypot(*from_base_m.T), np.arctan2(*from_base_m.T[::-1])
+    nearest_m = site.cranes[number].min_radius_m + _OFF_VOX * site.frame.voxel_size_m
+    sector = np.floor((angle + np.pi) / (2.0 * np.pi) * _SECTORS).astype(np.int64) % _SECTORS
+    cells = []
+    for n in range(_SECTORS):
+        own = np.flatnonzero((sector == n) & (radius_m >= nearest_m))
+        if not len(own):
+            continue
+        by_radius = own[np.argsort(radius_m[own], kind="stable")]
+        for share in _SHARES:
+            x, y = (int(k) for k in columns[by_radius[int(share * (len(own) - 1))]])
+            cells.append(np.array([x, y, top[x, y]], np.int32))
+    return cells

@@ -1,0 +1,361 @@
+"""Lifts of several cranes on one clock: when each begins, so that the order holds and the cranes stay apart.
+
+The order of a plan is that of one crane: lift after lift. With several cranes lifts overlap in time under rules that
+make true, at every moment, what each lift was planned for:
+
+* R1: a part is hooked on when every part before it in the order is out of the yard;
+* R2: a part comes to its place when every part before it in the order stands by itself, slings off;
+* R3: a part of a later delivery is hooked on when every part of the earlier ones stands by itself;
+* R4: at every moment the cranes, braking from there if need be, stay apart (``bimvox.crane.conflict``).
+
+Lifts are put on the clock one by one in the order, each at the first moment (in steps of some seconds) at which the
+rules hold against all that the other cranes do already, and against where they stand when they are done with it. A
+crane that is done with a lift goes to its next part at once and waits there; where it would be in the way of the lifts
+before that one it stays where it is, or turns away to a parking place. A load is never kept waiting in the air.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+
+from bimvox.crane.conflict import Conflict, CraneTrack, first_conflict
+from bimvox.crane.outline import outline_of
+from bimvox.cranes.clock import Begun, CraneClock, GoingOn, Placed, motions_of, standing_at
+from bimvox.cranes.lift import CraneLift, Leg
+from bimvox.cranes.lifts import crane_lifts
+from bimvox.cranes.track import approach_track
+from bimvox.errors import MotionError
+from bimvox.motion.shift import held_longer
+from bimvox.motion.time_plan import time_plan
+from bimvox.motion.timing import NS_PER_S
+from bimvox.records.lift import Lift, LiftPlan
+from bimvox.records.motion import LiftMotion
+from bimvox.site.collision import Clearance
+
+_STEP_NS = 5 * NS_PER_S
+_REST_NS = NS_PER_S
+"""Between two ways of an empty hook."""
+
+
+def time_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) -> tuple[LiftMotion, ...]:
+    """Return the motion of every planned lift, in order, of a site with one crane or several; as ``time_plan``.
+
+    Raises:
+        InputError: If the site has no crane.
+        MotionError: If a path is not free or cannot be driven, or a crane is always in a lift's way; says which lift.
+    """
+    if not plan.site.other_cranes:
+        return time_plan(plan, clearances)
+    return _Schedule(plan, crane_lifts(plan, clearances)).run()
+
+
+def time_rest(
+    plan: LiftPlan, lifts: Sequence[CraneLift], begun: Mapping[int, Begun], going_on: Sequence[GoingOn], ready_ns: int
+) -> tuple[LiftMotion, ...]:
+    """Return the motion of every planned lift of a plan that is being carried out, in order.
+
+    What was begun goes on as it is, and nothing new begins before a moment.
+
+    Args:
+        plan: The plan, of a site with several cranes.
+        lifts: What its cranes do for every planned lift (``crane_lifts_from``).
+        begun: What every crane did already, and goes on with, by its number.
+        going_on: Loads that were stopped on their way, with a way on, in order.
+        ready_ns: The first moment at which something new may begin.
+
+    Raises:
+        MotionError: If a crane is always in a lift's way; says which lift.
+    """
+    return _Schedule(plan, lifts, begun, going_on, ready_ns).run()
+
+
+class _Schedule:
+    def __init__(
+        self,
+        plan: LiftPlan,
+        lifts: Sequence[CraneLift],
+        begun: Mapping[int, Begun] | None = None,
+        going_on: Sequence[GoingOn] = (),
+        ready_ns: int = 0,
+    ) -> None:
+        self.plan, self.site, self.lifts = plan, plan.site, lifts
+        self.going_on, self.ready_ns = going_on, ready_ns
+        self.released_ns: dict[int, int] = {}
+        self.raised_ns: dict[int, int] = {}
+        self.set_ns: dict[int, int] = {}
+        self.not_set_before_ns: dict[int, int] = {}
+        self.choice = 0
+        self.conflict: tuple[int, int, Conflict] | None = None
+        self.cranes: list[CraneClock] = []
+        for number, crane in enumerate(self.site.cranes):
+            own = [one for one in lifts if one.crane == number]
+            before = None if begun is None else begun.get(number)
+            if own or before is not None:
+                stands = standing_at(own[0].track.first, 0) if before is None else before.stands
+                self.cranes.append(CraneClock(number, outline_of(crane), own, stands))
+                if before is not None:
+                    self.cranes[-1].begin(before)
+        for one in self.cranes:
+            if one.starts and not one.lifts[0].starts_there:
+                self._start_parked(one)
+        for going in going_on:
+            self._of(going.crane).at = "loaded"
+        on_the_hook = {one.lift.order for one in going_on}
+        for motion in (motion for one in self.cranes for motion in one.motions.values()):
+            self.raised_ns[motion.order] = motion.raised_ns
+            if motion.order not in on_the_hook:
+                self.set_ns[motion.order], self.released_ns[motion.order] = motion.set_ns, motion.released_ns
+        self.begun = {order for one in self.cranes for order in one.motions}
+        # What is set next waits until hooks that are on their way have passed.
+        passed_ns = max([leg.end_ns for one in self.cranes for leg in one.legs.get(one.begun, ())], default=0)
+        self.not_set_before_ns |= {one.lift.order: passed_ns for one in lifts if passed_ns}
+
+    def run(self) -> tuple[LiftMotion, ...]:
+        """Put every lift on the clock."""
+        for crane in reversed(self.cranes):
+            if crane.starts and self._conflict(crane, crane.stands, 0) is not None:
+                self._start_parked(crane)
+        for crane in self.cranes:
+            self.conflict = self._conflict(crane, crane.stands, 0) if crane.starts else None
+            if self.conflict is not None:
+                raise self._never(crane, crane.lifts[0].lift)
+        for going in self.going_on:
+            crane = self._of(going.crane)
+            if not self._tried(crane, lambda crane=crane, going=going: self._go_on(crane, going)):  # type: ignore[misc]
+                raise self._never(crane, going.lift)
+        for one in self.lifts:
+            if one.lift.order not in self.begun:
+                self._schedule(self._of(one.crane), one)
+        motions = [motion for crane in self.cranes for motion in motions_of(crane)]
+        return tuple(sorted(motions, key=lambda motion: motion.order))
+
+    def _of(self, number: int) -> CraneClock:
+        return next(crane for crane in self.cranes if crane.number == number)
+
+    def _schedule(self, crane: CraneClock, one: CraneLift) -> None:
+        """Bring the hook to the part if it is not there, and carry it."""
+        if not self._tried(crane, lambda: self._to_part(crane, one) and self._carry(crane, one)):
+            raise self._never(crane, one.lift)
+
+    def _tried(self, crane: CraneClock, go: Callable[[], bool]) -> bool:
+        """Whether a crane can go on; then it also goes to its next part.
+
+        Where another crane is in the way it goes back, or aside; where this one's hook, over the part already, keeps
+        the other from doing so, it goes back or aside itself, and comes later.
+        """
+        kept = self._kept()
+        others = [other for other in self.cranes if other is not crane]
+        tries = product(range(3), range(3), range(1 + 2 * len(others)))
+        for choice, own, steps in ((choice, own, steps) for choice, own, steps in tries if own or steps or not choice):
+            self.choice = choice
+            self._restore(kept)
+            if sum(self._give_way(crane) for _ in range(own)) == own:
+                moved = [other for n, other in enumerate(others * 2) if n < steps and self._give_way(other)]
+                if (not steps or moved) and go():
+                    following = crane.next
+                    if following is not None and following.early is not None:
+                        self._go(crane, following.early, "pick")
+                    return True
+        return False
+
+    def _kept(self) -> list[tuple[CraneClock, CraneClock]]:
+        return [
+            (
+                one,
+                replace(
+                    one,
+                    tracks=list(one.tracks),
+                    ends_ns=list(one.ends_ns),
+                    legs={n: list(legs) for n, legs in one.legs.items()},
+                ),
+            )
+            for one in self.cranes
+        ]
+
+    def _restore(self, kept: list[tuple[CraneClock, CraneClock]]) -> None:
+        for one, was in kept:
+            one.tracks, one.ends_ns = list(was.tracks), list(was.ends_ns)
+            one.stands, one.at, one.parking = was.stands, was.at, was.parking
+            one.legs = {n: list(legs) for n, legs in was.legs.items()}
+
+    def _to_part(self, crane: CraneClock, one: CraneLift) -> bool:
+        if crane.at == "pick":
+            return True
+        if crane.at == "parked":
+            return crane.parking is not None and self._go(crane, crane.parking.back, "pick")
+        return any(leg is not None and self._go(crane, leg, "pick") for leg in (one.early, one.late))
+
+    def _go_on(self, crane: CraneClock, going: GoingOn) -> bool:
+        """Put what is left of the way of a load that was stopped on the clock."""
+        order, motion = going.lift.order, going.motion
+        earlier = [self.released_ns[n] for n in self.released_ns if n < order]
+        set_after_ns = max([*earlier, self.not_set_before_ns.get(order, 0)], default=0)
+        first_ns = max(crane.free_ns, self.ready_ns, going.resumes_ns, set_after_ns - motion.set_ns + going.resumes_ns)
+        start_ns = self._first_free(crane, going.track.later(-going.resumes_ns), first_ns)
+        if start_ns is None:
+            return False
+        late_ns = start_ns - going.resumes_ns
+        crane.motions[order] = held_longer(motion, going.resumes_ns, late_ns)
+        crane.tracks.append(going.track.later(late_ns))
+        crane.ends_ns.append(motion.end_ns + late_ns)
+        crane.at = "set"
+        self.set_ns[order], self.released_ns[order] = motion.set_ns + late_ns, motion.released_ns + late_ns
+        return True
+
+    def _carry(self, crane: CraneClock, one: CraneLift) -> bool:
+        """Put a lift on the clock, from hook on to slings off."""
+        order, carry = one.lift.order, one.carry
+        earlier = [n for n in self.released_ns if n < order]
+        assert one.lift.place is not None
+        delivery = one.lift.place.delivery
+        set_after_ns = max([self.released_ns[n] for n in earlier] + [self.not_set_before_ns.get(order, 0)], default=0)
+        first_ns = max(
+            [crane.free_ns, self.ready_ns, set_after_ns - carry.set_ns]
+            + [self.raised_ns[n] for n in earlier]
+            + [self.released_ns[n] for n in earlier if self._delivery(n) < delivery]
+        )
+        start_ns = self._first_free(crane, one.track, first_ns)
+        if start_ns is None:
+            return False
+        crane.tracks.append(one.track.later(start_ns))
+        crane.ends_ns.append(start_ns + carry.end_ns)
+        crane.starts_ns.append(start_ns)
+        crane.done += 1
+        crane.at = "set"
+        self.raised_ns[order], self.set_ns[order] = start_ns + carry.raised_ns, start_ns + carry.set_ns
+        self.released_ns[order] = start_ns + carry.end_ns
+        return True
+
+    def _go(self, crane: CraneClock, leg: Leg, to: str, *, at_once: bool = False) -> bool:
+        """Put a way of the empty hook on the clock, as early as it can be, or at once."""
+        order = crane.next.lift.order if crane.next is not None else len(self.plan.lifts)
+        first_ns = max(crane.free_ns, self.ready_ns)
+        if crane.legs.get(crane.done):
+            first_ns += _REST_NS
+        if leg.last:
+            first_ns = max([first_ns, *(ns for n, ns in self.released_ns.items() if n < order)])
+        passed_ns = min([self.set_ns[n] for n in leg.before if n in self.set_ns], default=None)
+        track = approach_track(self.site.for_crane(crane.number), self.site.cranes[crane.number], leg.way, 0)
+        latest_ns = None if passed_ns is None else passed_ns - int(leg.way.time_ns[-1])
+        if at_once:
+            latest_ns = first_ns if latest_ns is None else min(first_ns, latest_ns)
+        start_ns = self._first_free(crane, track, first_ns, latest_ns)
+        if start_ns is None:
+            return False
+        placed = Placed(start_ns, leg.way, track.later(start_ns))
+        crane.legs.setdefault(crane.done, []).append(placed)
+        crane.tracks.append(placed.track)
+        crane.ends_ns.append(start_ns + int(leg.way.time_ns[-1]))
+        for n in leg.before:
+            ends_ns = start_ns + int(leg.way.time_ns[-1])
+            self.not_set_before_ns[n] = max(self.not_set_before_ns.get(n, 0), ends_ns)
+        crane.at = to
+        return True
+
+    def _give_way(self, crane: CraneClock) -> bool:
+        """Bring a crane that stands somewhere out of the way: back from its next part, or to its parking place."""
+        following = crane.next
+        if crane.at == "pick" and following is not None:
+            legs = crane.legs.get(crane.done, [])
+            if len(legs) <= crane.kept:
+                return self._start_parked(crane) if crane.starts else self._turn_aside(crane, following)
+            return self._undo(crane, legs)
+        if crane.at == "set":
+            if following is None:
+                leaves = crane.lifts[-1].leaves
+                return any(self._go(crane, leg, "parked") for leg in (*leaves[self.choice :], *leaves[: self.choice]))
+            return self._turn_aside(crane, following)
+        return False
+
+    def _turn_aside(self, crane: CraneClock, following: CraneLift, *, at_once: bool = False) -> bool:
+        for parking in (*following.parkings[self.choice :], *following.parkings[: self.choice]):
+            if parking.aside is not None and self._go(crane, parking.aside, "parked", at_once=at_once):
+                crane.parking = parking
+                return True
+        return False
+
+    def _undo(self, crane: CraneClock, legs: list[Placed]) -> bool:
+        """Take back the way to the next part.
+
+        Where something would meet the crane at the place that it came from, it goes aside from there at once.
+        """
+        leg = legs.pop()
+        crane.tracks.pop()
+        end_ns = crane.ends_ns.pop()
+        stood = crane.known(leg.start_ns)
+        crane.at = "parked" if len(legs) > crane.kept or crane.starts else "set"
+        if self._conflict(crane, stood, leg.start_ns) is None:
+            return True
+        following = crane.next
+        if crane.at == "set" and following is not None and self._turn_aside(crane, following, at_once=True):
+            return True
+        legs.append(leg)
+        crane.tracks.append(leg.track)
+        crane.ends_ns.append(end_ns)
+        crane.at = "pick"
+        return False
+
+    def _start_parked(self, crane: CraneClock) -> bool:
+        """Begin at the parking place rather than over the first part."""
+        if crane.at != "pick" or crane.tracks or not crane.starts:
+            return False
+        for parking in crane.lifts[0].parkings:
+            site, machine = self.site.for_crane(crane.number), self.site.cranes[crane.number]
+            parked = standing_at(approach_track(site, machine, parking.back.way, 0).first, 0)
+            if self._conflict(crane, parked, 0) is None:
+                crane.stands, crane.at, crane.parking = parked, "parked", parking
+                return True
+        return False
+
+    def _first_free(
+        self, crane: CraneClock, track: CraneTrack, first_ns: int, latest_ns: int | None = None
+    ) -> int | None:
+        """Return the first start at which a track, and standing where it ends, is clear of all that is known."""
+        others_end_ns = max((other.free_ns for other in self.cranes if other is not crane), default=0)
+        start_ns = first_ns
+        while latest_ns is None or start_ns <= latest_ns:
+            found = self._conflict(crane, track.later(start_ns), start_ns)
+            if found is None:
+                return start_ns
+            self.conflict = found
+            if start_ns > others_end_ns:
+                return None
+            start_ns += _STEP_NS
+        return None
+
+    def _conflict(self, crane: CraneClock, track: CraneTrack, from_ns: int) -> tuple[int, int, Conflict] | None:
+        for other in self.cranes:
+            if other is crane:
+                continue
+            found = first_conflict(
+                (crane.outline, other.outline),
+                track,
+                other.known(from_ns),
+                self.site.rules.crane_separation_m,
+                from_ns=from_ns,
+            )
+            if found is not None:
+                return crane.number, other.number, found
+        return None
+
+    def _delivery(self, order: int) -> int:
+        place = next(one.lift.place for one in self.lifts if one.lift.order == order)
+        assert place is not None
+        return place.delivery
+
+    def _never(self, crane: CraneClock, lift: Lift) -> MotionError:
+        component = self.site.components[lift.component]
+        words, cranes = "", self.site.cranes
+        if self.conflict is not None:
+            own, other, found = self.conflict
+            words = (
+                f": the {found.parts[0]} of {cranes[own].name} would come within {found.distance_m:.1f} m of the "
+                f"{found.parts[1]} of {cranes[other].name}, {found.needed_m:g} m are needed"
+            )
+        return MotionError(
+            component.id,
+            f"{cranes[crane.number].name} finds no time for it beside the other cranes{words}",
+            hint="put the cranes further apart or at other heights, or give it to another one ([[component]] crane)",
+        )

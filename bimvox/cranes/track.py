@@ -1,0 +1,253 @@
+"""Where a crane may be during a lift, for keeping it apart from another crane: bounds with the ways to brake in them.
+
+At every sample the crane may be told to stop. It then goes on for the reaction time, as planned or at the speed that it
+has, whichever leads further, and every axis brakes as fast as its acceleration and jerk allow: all of that is within
+the bounds of the spans around the sample. The load hangs at rest or swings as its proof says, and further by what
+braking adds: a deceleration a swings a load on a rope of length l out by no more than 2 a l / g, and no more than its
+speed lost at once would, v sqrt(l / g).
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.crane.conflict import (
+    COLUMNS,
+    HOOK_HIGH,
+    HOOK_LOW,
+    LOAD_HALF,
+    LOWEST,
+    RADIUS_HIGH,
+    RADIUS_LOW,
+    ROPE_HALF,
+    SLEW_HIGH,
+    SLEW_LOW,
+    SPAN_NS,
+    CraneTrack,
+    joined,
+)
+from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.motion.swing import STEP_S, Pendulum, swing_of
+from bimvox.motion.timing import NS_PER_S
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.trajectory import Trajectory
+from bimvox.site.component import Component
+from bimvox.site.lifting import crane_for
+from bimvox.site.site import Site, SwingRule
+from bimvox.stop.braking import braking_ways
+
+REACTION_S = 1.0
+"""From the order to stop until the brakes take hold; until then the crane goes on."""
+
+EMPTY_HALF_M = 0.5
+"""Radius of the disc that holds hook block and slings."""
+_ROPE_HALF_M = 0.1
+
+
+class _Hung(NamedTuple):
+    """What hangs on the hook.
+
+    Attributes:
+        half_m: Radius of the disc about the hook that holds it on the plan.
+        drop_m: From the hook down to its lowest.
+        pendulum: How it swings; None where swing is not looked at.
+    """
+
+    half_m: float
+    drop_m: float
+    pendulum: Pendulum | None
+
+
+def approach_track(site: Site, crane: TowerCrane, approach: Trajectory, start_ns: int) -> CraneTrack:
+    """Return where a crane may be while its empty hook goes to a part.
+
+    Args:
+        site: The site.
+        crane: The crane.
+        approach: The way; its times count from ``start_ns``.
+        start_ns: On the site's clock.
+    """
+    return _track(crane_for(site, crane, None), _empty(site, crane), *_series(approach, start_ns))
+
+
+def carrying_track(
+    site: Site, crane: TowerCrane, lift: Lift, motion: LiftMotion, since_ns: int | None = None
+) -> CraneTrack:
+    """Return where a crane may be from hook-on until the slings are off; its approach and any wait are left out.
+
+    Where the load was stopped and held it hangs at rest when it goes on.
+
+    Args:
+        site: The site.
+        crane: The crane.
+        lift: The lift.
+        motion: Its motion, on the site's clock.
+        since_ns: Only what comes from this moment on, at which the crane stands; None: all of it.
+    """
+    component, time_ns, axes = site.components[lift.component], *motion.samples()
+    raised_ns, carried_ns = (motion.start_ns + int(part.time_ns[0]) for part in (motion.raising, motion.loaded))
+    starts = {phase.name: phase.start_ns for phase in motion.phases}
+    hooked_ns = starts.get(PhaseName.HOOK_ON, raised_ns)
+    off_ns, ends_ns = starts.get(PhaseName.RELEASE, motion.end_ns), motion.end_ns
+    if motion.departure is not None:
+        ends_ns = motion.released_ns
+    rests_ns = [end_ns for _, end_ns in motion.stops_ns if carried_ns < end_ns < off_ns]
+    empty, rigged = crane_for(site, crane, None), crane_for(site, crane, component)
+    loose = _empty(site, crane)
+    pieces = (
+        (empty, loose, hooked_ns, raised_ns),
+        (rigged, _raised(site, rigged, component, lift), raised_ns, carried_ns),
+        *(
+            (rigged, _hanging(site, rigged, component), from_ns, until_ns)
+            for from_ns, until_ns in pairwise([carried_ns, *rests_ns, off_ns])
+        ),
+        (empty, loose, off_ns, ends_ns),
+    )
+    first_ns = hooked_ns if since_ns is None else since_ns
+    return joined(
+        [
+            _track(machine, hung, *_between(time_ns, axes, max(from_ns, first_ns), until_ns))
+            for machine, hung, from_ns, until_ns in pieces
+            if until_ns > max(from_ns, first_ns)
+        ]
+    )
+
+
+def _empty(site: Site, crane: TowerCrane) -> _Hung:
+    sling_m = crane_for(site, crane, None).sling_m
+    return _Hung(EMPTY_HALF_M, sling_m, _pendulum(site, sling_m))
+
+
+def _hanging(site: Site, rigged: TowerCrane, component: Component) -> _Hung:
+    """The part upright, its hook line above the centre of its hook column."""
+    size_m, at = site.frame.voxel_size_m, np.array(component.hook_offset_vox[:2]) + 0.5
+    width = np.array(component.shape.size_vox[:2])
+    half_m = size_m * float(np.hypot(*np.maximum(at, width - at)))
+    height_m = size_m * component.shape.size_vox[2]
+    return _Hung(half_m, rigged.sling_m + height_m, _pendulum(site, rigged.sling_m + height_m / 2.0))
+
+
+def _raised(site: Site, rigged: TowerCrane, component: Component, lift: Lift) -> _Hung:
+    """The part while it is tipped up and turned: it stays within its diagonals about the hook."""
+    upright = _hanging(site, rigged, component)
+    if lift.place is None:
+        return upright
+    stored_m = site.frame.voxel_size_m * float(np.hypot(*lift.place.shape.size_vox[:2]))
+    return upright._replace(half_m=max(upright.half_m, stored_m))
+
+
+def _pendulum(site: Site, below_hook_m: float) -> Pendulum | None:
+    return None if site.rules.swing is SwingRule.OFF else Pendulum(below_hook_m)
+
+
+def _series(way: Trajectory, start_ns: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    return way.time_ns + np.int64(start_ns), np.stack([way.slew_rad, way.radius_m, way.height_m], axis=1)
+
+
+def _between(
+    time_ns: NDArray[np.int64], axes: NDArray[np.float64], from_ns: int, until_ns: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """The samples in a span of the clock, one at each of its ends."""
+    inside = (time_ns > from_ns) & (time_ns < until_ns)
+    ends = np.array([from_ns, until_ns], np.int64)
+    at_ends = np.stack([np.interp(ends, time_ns, axis) for axis in axes.T], axis=1)
+    times = np.concatenate([ends[:1], time_ns[inside], ends[1:]])
+    return times, np.concatenate([at_ends[:1], axes[inside], at_ends[1:]])
+
+
+def _track(crane: TowerCrane, hung: _Hung, time_ns: NDArray[np.int64], axes: NDArray[np.float64]) -> CraneTrack:
+    """Bounds of one series of samples that begins and ends at rest."""
+    time_s = (time_ns - time_ns[0]) / NS_PER_S
+    rate, acceleration = _derivatives(time_s, axes)
+    low, high = axes.copy(), axes.copy()
+    for axis, limits in enumerate((crane.slewing, crane.trolley, crane.hoist)):
+        x, v = axes[:, axis], rate[:, axis]
+        a = np.clip(acceleration[:, axis], -limits.acceleration, limits.acceleration)
+        gone = v * REACTION_S
+        for first, ways in (
+            (x, braking_ways(v, _around(a, np.minimum), limits)),
+            (x, braking_ways(v, _around(a, np.maximum), limits)),
+            (x + gone, braking_ways(v, np.zeros_like(v), limits)),
+        ):
+            low[:, axis] = np.minimum(low[:, axis], first + ways[0])
+            high[:, axis] = np.maximum(high[:, axis], first + ways[1])
+    swing_m = _swing_m(crane, hung, time_s, axes, rate)
+    rows = np.empty((len(time_ns), COLUMNS))
+    rows[:, SLEW_LOW], rows[:, SLEW_HIGH] = low[:, 0], high[:, 0]
+    rows[:, RADIUS_LOW], rows[:, RADIUS_HIGH] = np.maximum(low[:, 1], 0.0), high[:, 1]
+    rows[:, HOOK_LOW], rows[:, HOOK_HIGH] = low[:, 2], high[:, 2]
+    rows[:, LOWEST] = low[:, 2] - hung.drop_m
+    rows[:, LOAD_HALF], rows[:, ROPE_HALF] = hung.half_m + swing_m, _ROPE_HALF_M + swing_m
+    count = max(1, -(-int(time_ns[-1] - time_ns[0]) // SPAN_NS))
+    begins = time_ns[0] + SPAN_NS * np.arange(count)
+    ends = begins + SPAN_NS + round(REACTION_S * NS_PER_S)
+    first = np.maximum(np.searchsorted(time_ns, begins, side="right") - 1, 0)
+    last = np.minimum(np.searchsorted(time_ns, ends, side="left"), len(time_ns) - 1)
+    low_columns = np.isin(np.arange(COLUMNS), (SLEW_LOW, RADIUS_LOW, LOWEST, HOOK_LOW))
+    spans = _hulls(rows, first.astype(np.int64), last.astype(np.int64), low_columns)
+    return CraneTrack(int(time_ns[0]), spans, rows[0], rows[-1])
+
+
+def _derivatives(
+    time_s: NDArray[np.float64], axes: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(N, 3) rates at the samples, at rest at both ends, and the accelerations that lead from one to the next."""
+    rate = np.zeros_like(axes)
+    if len(time_s) > 2:
+        h = np.diff(time_s)[:, None]
+        rise = np.diff(axes, axis=0) / h
+        rate[1:-1] = (h[1:] * rise[:-1] + h[:-1] * rise[1:]) / (h[1:] + h[:-1])
+        # Beside a stand the axis is at rest, or will be.
+        rate[1:-1] = np.where((rise[:-1] == 0.0) | (rise[1:] == 0.0), 0.0, rate[1:-1])
+    acceleration = np.zeros_like(axes)
+    if len(time_s) > 1:
+        acceleration[:-1] = np.diff(rate, axis=0) / np.diff(time_s)[:, None]
+    return rate, acceleration
+
+
+def _around(values: NDArray[np.float64], extreme: np.ufunc) -> NDArray[np.float64]:
+    """The extreme of every value and the one before it."""
+    around: NDArray[np.float64] = extreme(values, np.concatenate([values[:1], values[:-1]]))
+    return around
+
+
+def _swing_m(
+    crane: TowerCrane, hung: _Hung, time_s: NDArray[np.float64], axes: NDArray[np.float64], rate: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(N,) how far the load may swing out: on its way, and when the crane is stopped."""
+    if hung.pendulum is None or time_s[-1] <= 0.0:
+        return np.zeros(len(time_s))
+    at_s = np.linspace(0.0, time_s[-1], int(np.ceil(time_s[-1] / STEP_S)) + 1)
+    even = np.stack([np.interp(at_s, time_s, axis) for axis in axes.T], axis=1)
+    swing = swing_of(crane, even, float(at_s[1] - at_s[0]), hung.pendulum)
+    own_m = np.interp(time_s, at_s, swing.amplitude_m)
+    length_m = pendulum_lengths_m(crane, axes, hung.pendulum.below_hook_m)
+    pulse = np.sqrt(GRAVITY_M_S2 / length_m)
+    across_m_s = np.abs(rate[:, 0]) * axes[:, 1]
+    across_m = np.minimum(across_m_s / pulse, 2.0 * crane.slewing.acceleration * axes[:, 1] / pulse**2)
+    along_m = np.minimum(np.abs(rate[:, 1]) / pulse, 2.0 * crane.trolley.acceleration / pulse**2)
+    whole: NDArray[np.float64] = own_m + np.hypot(across_m, along_m)
+    return whole
+
+
+@kernel
+def _hulls(
+    rows: NDArray[np.float64], first: NDArray[np.int64], last: NDArray[np.int64], is_low: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """(M, C) the extremes of rows ``first[m]`` to ``last[m]``, both included."""
+    spans = np.empty((first.shape[0], rows.shape[1]))
+    for m in range(first.shape[0]):
+        spans[m] = rows[first[m]]
+        for n in range(first[m] + 1, last[m] + 1):
+            for c in range(rows.shape[1]):
+                value = rows[n, c]
+                if (value < spans[m, c]) if is_low[c] else (value > spans[m, c]):
+                    spans[m, c] = value
+    return spans

@@ -1,0 +1,1 @@
+"""Every exporter: plans and grids in other formats."""

@@ -1,0 +1,258 @@
+"""IFC 4D: the building's own file with a work plan, a work schedule and one task a lift.
+
+IFC4 and later have ``IfcTaskTime``; IFC2X3 has ``IfcScheduleTimeControl`` with dates taken apart. The entities are made
+directly: the library's own editing functions set every start to 09:00 and drop times below a day.
+"""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import ifcopenshell
+import ifcopenshell.guid
+
+from bimvox.bim.ifc.open import open_ifc
+from bimvox.errors import IfcError
+from bimvox.export.lift_schedule import CraneResource, LiftSchedule, LiftTask, duration_text
+
+CRANE_SET = "bimvox_Crane"
+"""Name of the property set that describes the crane; IFC has no class for one."""
+
+_NAMESPACE = uuid.UUID("6f0d7a0e-6a0b-5b67-9d3c-1f2b8f4e7c11")
+
+
+def with_schedule(path: Path, data: bytes, schedule: LiftSchedule) -> bytes:
+    """Return an IFC file with a schedule added; nothing that was in it is changed.
+
+    Args:
+        path: Where the file came from, for messages.
+        data: Its bytes.
+        schedule: The lifts; each part must be a product of the file.
+
+    Raises:
+        IfcError: If the file cannot be read, or does not hold a part of the schedule.
+    """
+    opened = open_ifc(path, data)
+    writer = _Writer(opened.file, schedule, path)
+    writer.write()
+    return bytes(opened.file.to_string().encode("ascii", "backslashreplace"))
+
+
+class _Writer:
+    def __init__(self, file: Any, schedule: LiftSchedule, path: Path) -> None:
+        self.file, self.schedule, self.path = file, schedule, path
+        self.old = file.schema == "IFC2X3"
+        self.history = self._history() if self.old else None
+        self.products = {str(product.GlobalId): product for product in reversed(file.by_type("IfcProduct"))}
+
+    def write(self) -> None:
+        """Add everything."""
+        schedule = self.schedule
+        (project,) = self.file.by_type("IfcProject")
+        plan = self._control("IfcWorkPlan", f"Lifts of {schedule.name}")
+        control = self._control("IfcWorkSchedule", f"Lifts of {schedule.name}, by crane")
+        self._rooted("IfcRelAggregates", "plan", RelatingObject=plan, RelatedObjects=[control])
+        if not self.old:
+            self._rooted("IfcRelDeclares", "declares", RelatingContext=project, RelatedDefinitions=[plan])
+        cranes = [self._crane(number, crane) for number, crane in enumerate(schedule.cranes)]
+        tasks = [self._task(task) for task in schedule.tasks]
+        if self.old:
+            for task, entity in zip(schedule.tasks, tasks, strict=True):
+                self._timed(control, task, entity)
+        else:
+            whole = self._summary()
+            self._rooted("IfcRelAssignsToControl", "controls", RelatedObjects=[whole], RelatingControl=control)
+            if tasks:
+                self._rooted("IfcRelNests", "nests", RelatingObject=whole, RelatedObjects=tasks)
+        for task, entity in zip(schedule.tasks, tasks, strict=True):
+            product = self._product(task)
+            self._rooted(
+                "IfcRelAssignsToProduct",
+                f"product {task.component}",
+                RelatedObjects=[entity],
+                RelatingProduct=product,
+            )
+            if cranes:
+                self._rooted(
+                    "IfcRelAssignsToProcess",
+                    f"crane {task.component}",
+                    RelatedObjects=[cranes[task.crane]],
+                    RelatingProcess=entity,
+                )
+        self._sequence(tasks)
+
+    def _sequence(self, tasks: Sequence[Any]) -> None:
+        for number, after in enumerate(self.schedule.tasks):
+            for earlier, is_start in self.schedule.before(number):
+                before = self.schedule.tasks[earlier]
+                more: dict[str, Any] = {"SequenceType": "FINISH_START" if is_start else "FINISH_FINISH"}
+                if self.old:
+                    more["TimeLag"] = float(
+                        round(after.start_s if is_start else after.finish_s) - round(before.finish_s)
+                    )
+                key = f"sequence {after.component}" if is_start else f"sequence {before.component} {after.component}"
+                self._rooted(
+                    "IfcRelSequence", key, RelatingProcess=tasks[earlier], RelatedProcess=tasks[number], **more
+                )
+
+    def _task(self, task: LiftTask) -> Any:
+        shared = {"Name": task.name, "Description": task.description, "IsMilestone": False, "WorkMethod": "crane lift"}
+        if self.old:
+            return self._rooted("IfcTask", f"task {task.component}", TaskId=str(task.order), **shared)
+        start, finish = self.schedule.times(task)
+        return self._rooted(
+            "IfcTask",
+            f"task {task.component}",
+            Identification=str(task.order),
+            TaskTime=self._task_time(start, finish),
+            PredefinedType="INSTALLATION",
+            **shared,
+        )
+
+    def _summary(self) -> Any:
+        return self._rooted(
+            "IfcTask",
+            "summary",
+            Name=f"Assembly of {self.schedule.name}",
+            IsMilestone=False,
+            TaskTime=self._task_time(self.schedule.begins, self.schedule.finishes),
+            PredefinedType="CONSTRUCTION",
+        )
+
+    def _task_time(self, start: datetime, finish: datetime) -> Any:
+        return self.file.create_entity(
+            "IfcTaskTime",
+            DurationType="ELAPSEDTIME",
+            ScheduleDuration=duration_text(finish - start),
+            ScheduleStart=start.isoformat(),
+            ScheduleFinish=finish.isoformat(),
+        )
+
+    def _timed(self, control: Any, task: LiftTask, entity: Any) -> None:
+        """IFC2X3: a task's times are an entity of their own, tied to it by the relation to the schedule."""
+        start, finish = self.schedule.times(task)
+        times = self._rooted(
+            "IfcScheduleTimeControl",
+            f"times {task.component}",
+            ScheduleStart=self._date(start),
+            ScheduleFinish=self._date(finish),
+            ScheduleDuration=(finish - start).total_seconds() / self._seconds_per_unit(),
+        )
+        self._rooted(
+            "IfcRelAssignsTasks",
+            f"assigns {task.component}",
+            RelatedObjects=[entity],
+            RelatingControl=control,
+            TimeForTask=times,
+        )
+
+    def _seconds_per_unit(self) -> float:
+        from ifcopenshell.util import unit as unit_util
+
+        return float(unit_util.calculate_unit_scale(self.file, "TIMEUNIT"))
+
+    def _control(self, ifc_class: str, name: str) -> Any:
+        begins, finishes = self.schedule.begins, self.schedule.finishes
+        if self.old:
+            return self._rooted(
+                ifc_class,
+                ifc_class,
+                Name=name,
+                Identifier=self.schedule.identity[:16],
+                CreationDate=self._date(begins),
+                StartTime=self._date(begins),
+                FinishTime=self._date(finishes),
+                WorkControlType="PLANNED",
+            )
+        return self._rooted(
+            ifc_class,
+            ifc_class,
+            Name=name,
+            Identification=self.schedule.identity[:16],
+            CreationDate=begins.isoformat(),
+            StartTime=begins.isoformat(),
+            FinishTime=finishes.isoformat(),
+            PredefinedType="PLANNED",
+        )
+
+    def _date(self, when: datetime) -> Any:
+        day = self.file.create_entity("IfcCalendarDate", when.day, when.month, when.year)
+        time = self.file.create_entity("IfcLocalTime", when.hour, when.minute, float(when.second))
+        return self.file.create_entity("IfcDateAndTime", day, time)
+
+    def _crane(self, number: int, resource: CraneResource) -> Any:
+        own = f" {number + 1}" if number else ""  # the first one's identities are those of a crane that is alone
+        kind = {"OperationType": "NOTDEFINED"} if self.old else {"PredefinedType": "LIFTINGGEAR"}
+        crane = self._rooted("IfcTransportElement", f"crane{own}", Name=resource.name, ObjectType="TOWERCRANE", **kind)
+        values = [
+            self.file.create_entity(
+                "IfcPropertySingleValue",
+                Name=name,
+                NominalValue=self.file.create_entity("IfcReal" if isinstance(value, float) else "IfcLabel", value),
+            )
+            for name, value in resource.properties
+        ]
+        if values:
+            properties = self._rooted("IfcPropertySet", f"properties{own}", Name=CRANE_SET, HasProperties=values)
+            self._rooted(
+                "IfcRelDefinesByProperties",
+                f"defines{own}",
+                RelatedObjects=[crane],
+                RelatingPropertyDefinition=properties,
+            )
+        places = (
+            self.file.by_type("IfcSite") or self.file.by_type("IfcBuilding") or self.file.by_type("IfcSpatialElement")
+        )
+        if places:
+            self._rooted(
+                "IfcRelContainedInSpatialStructure",
+                f"stands{own}",
+                RelatedElements=[crane],
+                RelatingStructure=places[0],
+            )
+        return crane
+
+    def _product(self, task: LiftTask) -> Any:
+        _, mark, step_id = task.component.partition("#")  # how a GlobalId that occurs twice was made unique
+        if mark and step_id.isdigit():
+            try:
+                found = self.file.by_id(int(step_id))
+            except RuntimeError:
+                found = None
+            if found is not None and found.is_a("IfcProduct") and found.GlobalId == task.global_id:
+                return found
+        if task.global_id in self.products:
+            return self.products[task.global_id]
+        raise IfcError(
+            self.path,
+            f"holds no product {task.global_id} ({task.name})",
+            hint="name the file that the plan was made from",
+        )
+
+    def _history(self) -> Any:
+        found = self.file.by_type("IfcOwnerHistory")
+        if found:
+            return found[0]
+        person = self.file.create_entity("IfcPerson", FamilyName="bimvox")
+        maker = self.file.create_entity("IfcOrganization", Name="bimvox")
+        user = self.file.create_entity("IfcPersonAndOrganization", person, maker)
+        program = self.file.create_entity("IfcApplication", maker, "0", "bimvox", "bimvox")
+        return self.file.create_entity(
+            "IfcOwnerHistory",
+            OwningUser=user,
+            OwningApplication=program,
+            ChangeAction="ADDED",
+            CreationDate=int((self.schedule.begins - datetime(1970, 1, 1)).total_seconds()),
+        )
+
+    def _rooted(self, ifc_class: str, key: str, **attributes: Any) -> Any:
+        """Make an entity whose GlobalId follows from the plan, so that the same plan gives the same file."""
+        identity = uuid.uuid5(_NAMESPACE, f"{self.schedule.identity} {key}")
+        if self.history is not None:
+            attributes["OwnerHistory"] = self.history
+        make: Callable[..., Any] = self.file.create_entity
+        return make(ifc_class, GlobalId=ifcopenshell.guid.compress(identity.hex), **attributes)

@@ -1,0 +1,227 @@
+"""The path log, whole or a part of it, as MCAP, CSV and JSON."""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import io
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from bimvox.errors import InputError
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.recorder import tracks_of, write_log
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion
+from bimvox.site.component import Component
+
+SAMPLE_COLUMNS = {
+    "order": "position of the lift in the assembly order, from 0",
+    "component": "id of the component: its GlobalId, made unique where it is not",
+    "phase": "phase of the lift (`path` on a site without a crane)",
+    "time_s": "on the site's clock; without a crane nominal, 1 s a unit move",
+    "x_m": "lowest corner of the component's reference cell, site frame; empty while the hook is empty",
+    "y_m": "the same in y",
+    "z_m": "the same in z",
+    "slew_rad": "slewing angle from the site's +x axis, counter-clockwise, unwrapped; empty without a crane",
+    "radius_m": "distance of the hook from the slewing axis; empty without a crane",
+    "hook_height_m": "height of the hook above the site's z = 0; empty without a crane",
+    "crane": "name of the crane that drives the lift; empty without a crane",
+}
+LIFT_COLUMNS = {
+    "order": "position of the lift in the assembly order, from 0",
+    "component": "id of the component: its GlobalId, made unique where it is not",
+    "global_id": "IFC GlobalId, or the body's name",
+    "ifc_class": "for example IfcBeam",
+    "name": "the source's name",
+    "mass_kg": "mass of the component without rigging",
+    "status": "planned or infeasible",
+    "method": "how the path was found: policy, retrained or search",
+    "moves": "unit moves of the path",
+    "shortest_moves": "the fewest possible under the same rules",
+    "contact_moves": "last placements that the narrow phase cleared",
+    "delivery": "truckload that it comes with, from 0",
+    "stored_pose": "how it lies in the yard",
+    "start_s": "when the lift starts, on the site's clock",
+    "duration_s": "how long it takes",
+    "bound_s": "synchronised point-to-point time of the loaded motion; empty without a crane",
+    "reason": "why it is infeasible",
+    "blocked_by": "ids of what blocks it, separated by spaces",
+    "crane": "name of the crane that it is given to; empty without a crane",
+}
+
+
+def resolve_lifts(log: PlanLog, lift_ids: Sequence[str] = ()) -> tuple[int, ...]:
+    """Return the orders of the lifts that are meant.
+
+    Args:
+        log: The log.
+        lift_ids: Component ids, GlobalIds or order numbers; none means all.
+
+    Raises:
+        InputError: If one is not in the log; the message lists the nearest ones.
+    """
+    if not lift_ids:
+        return tuple(lift.order for lift in log.plan.lifts)
+    by_id: dict[str, list[int]] = {}
+    for lift in log.plan.lifts:
+        component = log.plan.site.components[lift.component]
+        for key in {component.id, component.global_id}:
+            by_id.setdefault(key, []).append(lift.order)
+    for lift in log.plan.lifts:
+        by_id.setdefault(str(lift.order), []).append(lift.order)
+    orders: set[int] = set()
+    for lift_id in lift_ids:
+        if lift_id not in by_id:
+            near = difflib.get_close_matches(lift_id, by_id, n=3, cutoff=0.4)
+            names = ", ".join(near or list(by_id)[:3])
+            raise InputError(
+                f"no lift {lift_id!r} in this log of {len(log.plan.lifts)} lifts", hint=f"for example {names}"
+            )
+        orders.update(by_id[lift_id])
+    return tuple(sorted(orders))
+
+
+def select_lifts(log: PlanLog, lift_ids: Sequence[str] = ()) -> bytes:
+    """Return the chosen lifts as an MCAP log of their own, on the same clock, with the site and all attachments.
+
+    Raises:
+        InputError: If a lift is not in the log.
+    """
+    stream = io.BytesIO()
+    orders = resolve_lifts(log, lift_ids)
+    whole = len(orders) == len(log.plan.lifts)
+    write_log(stream, log if whole else log.extract(orders))
+    return stream.getvalue()
+
+
+def to_csv(log: PlanLog, lift_ids: Sequence[str] = ()) -> str:
+    """Return the samples of the chosen lifts' motions as CSV, columns as in ``SAMPLE_COLUMNS``.
+
+    Raises:
+        InputError: If a lift is not in the log.
+    """
+    part = log.extract(resolve_lifts(log, lift_ids))
+    rows = (
+        (lift.order, log.plan.site.components[lift.component].id, *row)
+        for lift, samples in _samples(part)
+        for row in samples
+    )
+    return _table(SAMPLE_COLUMNS, rows)
+
+
+def lifts_csv(log: PlanLog, lift_ids: Sequence[str] = ()) -> str:
+    """Return the chosen lifts as CSV, one a row, columns as in ``LIFT_COLUMNS``.
+
+    Raises:
+        InputError: If a lift is not in the log.
+    """
+    part = log.extract(resolve_lifts(log, lift_ids))
+    records = _lift_records(part)
+    return _table(
+        LIFT_COLUMNS, ([" ".join(v) if isinstance(v, list) else v for v in record.values()] for record in records)
+    )
+
+
+def to_json(log: PlanLog, lift_ids: Sequence[str] = ()) -> dict[str, Any]:
+    """Return the chosen lifts as plain values: every lift as in ``LIFT_COLUMNS``, its path, and its samples by column.
+
+    Raises:
+        InputError: If a lift is not in the log.
+    """
+    part = log.extract(resolve_lifts(log, lift_ids))
+    site = log.plan.site
+    samples = {lift.order: rows for lift, rows in _samples(part)}
+    lifts = []
+    for lift, record in zip(part.plan.lifts, _lift_records(part), strict=True):
+        cells = None if lift.path_vox is None else lift.path_vox.tolist()
+        corner_m = None if lift.path_vox is None else site.frame.corner_of(lift.path_vox).tolist()
+        columns = list(SAMPLE_COLUMNS)[2:]
+        series = {name: [row[n] for row in samples.get(lift.order, [])] for n, name in enumerate(columns)}
+        lifts.append({**record, "path_vox": cells, "path_m": corner_m, "samples": series})
+    return {
+        "site": site.name,
+        "site_digest": site.digest,
+        "revision": log.revision,
+        "metadata": dict(log.metadata),
+        "frame": {
+            "origin_m": list(site.frame.origin_m),
+            "voxel_size_m": site.frame.voxel_size_m,
+            "shape": list(site.shape),
+            "site_to_ifc": site.site_to_ifc.tolist(),
+        },
+        "lifts": lifts,
+        "clashes": [
+            {"first": c.first, "second": c.second, "depth_m": c.depth_m, "way_out_m": c.way_out_m}
+            for c in log.plan.clashes
+        ],
+        "notes": list(log.plan.notes),
+    }
+
+
+def _samples(log: PlanLog) -> Iterable[tuple[Lift, list[tuple[Any, ...]]]]:
+    """Yield every planned lift with its rows: the columns of ``SAMPLE_COLUMNS`` from ``phase`` on."""
+    motions = {motion.order: motion for motion in log.motions}
+    for track in tracks_of(log):
+        corner = dict(zip(track.time_ns.tolist(), track.corner_m.tolist(), strict=True))
+        motion = motions.get(track.lift.order)
+        if motion is None:
+            yield track.lift, [("path", t / 1e9, *xyz, None, None, None, None) for t, xyz in corner.items()]
+            continue
+        times, axes = motion.samples()
+        crane = log.plan.site.cranes[motion.crane].name
+        empty = (None, None, None)
+        yield (
+            track.lift,
+            [
+                (motion.phase_at(t).name.value, t / 1e9, *corner.get(t, empty), *pose, crane)
+                for t, pose in zip(times.tolist(), axes.tolist(), strict=True)
+            ],
+        )
+
+
+def _lift_records(log: PlanLog) -> list[dict[str, Any]]:
+    tracks = {track.lift.order: track for track in tracks_of(log)}
+    motions: dict[int, LiftMotion] = {motion.order: motion for motion in log.motions}
+    records = []
+    for lift in log.plan.lifts:
+        component = log.plan.site.components[lift.component]
+        track, motion = tracks.get(lift.order), motions.get(lift.order)
+        values = (
+            lift.order,
+            component.id,
+            component.global_id,
+            component.ifc_class,
+            component.name,
+            component.mass_kg,
+            lift.status.value,
+            None if lift.method is None else lift.method.value,
+            lift.moves,
+            lift.shortest_moves,
+            lift.contact_moves,
+            None if lift.place is None else lift.place.delivery,
+            None if lift.place is None else lift.place.pose.value,
+            None if track is None else track.start_ns / 1e9,
+            None if track is None else (track.end_ns - track.start_ns) / 1e9,
+            None if motion is None or not np.isfinite(motion.loaded.bound_s) else motion.loaded.bound_s,
+            lift.reason,
+            list(lift.blocked_by),
+            _crane_name(log, component),
+        )
+        records.append(dict(zip(LIFT_COLUMNS, values, strict=True)))
+    return records
+
+
+def _crane_name(log: PlanLog, component: Component) -> str | None:
+    crane = log.plan.site.crane_of(component)
+    return None if crane is None else crane.name
+
+
+def _table(columns: Iterable[str], rows: Iterable[Sequence[Any]]) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(rows)
+    return text.getvalue()

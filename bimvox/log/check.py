@@ -1,0 +1,171 @@
+"""Proves that the parts of a log fit each other: what is proven is what a viewer shows and what a crane is told."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from numpy.typing import NDArray
+
+from bimvox.crane.rigging import pose_limits
+from bimvox.log import schema as topics
+from bimvox.log.crane_command import CraneCommandMessage
+from bimvox.log.mcap.messages import nanoseconds
+from bimvox.log.mcap.reader import Contents
+from bimvox.log.plan_log import PlanLog
+from bimvox.proof.axes import axes_of_samples
+from bimvox.proof.space import reference_cells
+from bimvox.records.motion import LiftMotion
+from bimvox.records.proof import Check
+from bimvox.site.build import with_digests
+from bimvox.site.lifting import crane_for
+from bimvox.site.site import Site
+
+USED_TOPICS = frozenset((topics.PLANNED, topics.JOINTS, topics.EVENTS, topics.LOAD, topics.COMMAND))
+"""The topics that a proof looks at; the others follow from the site and these."""
+
+_SAME_M = 1e-6
+_SHA256 = "sha256 "
+_OVER_BEND = 1e-3
+_ROUNDING = 1e-9
+
+
+def check_digests(contents: Contents, log: PlanLog) -> Check:
+    """Check every digest that can be computed from what the log carries.
+
+    The site's three digests follow from the site inside, those of attached files from the files. The model itself is
+    not in a log: its digest is only compared between metadata and site.
+    """
+    check = Check("digests")
+    metadata = contents.metadata.get(topics.METADATA, {})
+    site, again = log.plan.site, with_digests(log.plan.site)
+    for name, stored, computed in (
+        ("geometry", site.geometry_digest, again.geometry_digest),
+        ("fixed part", site.fixed_digest, again.fixed_digest),
+        ("site", site.digest, again.digest),
+    ):
+        check.look(stored == computed, f"the {name}'s digest is {stored[:16]}, its content's is {computed[:16]}")
+    for key, wanted in (
+        ("geometry_digest", again.geometry_digest),
+        ("site_digest", again.digest),
+        ("model_sha256", str(site.source.get("sha256", ""))),
+    ):
+        said = metadata.get(key, "")
+        check.look(said == wanted, f"metadata {key} is {said[:16]!r}, the site's is {wanted[:16]!r}")
+    for name, computed in _file_digests(log.attachments):
+        said = metadata.get(_SHA256 + name, "")
+        check.look(said in ("", computed), f"attached {name}: its digest is not the one in the metadata")
+    for key in metadata:
+        if key.startswith(_SHA256):
+            name = key.removeprefix(_SHA256)
+            check.look(name in log.attachments, f"attached {name}: the metadata has its digest, but it is not there")
+    return check
+
+
+def check_load_poses(contents: Contents, log: PlanLog) -> Check:
+    """Check that the poses of every load on its way are where the crane's axes, or without a crane the path, put it."""
+    check = Check("load_poses", unit="m")
+    site = log.plan.site
+    shown = [_load_poses(contents, number) for number in range(max(1, len(site.cranes)))]
+    if site.crane is None:
+        _, corner_m, _ = shown[0]
+        wanted = [site.frame.corner_of(lift.path_vox) for lift in log.planned if lift.path_vox is not None]
+        there = {tuple(np.round(corner, 6)) for corner in corner_m.tolist()}
+        for corners in wanted:
+            whole = all(tuple(np.round(corner, 6)) in there for corner in corners.tolist())
+            check.look(whole, "a planned path without the poses of its load", samples=len(corners))
+        return check
+    for motion in log.motions:
+        time_ns, corner_m, turned = shown[motion.crane]
+        start_ns = motion.start_ns + motion.loaded.time_ns
+        low, high = np.searchsorted(time_ns, [start_ns[0], start_ns[-1] + 1])
+        name = f"lift {motion.order}"
+        if not np.array_equal(time_ns[low:high], start_ns):
+            check.look(False, f"{name}: poses of its load are missing, or of another time")
+            continue
+        off_m = np.linalg.norm(corner_m[low:high] - _corners_m(site, motion), axis=1)
+        worst = int(np.argmax(off_m))
+        check.measure(float(off_m[worst]))
+        good = off_m[worst] <= _SAME_M and not turned[low:high].any()
+        check.look(
+            bool(good),
+            f"{name}: at {start_ns[worst] / 1e9:.3f} s its load is shown {off_m[worst]:.4f} m from where it hangs",
+            samples=len(off_m),
+        )
+    return check
+
+
+def check_commands(contents: Contents, log: PlanLog) -> Check:
+    """Check that a crane that holds the rates it is told goes where the motion goes, and rests at every lift's end.
+
+    Between two commands, a period T apart at most, it goes straight in its axes, and the commands themselves are taken
+    from samples as far apart: each axis may be off by twice a T^2 / 8, no more.
+    """
+    check = Check("commands", unit="share of bend")
+    site = log.plan.site
+    if site.crane is None:
+        return check
+    told = [_told(contents, topics.of_crane(topics.COMMAND, number)) for number in range(len(site.cranes))]
+    for motion in log.motions:
+        crane = site.cranes[motion.crane]
+        most = np.array([axis.acceleration for axis in pose_limits(crane)])
+        allowed = 2.0 * most * site.rules.sample_period_s**2 / 8.0 + _ROUNDING
+        name, own = f"lift {motion.order}", told[motion.crane].get(motion.order, [])
+        others = [c.crane for c in own if site.other_cranes and c.crane != crane.name]
+        if others:
+            check.look(False, f"{name}: its commands are for crane {others[0]!r}, it is driven by {crane.name!r}")
+            continue
+        at_ns = np.array([nanoseconds(c.time) for c in own], np.int64)
+        good = len(own) >= 2 and at_ns[0] == motion.start_ns and at_ns[-1] == motion.end_ns
+        if not good or (np.diff(at_ns) <= 0).any():
+            check.look(False, f"{name}: its commands do not reach from its start to its end")
+            continue
+        rates = np.array([(c.slew_rate_rad_s, c.trolley_rate_m_s, c.hoist_rate_m_s) for c in own])
+        step_s = np.diff(at_ns) / 1e9
+        time_ns, axes = motion.samples()
+        poses = axes[0] + np.concatenate([np.zeros((1, 3)), np.cumsum(rates[:-1] * step_s[:, None], axis=0)])
+        since, given = (time_ns - motion.start_ns).astype(float), (at_ns - motion.start_ns).astype(float)
+        held = np.stack([np.interp(since, given, axis) for axis in poses.T], axis=1)
+        share = np.abs(held - axes) / allowed
+        worst = int(np.argmax(share.max(axis=1)))
+        check.measure(float(share[worst].max()))
+        check.look(
+            bool(share[worst].max() <= 1.0 + _OVER_BEND),
+            f"{name}: at {time_ns[worst] / 1e9:.3f} s the commands lead away from the motion",
+            samples=len(share),
+        )
+        check.look(not rates[-1].any(), f"{name}: its last command does not stop the crane")
+    return check
+
+
+def _load_poses(contents: Contents, number: int) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Times, corners (N, 3) and whether it is turned, of every pose of a crane's load."""
+    topic = topics.of_crane(topics.LOAD, number)
+    found = [message for message in contents.messages if message.topic == topic]
+    time_ns = np.array([message.time_ns for message in found], np.int64)
+    poses = [PoseInFrame.FromString(message.data).pose for message in found]
+    corner_m = np.array([(p.position.x, p.position.y, p.position.z) for p in poses], np.float64).reshape(-1, 3)
+    turned = np.array([abs(abs(p.orientation.w) - 1.0) > _ROUNDING for p in poses], np.bool_)
+    return time_ns, corner_m, turned
+
+
+def _told(contents: Contents, topic: str) -> dict[int, list[Any]]:
+    """The commands on a topic by the lift that they are for."""
+    found = [CraneCommandMessage.FromString(m.data) for m in contents.messages if m.topic == topic]
+    return {order: [c for c in found if c.lift_order == order] for order in {c.lift_order for c in found}}
+
+
+def _corners_m(site: Site, motion: LiftMotion) -> NDArray[np.float64]:
+    """(N, 3) lowest corner of the reference cell at every sample with the load, metres."""
+    component = site.components[motion.component]
+    crane = crane_for(site, site.cranes[motion.crane], component)
+    cells = reference_cells(crane, site.frame, axes_of_samples(motion.loaded), component.hook_offset_vox)
+    return site.frame.corner_of(cells)
+
+
+def _file_digests(files: Mapping[str, bytes]) -> Iterator[tuple[str, str]]:
+    for name, data in files.items():
+        yield name, hashlib.sha256(data).hexdigest()

@@ -1,0 +1,1 @@
+"""The log while a plan is carried out."""

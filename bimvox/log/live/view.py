@@ -1,0 +1,101 @@
+"""What a viewer is shown of a plan at one time: what stands until it is sent again, and what moves."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from bimvox.log import schema as topics
+from bimvox.log.mcap.merge import Timed
+from bimvox.log.mcap.rows import Rows
+from bimvox.log.narration import event_messages
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.recorder import lift_rows, path_message
+from bimvox.log.scene import Scene, states_at
+from bimvox.log.track import crane_track
+from bimvox.log.voxels import voxel_grid
+from bimvox.records.motion import LiftMotion
+from bimvox.site.construction import ConstructionState
+from bimvox.stop.interrupt import cut_short
+from bimvox.stop.underway import Held
+
+
+def last_begun(motions: Collection[LiftMotion], time_ns: int) -> dict[int, LiftMotion]:
+    """Return the motion that each crane began last, by the crane's number; none of a crane that has not begun.
+
+    Args:
+        motions: Motions on the site's clock.
+        time_ns: On that clock.
+    """
+    begun = [motion for motion in motions if motion.start_ns <= time_ns]
+    return {motion.crane: motion for motion in sorted(begun, key=lambda motion: motion.start_ns)}
+
+
+def with_held(record: PlanLog, held: Held) -> PlanLog:
+    """Return the record with the lift that is held, as far as it was driven: its load hangs where it came to rest.
+
+    Args:
+        record: The plan, to which the lift is infeasible meanwhile.
+        held: The lift; where its load was not carried, it stays as it is in the record.
+    """
+    if held.stop is None:
+        return record
+    lifts = tuple(held.lift if lift.order == held.lift.order else lift for lift in record.plan.lifts)
+    motions = (*(m for m in record.motions if m.order != held.lift.order), cut_short(held.motion, held.stop))
+    return replace(record, plan=replace(record.plan, lifts=lifts), motions=motions)
+
+
+def standing_messages(record: PlanLog, time_ns: int, hanging: Collection[int] = ()) -> Iterator[Timed]:
+    """Yield what stays until it is sent again: the cells, the scene at a time, the paths of the lifts then, the events.
+
+    Args:
+        record: The plan, with the motions whose time is known.
+        time_ns: On the site's clock.
+        hanging: Components whose load is held on a hook, whatever their motions say.
+    """
+    site, lifts = record.plan.site, record.all_lifts
+    yield time_ns, topics.VOXELS, voxel_grid(site, time_ns)
+    scene = Scene(site, {lift.component: lift for lift in lifts}, {})
+    yield time_ns, topics.SCENE, scene.afresh(time_ns)
+    by_order = {lift.order: lift for lift in lifts}
+    under_way = [motion for motion in last_begun(record.motions, time_ns).values() if motion.end_ns > time_ns]
+    tracks = [crane_track(site, by_order[motion.order], motion) for motion in under_way]
+    for track in tracks:
+        yield path_message(site, track.lift, time_ns)
+    states = states_at(lifts, record.motions, tracks, time_ns)
+    states |= dict.fromkeys(hanging, ConstructionState.IN_TRANSIT)
+    if (update := scene.change(states, time_ns)) is not None:
+        yield time_ns, topics.SCENE, update
+    for _, topic, message in event_messages(record, ()):
+        yield time_ns, topic, message
+
+
+class Moving:
+    """What moves, at any time: every crane's frames, joints, load and commands.
+
+    Args:
+        record: The plan, with the motions whose time is known.
+    """
+
+    def __init__(self, record: PlanLog) -> None:
+        self._record = record
+        self._rows: dict[int, tuple[int, list[Rows]]] = {}
+
+    def at(self, time_ns: int) -> Iterator[tuple[str, bytes]]:
+        """Yield the last message of each topic of each crane's lift at a time, up to then."""
+        for crane, motion in sorted(last_begun(self._record.motions, time_ns).items()):
+            latest: dict[str, bytes] = {}
+            for rows in self._rows_of(crane, motion):
+                at = int(np.searchsorted(rows.time_ns, time_ns, side="right")) - 1
+                if at >= 0:
+                    latest[rows.topic] = rows.data[at]
+            yield from latest.items()
+
+    def _rows_of(self, crane: int, motion: LiftMotion) -> list[Rows]:
+        order, rows = self._rows.get(crane, (-1, []))
+        if order != motion.order:
+            rows = lift_rows(self._record, motion)
+            self._rows[crane] = motion.order, rows
+        return rows

@@ -1,0 +1,266 @@
+"""How messages of one form are put into bytes: found once by serializing one of them, then done for all by a kernel.
+
+Messages of one form differ in their time stamps, in doubles, and in numbers of their own. One message with values that
+are looked for again in its bytes says what comes where; what is in between is copied. As protobuf does it, a value that
+is zero is left out (unless its schema tells zero from nothing), and a message within another says how long it is:
+therefore the kernel writes from the end of a message to its beginning, where a length is known before it is written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from copy import copy
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import leaf_kernel
+from bimvox.log.mcap.messages import NS_PER_S
+from bimvox.log.mcap.packed import Packed
+
+Example = Callable[..., Any]
+"""From a time (ns), doubles, and numbers where there are some, to the message."""
+
+_TEXT, _DOUBLE, _ANY_DOUBLE, _NUMBER, _TIME, _OPEN, _CLOSE = range(7)
+"""What a step writes: bytes as they are, a double unless it is 0, any double, a number, a time stamp, how long the
+message is that begins, nothing (it ends).
+"""
+_VARINT, _FIXED64, _LENGTH, _FIXED32 = 0, 1, 2, 5
+"""Protobuf's wire types."""
+_VALUES = ((_DOUBLE, _ANY_DOUBLE), (_NUMBER,))
+_MOST = {_TEXT: 0, _DOUBLE: 8, _ANY_DOUBLE: 8, _NUMBER: 10, _TIME: 13, _OPEN: 5, _CLOSE: 0}
+"""The most bytes that a step writes beside its own."""
+_STAMP = "google.protobuf.Timestamp"
+_SOME_NS = 0x5_5555_5555 * NS_PER_S + 0x2AAA_AAAA
+_SOME_DOUBLE = 0x4A5B_6C7D_0000_0000
+"""Bits of the first of the doubles to be looked for."""
+
+
+class Form:
+    """Messages of one form.
+
+    Args:
+        example: Makes one of them. The time is in it as time stamps only, each double and each number in one place.
+        doubles: How many doubles there are.
+        numbers: Field numbers of the message's own whole numbers that differ, not negative; ascending.
+    """
+
+    def __init__(self, example: Example, doubles: int, numbers: Sequence[int] = ()) -> None:
+        self._example, self._numbers = example, tuple(numbers)
+        self._doubles = doubles
+        bits = np.uint64(_SOME_DOUBLE) + np.arange(doubles, dtype=np.uint64)
+        message = self._message(_SOME_NS, bits.view(np.float64).tolist(), [1] * len(self._numbers))
+        steps = list(self._steps(message.DESCRIPTOR, message.SerializeToString(deterministic=True), top=True))
+        found = [sorted(value for kind, value, _ in steps if kind in kinds) for kinds in _VALUES]
+        if found != [list(range(doubles)), list(range(len(self._numbers)))]:
+            raise AssertionError("a message's values are not each in one place")
+        steps = _shortened(steps)
+        ends = np.cumsum([len(text) for *_, text in steps], dtype=np.int64)
+        begins = np.concatenate([[0], ends])[: len(ends)]
+        self._text = np.frombuffer(b"".join(text for *_, text in steps), np.uint8)
+        self._program = np.array(
+            [(kind, value, begin, end) for (kind, value, _), begin, end in zip(steps, begins, ends, strict=True)],
+            np.int64,
+        ).reshape(-1, 4)
+        self._most = len(self._text) + sum(_MOST[kind] for kind, *_ in steps)
+        self._plain: tuple[Form, ...] = (self,)
+
+    def followed_by(self, other: Form) -> Form:
+        """Return the form of messages that hold what messages of both hold, their doubles one after the other.
+
+        Such a message's bytes are those of one after those of the other: so protobuf merges messages.
+
+        Args:
+            other: A form of the same type without numbers; in what it holds, no field comes before the last of these.
+        """
+        more = other._program + np.array([0, 0, len(self._text), len(self._text)])
+        more[np.isin(more[:, 0], _VALUES[0]), 1] += self._doubles
+        form = copy(self)
+        form._program = np.concatenate([self._program, more])
+        form._text = np.concatenate([self._text, other._text])
+        form._doubles, form._most = self._doubles + other._doubles, self._most + other._most
+        form._plain = (*self._plain, *other._plain)
+        return form
+
+    def serialized(
+        self,
+        time_ns: NDArray[np.int64],
+        doubles: NDArray[np.float64],
+        numbers: NDArray[np.int64] | None = None,
+    ) -> Packed:
+        """Return a message for each time; its bytes are those of protobuf's own serialization.
+
+        Args:
+            time_ns: (N,) int64, not negative.
+            doubles: (N, K) float64; each is written as it is.
+            numbers: (N, M) int64, not negative.
+        """
+        count = len(time_ns)
+        values = np.ascontiguousarray(doubles, np.float64).reshape(count, self._doubles)
+        if numbers is None:
+            numbers = np.zeros((count, 0), np.int64)
+        numbers = np.ascontiguousarray(numbers, np.int64).reshape(count, len(self._numbers))
+        out = np.empty(count * self._most, np.uint8)
+        begin, end = np.empty(count, np.int64), np.empty(count, np.int64)
+        open_at = np.empty(len(self._program) + 1, np.int64)
+        bits = values.view(np.uint64)
+        _write(self._program, self._text, np.asarray(time_ns, np.int64), bits, numbers, open_at, out, begin, end)
+        made = Packed(out, begin, end)
+        if count and made[0] != self._plainly(int(time_ns[0]), values[0].tolist(), numbers[0].tolist()):
+            raise AssertionError("a message's bytes are not where they were found")
+        return made
+
+    def _plainly(self, time_ns: int, doubles: Sequence[float], numbers: Sequence[int]) -> bytes:
+        """The message as protobuf serializes it."""
+        parts, at = [], 0
+        for form in self._plain:
+            own = doubles[at : at + form._doubles]
+            at += form._doubles
+            parts.append(form._message(time_ns, own, numbers).SerializeToString(deterministic=True))
+        return b"".join(parts)
+
+    def _message(self, time_ns: int, doubles: Sequence[float], numbers: Sequence[int]) -> Any:
+        return self._example(time_ns, doubles, numbers) if self._numbers else self._example(time_ns, doubles)
+
+    def _steps(self, descriptor: Any, data: bytes, *, top: bool) -> Iterator[tuple[int, int, bytes]]:
+        """Yield what a message is written from: kind of step, which value, bytes as they are (before the value)."""
+        fields, at = descriptor.fields_by_number, 0
+        while at < len(data):
+            begin = at
+            key, at = _varint(data, at)
+            number, wire, tag = key >> 3, key & 7, data[begin:at]
+            if wire == _FIXED64:
+                at += 8
+                value = int.from_bytes(data[at - 8 : at], "little") - _SOME_DOUBLE
+                kind = _ANY_DOUBLE if fields[number].has_presence else _DOUBLE
+                yield (kind, value, tag) if 0 <= value < self._doubles else (_TEXT, 0, data[begin:at])
+            elif wire == _LENGTH:
+                length, at = _varint(data, at)
+                inner, at = data[at : at + length], at + length
+                of = fields[number].message_type
+                if of is None:
+                    yield _TEXT, 0, data[begin:at]
+                elif of.full_name == _STAMP and inner == _SOME_STAMP:
+                    yield _TIME, 0, tag
+                else:
+                    yield _OPEN, 0, tag
+                    yield from self._steps(of, inner, top=False)
+                    yield _CLOSE, 0, b""
+            elif wire == _VARINT:
+                _, at = _varint(data, at)
+                is_value = top and number in self._numbers and not fields[number].has_presence
+                yield (_NUMBER, self._numbers.index(number), tag) if is_value else (_TEXT, 0, data[begin:at])
+            else:
+                at += 4 if wire == _FIXED32 else len(data)
+                yield _TEXT, 0, data[begin:at]
+
+
+def _varint(data: bytes, at: int) -> tuple[int, int]:
+    """A number of protobuf's, and where it ends."""
+    value = shift = 0
+    while data[at] & 0x80:
+        value |= (data[at] & 0x7F) << shift
+        at, shift = at + 1, shift + 7
+    return value | data[at] << shift, at + 1
+
+
+def _of_varint(value: int) -> bytes:
+    out = bytearray()
+    while value >= 0x80:
+        out.append(value & 0x7F | 0x80)
+        value >>= 7
+    return bytes([*out, value])
+
+
+_SOME_STAMP = b"\x08" + _of_varint(_SOME_NS // NS_PER_S) + b"\x10" + _of_varint(_SOME_NS % NS_PER_S)
+
+
+def _shortened(steps: Sequence[tuple[int, int, bytes]]) -> list[tuple[int, int, bytes]]:
+    """The same with messages that are always alike as bytes, and bytes that follow each other put together."""
+    done: list[tuple[int, int, bytes]] = []
+    for kind, value, text in steps:
+        if kind == _CLOSE:
+            if done[-1][0] == _OPEN:
+                kind, text = _TEXT, done.pop()[2] + b"\x00"
+            elif done[-1][0] == _TEXT and done[-2][0] == _OPEN:
+                inner, tag = done.pop()[2], done.pop()[2]
+                kind, text = _TEXT, tag + _of_varint(len(inner)) + inner
+        if kind == _TEXT and done and done[-1][0] == _TEXT:
+            text = done.pop()[2] + text
+        done.append((kind, value, text))
+    return done
+
+
+@leaf_kernel
+def _put_varint(out: NDArray[np.uint8], at: int, value: int) -> int:
+    """Write a number that ends before ``at``; return where it begins."""
+    length = 1
+    rest = value >> 7
+    while rest:
+        length += 1
+        rest >>= 7
+    begin = at - length
+    for n in range(length - 1):
+        out[begin + n] = (value & 0x7F) | 0x80
+        value >>= 7
+    out[at - 1] = value
+    return begin
+
+
+@leaf_kernel
+def _write(
+    program: NDArray[np.int64],
+    text: NDArray[np.uint8],
+    time_ns: NDArray[np.int64],
+    doubles: NDArray[np.uint64],
+    numbers: NDArray[np.int64],
+    open_at: NDArray[np.int64],
+    out: NDArray[np.uint8],
+    begin: NDArray[np.int64],
+    end: NDArray[np.int64],
+) -> None:
+    """Write the messages from the end of ``out`` on backwards, the last one first."""
+    at = len(out)
+    for row in range(len(time_ns) - 1, -1, -1):
+        end[row] = at
+        depth = 0
+        for step in range(len(program) - 1, -1, -1):
+            kind, value = program[step, 0], program[step, 1]
+            if kind == _CLOSE:
+                open_at[depth] = at
+                depth += 1
+                continue
+            if kind in (_DOUBLE, _ANY_DOUBLE):
+                bits = doubles[row, value]
+                if bits == 0 and kind == _DOUBLE:
+                    continue
+                at -= 8
+                eight = out[at : at + 8]
+                for n in range(8):
+                    eight[n] = (bits >> np.uint64(8 * n)) & np.uint64(0xFF)
+            elif kind == _NUMBER:
+                if numbers[row, value] == 0:
+                    continue
+                at = _put_varint(out, at, numbers[row, value])
+            elif kind == _TIME:
+                last = at
+                seconds = time_ns[row] // NS_PER_S
+                nanos = time_ns[row] - seconds * NS_PER_S
+                if nanos:
+                    at = _put_varint(out, at, nanos) - 1
+                    out[at] = 0x10
+                if seconds:
+                    at = _put_varint(out, at, seconds) - 1
+                    out[at] = 0x08
+                at -= 1
+                out[at] = last - at - 1
+            elif kind == _OPEN:
+                depth -= 1
+                at = _put_varint(out, at, open_at[depth] - at)
+            own = text[program[step, 2] : program[step, 3]]
+            at -= len(own)
+            there = out[at : at + len(own)]
+            for n in range(len(own)):  # from 0 on: so it is done many bytes at a time
+                there[n] = own[n]
+        begin[row] = at

@@ -1,0 +1,101 @@
+"""Streams of messages put into one, by time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.log.mcap.packed import Packed, joined, packed
+from bimvox.log.mcap.rows import Rows
+
+Timed = tuple[int, str, Any]
+"""Time on the site's clock (ns), topic, message."""
+
+
+class Block(NamedTuple):
+    """Messages that follow each other.
+
+    Attributes:
+        time_ns: (N,) int64, ascending.
+        topics: Names of the topics that are among them.
+        topic: (N,) int64 index into them.
+        data: N serialized messages.
+    """
+
+    time_ns: NDArray[np.int64]
+    topics: tuple[str, ...]
+    topic: NDArray[np.int64]
+    data: Packed
+
+
+_NEVER = np.iinfo(np.int64).max
+
+
+def merged(streams: Sequence[Iterable[Timed | Rows]], cuts_ns: Sequence[int] = ()) -> Iterator[Block]:
+    """Yield the messages of all streams by time; at equal times in the order of the streams.
+
+    Args:
+        streams: Each with its messages by time, one by one or in rows.
+        cuts_ns: Ascending times; what comes before one is held in memory at once, and is a block.
+    """
+    waiting = [_Stream(stream) for stream in streams]
+    for cut_ns in (*cuts_ns, _NEVER):
+        rows = [rows for stream in waiting for rows in stream.before(cut_ns)]
+        if not rows:
+            continue
+        topics = tuple(dict.fromkeys(one.topic for one in rows))
+        number = {topic: n for n, topic in enumerate(topics)}
+        times_ns = np.concatenate([one.time_ns for one in rows])
+        order = np.argsort(times_ns, kind="stable")
+        of_topic = np.repeat([number[one.topic] for one in rows], [len(one.data) for one in rows])
+        data = joined([one.data for one in rows])
+        yield Block(times_ns[order], topics, of_topic[order], data.picked(order))
+
+
+class _Stream:
+    def __init__(self, messages: Iterable[Timed | Rows]) -> None:
+        self._messages = iter(messages)
+        self._left: Rows | Timed | None = None
+
+    def before(self, cut_ns: int) -> Iterator[Rows]:
+        """Everything before a time; what was begun is kept for the next time."""
+        single: list[tuple[int, str, bytes]] = []
+        while (message := self._next()) is not None:
+            if isinstance(message, Rows):
+                count = len(message.data) if cut_ns == _NEVER else int(np.searchsorted(message.time_ns, cut_ns))
+                if single:
+                    yield _rows_of(single)
+                    single = []
+                if count:
+                    yield _part_of(message, slice(count))
+                if count < len(message.data):
+                    self._left = _part_of(message, slice(count, None))
+                    return
+                continue
+            time_ns, topic, content = message
+            if time_ns >= cut_ns:
+                self._left = message
+                break
+            if single and single[-1][1] != topic:
+                yield _rows_of(single)
+                single = []
+            single.append((time_ns, topic, content.SerializeToString(deterministic=True)))
+        if single:
+            yield _rows_of(single)
+
+    def _next(self) -> Rows | Timed | None:
+        left, self._left = self._left, None
+        return next(self._messages, None) if left is None else left
+
+
+def _part_of(rows: Rows, which: slice) -> Rows:
+    return Rows(rows.time_ns[which], rows.topic, rows.data.picked(which))
+
+
+def _rows_of(messages: Sequence[tuple[int, str, bytes]]) -> Rows:
+    """Messages of one topic."""
+    times_ns, topics, data = zip(*messages, strict=True)
+    return Rows(np.array(times_ns, np.int64), topics[0], packed(data))

@@ -1,0 +1,316 @@
+"""Reading MCAP files: strictly, where every checksum must hold, or saving what is left of a damaged one."""
+
+from __future__ import annotations
+
+import re
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
+
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import EndOfFile, McapError
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Chunk, DataEnd, Footer, Header, Message, Metadata, Schema
+from mcap.stream_reader import MAGIC_SIZE, StreamReader
+from mcap.writer import MCAP0_MAGIC
+
+from bimvox.errors import LogFileError
+from bimvox.log.mcap.channels import LIBRARY
+from bimvox.log.schema import MOST_CRANES, of_first_crane, topics_of
+
+RECOVER_HINT = "bimvox export --recover FILE saves every complete part of a damaged log"
+
+_MAX_CHUNK = 2 << 30
+_FOOTER_BYTES = 1 + 8 + 8 + 8 + 4
+_PREFIX = struct.Struct("<BQ")
+_MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
+_ZSTD = b"\x04\x00\x00\x00zstd"
+_HEAD_RECORD = re.compile(b"[" + bytes((Opcode.ATTACHMENT, Opcode.METADATA)) + b"]")
+_CHUNK_START_TO_ZSTD = 1 + 8 + 8 + 8 + 8 + 4  # opcode, length, first and last time, size, checksum
+_BROKEN = (
+    McapError,
+    zstandard.ZstdError,
+    struct.error,
+    ValueError,
+    KeyError,
+    EOFError,
+    OverflowError,
+    MemoryError,
+)
+
+
+class LogMessage(NamedTuple):
+    """One message as it is in the file.
+
+    Attributes:
+        topic: Its topic.
+        sequence: Its number within the topic.
+        time_ns: Its log time.
+        data: Serialized.
+    """
+
+    topic: str
+    sequence: int
+    time_ns: int
+    data: bytes
+
+
+@dataclass(slots=True)
+class Contents:
+    """What a log file holds.
+
+    Attributes:
+        library: Who wrote it.
+        attachments: By name.
+        metadata: Records by name.
+        channels: Topic by channel id.
+        messages: In the order of the file.
+        lost: What could not be read, one sentence each; empty for a sound file.
+        topics: Keep only messages on these, and on those of further cranes that mean the same; None keeps all.
+    """
+
+    library: str = ""
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    channels: dict[int, str] = field(default_factory=dict)
+    messages: list[LogMessage] = field(default_factory=list)
+    lost: list[str] = field(default_factory=list)
+    topics: frozenset[str] | None = None
+
+    def add(self, record: Any) -> None:
+        """Take a record in; unknown kinds are passed over."""
+        if isinstance(record, Header):
+            self.library = record.library
+            if record.library == LIBRARY:
+                # The writer registers every topic first, in this order: known even where the first chunk is lost.
+                self.channels |= {n + 1: topic.name for n, topic in enumerate(topics_of(MOST_CRANES))}
+        elif isinstance(record, Attachment):
+            self.attachments[record.name] = record.data
+        elif isinstance(record, Metadata):
+            self.metadata[record.name] = record.metadata
+        elif isinstance(record, Channel):
+            self.channels[record.id] = record.topic
+        elif isinstance(record, Message):
+            self._add_message(record.channel_id, record.sequence, record.log_time, record.data)
+        elif isinstance(record, Chunk):
+            self._add_chunk(_chunk_body(record))
+
+    def _add_chunk(self, body: bytes) -> None:
+        # The MCAP library makes an object of every record and takes several times as long: logs have 10^5 messages.
+        at = 0
+        while at < len(body):
+            opcode, length = _PREFIX.unpack_from(body, at)
+            at += _PREFIX.size
+            if at + length > len(body):
+                raise ValueError("a record reaches past the end of its chunk")
+            if opcode == Opcode.MESSAGE:
+                channel, sequence, time_ns, _ = _MESSAGE.unpack_from(body, at)
+                self._add_message(channel, sequence, time_ns, body[at + _MESSAGE.size : at + length])
+            elif opcode == Opcode.CHANNEL:
+                self.add(Channel.read(ReadDataStream(BytesIO(body[at : at + length]))))
+            at += length
+
+    def _add_message(self, channel: int, sequence: int, time_ns: int, data: bytes) -> None:
+        topic = self.channels[channel]
+        if self.topics is None or of_first_crane(topic) in self.topics:
+            self.messages.append(LogMessage(topic, sequence, time_ns, data))
+
+
+def read_file(path: Path) -> bytes:
+    """Return the bytes of a file.
+
+    Raises:
+        LogFileError: If it is missing, no file, or empty.
+    """
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise LogFileError(path, "there is no such file") from None
+    except OSError as error:
+        raise LogFileError(path, f"cannot be read ({error.strerror})") from error
+    if not data:
+        raise LogFileError(path, "the file is empty", hint="write it again: bimvox plan SITE -o LOG.mcap")
+    return data
+
+
+def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None = None) -> Contents:
+    """Return what a sound log holds; every checksum is verified.
+
+    Args:
+        data: The file's bytes.
+        name: Its name, for messages.
+        topics: Keep only messages on these, and on those of further cranes that mean the same; None keeps all.
+
+    Raises:
+        LogFileError: If it is no MCAP file, is truncated, or any byte was changed.
+    """
+    if not data.startswith(MCAP0_MAGIC):
+        raise LogFileError(name, "is no MCAP file: it does not begin with the MCAP signature")
+    if not data.endswith(MCAP0_MAGIC) or len(data) < 2 * MAGIC_SIZE + _FOOTER_BYTES:
+        raise LogFileError(name, "is truncated: the signature at its end is missing", hint=RECOVER_HINT)
+    contents = Contents(topics=topics)
+    try:
+        for record in _stream(BytesIO(data), len(data)):
+            contents.add(record)
+            if isinstance(record, Footer):
+                _check_summary(data, record)
+    except _BROKEN as error:
+        raise LogFileError(name, f"is damaged ({_reason(error)})", hint=RECOVER_HINT) from error
+    return contents
+
+
+def salvage_contents(data: bytes, name: Path | str) -> Contents:
+    """Return what is left of a damaged log: every chunk, attachment and metadata record that is whole.
+
+    Records are walked from the start; where one is broken, the walk goes on at the next record that can be made out: a
+    chunk or an attachment whose checksum holds, or a metadata record that is whole. What was lost is named.
+
+    Raises:
+        LogFileError: If it is no MCAP file, or nothing whole is in it.
+    """
+    if not data.startswith(MCAP0_MAGIC):
+        raise LogFileError(name, "is no MCAP file: it does not begin with the MCAP signature; nothing can be recovered")
+    contents = Contents()
+    at = MAGIC_SIZE
+    while at < len(data) and not (len(data) - at == MAGIC_SIZE and data.endswith(MCAP0_MAGIC)):
+        record, after = _record_at(data, at)
+        if record is not None:
+            try:
+                contents.add(record)
+            except _BROKEN as error:
+                contents.lost.append(f"a record at byte {at}: {_reason(error)}")
+        if isinstance(record, DataEnd) and not contents.lost and zlib.crc32(data[:at]) != record.data_section_crc:
+            contents.lost.append("a metadata record, a channel or a schema was changed: which one is not known")
+        if after is None:
+            after = _next_whole(data, at + 1)
+            contents.lost.append(f"{_what(data, at)}{(after or len(data)) - at} bytes at byte {at}")
+        if after is None:
+            break
+        at = after
+    if not contents.messages and not contents.attachments:
+        raise LogFileError(name, "nothing whole is left in it")
+    return contents
+
+
+def _stream(stream: BinaryIO, size: int) -> Iterator[Any]:
+    reader = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size)
+    yield from reader.records
+
+
+def _chunk_body(chunk: Chunk) -> bytes:
+    """Return a chunk's records, decompressed; its size is checked before and its checksum after."""
+    if chunk.uncompressed_size > _MAX_CHUNK:
+        raise ValueError(f"a chunk claims {chunk.uncompressed_size:,} bytes")
+    body = chunk.data
+    if chunk.compression == "zstd":
+        if zstandard.get_frame_parameters(chunk.data).content_size != chunk.uncompressed_size:
+            raise ValueError("a chunk's size is not the one that it claims")
+        body = zstandard.decompress(chunk.data)
+    elif chunk.compression:
+        raise ValueError(f"a chunk is compressed with {chunk.compression}, which a log never is")
+    if chunk.uncompressed_crc and zlib.crc32(body) != chunk.uncompressed_crc:
+        raise ValueError("the checksum of a chunk does not hold")
+    return body
+
+
+def _check_summary(data: bytes, footer: Footer) -> None:
+    """Raise where the summary at the end, which other readers rely on, was changed."""
+    end = len(data) - MAGIC_SIZE - 4
+    if footer.summary_start and zlib.crc32(data[footer.summary_start : end]) != footer.summary_crc:
+        raise ValueError("the checksum of its summary does not hold")
+
+
+_READERS: dict[int, Callable[[ReadDataStream], Any]] = {
+    Opcode.HEADER: Header.read,
+    Opcode.SCHEMA: Schema.read,
+    Opcode.CHANNEL: Channel.read,
+    Opcode.CHUNK: Chunk.read,
+    Opcode.ATTACHMENT: Attachment.read,
+    Opcode.METADATA: Metadata.read,
+    Opcode.DATA_END: DataEnd.read,
+}
+
+
+def _record_at(data: bytes, at: int) -> tuple[Any, int | None]:
+    """Return the record at a position, None where it is broken or of no interest, and where the next one begins.
+
+    The position is None where the record's own length cannot be trusted.
+    """
+    if at + _PREFIX.size > len(data):
+        return None, None
+    opcode, length = _PREFIX.unpack_from(data, at)
+    after = at + _PREFIX.size + length
+    if after > len(data) or not 1 <= opcode <= max(Opcode):
+        return None, None
+    body = data[at + _PREFIX.size : after]
+    try:
+        if opcode == Opcode.MESSAGE:
+            return Message.read(ReadDataStream(BytesIO(body)), length), after
+        if opcode not in _READERS:
+            return None, after
+        if opcode == Opcode.ATTACHMENT and zlib.crc32(body[:-4]) != int.from_bytes(body[-4:], "little"):
+            return None, None
+        record = _READERS[opcode](ReadDataStream(BytesIO(body)))
+        if isinstance(record, Chunk):
+            _chunk_body(record)
+    except _BROKEN:
+        return None, None
+    return record, after
+
+
+def _what(data: bytes, at: int) -> str:
+    """Return what a broken record was, where its beginning still says so."""
+    name = at + _PREFIX.size + 8 + 8  # an attachment's: after its two times
+    if at + _PREFIX.size > len(data) or data[at] != Opcode.ATTACHMENT:
+        return ""
+    length = int.from_bytes(data[name : name + 4], "little")
+    text = data[name + 4 : name + 4 + min(length, 256)].decode(errors="replace")
+    return f"the attachment {text}: " if text.isprintable() else "an attachment: "
+
+
+def _next_whole(data: bytes, start: int) -> int | None:
+    """Return where the next record begins that is whole without doubt: a chunk, or before it an attachment or metadata.
+
+    Metadata has no checksum: it counts where its fields fill it exactly.
+    """
+    chunk = _next_chunk(data, start)
+    end = len(data) if chunk is None else chunk
+    for opcode in re.finditer(_HEAD_RECORD, data[start:end]):
+        at = start + opcode.start()
+        _, length = _PREFIX.unpack_from(data, at) if at + _PREFIX.size <= end else (0, end)
+        if at + _PREFIX.size + length > end:
+            continue
+        record, _ = _record_at(data, at)
+        if isinstance(record, Attachment) or (
+            isinstance(record, Metadata) and record.name and _metadata_bytes(record) == length
+        ):
+            return at
+    return chunk
+
+
+def _metadata_bytes(record: Metadata) -> int:
+    """Return how long a metadata record is."""
+    texts = [record.name, *record.metadata.keys(), *record.metadata.values()]
+    return 4 + sum(4 + len(text.encode()) for text in texts)
+
+
+def _next_chunk(data: bytes, start: int) -> int | None:
+    """Return where the next whole chunk begins."""
+    found = data.find(_ZSTD, start + _CHUNK_START_TO_ZSTD)
+    while found >= 0:
+        at = found - _CHUNK_START_TO_ZSTD
+        if data[at] == Opcode.CHUNK and isinstance(_record_at(data, at)[0], Chunk):
+            return at
+        found = data.find(_ZSTD, found + 1)
+    return None
+
+
+def _reason(error: BaseException) -> str:
+    if isinstance(error, EndOfFile):
+        return "it ends in the middle of a record"
+    return " ".join(str(error).split()) or type(error).__name__

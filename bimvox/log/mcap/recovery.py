@@ -1,0 +1,91 @@
+"""Saves what is whole of a damaged log."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from bimvox.errors import LogFileError
+from bimvox.log import schema as topics
+from bimvox.log.mcap.channels import LogWriter
+from bimvox.log.mcap.reader import Contents, LogMessage, read_file, salvage_contents
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.reader import log_of
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Recovered:
+    """What came out of a damaged log.
+
+    Attributes:
+        messages: Number of messages saved.
+        lost: What could not be saved, one sentence each; empty for a sound log.
+    """
+
+    messages: int
+    lost: tuple[str, ...]
+
+
+def recover(path: Path | str) -> Iterator[LogMessage]:
+    """Yield every complete message of a damaged log, in the order of the file.
+
+    Raises:
+        LogFileError: If it is no MCAP file, or nothing whole is left in it.
+    """
+    path = Path(path)
+    yield from salvage_contents(read_file(path), path).messages
+
+
+def write_recovered(path: Path | str, stream: BinaryIO) -> Recovered:
+    """Write a sound log of everything that is whole in a damaged one; the same damage gives the same bytes.
+
+    The log is marked as recovered, so that ``read_log`` takes lifts that are not whole as not carried.
+
+    Raises:
+        LogFileError: If it is no MCAP file or no log of ours, or nothing whole is left in it.
+    """
+    path = Path(path)
+    contents = _salvage(path)
+    cranes = topics.cranes_in(message.topic for message in contents.messages)
+    with LogWriter(stream, cranes) as writer:
+        for name, values in contents.metadata.items():
+            writer.metadata(name, values)
+        for name, data in contents.attachments.items():
+            writer.attachment(name, data)
+        for message in contents.messages:
+            writer.raw(*message)
+        return Recovered(writer.messages, tuple(contents.lost))
+
+
+def recover_log(path: Path | str) -> tuple[PlanLog, Recovered]:
+    """Return the lifts of a damaged log that are whole, and what was lost.
+
+    Raises:
+        LogFileError: If the site or the plan did not survive, or no lift did.
+    """
+    path = Path(path)
+    contents = _salvage(path)
+    for name in (topics.SITE_FILE, topics.PLAN_FILE):
+        if name not in contents.attachments:
+            raise LogFileError(
+                path,
+                f"the attachment {name} did not survive, and nothing can stand for it ({'; '.join(contents.lost)})",
+                hint="plan again: bimvox plan SITE -o LOG.mcap",
+            )
+    log = log_of(contents, path)
+    if not log.planned:
+        raise LogFileError(path, "no lift survived completely")
+    return log, Recovered(len(contents.messages), tuple(contents.lost))
+
+
+def _salvage(path: Path) -> Contents:
+    contents = salvage_contents(read_file(path), path)
+    own = contents.metadata.get(topics.METADATA)
+    if own is None:
+        raise LogFileError(path, "what is left does not say that it is a log of bimvox (its metadata is lost)")
+    contents.metadata[topics.METADATA] = own | {topics.RECOVERED: "true"}
+    known = {topic.name for topic in topics.topics_of(topics.MOST_CRANES)}
+    contents.messages = [message for message in contents.messages if message.topic in known]
+    return contents

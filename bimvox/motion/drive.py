@@ -1,0 +1,211 @@
+"""The quickest proven motion for one path: both ways of shortcutting, timed, blended, compared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import PlanningError
+from bimvox.motion.load_frame import LoadFrame
+from bimvox.motion.move import Move
+from bimvox.motion.shortcut import Route, along_the_path, check_path, follow, joined, over_the_top
+from bimvox.motion.steady import Swaying, busiest_s, steadied, swing_fault_s
+from bimvox.motion.swing import Pendulum
+from bimvox.motion.timeline import Timeline, blended
+from bimvox.planning.search import shortest_path
+from bimvox.site.collision import Clearance, placement_is_free
+
+# The other way is not looked for where going over the top takes no longer than this share of the slowest axis's time.
+_GOOD_ENOUGH = 1.05
+
+SET_DOWN_M = 0.5
+"""From how high above its place a part is lowered straight down."""
+
+
+def drive_path(
+    crane: TowerCrane,
+    clearance: Clearance,
+    load: LoadFrame,
+    path_vox: NDArray[np.int32],
+    contact_moves: int,
+    slew_rad: float,
+    pendulum: Pendulum | None = None,
+) -> tuple[Timeline, float]:
+    """Return the quickest motion found that carries a load from the start to the end of a voxel path.
+
+    The last ``contact_moves`` unit moves are driven exactly as planned; a path that ends without contact is ended by
+    lowering straight down, where the place above is free.
+
+    Args:
+        crane: The crane.
+        clearance: The collision rule.
+        load: How hook poses and reference cells correspond.
+        path_vox: (N, 3) int32 reference cells, N >= 2, one unit move between neighbours.
+        contact_moves: How many of the last placements were cleared by the narrow phase.
+        slew_rad: Slewing angle before, with the turns that it has; the motion starts at the turn nearest to it.
+        pendulum: What hangs on the hook, for the swing of the load; None where it is not looked at.
+
+    Returns:
+        The motion, and the height of the hook that it has to get up to.
+
+    Raises:
+        PlanningError: If the path is not free, or takes the hook above the jib.
+    """
+    check_path(crane, clearance, load, path_vox)
+    head, tail = _with_set_down(crane, clearance, load, path_vox, contact_moves)
+    way = clearance
+    if contact_moves > 0:
+        # What the last moves clear is for them alone: no shorter way leads through it to where they begin. Only where
+        # they lead straight down may lowering begin, from above their start, before the axes are at rest.
+        way = _without_cleared(clearance, tail[1:])
+        if (tail[:, :2] != tail[0, :2]).any():
+            clearance = way
+    over = over_the_top(crane, way, load, head[0], head[-1], slew_rad)
+    best = None
+    if over is not None:
+        best = _finished(crane, way, clearance, load, over.moves, tail, slew_rad, pendulum)
+        assert best is not None
+        if best.duration_s <= _GOOD_ENOUGH * busiest_s(best.moves, [profile.duration_s for profile in best.profiles]):
+            return best, over.clearance_height_m
+    along = along_the_path(crane, way, load, head, slew_rad)
+    moves = list(along.moves)
+    if contact_moves == 0 and moves and moves[-1].is_vertical and moves[-1].difference[2] > 0.0:
+        # The only way to above the place leads up to there in its own column, through the place or from just above it:
+        # instead of all the way up and down again it goes straight to the place.
+        begins = round((moves[-1].start.height_m - load.zero_height_m) / load.voxel_size_m)
+        moves, tail = moves[:-1], _straight(path_vox[-1], begins)
+    limit_s = np.inf if best is None else best.duration_s
+    other = _finished(crane, way, clearance, load, moves, tail, slew_rad, pendulum, limit_s)
+    needed_m = min(route.clearance_height_m for route in (over, along) if route is not None)
+    if best is None or (other is not None and other.duration_s < best.duration_s):
+        best = other
+    assert best is not None
+    return best, needed_m
+
+
+def _without_cleared(clearance: Clearance, placements_vox: NDArray[np.int32]) -> Clearance:
+    """Return a collision rule in which these placements ((N, 3)) are not cleared."""
+    cleared = clearance.cleared.copy()
+    local = placements_vox - clearance.cleared_low
+    inside = ((local >= 0) & (local < cleared.shape)).all(axis=1)
+    cleared[tuple(local[inside].T)] = False
+    return clearance._replace(cleared=cleared)
+
+
+def _with_set_down(
+    crane: TowerCrane,
+    clearance: Clearance,
+    load: LoadFrame,
+    path_vox: NDArray[np.int32],
+    contact_moves: int,
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Split a path into what may be shortcut and the last moves, which are driven exactly.
+
+    Those are the moves in contact. Where there are none the part is lowered onto its place from as high above it as is
+    free, half a metre at most, and the path goes on from its end up to there.
+    """
+    if contact_moves > 0:
+        split = max(0, len(path_vox) - 1 - contact_moves)
+        return path_vox[: split + 1], path_vox[split:]
+    x, y, z = (int(n) for n in path_vox[-1])
+    highest = int(np.floor((crane.highest_hook_m - load.zero_height_m) / load.voxel_size_m + 1e-6))
+    above = z
+    while above < min(highest, z + max(1, round(SET_DOWN_M / load.voxel_size_m))):
+        if not placement_is_free(clearance, x, y, above + 1):
+            break
+        above += 1
+    column = np.array([[x, y, k] for k in range(z, above + 1)], np.int32)
+    return np.concatenate([path_vox, column[1:]]), column[::-1]
+
+
+def _straight(place_vox: NDArray[np.int32], begins: int) -> NDArray[np.int32]:
+    """Return the unit moves in the column of a place from one height to the place."""
+    x, y, z = (int(n) for n in place_vox)
+    step = 1 if begins <= z else -1
+    return np.array([[x, y, k] for k in range(begins, z + step, step)], np.int32)
+
+
+def drive_free(
+    crane: TowerCrane,
+    clearance: Clearance,
+    load: LoadFrame,
+    start_vox: NDArray[np.int32],
+    end_vox: NDArray[np.int32],
+    slew_rad: float,
+    pendulum: Pendulum | None = None,
+) -> tuple[Timeline, float]:
+    """Return a motion between two placements for which there is no path yet (the empty hook).
+
+    Over the top where that is free, else along a path found by search.
+
+    Args:
+        crane: The crane.
+        clearance: The collision rule.
+        load: How hook poses and reference cells correspond.
+        start_vox: (3,) reference cell to start from.
+        end_vox: (3,) reference cell to end at, another one.
+        slew_rad: Slewing angle before, with the turns that it has.
+        pendulum: The empty hook, for its swing; None where it is not looked at.
+
+    Returns:
+        The motion, and the height of the hook that it has to get up to.
+
+    Raises:
+        PlanningError: If there is no free way.
+    """
+    route: Route | None = over_the_top(crane, clearance, load, start_vox, end_vox, slew_rad)
+    if route is None:
+        first, last = (tuple(int(n) for n in cell) for cell in (start_vox, end_vox))
+        found = shortest_path(clearance, (first[0], first[1], first[2]), (last[0], last[1], last[2])).path_vox
+        if found is None:
+            raise PlanningError(
+                f"no free way for the empty hook from cell {list(first)} to cell {list(last)}",
+                hint="something stands over the set point or the pick point; look at the lift in the log",
+            )
+        check_path(crane, clearance, load, found)
+        route = along_the_path(crane, clearance, load, found, slew_rad)
+    timeline = _steady(crane, clearance, clearance, load, joined(route.moves), 0, -np.inf, pendulum)
+    assert timeline is not None
+    return timeline, route.clearance_height_m
+
+
+def _finished(
+    crane: TowerCrane,
+    way: Clearance,
+    last: Clearance,
+    load: LoadFrame,
+    moves: Sequence[Move],
+    tail_vox: NDArray[np.int32],
+    slew_rad: float,
+    pendulum: Pendulum | None,
+    limit_s: float = np.inf,
+) -> Timeline | None:
+    """Put the exact last moves after a route's, and lay all of them over time."""
+    tail = follow(load, tail_vox, moves[-1].end.slew_rad if moves else slew_rad)
+    begins_m = load.zero_height_m + int(tail_vox[0, 2]) * load.voxel_size_m
+    return _steady(crane, way, last, load, joined([*moves, *tail]), len(tail), begins_m, pendulum, limit_s)
+
+
+def _steady(
+    crane: TowerCrane,
+    way: Clearance,
+    last: Clearance,
+    load: LoadFrame,
+    moves: Sequence[Move],
+    tail_moves: int,
+    straight_below_m: float,
+    pendulum: Pendulum | None,
+    limit_s: float = np.inf,
+) -> Timeline | None:
+    """Lay moves over time, corners rounded, the load at rest in the last moves."""
+
+    def blend(timeline: Timeline) -> Timeline:
+        return blended(timeline, way, load, straight_below_m, last, pendulum)
+
+    def fault_s(timeline: Timeline, sway: Swaying) -> float | None:
+        return swing_fault_s(timeline, sway, load, way, last, tail_moves, straight_below_m)
+
+    return steadied(crane, moves, pendulum, blend, fault_s, load.voxel_size_m / 2.0, limit_s)

@@ -1,0 +1,86 @@
+"""The empty hook between two lifts, under the same collision rule.
+
+What goes with the empty hook is one cell at the lower end of its slings, where the load's top was: so that it starts
+where the loaded hook ended.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel, leaf_kernel
+from bimvox.grid.summed_area import box_sum
+from bimvox.records.lift import YardPlace
+from bimvox.site.collision import NOTHING_CLEARED, Clearance
+from bimvox.site.hook_room import hook_room
+from bimvox.site.site import Site
+
+HOOK_CELL = np.array([[0, 0, 0, 1, 1, 1]], np.int32)
+HOOK_OFFSET = np.zeros(3, np.int32)
+_BLOCK = 8
+"""Columns a side that are looked at together first."""
+
+
+def empty_hook_clearance(
+    site: Site,
+    clearance: Clearance,
+    place: YardPlace,
+    left_vox: NDArray[np.int32],
+    above: Sequence[NDArray[np.int32]] = (),
+) -> Clearance:
+    """Return the collision rule for the empty hook on its way to the next part.
+
+    Args:
+        site: The site; the hook alone may go as far as the jib does.
+        clearance: The rule for the next part's own lift: its table holds the part just set, not the next part itself.
+        place: Where the next part waits; the hook comes onto it from above.
+        left_vox: (N, 3) cells of the slings' end on the last moves to the set point: the hook may leave by the way by
+            which it came, also where neighbours share those cells.
+        above: (N, 3) cells of more that is not in the table, or may still be there: the hook is kept above it too.
+    """
+    top = _top_of_table(clearance.table)
+    for cells in above:
+        np.maximum.at(top, (cells[:, 0], cells[:, 1]), cells[:, 2] + np.int32(1))
+    floor, ceiling = hook_room(site, top, None)
+    floor = floor.copy()
+    # The next part is not in the table: keep the hook above it.
+    for cells in (place.shape.cells + np.array(place.cell_vox, np.int32), *above):
+        np.maximum.at(floor, (cells[:, 0], cells[:, 1]), cells[:, 2] + np.int32(1))
+    low, cleared = NOTHING_CLEARED
+    if len(left_vox):
+        low = left_vox.min(axis=0).astype(np.int32)
+        cleared = np.zeros(left_vox.max(axis=0) - low + 1, np.bool_)
+        cleared[tuple((left_vox - low).T)] = True
+    return Clearance(clearance.table, HOOK_CELL, HOOK_OFFSET, floor, low, cleared, ceiling)
+
+
+@kernel
+def _top_of_table(table: NDArray[np.int32]) -> NDArray[np.int32]:
+    """(X, Y) int32 height map from a summed-area table: one above the highest occupied cell of each column."""
+    nx, ny = table.shape[0] - 1, table.shape[1] - 1
+    top = np.zeros((nx, ny), np.int32)
+    # Most columns are as low as all around them: a block's own top bounds those of its columns.
+    for i0 in range(0, nx, _BLOCK):
+        for j0 in range(0, ny, _BLOCK):
+            i1, j1 = min(i0 + _BLOCK, nx), min(j0 + _BLOCK, ny)
+            highest = _top_of_box(table, i0, j0, i1, j1, table.shape[2] - 1)
+            for i in range(i0, i1):
+                for j in range(j0, j1):
+                    top[i, j] = _top_of_box(table, i, j, i + 1, j + 1, highest)
+    return top
+
+
+@leaf_kernel
+def _top_of_box(table: NDArray[np.int32], x0: int, y0: int, x1: int, y1: int, highest: int) -> int:
+    """One above the highest occupied cell of the columns [x0, x1) x [y0, y1), of which none is above ``highest``."""
+    low, high = 0, highest
+    while low < high:
+        middle = (low + high) // 2
+        if box_sum(table, x0, y0, middle, x1, y1, highest) == 0:
+            high = middle
+        else:
+            low = middle + 1
+    return low

@@ -1,0 +1,129 @@
+"""The figures of a plan: how its paths were found, how long they are, and what the crane has to do for them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bimvox.crane.kinematics import hook_of
+from bimvox.crane.load_chart import utilisation
+from bimvox.records.lift import LiftPlan, Method, Status
+from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.site.site import Site, SwingRule
+
+
+@dataclass(frozen=True, slots=True)
+class CraneFigures:
+    """What one of several cranes does.
+
+    Attributes:
+        name: Its name.
+        lifts: Planned lifts that are its own.
+        busy_s: How long it works, from the start of the clock to the end of the plan, waits left out.
+        share: Of the plan's time.
+    """
+
+    name: str
+    lifts: int
+    busy_s: float
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class PlanFigures:
+    """Figures of the planned lifts of a plan.
+
+    Attributes:
+        lifts: Lifts, infeasible ones too.
+        planned: Planned ones.
+        methods: How many paths were found by each method, every method named.
+        moves: Unit moves of all paths.
+        shortest_moves: The fewest possible.
+        crane_s: From the start of the first lift to the end of the last; None without a crane.
+        loaded_s: Of it with a load moving.
+        hook_travel_m: Length of the hook's way, empty and loaded, along the samples of the motions.
+        critical: Lifts that use ``critical_share`` of the crane's capacity or more.
+        critical_share: 0..1.
+        swing: Whether the crane's moves are shaped against the swing of loads; None without a crane.
+        cranes: Where a site has several: each.
+    """
+
+    lifts: int
+    planned: int
+    methods: dict[str, int]
+    moves: int
+    shortest_moves: int
+    crane_s: float | None
+    loaded_s: float | None
+    hook_travel_m: float | None
+    critical: int | None
+    critical_share: float
+    swing: SwingRule | None = None
+    cranes: tuple[CraneFigures, ...] = ()
+
+    @property
+    def length_ratio(self) -> float | None:
+        """Moves over the fewest possible; None where there are none."""
+        return self.moves / self.shortest_moves if self.shortest_moves else None
+
+    def share(self, method: str) -> float:
+        """Share of the planned lifts whose path a method found; 0 where none is planned."""
+        return self.methods[method] / self.planned if self.planned else 0.0
+
+
+def plan_figures(plan: LiftPlan, motions: Sequence[LiftMotion], *, critical_share: float | None = None) -> PlanFigures:
+    """Return the figures of a plan.
+
+    Args:
+        plan: The plan.
+        motions: Its motions; none without a crane.
+        critical_share: From which share of the capacity on a lift is critical, 0..1; None: as the site's rules say.
+    """
+    share = plan.site.rules.critical_share if critical_share is None else critical_share
+    planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
+    return PlanFigures(
+        lifts=len(plan.lifts),
+        planned=len(planned),
+        methods={method.value: sum(lift.method is method for lift in planned) for method in Method},
+        moves=sum(lift.moves or 0 for lift in planned),
+        shortest_moves=sum(lift.shortest_moves or 0 for lift in planned),
+        crane_s=_clock_s(motions) if motions else None,
+        loaded_s=sum(motion.loaded.duration_s for motion in motions) if motions else None,
+        hook_travel_m=sum(hook_travel_m(plan.site, motion) for motion in motions) if motions else None,
+        critical=sum(capacity_used(plan.site, motion) >= share for motion in motions) if motions else None,
+        critical_share=share,
+        swing=plan.site.rules.swing if plan.site.crane is not None else None,
+        cranes=_each(plan.site, motions) if plan.site.other_cranes else (),
+    )
+
+
+def _each(site: Site, motions: Sequence[LiftMotion]) -> tuple[CraneFigures, ...]:
+    whole_s = _clock_s(motions) if motions else 0.0
+    found = []
+    for number, crane in enumerate(site.cranes):
+        own = [motion for motion in motions if motion.crane == number]
+        phases = (phase for motion in own for phase in motion.phases if phase.name is not PhaseName.WAIT)
+        busy_s = sum((phase.end_ns - phase.start_ns) / 1e9 for phase in phases)
+        found.append(CraneFigures(crane.name, len(own), busy_s, busy_s / whole_s if whole_s else 0.0))
+    return tuple(found)
+
+
+def _clock_s(motions: Sequence[LiftMotion]) -> float:
+    return (max(motion.end_ns for motion in motions) - min(motion.start_ns for motion in motions)) / 1e9
+
+
+def hook_travel_m(site: Site, motion: LiftMotion) -> float:
+    """Return the length of the hook's way in a lift, along the chords between its samples."""
+    _, axes = motion.samples()
+    way_m = hook_of(site.cranes[motion.crane], *axes.T)
+    return float(np.linalg.norm(np.diff(way_m, axis=0), axis=1).sum())
+
+
+def capacity_used(site: Site, motion: LiftMotion) -> float:
+    """Return the largest share of its capacity that the crane uses in a lift, rigging included; infinite beyond it."""
+    crane = site.cranes[motion.crane]
+    mass_kg = site.components[motion.component].mass_kg + crane.tackle_kg
+    radius_m = np.concatenate([motion.raising.radius_m, motion.loaded.radius_m])
+    return float(utilisation(crane.chart, radius_m, mass_kg).max())

@@ -1,0 +1,177 @@
+"""Jerk-limited rest-to-rest profiles, from ruckig.
+
+One degree of freedom per move: the share of its line. Ruckig's own phase synchronisation of several axes falls back,
+without saying so, to time synchronisation where scaling the slowest axis's profile would break another axis's limit,
+and the line is then no longer straight. With the limits of all axes brought onto the line first
+(:func:`bimvox.motion.move.share_limits`) it is straight by construction, and just as fast.
+
+State to state only: ruckig's waypoints are computed by a service on the network, and are never used.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from ruckig import InputParameter, Ruckig, RuckigError
+from ruckig import Trajectory as RuckigTrajectory
+
+from bimvox.compiled import kernel
+from bimvox.crane.bound import rest_to_rest_s
+from bimvox.crane.tower_crane import AxisLimits
+from bimvox.errors import PlanningError
+
+# A limit this far beyond what the motion takes is none.
+_BEYOND = 1e9
+
+
+class Pieces(NamedTuple):
+    """A profile that is given in parts, some time apart.
+
+    Attributes:
+        start_s: (P,) float64 start of each piece of what is given.
+        state: (P, 4) float64 position, velocity, acceleration and jerk at the start of each piece.
+        duration_s: How long it takes.
+        parts: Sizes of the parts, together 1.
+        apart_s: Time from one part to the next.
+    """
+
+    start_s: NDArray[np.float64]
+    state: NDArray[np.float64]
+    duration_s: float
+    parts: tuple[float, ...]
+    apart_s: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Profile:
+    """A rest-to-rest profile of the share 0..1 as pieces of constant jerk.
+
+    Attributes:
+        start_s: (P,) float64 start of each piece.
+        state: (P, 4) float64 position, velocity, acceleration and jerk at the start of each piece.
+        duration_s: Time at which the share 1 is reached.
+        top_rate: Highest rate of the share, 1/s.
+    """
+
+    start_s: NDArray[np.float64]
+    state: NDArray[np.float64]
+    duration_s: float
+    top_rate: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        _, rate, acceleration, jerk = self.state.T
+        # Where a piece goes from speeding up to slowing down, the peak is inside it.
+        peaks = jerk < 0.0
+        inside = rate[peaks] - acceleration[peaks] ** 2 / (2.0 * jerk[peaks])
+        object.__setattr__(self, "top_rate", float(max(rate.max(), inside.max(initial=0.0))))
+
+    def share_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the share driven at each time: 0 before the start, 1 after the end."""
+        share: NDArray[np.float64] = _share_at(self.start_s, self.state, self.duration_s, time_s)
+        return share
+
+    @property
+    def pieces(self) -> Pieces:
+        """What a kernel takes of it."""
+        return Pieces(self.start_s, self.state, self.duration_s, (1.0,), 0.0)
+
+
+@kernel
+def _share_at(
+    start_s: NDArray[np.float64], state: NDArray[np.float64], duration_s: float, time_s: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    share = np.empty(time_s.shape[0])
+    for i in range(time_s.shape[0]):
+        share[i] = _share(start_s, state, duration_s, time_s[i])
+    return share
+
+
+@kernel
+def _share(start_s: NDArray[np.float64], state: NDArray[np.float64], duration_s: float, at_s: float) -> float:
+    if at_s >= duration_s:
+        return 1.0
+    piece = start_s.shape[0] - 1
+    while piece > 0 and start_s[piece] > at_s:
+        piece -= 1
+    t = max(at_s - start_s[piece], 0.0)
+    p, v, a, j = state[piece, 0], state[piece, 1], state[piece, 2], state[piece, 3]
+    share: float = min(max(p + t * (v + t * (a / 2.0 + t * j / 6.0)), 0.0), 1.0)
+    return share
+
+
+@kernel
+def add_along_line(
+    axes: NDArray[np.float64],
+    time_s: NDArray[np.float64],
+    start_s: NDArray[np.float64],
+    state: NDArray[np.float64],
+    duration_s: float,
+    parts: NDArray[np.float64],
+    apart_s: float,
+    end_s: float,
+    first: NDArray[np.float64],
+    last: NDArray[np.float64],
+) -> None:
+    """Add to axes ((N, 3), in place) the way along a line of a profile that is given in parts, some time apart."""
+    for i in range(time_s.shape[0]):
+        share = 0.0
+        for n in range(parts.shape[0]):
+            share += parts[n] * _share(start_s, state, duration_s, time_s[i] - n * apart_s)
+        if time_s[i] >= end_s:
+            share = 1.0
+        for k in range(3):
+            axes[i, k] += first[k] + share * (last[k] - first[k]) - first[k]
+
+
+def profile_of(limits: AxisLimits) -> Profile:
+    """Return the fastest profile of the share from 0 to 1.
+
+    Args:
+        limits: Limits on the share.
+
+    Raises:
+        PlanningError: If ruckig finds none (limits that are not positive).
+    """
+    if not min(limits.rate, limits.acceleration, limits.jerk) > 0.0:
+        raise PlanningError(
+            f"no motion under rate {limits.rate:g}, acceleration {limits.acceleration:g}, jerk {limits.jerk:g}",
+            hint="the crane's limits must all be positive",
+        )
+    # In units in which the motion is 1 long and takes 1: ruckig's tolerances are absolute.
+    unit_s = rest_to_rest_s(1.0, limits)
+    scaled = AxisLimits(
+        min(limits.rate * unit_s, _BEYOND),
+        min(limits.acceleration * unit_s**2, _BEYOND),
+        min(limits.jerk * unit_s**3, _BEYOND),
+    )
+    trajectory = _ruckig(scaled, limits)
+    pieces = trajectory.profiles[0][0]
+    lengths = np.array(pieces.t)
+    used = lengths > 0.0
+    states = np.array([pieces.p[:7], pieces.v[:7], pieces.a[:7], pieces.j[:7]]).T / unit_s ** np.arange(4)
+    starts = np.concatenate([[0.0], np.cumsum(lengths)[:-1]]) * unit_s
+    return Profile(starts[used], states[used], float(trajectory.duration) * unit_s)
+
+
+def _ruckig(scaled: AxisLimits, limits: AxisLimits) -> Any:
+    """Ruckig's trajectory of a way of 1 under ``scaled`` limits."""
+    # Where a piece of the profile has just no length (a way of 2 a^3 / j^2), rounding can keep ruckig from finding it:
+    # a hair less acceleration, which the limits allow, and it does.
+    for less in (0.0, 1e-6, 1e-4):
+        state, trajectory = InputParameter(1), RuckigTrajectory(1)
+        state.current_position, state.target_position = [0.0], [1.0]
+        state.max_velocity, state.max_jerk = [scaled.rate], [scaled.jerk]
+        state.max_acceleration = [scaled.acceleration * (1.0 - less)]
+        try:
+            Ruckig(1).calculate(state, trajectory)
+        except RuckigError:
+            continue
+        return trajectory
+    raise PlanningError(
+        f"ruckig found no motion under rate {limits.rate:g}, acceleration {limits.acceleration:g}, "
+        f"jerk {limits.jerk:g} (per way)",
+        hint="look at the crane's limits",
+    )

@@ -1,0 +1,86 @@
+"""Moves shaped so that the load hangs at rest when they end.
+
+Zero-vibration shaping (Singer & Seering, "Preshaping Command Inputs to Reduce System Vibration", J. Dyn. Sys., Meas.,
+Control 112, 1990): a command given in two halves, half a period apart, leaves no swing; in three parts (1/4, 1/2, 1/4)
+little even where the period is not quite the one assumed. What is shaped is the share driven of a move's line: so the
+hook keeps to the line that was found free, and as a mean of the profile no limit is touched.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.motion.profile import Pieces, Profile
+
+TWO = (0.5, 0.5)
+THREE = (0.25, 0.5, 0.25)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ShapedProfile:
+    """A rest-to-rest profile of the share 0..1, given in parts.
+
+    Attributes:
+        base: The profile that is given in parts.
+        parts: Their sizes, together 1.
+        apart_s: Time from one part to the next.
+    """
+
+    base: Profile
+    parts: tuple[float, ...]
+    apart_s: float
+
+    @property
+    def duration_s(self) -> float:
+        """Time at which the share 1 is reached."""
+        return self.base.duration_s + (len(self.parts) - 1) * self.apart_s
+
+    @property
+    def top_rate(self) -> float:
+        """No less than the highest rate of the share, 1/s."""
+        return self.base.top_rate
+
+    def share_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the share driven at each time: 0 before the start, 1 after the end."""
+        share = np.zeros(len(time_s))
+        for n, part in enumerate(self.parts):
+            share += part * self.base.share_at(time_s - n * self.apart_s)
+        return np.where(time_s >= self.duration_s, 1.0, share)
+
+    @property
+    def pieces(self) -> Pieces:
+        """What a kernel takes of it."""
+        return Pieces(self.base.start_s, self.base.state, self.base.duration_s, self.parts, self.apart_s)
+
+
+@dataclass(frozen=True, slots=True)
+class Calm:
+    """How a move is kept from making its load swing.
+
+    Attributes:
+        parts: Sizes of the parts in which it is given.
+        stretch: Time between the parts, in half periods at the move's height.
+        pace: Share of the axes' rates at which it is driven; accelerations go with its square.
+    """
+
+    parts: tuple[float, ...] = TWO
+    stretch: float = 1.0
+    pace: float = 1.0
+
+
+_SHAPED = (
+    Calm(),
+    Calm(TWO, 1.1),
+    Calm(TWO, 1.2),
+    Calm(THREE, 1.05),
+    Calm(THREE, 0.95),
+    Calm(THREE, 1.15),
+)
+FIRST_SLOW = len(_SHAPED)
+"""From here on each rung of the ladder is the one before it, driven slower."""
+LADDER = (*_SHAPED, *(Calm(THREE, 1.05, pace) for pace in (0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.25, 0.18, 0.12)))
+"""Ways to give a move, tried in this order until the load hangs at rest where it must. Slewing is not quite what the
+shaping assumes (the jib turns under the swinging load, and pulls it inward), and hoisting changes the period."""

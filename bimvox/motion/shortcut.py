@@ -1,0 +1,231 @@
+"""From voxel stairs to a few moves of the crane, each proven free.
+
+Two ways are tried. *Over the top*: straight up, slew and trolley at the lowest height at which that is free, straight
+down. *Along the path*: the fastest chain of joint lines between corners of the voxel path, by A* that checks an edge
+for collision only when it would be used; between corners that follow each other the path's own straight run is always
+there to fall back on. Either way the last moves of the path, in contact with neighbours, are driven exactly as planned.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.bound import rest_to_rest_s
+from bimvox.crane.kinematics import nearest_turn, unwrap_slew
+from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.errors import PlanningError
+from bimvox.motion.load_frame import LoadFrame, axes_of_cells
+from bimvox.motion.move import Line, Move, axes_of, move_time_s
+from bimvox.motion.swept import line_is_free
+from bimvox.planning.search import all_free
+from bimvox.site.collision import Clearance, free_up_to, placement_is_free
+
+_HAIR_M = 1e-6
+"""A cell whose height is the highest hook's, but for rounding, is within it: as the map of hook columns has it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """A way of the hook, free all along.
+
+    Attributes:
+        moves: In order; each starts where the one before ends.
+        clearance_height_m: Height of the hook that it gets up to.
+    """
+
+    moves: tuple[Move, ...]
+    clearance_height_m: float
+
+
+def move_is_free(clearance: Clearance, load: LoadFrame, move: Move) -> bool:
+    """Return whether every position of the load along a joint or site line is free."""
+    return bool(line_is_free(clearance, load, axes_of(move.start), axes_of(move.end), move.line is Line.SITE))
+
+
+def over_the_top(
+    crane: TowerCrane,
+    clearance: Clearance,
+    load: LoadFrame,
+    start_vox: NDArray[np.int32],
+    end_vox: NDArray[np.int32],
+    slew_rad: float,
+) -> Route | None:
+    """Return a way up, across and down between two placements, at the lowest height at which it is free.
+
+    Across: straight in (slew, radius) the short way round; where that is free at no height, trolley and slewing one
+    after the other, then with the trolley drawn in while slewing, then the same the long way round.
+
+    Args:
+        crane: The crane.
+        clearance: The collision rule.
+        load: How hook poses and reference cells correspond.
+        start_vox: (3,) reference cell to start from.
+        end_vox: (3,) reference cell to end at.
+        slew_rad: Slewing angle at the start, with the turns that it has.
+
+    Returns:
+        The way, or None where there is none of this form.
+    """
+    start_axes, end_axes = axes_of_cells(load, start_vox), axes_of_cells(load, end_vox)
+    start = CranePose(nearest_turn(float(start_axes[0]), slew_rad), float(start_axes[1]), float(start_axes[2]))
+    end = CranePose(nearest_turn(float(end_axes[0]), start.slew_rad), float(end_axes[1]), float(end_axes[2]))
+    heights = list(_open_heights(crane, clearance, load, start_vox, end_vox))
+    for stops in _ways_across(crane, start, end):
+        for height_m in heights:
+            poses = [replace(stop, height_m=height_m) for stop in stops]
+            across = [Move(a, b) for a, b in pairwise(poses)]
+            if all(move_is_free(clearance, load, move) for move in across):
+                down = Move(poses[-1], replace(stops[-1], height_m=end.height_m))
+                return Route(tuple(_without_rests([Move(start, poses[0]), *across, down])), height_m)
+    return None
+
+
+def _open_heights(
+    crane: TowerCrane,
+    clearance: Clearance,
+    load: LoadFrame,
+    start_vox: NDArray[np.int32],
+    end_vox: NDArray[np.int32],
+) -> Iterator[float]:
+    """Hook heights, ascending, up to which the columns over both placements are free."""
+    until = min(free_up_to(clearance, int(x), int(y), int(z)) for x, y, z in (start_vox, end_vox))
+    for z in range(max(int(start_vox[2]), int(end_vox[2])), until):
+        height_m = load.zero_height_m + z * load.voxel_size_m
+        if height_m > crane.highest_hook_m + _HAIR_M:
+            return
+        yield height_m
+
+
+def _ways_across(crane: TowerCrane, start: CranePose, end: CranePose) -> Iterator[list[CranePose]]:
+    """Stops (heights to be replaced) of the ways from one plan position to another, the plainest first."""
+    turn = end.slew_rad - start.slew_rad
+    long_way = turn - 2.0 * pi if turn > 0.0 else turn + 2.0 * pi
+    inner = max(crane.min_radius_m, min(start.radius_m, end.radius_m) / 2.0)
+    for way in (turn, long_way):
+        slew = start.slew_rad + way
+        last = replace(end, slew_rad=slew)
+        yield [start, last]
+        yield [start, replace(start, radius_m=end.radius_m), last]
+        yield [start, replace(start, slew_rad=slew), last]
+        for radius in (inner, crane.min_radius_m):
+            yield [start, replace(start, radius_m=radius), replace(last, radius_m=radius), last]
+
+
+def along_the_path(
+    crane: TowerCrane, clearance: Clearance, load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float
+) -> Route:
+    """Return the fastest chain of moves between corners of a voxel path, resting at each corner that it keeps.
+
+    Args:
+        crane: The crane.
+        clearance: The collision rule; every placement of the path must be free.
+        load: How hook poses and reference cells correspond.
+        path_vox: (N, 3) reference cells, one unit move between neighbours.
+        slew_rad: Slewing angle at the start, with the turns that it has.
+    """
+    every = poses_of_path(load, path_vox, slew_rad)
+    poses = [every[corner] for corner in _corners(path_vox)]
+    goal = len(poses) - 1
+    left_s = [_least_s(crane, pose, poses[goal]) for pose in poses]
+    heap: list[tuple[float, float, int, int, Line]] = [(left_s[0], 0.0, 0, 0, Line.JOINT)]
+    came_by: dict[int, tuple[int, Move]] = {}
+    while goal not in came_by:
+        _, cost, node, before, line = heapq.heappop(heap)
+        if node in came_by:
+            continue
+        move = Move(poses[before], poses[node], line)
+        # Neighbouring corners were looked at when their edge was put on the heap.
+        if node > before + 1 and not move_is_free(clearance, load, move):
+            continue
+        came_by[node] = (before, move)
+        for later in range(node + 1, goal + 1):
+            onward = Move(poses[node], poses[later])
+            if later == node + 1 and not move_is_free(clearance, load, onward):
+                onward = replace(onward, line=Line.SITE)
+            reached = cost + move_time_s(crane, onward)
+            heapq.heappush(heap, (reached + left_s[later], reached, later, node, onward.line))
+    moves: list[Move] = []
+    node = goal
+    while node > 0:
+        node, move = came_by[node]
+        moves.append(move)
+    moves = _without_rests(moves[::-1])
+    return Route(tuple(moves), max(pose.height_m for pose in [poses[0], *(move.end for move in moves)]))
+
+
+def follow(load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float) -> list[Move]:
+    """Return the moves that follow a voxel path exactly, one per straight run."""
+    poses = poses_of_path(load, path_vox, slew_rad)
+    moves = [Move(poses[a], poses[b]) for a, b in pairwise(_corners(path_vox))]
+    return [move if move.is_vertical else replace(move, line=Line.SITE) for move in moves]
+
+
+def joined(moves: Sequence[Move]) -> tuple[Move, ...]:
+    """Return the moves with vertical ones that follow each other the same way made into one."""
+    result: list[Move] = []
+    for move in moves:
+        last = result[-1] if result else None
+        if last and last.is_vertical and move.is_vertical and last.difference[2] * move.difference[2] > 0.0:
+            result[-1] = Move(last.start, replace(last.end, height_m=move.end.height_m))
+        else:
+            result.append(move)
+    return tuple(result)
+
+
+def poses_of_path(load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float) -> list[CranePose]:
+    """Return the hook's pose at every cell of a path, slew unwrapped from the turn nearest to ``slew_rad``."""
+    # Cells of one column share one slew and radius to the last bit: a vertical move must not slew by rounding noise.
+    columns, column_of = np.unique(path_vox[:, :2], axis=0, return_inverse=True)
+    plan = axes_of_cells(load, np.pad(columns, ((0, 0), (0, 1))))[column_of.ravel()]
+    slew = unwrap_slew(plan[:, 0], slew_rad)
+    height = axes_of_cells(load, path_vox)[:, 2]
+    return [CranePose(float(s), float(r), float(h)) for s, r, h in zip(slew, plan[:, 1], height, strict=True)]
+
+
+def check_path(crane: TowerCrane, clearance: Clearance, load: LoadFrame, path_vox: NDArray[np.int32]) -> None:
+    """Refuse a path that the crane cannot follow.
+
+    Raises:
+        PlanningError: If a placement is not free, two neighbours are no unit move apart, or the hook would be above the
+            jib's rope exit.
+    """
+    steps = np.abs(np.diff(path_vox.astype(np.int64), axis=0)).sum(axis=1)
+    if (steps != 1).any():
+        i = int(np.flatnonzero(steps != 1)[0])
+        raise PlanningError(f"the path jumps from {path_vox[i].tolist()} to {path_vox[i + 1].tolist()}")
+    if not all_free(clearance, path_vox):
+        cell = next(cell for cell in path_vox if not placement_is_free(clearance, cell[0], cell[1], cell[2]))
+        raise PlanningError(f"the path is not free at {cell.tolist()}", hint="plan the lift again")
+    highest_m = load.zero_height_m + int(path_vox[:, 2].max()) * load.voxel_size_m
+    if highest_m > crane.highest_hook_m + _HAIR_M:
+        raise PlanningError(
+            f"the path takes the hook up to {highest_m:.2f} m, above the jib at {crane.highest_hook_m:.2f} m",
+            hint="raise [crane] jib_height_m, or shorten the slings",
+        )
+
+
+def _corners(path_vox: NDArray[np.int32]) -> list[int]:
+    """Indices of the first and last cell and of every cell at which the path turns."""
+    steps = np.diff(path_vox.astype(np.int64), axis=0)
+    turns = np.flatnonzero((steps[1:] != steps[:-1]).any(axis=1)) + 1
+    return sorted({0, *turns.tolist(), len(path_vox) - 1})
+
+
+def _least_s(crane: TowerCrane, a: CranePose, b: CranePose) -> float:
+    """No motion from rest to rest is quicker: each axis on its own."""
+    return max(
+        rest_to_rest_s(b.slew_rad - a.slew_rad, crane.slewing),
+        rest_to_rest_s(b.radius_m - a.radius_m, crane.trolley),
+        rest_to_rest_s(b.height_m - a.height_m, crane.hoist),
+    )
+
+
+def _without_rests(moves: Sequence[Move]) -> list[Move]:
+    return [move for move in moves if any(move.moving)]

@@ -1,0 +1,250 @@
+"""A motion whose load neither swings into anything nor is still swinging where it is set."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import PlanningError
+from bimvox.motion.cancel import STRETCH, cancelled
+from bimvox.motion.load_frame import LoadFrame
+from bimvox.motion.move import Move
+from bimvox.motion.shaping import FIRST_SLOW, LADDER, TWO, Calm
+from bimvox.motion.swept import swaying_is_free
+from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, Swing, swing_of
+from bimvox.motion.timeline import Pacer, Timeline, evenly_s, overlapping_as
+from bimvox.site.collision import Clearance
+
+_FITS = 3
+"""How often moves are shaped together before they are slowed: rounding the corners anew changes what they leave."""
+_SHORTEST = Calm(TWO, STRETCH[0])
+"""The quickest way in which a move is ever given."""
+_LEFT_SHARE = 0.6
+"""A move that leaves more than this share of what counts as rest leaves its load swinging."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Swaying:
+    """A timeline with the swing of its load, evenly spaced in time.
+
+    Attributes:
+        time_s: (N,) float64.
+        axes: (N, 3) float64 slew (rad), radius (m), height (m).
+        swing: At these times.
+        rate_rad_s: How fast the load swings in the end.
+    """
+
+    time_s: NDArray[np.float64]
+    axes: NDArray[np.float64]
+    swing: Swing
+    rate_rad_s: float
+
+    @property
+    def left_m(self) -> NDArray[np.float64]:
+        """(4,) float64 where the load is and how fast it goes in the end, as the swing that each leads to."""
+        step_s = float(self.time_s[1] - self.time_s[0])
+        speed_m_s = (self.swing.offset_m[-1] - self.swing.offset_m[-2]) / step_s
+        return np.concatenate([self.swing.offset_m[-1], speed_m_s / self.rate_rad_s])
+
+    def left_by(self, timeline: Timeline, move: int) -> float:
+        """Return how far the load still swings when a move ends, or the next one that makes it swing begins."""
+        later = [
+            start
+            for start, other in zip(timeline.start_s[move + 1 :], timeline.moves[move + 1 :], strict=True)
+            if other.swings
+        ]
+        until_s = min([timeline.end_s[move], *later[:1]])
+        at = min(int(np.searchsorted(self.time_s, until_s)), len(self.time_s) - 1)
+        return float(self.swing.amplitude_m[at])
+
+
+def swaying(timeline: Timeline, pendulum: Pendulum, spacing_m: float) -> Swaying:
+    """Return a timeline with the swing of its load.
+
+    Args:
+        timeline: The moves over time.
+        pendulum: What hangs on the hook.
+        spacing_m: How far the hook may go from one time to the next.
+    """
+    duration_s = timeline.duration_s
+    steps = int(np.ceil(max(duration_s / STEP_S, duration_s * timeline.top_speed_m_s / spacing_m))) + 1
+    time_s = evenly_s(0.0, duration_s, steps)
+    axes = timeline.axes_at(time_s)
+    length_m = float(pendulum_lengths_m(timeline.crane, axes[-1:], pendulum.below_hook_m)[0])
+    rate_rad_s = float(np.sqrt(GRAVITY_M_S2 / length_m))
+    return Swaying(time_s, axes, swing_of(timeline.crane, axes, duration_s / steps, pendulum), rate_rad_s)
+
+
+def steadied(
+    crane: TowerCrane,
+    moves: Sequence[Move],
+    pendulum: Pendulum | None,
+    blend: Callable[[Timeline], Timeline],
+    fault_s: Callable[[Timeline, Swaying], float | None],
+    spacing_m: float,
+    limit_s: float = np.inf,
+) -> Timeline | None:
+    """Return moves over time, each given as plainly as the swing of the load allows.
+
+    Args:
+        crane: The crane.
+        moves: In order; each starts where the one before ends.
+        pendulum: What hangs on the hook; None where swing is not looked at.
+        blend: Rounds the corners of a timeline.
+        fault_s: When a timeline's load first swings too far; None where it never does.
+        spacing_m: How far the hook may go between two times at which it is looked at.
+        limit_s: Moves that take as long or longer are of no use.
+
+    Returns:
+        The timeline; None where it is sure to take too long.
+
+    Raises:
+        PlanningError: If it swings too far however slowly the crane goes.
+    """
+    pacer = Pacer(crane, moves, pendulum)
+    if limit_s < np.inf:
+        shortest_s = [pacer.profile(n, _SHORTEST).duration_s for n in range(len(moves))]
+        if busiest_s(moves, shortest_s) >= limit_s:
+            return None
+    plain = blend(pacer.in_sequence())
+    if pendulum is None:
+        return plain
+    sway = swaying(plain, pendulum, spacing_m)
+    at_s = fault_s(plain, sway)
+    if at_s is None:
+        return plain
+    fitted = plain
+    for _ in range(_FITS):
+        shaped = _fitted(pacer, fitted, pendulum)
+        if shaped is None:
+            break
+        fitted = blend(shaped)
+        if fault_s(fitted, swaying(fitted, pendulum, spacing_m)) is None:
+            return fitted
+    return _slower(pacer, plain, sway, at_s, pendulum, blend, fault_s, spacing_m, limit_s)
+
+
+def _fitted(pacer: Pacer, timeline: Timeline, pendulum: Pendulum) -> Timeline | None:
+    """Return the moves of a timeline in sequence, shaped together for its overlaps; None where that does not do."""
+
+    def residual_m(calms: tuple[Calm, ...]) -> NDArray[np.float64]:
+        return swaying(overlapping_as(pacer.in_sequence(calms), timeline), pendulum, np.inf).left_m
+
+    calms = cancelled([move.swings for move in timeline.moves], residual_m)
+    return None if calms is None else pacer.in_sequence(calms)
+
+
+def _slower(
+    pacer: Pacer,
+    timeline: Timeline,
+    sway: Swaying,
+    at_s: float | None,
+    pendulum: Pendulum,
+    blend: Callable[[Timeline], Timeline],
+    fault_s: Callable[[Timeline, Swaying], float | None],
+    spacing_m: float,
+    limit_s: float,
+) -> Timeline | None:
+    """Climb the ladder of plainer and slower ways to give each move, until the load swings nowhere too far."""
+    moves = timeline.moves
+    rungs = [0] * len(moves)
+    while at_s is not None:
+        # How far corners may be rounded takes long to find out: first they stay as they are.
+        rough = timeline
+        while at_s is not None:
+            _climb(rungs, rough, sway, at_s)
+            if limit_s < np.inf and _least_s(pacer, moves, rungs) >= limit_s:
+                return None
+            in_turn = pacer.in_sequence([LADDER[rung] for rung in rungs])
+            rough = overlapping_as(in_turn, timeline)
+            sway = swaying(rough, pendulum, np.inf)
+            at_s = fault_s(rough, sway)
+        timeline = blend(in_turn)
+        sway = swaying(timeline, pendulum, spacing_m)
+        at_s = fault_s(timeline, sway)
+    return timeline
+
+
+def busiest_s(moves: Sequence[Move], lengths_s: Sequence[float]) -> float:
+    """Return for how long the busiest axis runs: moves that drive the same axis never overlap."""
+    busy = [0.0, 0.0, 0.0]
+    for move, length_s in zip(moves, lengths_s, strict=True):
+        for axis, is_moving in enumerate(move.moving):
+            busy[axis] += length_s if is_moving else 0.0
+    return max(busy)
+
+
+def _least_s(pacer: Pacer, moves: Sequence[Move], rungs: Sequence[int]) -> float:
+    """No less than this do moves take that are given as plainly as that, or less plainly."""
+    lengths_s = []
+    for n, rung in enumerate(rungs):
+        # The plainest is the quickest; from the first slow one on each takes longer than the one before it.
+        calms = LADDER[rung : max(rung, FIRST_SLOW) + 1] if rung else LADDER[:1]
+        lengths_s.append(min(pacer.profile(n, calm).duration_s for calm in calms))
+    return busiest_s(moves, lengths_s)
+
+
+def _climb(rungs: list[int], timeline: Timeline, sway: Swaying, at_s: float) -> None:
+    """Give the move at fault for what the load does at a time more plainly; ``rungs`` are changed in place."""
+    begun = [
+        n
+        for n, move in enumerate(timeline.moves)
+        if move.swings and timeline.start_s[n] < at_s and rungs[n] + 1 < len(LADDER)
+    ]
+    if not begun:
+        raise PlanningError(
+            "the load swings too far however slowly the crane goes",
+            hint='[rules] swing = "off" plans without it, and says so',
+        )
+    # A move that left the load swinging is at fault for what comes after it.
+    left = [n for n in begun[:-1] if sway.left_by(timeline, n) > _LEFT_SHARE * PLANNED_RESIDUAL_M]
+    rungs[(left or begun[-1:])[0]] += 1
+
+
+def swing_fault_s(
+    timeline: Timeline,
+    sway: Swaying,
+    load: LoadFrame,
+    way: Clearance,
+    last: Clearance,
+    tail_moves: int,
+    straight_below_m: float,
+) -> float | None:
+    """Return when a load first swings into something, or is not at rest where it must be; None where it never does.
+
+    On the way the load may be anywhere as far out as it swings, to either side. In the last moves straight down it
+    hangs at rest; in those sideways it stays on their line, between where it would hang and where it swings to.
+
+    Args:
+        timeline: The moves over time.
+        sway: The same with the swing of its load.
+        load: How hook poses and reference cells correspond.
+        way: The rule up to the last moves.
+        last: The rule for them.
+        tail_moves: How many moves at the end are the last moves.
+        straight_below_m: Height of the hook at which they begin.
+    """
+    beyond_m, time_s, height_m = sway.swing.beyond_m(PLANNED_RESIDUAL_M), sway.time_s, sway.axes[:, 2]
+    swings = [n for n, move in enumerate(timeline.moves) if move.swings]
+    first_last = len(timeline.moves) - tail_moves
+    sideways = [n for n in swings if n >= first_last]
+    if sideways:
+        tail = time_s >= timeline.start_s[first_last]
+    else:
+        rests_s = timeline.end_s[swings[-1]] if swings else 0.0
+        tail = (time_s >= rests_s) & (height_m <= straight_below_m)
+    faults = [float(time_s[-1])] if sway.swing.amplitude_m[-1] > PLANNED_RESIDUAL_M else []
+    out = (beyond_m[:, 0] != 0.0) | (beyond_m[:, 1] != 0.0)
+    if not sideways and (out & tail).any():
+        faults.append(float(time_s[np.argmax(out & tail)]))
+    for part, rule, both in ((~tail, way, True), (tail, last, False)):
+        if (out & part).any():
+            hit = swaying_is_free(rule, load, sway.axes, beyond_m / load.voxel_size_m, out & part, both)
+            if hit >= 0:
+                faults.append(float(time_s[hit]))
+    return min(faults, default=None)

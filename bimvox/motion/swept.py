@@ -1,0 +1,227 @@
+"""The collision check of a motion: the one rule for placements, carried over to continuous positions.
+
+At a continuous position the load lies within the cells of the placements around it: floor and ceiling of each
+coordinate, up to eight. A position is free when all of them are. A line is free when every position on it is; that is
+proven, not sampled: the line is cut into pieces, each inside a box of positions (its ends, widened by the most that the
+line can bulge out between them), and a piece is free when every placement around its box is. Pieces that are not are
+halved, down to a sixteenth of a cell.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import inline_kernel, kernel, leaf_kernel
+from bimvox.motion.load_frame import LoadFrame
+from bimvox.site.collision import Clearance, placement_is_free, range_is_free
+
+SNAP_VOX = 1e-6
+"""Rounding noise: a coordinate this close to a cell is at it."""
+
+_FINEST_VOX = 1.0 / 16.0
+_NOWHERE = (0, 0, 0, -1, -1, -1)
+
+
+@leaf_kernel
+def box_is_free(clearance: Clearance, x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> bool:
+    """Return whether every placement around the positions [x0, x1] x [y0, y1] x [z0, z1] (reference cells) is free."""
+    return _all_free(clearance, _around(x0, y0, z0, x1, y1, z1))
+
+
+@inline_kernel
+def _around(x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> tuple[int, int, int, int, int, int]:
+    """First and last placement around positions, both inclusive."""
+    return (
+        int(np.floor(x0 + SNAP_VOX)),
+        int(np.floor(y0 + SNAP_VOX)),
+        int(np.floor(z0 + SNAP_VOX)),
+        int(np.ceil(x1 - SNAP_VOX)),
+        int(np.ceil(y1 - SNAP_VOX)),
+        int(np.ceil(z1 - SNAP_VOX)),
+    )
+
+
+@leaf_kernel
+def _all_free(clearance: Clearance, around: tuple[int, int, int, int, int, int]) -> bool:
+    if range_is_free(clearance, around):
+        return True
+    for x in range(around[0], around[3] + 1):
+        for y in range(around[1], around[4] + 1):
+            for z in range(around[2], around[5] + 1):
+                if not placement_is_free(clearance, x, y, z):
+                    return False
+    return True
+
+
+@kernel
+def position_is_free(clearance: Clearance, load: LoadFrame, slew: float, radius: float, height: float) -> bool:
+    """Return whether the load may be under a hook pose."""
+    x = load.axis_x + radius / load.voxel_size_m * np.cos(slew)
+    y = load.axis_y + radius / load.voxel_size_m * np.sin(slew)
+    z = (height - load.zero_height_m) / load.voxel_size_m
+    return box_is_free(clearance, x, y, z, x, y, z)
+
+
+@leaf_kernel
+def _at(
+    load: LoadFrame, start: NDArray[np.float64], end: NDArray[np.float64], straight: bool, u: float
+) -> tuple[float, float, float]:
+    """Reference cell coordinates at share ``u`` of a line."""
+    size = load.voxel_size_m
+    z = (start[2] + u * (end[2] - start[2]) - load.zero_height_m) / size
+    if straight:
+        x0, y0 = start[1] * np.cos(start[0]), start[1] * np.sin(start[0])
+        x1, y1 = end[1] * np.cos(end[0]), end[1] * np.sin(end[0])
+        return load.axis_x + (x0 + u * (x1 - x0)) / size, load.axis_y + (y0 + u * (y1 - y0)) / size, z
+    slew = start[0] + u * (end[0] - start[0])
+    radius = (start[1] + u * (end[1] - start[1])) / size
+    return load.axis_x + radius * np.cos(slew), load.axis_y + radius * np.sin(slew), z
+
+
+@kernel
+def line_is_free(
+    clearance: Clearance, load: LoadFrame, start: NDArray[np.float64], end: NDArray[np.float64], straight: bool
+) -> bool:
+    """Return whether every position on a line is free.
+
+    Args:
+        clearance: The collision rule.
+        load: How hook poses and reference cells correspond.
+        start: (3,) slew, radius, height at the start.
+        end: (3,) at the end; slew unwrapped.
+        straight: Whether the line is straight in the site's frame, else it is straight in the axes.
+    """
+    size = load.voxel_size_m
+    turn, run, rise = abs(end[0] - start[0]), abs(end[1] - start[1]), abs(end[2] - start[2])
+    widest = max(start[1], end[1])
+    length = np.sqrt((widest * turn) ** 2 + run**2 + rise**2) / size
+    # |p''| of the spiral r(u) (cos, sin)(theta(u)); between two points a curve bulges at most |p''| du^2 / 8.
+    bend = 0.0 if straight else (2.0 * run * turn + widest * turn**2) / size
+    pieces = max(1, int(np.ceil(length)))
+    stack = np.empty((64, 2), np.float64)
+    for piece in range(pieces):
+        stack[0, 0], stack[0, 1] = piece / pieces, (piece + 1) / pieces
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            u0, u1 = stack[depth, 0], stack[depth, 1]
+            x0, y0, z0 = _at(load, start, end, straight, u0)
+            x1, y1, z1 = _at(load, start, end, straight, u1)
+            bulge = bend * (u1 - u0) ** 2 / 8.0
+            if box_is_free(
+                clearance,
+                min(x0, x1) - bulge,
+                min(y0, y1) - bulge,
+                min(z0, z1),
+                max(x0, x1) + bulge,
+                max(y0, y1) + bulge,
+                max(z0, z1),
+            ):
+                continue
+            middle = 0.5 * (u0 + u1)
+            x, y, z = _at(load, start, end, straight, middle)
+            if (u1 - u0) * length < _FINEST_VOX or not box_is_free(clearance, x, y, z, x, y, z):
+                return False
+            stack[depth, 0], stack[depth, 1] = middle, u1
+            stack[depth + 1, 0], stack[depth + 1, 1] = u0, middle
+            depth += 2
+    return True
+
+
+@kernel
+def samples_are_free(clearance: Clearance, load: LoadFrame, axes: NDArray[np.float64]) -> bool:
+    """Return whether a motion between samples is free, whatever the axes do in between as long as none turns back.
+
+    Between two samples the hook is inside the sector patch that their slews and radii span; the patch lies inside the
+    box of its four corners, widened by the bulge of its outer arc.
+
+    Args:
+        clearance: The collision rule.
+        load: How hook poses and reference cells correspond.
+        axes: (N, 3) slew, radius, height; close together, each axis monotone from sample to sample.
+    """
+    size = load.voxel_size_m
+    last = _NOWHERE
+    c1, s1 = np.cos(axes[0, 0]), np.sin(axes[0, 0])
+    for i in range(1, axes.shape[0]):
+        slew0, slew1 = axes[i - 1, 0], axes[i, 0]
+        r0, r1 = axes[i - 1, 1] / size, axes[i, 1] / size
+        z0, z1 = (axes[i - 1, 2] - load.zero_height_m) / size, (axes[i, 2] - load.zero_height_m) / size
+        c0, s0 = c1, s1
+        if slew1 != slew0:
+            c1, s1 = np.cos(slew1), np.sin(slew1)
+        bulge = max(r0, r1) * (slew1 - slew0) ** 2 / 8.0
+        around = _around(
+            load.axis_x + min(r0 * c0, r0 * c1, r1 * c0, r1 * c1) - bulge,
+            load.axis_y + min(r0 * s0, r0 * s1, r1 * s0, r1 * s1) - bulge,
+            min(z0, z1),
+            load.axis_x + max(r0 * c0, r0 * c1, r1 * c0, r1 * c1) + bulge,
+            load.axis_y + max(r0 * s0, r0 * s1, r1 * s0, r1 * s1) + bulge,
+            max(z0, z1),
+        )
+        # Samples are close together: most see the same placements as the one before.
+        if around != last:
+            if not _all_free(clearance, around):
+                return False
+            last = around
+    return True
+
+
+@kernel
+def swaying_is_free(
+    clearance: Clearance,
+    load: LoadFrame,
+    axes: NDArray[np.float64],
+    sway_vox: NDArray[np.float64],
+    looked_at: NDArray[np.bool_],
+    both_sides: bool,
+) -> int:
+    """Return the first sample at which a swinging load may meet something; -1 where it never does.
+
+    At a sample the load is somewhere in the box between where it would hang at rest and as far out as it swings, to
+    that side or to either; from one sample to the next in the box around both.
+
+    Args:
+        clearance: The collision rule.
+        load: How hook poses and reference cells correspond.
+        axes: (N, 3) slew, radius, height; close together.
+        sway_vox: (N, 2) how far it swings on the plan, cells.
+        looked_at: (N,) which samples are looked at.
+        both_sides: Whether it may be on the other side as well.
+    """
+    size = load.voxel_size_m
+    last = _NOWHERE
+    was_x, was_y, was_z = 0.0, 0.0, 0.0
+    slew, cos, sin = np.nan, 1.0, 0.0
+    for i in range(axes.shape[0]):
+        if not looked_at[i]:
+            continue
+        if axes[i, 0] != slew:
+            slew = axes[i, 0]
+            cos, sin = np.cos(slew), np.sin(slew)
+        x = load.axis_x + axes[i, 1] / size * cos
+        y = load.axis_y + axes[i, 1] / size * sin
+        z = (axes[i, 2] - load.zero_height_m) / size
+        x0, y0, z0, x1, y1, z1 = _swung(x, y, z, sway_vox[i, 0], sway_vox[i, 1], both_sides)
+        if i > 0 and looked_at[i - 1]:
+            a0, b0, c0, a1, b1, c1 = _swung(was_x, was_y, was_z, sway_vox[i - 1, 0], sway_vox[i - 1, 1], both_sides)
+            x0, y0, z0 = min(x0, a0), min(y0, b0), min(z0, c0)
+            x1, y1, z1 = max(x1, a1), max(y1, b1), max(z1, c1)
+        was_x, was_y, was_z = x, y, z
+        around = _around(x0, y0, z0, x1, y1, z1)
+        if around != last:
+            if not _all_free(clearance, around):
+                return i
+            last = around
+    return -1
+
+
+@inline_kernel
+def _swung(
+    x: float, y: float, z: float, dx: float, dy: float, both_sides: bool
+) -> tuple[float, float, float, float, float, float]:
+    """Lowest and highest position of a load that swings out so far, to that side or to either."""
+    if both_sides:
+        return x - abs(dx), y - abs(dy), z, x + abs(dx), y + abs(dy), z
+    return min(x, x + dx), min(y, y + dy), z, max(x, x + dx), max(y, y + dy), z

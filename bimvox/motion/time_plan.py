@@ -1,0 +1,253 @@
+"""A lift plan over time: every lift's motion on one site clock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.kinematics import nearest_turn
+from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.errors import InputError, MotionError, PlanningError
+from bimvox.motion.drive import drive_free, drive_path
+from bimvox.motion.empty_hook import HOOK_OFFSET, empty_hook_clearance
+from bimvox.motion.load_frame import LoadFrame, axes_of_cells, load_frame
+from bimvox.motion.move import Line, Move
+from bimvox.motion.swing import pendulum_of
+from bimvox.motion.timeline import Timeline, in_sequence
+from bimvox.motion.timing import NS_PER_S, sampled
+from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
+from bimvox.records.motion import LiftMotion, Phase, PhaseName, quarters_of
+from bimvox.records.trajectory import Trajectory
+from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.component import Component, StoredPose
+from bimvox.site.lifting import crane_for
+from bimvox.site.site import Site
+
+HOOK_ON_S = 60.0
+"""Attaching the slings. This and the one below are nominal values for a practised crew, not measured ones."""
+TRIAL_LIFT_S = 10.0
+"""Holding the raised part to see that it hangs well."""
+
+
+def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) -> tuple[LiftMotion, ...]:
+    """Return the motion of every planned lift, in order.
+
+    Args:
+        plan: The plan; its site must have a crane.
+        clearances: Every planned lift with the collision rule of its stage (the parts before it in place, the others in
+            the yard, itself nowhere), ascending ``order``; taken one at a time. Lifts without a path are passed over.
+
+    Returns:
+        One motion per planned lift; the clock starts at 0 with the first.
+
+    Raises:
+        InputError: If the site has no crane.
+        MotionError: If a path is not free or cannot be driven; says which lift.
+    """
+    site = plan.site
+    if site.crane is None:
+        raise InputError(
+            "the site has no crane, so its lifts have no timed motion", hint="add [crane] to the site file"
+        )
+    motions: list[LiftMotion] = []
+    before: Lift | None = None
+    for lift, clearance in clearances:
+        if lift.status is not Status.PLANNED or lift.path_vox is None or lift.place is None:
+            continue
+        clock_ns = motions[-1].end_ns if motions else 0
+        slew_rad = float(motions[-1].loaded.slew_rad[-1]) if motions else 0.0
+        motions.append(time_lift(site, site.crane, lift, clearance, before, clock_ns, slew_rad))
+        before = lift
+    return tuple(motions)
+
+
+def time_lift(
+    site: Site,
+    crane: TowerCrane,
+    lift: Lift,
+    clearance: Clearance,
+    before: Lift | None,
+    clock_ns: int,
+    slew_rad: float,
+) -> LiftMotion:
+    """Return the motion of one planned lift.
+
+    Args:
+        site: The site.
+        crane: Its crane.
+        lift: The lift; it must have a path and a place in the yard.
+        clearance: The collision rule of its stage.
+        before: The planned lift before it; None for the first.
+        clock_ns: When it starts on the site's clock.
+        slew_rad: Slewing angle at which the lift before ended, with the turns that it has.
+
+    Raises:
+        MotionError: If its path is not free or cannot be driven, or the empty hook has no way to it.
+    """
+    assert lift.place is not None
+    try:
+        return _motion(site, crane, lift, lift.place, clearance, before, clock_ns, slew_rad)
+    except PlanningError as error:
+        raise MotionError(site.components[lift.component].id, error.message, hint=error.hint) from error
+
+
+def _motion(
+    site: Site,
+    crane: TowerCrane,
+    lift: Lift,
+    place: YardPlace,
+    clearance: Clearance,
+    before: Lift | None,
+    clock_ns: int,
+    slew_rad: float,
+) -> LiftMotion:
+    component = site.components[lift.component]
+    assert lift.path_vox is not None
+    # The empty hook goes with the usual slings, longer ones hooked back; the load in its gear, with its own slings.
+    loaded_crane = crane_for(site, crane, component)
+    crane = crane_for(site, crane, None)
+    hook = load_frame(crane, site.frame, HOOK_OFFSET)
+    period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
+    hanging = pendulum_of(site, component)
+    spans: list[tuple[PhaseName, int]] = []
+    approach: Trajectory | None = None
+    hook_on_vox = hook_on_cell(component, place, clearance)
+    if before is not None:
+        left_vox = left_cells(site, before)
+        rule = empty_hook_clearance(site, clearance, place, left_vox)
+        approach = empty_way(site, crane, rule, left_vox[-1], hook_on_vox, slew_rad)
+        slew_rad = float(approach.slew_rad[-1])
+        spans.append((PhaseName.APPROACH, int(approach.time_ns[-1])))
+    spans.append((PhaseName.HOOK_ON, round(HOOK_ON_S * NS_PER_S)))
+    load = load_frame(loaded_crane, site.frame, component.hook_offset_vox)
+    raise_timeline = _raising(loaded_crane, component, place, hook, load, hook_on_vox, slew_rad)
+    raising = _later(sampled(raise_timeline, 0.0, period_s, size_m), _total(spans))
+    spans.append((PhaseName.RAISE, _length_ns(raising) + round(TRIAL_LIFT_S * NS_PER_S)))
+    spans.append((PhaseName.TURN, round(quarters_of(place.turn) * site.rules.turn_s * NS_PER_S)))
+    timeline, needed_m = drive_path(
+        loaded_crane, clearance, load, lift.path_vox, lift.contact_moves, float(raising.slew_rad[-1]), hanging
+    )
+    loaded = _later(sampled(timeline, needed_m, period_s, size_m, hanging), _total(spans))
+    spans += carrying_phases(timeline, _length_ns(loaded))
+    spans.append((PhaseName.SET, round(site.rules.bracing_s * NS_PER_S)))
+    spans.append((PhaseName.RELEASE, round(site.rules.release_s * NS_PER_S)))
+    phases = []
+    at_ns = clock_ns
+    for name, length_ns in spans:
+        if length_ns > 0:
+            phases.append(Phase(name, at_ns, at_ns + length_ns))
+            at_ns += length_ns
+    return LiftMotion(lift.order, lift.component, approach, raising, loaded, tuple(phases), clock_ns, at_ns)
+
+
+def empty_way(
+    site: Site,
+    crane: TowerCrane,
+    rule: Clearance,
+    start_vox: NDArray[np.int32],
+    end_vox: NDArray[np.int32],
+    slew_rad: float,
+) -> Trajectory:
+    """Return the timed way of the empty hook between two cells of the slings' lower end.
+
+    Args:
+        site: The site.
+        crane: Its crane.
+        rule: From ``empty_hook_clearance``.
+        start_vox: (3,) where it starts.
+        end_vox: (3,) where it ends.
+        slew_rad: Slewing angle before, with the turns that it has.
+
+    Raises:
+        PlanningError: If there is no free way.
+    """
+    crane, empty = crane_for(site, crane, None), pendulum_of(site, None)
+    hook = load_frame(crane, site.frame, HOOK_OFFSET)
+    timeline, needed_m = drive_free(crane, rule, hook, start_vox, end_vox, slew_rad, empty)
+    return sampled(timeline, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, empty)
+
+
+def carrying_phases(timeline: Timeline, length_ns: int) -> list[tuple[PhaseName, int]]:
+    """Cut a loaded motion into hoist, traverse and lower at the starts of moves: names and lengths, ns."""
+    flat = [i for i, move in enumerate(timeline.moves) if not move.is_vertical]
+    down = [i for i, move in enumerate(timeline.moves) if move.is_vertical and move.difference[2] < 0.0]
+    if flat:
+        hoisted = round(timeline.start_s[flat[0]] * NS_PER_S)
+        final = flat[-1] + 1 < len(timeline.moves) and flat[-1] + 1 in down
+        lowers = round(timeline.start_s[flat[-1] + 1] * NS_PER_S) if final else length_ns
+    else:
+        hoisted = lowers = round(timeline.start_s[down[0]] * NS_PER_S) if down else length_ns
+    return [
+        (PhaseName.HOIST, hoisted),
+        (PhaseName.TRAVERSE, lowers - hoisted),
+        (PhaseName.LOWER, length_ns - lowers),
+    ]
+
+
+def hook_on_cell(component: Component, place: YardPlace, clearance: Clearance) -> NDArray[np.int32]:
+    """Return the cell of the slings' lower end at hook on: above the part's top as it lies.
+
+    A part that lies is hooked at its head, the end away from its foot, and tipped up; where the hook may not be over
+    the head, or anywhere on its way from there to over the foot (reach, rope, zones), over its foot.
+    """
+    x, y, z = place.cell_vox
+    size_x, size_y, size_z = place.shape.size_vox
+    foot = np.add(place.transit_start_vox, component.hook_offset_vox).astype(np.int32)
+    foot[2] = z + size_z + component.lifting.sling_rise_vox
+    head = foot.copy()
+    if place.pose is StoredPose.LYING_X:
+        head[0] = x + size_x - 1
+    elif place.pose is StoredPose.LYING_Y:
+        head[1] = y + size_y - 1
+    above = clearance._replace(boxes=np.array([[0, 0, 0, 1, 1, 1]], np.int32), hook_offset=HOOK_OFFSET)
+    way = foot + np.sign(head - foot) * np.arange(np.abs(head - foot).max() + 1, dtype=np.int32)[:, None]
+    inside = (way[:, :2] < clearance.hook_floor.shape).all()
+    return head if inside and all(placement_is_free(above, *cell) for cell in way) else foot
+
+
+def left_cells(site: Site, lift: Lift) -> NDArray[np.int32]:
+    """(N, 3) cells of the slings' lower end on the last moves of a lift, its place last."""
+    assert lift.path_vox is not None
+    tail = lift.path_vox[max(0, len(lift.path_vox) - 1 - lift.contact_moves) :]
+    component = site.components[lift.component]
+    rise = np.array([0, 0, component.lifting.sling_rise_vox], np.int32)
+    cells: NDArray[np.int32] = tail + np.array(component.hook_offset_vox, np.int32) + rise
+    return cells
+
+
+def _raising(
+    crane: TowerCrane,
+    component: Component,
+    place: YardPlace,
+    hook: LoadFrame,
+    load: LoadFrame,
+    hook_on_vox: NDArray[np.int32],
+    slew_rad: float,
+) -> Timeline:
+    """Tip up about the foot where it lies, then straight up, to the transit start."""
+    on = axes_of_cells(hook, hook_on_vox)
+    up = axes_of_cells(load, np.array(place.transit_start_vox))
+    start = CranePose(nearest_turn(float(on[0]), slew_rad), float(on[1]), float(on[2]))
+    end = CranePose(nearest_turn(float(up[0]), start.slew_rad), float(up[1]), float(up[2]))
+    foot = np.array(place.transit_start_vox) + np.array(component.hook_offset_vox)
+    if (hook_on_vox[:2] == foot[:2]).all():
+        return in_sequence(crane, [Move(start, replace(start, height_m=end.height_m))])
+    upright = replace(end, height_m=end.height_m - place.rise_vox * hook.voxel_size_m)
+    return in_sequence(crane, [Move(start, upright, Line.ARC), Move(upright, end)])
+
+
+def _later(trajectory: Trajectory, by_ns: int) -> Trajectory:
+    time_ns = trajectory.time_ns + np.int64(by_ns)
+    time_ns.flags.writeable = False
+    return replace(trajectory, time_ns=time_ns)
+
+
+def _length_ns(trajectory: Trajectory) -> int:
+    return int(trajectory.time_ns[-1] - trajectory.time_ns[0])
+
+
+def _total(spans: list[tuple[PhaseName, int]]) -> int:
+    return sum(length_ns for _, length_ns in spans)

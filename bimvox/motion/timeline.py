@@ -1,0 +1,276 @@
+"""Moves laid over time: one after the other, or the next one begun before the last one ends.
+
+Where two moves that follow each other drive different axes (hoist up, then slew and trolley), the second may begin
+while the first still runs: every axis keeps its own rest-to-rest profile, so no limit is touched, and the corner
+between them is rounded. How early it may begin is decided by the collision check.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.pendulum import half_period_s, pendulum_length_m
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+from bimvox.motion.course import Course, Moves
+from bimvox.motion.load_frame import LoadFrame
+from bimvox.motion.move import Line, Move, share_limits, slowed
+from bimvox.motion.profile import Profile, profile_of
+from bimvox.motion.shaping import Calm, ShapedProfile
+from bimvox.motion.slow import slow_shares
+from bimvox.motion.swept import samples_are_free, swaying_is_free
+from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, swing_of
+from bimvox.site.collision import Clearance
+
+_CHECK_SPACING_VOX = 0.125
+_HALVINGS = 6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Timeline:
+    """Moves and when each begins.
+
+    Attributes:
+        course: The moves and what they drive, whenever they begin.
+        start_s: When each begins.
+        end_s: When each ends.
+    """
+
+    course: Course
+    start_s: tuple[float, ...]
+    end_s: tuple[float, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        ends = tuple(start + lasts for start, lasts in zip(self.start_s, self.course.duration_s, strict=True))
+        object.__setattr__(self, "end_s", ends)
+
+    @property
+    def crane(self) -> TowerCrane:
+        """The crane."""
+        return self.course.crane
+
+    @property
+    def moves(self) -> tuple[Move, ...]:
+        """In order; each starts where the one before ends."""
+        return self.course.moves
+
+    @property
+    def profiles(self) -> tuple[Profile | ShapedProfile, ...]:
+        """One per move."""
+        return self.course.profiles
+
+    @property
+    def duration_s(self) -> float:
+        """When the last move ends."""
+        return self.end_s[-1]
+
+    @property
+    def top_speed_m_s(self) -> float:
+        """No less than the highest speed of the hook."""
+        fastest = max(self.course.top_speed_m_s)
+        # Two moves may run at once.
+        return 2.0 * fastest if self.is_blended else fastest
+
+    @property
+    def is_blended(self) -> bool:
+        """Whether any move begins before the one before it ends."""
+        ends = self.end_s
+        return any(start < ends[i] for i, start in enumerate(self.start_s[1:]))
+
+    def axes_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (N, 3) float64 slew, radius and height at times that ascend."""
+        return self.course.axes_at(time_s, self.start_s)
+
+
+class Pacer:
+    """Gives moves their profiles; each profile is found once.
+
+    Args:
+        crane: The crane.
+        moves: In order; each starts where the one before ends.
+        pendulum: What hangs on the hook; None where moves are not shaped.
+    """
+
+    def __init__(self, crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | None = None) -> None:
+        self._crane, self._moves = crane, tuple(moves)
+        self._packed = Moves(crane, moves)
+        self._limits = [
+            slowed(share_limits(crane, move), share)
+            for move, share in zip(self._moves, slow_shares(crane, self._moves), strict=True)
+        ]
+        self._half_periods_s = [
+            None if pendulum is None or not move.swings else _half_period_s(crane, move, pendulum)
+            for move in self._moves
+        ]
+        self._known: dict[tuple[int, Calm], Profile | ShapedProfile] = {}
+        self._paced: dict[tuple[int, float], Profile] = {}
+
+    def profile(self, n: int, calm: Calm) -> Profile | ShapedProfile:
+        """Return the profile of a move that is given like that; as it is where it makes nothing swing."""
+        known = self._known.get((n, calm))
+        if known is None:
+            known = self._known[n, calm] = self._profile(n, calm)
+        return known
+
+    def in_sequence(self, calms: Sequence[Calm] | None = None) -> Timeline:
+        """Return the timeline on which every move waits for the end of the one before it.
+
+        Args:
+            calms: How each move is given; plainly where not said.
+        """
+        given = calms if calms is not None else (Calm(),) * len(self._moves)
+        profiles = tuple(self.profile(n, calm) for n, calm in enumerate(given))
+        starts = [0.0]
+        for profile in profiles[:-1]:
+            starts.append(starts[-1] + profile.duration_s)
+        return Timeline(Course(self._packed, profiles), tuple(starts))
+
+    def _profile(self, n: int, calm: Calm) -> Profile | ShapedProfile:
+        limits, half_s = self._limits[n], self._half_periods_s[n]
+        if half_s is None:
+            return profile_of(limits)
+        pace = calm.pace
+        base = self._paced.get((n, pace))
+        if base is None:
+            slower = AxisLimits(limits.rate * pace, limits.acceleration * pace**2, limits.jerk * pace**3)
+            base = self._paced[n, pace] = profile_of(slower)
+        return ShapedProfile(base, calm.parts, calm.stretch * half_s)
+
+
+def in_sequence(crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | None = None) -> Timeline:
+    """Return the timeline on which every move, given plainly, waits for the end of the one before it.
+
+    Args:
+        crane: The crane.
+        moves: In order; each starts where the one before ends.
+        pendulum: What hangs on the hook; None where moves are not shaped.
+    """
+    return Pacer(crane, moves, pendulum).in_sequence()
+
+
+def _half_period_s(crane: TowerCrane, move: Move, pendulum: Pendulum) -> float:
+    height_m = 0.5 * (move.start.height_m + move.end.height_m)
+    radius_m = 0.5 * (move.start.radius_m + move.end.radius_m)
+    return half_period_s(pendulum_length_m(crane, height_m, pendulum.below_hook_m, radius_m))
+
+
+def overlapping_as(timeline: Timeline, other: Timeline) -> Timeline:
+    """Return a timeline in sequence with the overlaps of another one of the same moves, as far as they can be."""
+    for later in range(1, len(timeline.moves)):
+        wanted = other.end_s[later - 1] - other.start_s[later]
+        ends = timeline.end_s
+        earliest = max(timeline.start_s[later - 1], ends[later - 2] if later > 1 else 0.0)
+        longest = min(timeline.start_s[later] - earliest, timeline.profiles[later].duration_s)
+        if wanted > 0.0:
+            timeline = _advanced(timeline, later, min(wanted, longest))
+    return timeline
+
+
+def blended(
+    timeline: Timeline,
+    clearance: Clearance,
+    load: LoadFrame,
+    straight_below_m: float = -np.inf,
+    last: Clearance | None = None,
+    pendulum: Pendulum | None = None,
+) -> Timeline:
+    """Return the timeline with every corner rounded as far as it stays free.
+
+    Only moves along joint lines that drive different axes are blended, and never three at once.
+
+    Args:
+        timeline: Moves in sequence, each of them free.
+        clearance: The collision rule.
+        load: How hook poses and reference cells correspond.
+        straight_below_m: Height of the hook below which it is lowered only when the axes before are at rest.
+        last: The rule for the corner before the last move, where it is another one.
+        pendulum: What hangs on the hook; None where its swing is not looked at.
+    """
+    for later in range(1, len(timeline.moves)):
+        first, second = timeline.moves[later - 1], timeline.moves[later]
+        if first.line is not Line.JOINT or second.line is not Line.JOINT:
+            continue
+        if any(a and b for a, b in zip(first.moving, second.moving, strict=True)):
+            continue
+        ends = timeline.end_s
+        earliest = max(timeline.start_s[later - 1], ends[later - 2] if later > 1 else 0.0)
+        longest = min(timeline.start_s[later] - earliest, timeline.profiles[later].duration_s)
+        rule = clearance if last is None or later + 1 < len(timeline.moves) else last
+        timeline = _advanced(
+            timeline, later, _overlap_s(timeline, later, longest, rule, load, straight_below_m, pendulum)
+        )
+    return timeline
+
+
+def _overlap_s(
+    timeline: Timeline,
+    later: int,
+    longest_s: float,
+    clearance: Clearance,
+    load: LoadFrame,
+    straight_below_m: float,
+    pendulum: Pendulum | None,
+) -> float:
+    """Return the largest overlap found free: the longest possible, else by halving the interval."""
+
+    def fits(overlap_s: float) -> bool:
+        tried = _advanced(timeline, later, overlap_s)
+        return _stops_above(tried, later, straight_below_m) and _is_free(tried, later, clearance, load, pendulum)
+
+    if longest_s <= 0.0:
+        return 0.0
+    if fits(longest_s):
+        return longest_s
+    free, blocked = 0.0, longest_s
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (free + blocked)
+        if fits(middle):
+            free = middle
+        else:
+            blocked = middle
+    return free
+
+
+def _stops_above(timeline: Timeline, later: int, height_m: float) -> bool:
+    """Return whether a move down is above a height until the move before it ends."""
+    move, profile = timeline.moves[later], timeline.profiles[later]
+    rise = move.difference[2]
+    if rise >= 0.0:
+        return True
+    until = np.array([timeline.end_s[later - 1] - timeline.start_s[later]])
+    reached_m = move.start.height_m + rise * float(profile.share_at(until)[0])
+    return reached_m >= min(height_m, move.start.height_m)
+
+
+def _is_free(timeline: Timeline, later: int, clearance: Clearance, load: LoadFrame, pendulum: Pendulum | None) -> bool:
+    """Return whether the motion is free from the start of the move before ``later`` to the end of ``later``."""
+    course, begins_s = timeline.course, timeline.start_s
+    start, end = begins_s[later - 1], max(timeline.end_s[later - 1 : later + 1])
+    fastest = max(course.top_speed_m_s[later - 1 : later + 1])
+    top_speed_m_s = 2.0 * fastest if begins_s[later] < timeline.end_s[later - 1] else fastest
+    spacing_m = _CHECK_SPACING_VOX * load.voxel_size_m
+    steps = int(np.ceil(max((end - start) * top_speed_m_s / spacing_m, (end - start) / STEP_S))) + 1
+    axes = course.axes_at(evenly_s(start, end, steps), begins_s, later - 1, later + 1)
+    if not samples_are_free(clearance, load, axes):
+        return False
+    if pendulum is None:
+        return True
+    sway_m = swing_of(timeline.crane, axes, (end - start) / steps, pendulum).beyond_m(PLANNED_RESIDUAL_M)
+    swings = (sway_m[:, 0] != 0.0) | (sway_m[:, 1] != 0.0)
+    return bool(swaying_is_free(clearance, load, axes, sway_m / load.voxel_size_m, swings, True) < 0)
+
+
+def evenly_s(start_s: float, end_s: float, steps: int) -> NDArray[np.float64]:
+    """Return ``steps`` + 1 times from start to end: those of ``np.linspace``, which takes ten times as long for it."""
+    times_s = np.arange(steps + 1, dtype=np.float64) * ((end_s - start_s) / steps) + start_s
+    times_s[-1] = end_s
+    return times_s
+
+
+def _advanced(timeline: Timeline, later: int, overlap_s: float) -> Timeline:
+    """Let move ``later`` and all after it begin earlier."""
+    starts = timeline.start_s[:later] + tuple(start - overlap_s for start in timeline.start_s[later:])
+    return replace(timeline, start_s=starts)

@@ -1,0 +1,138 @@
+"""From a route to a timed, sampled trajectory."""
+
+from __future__ import annotations
+
+from typing import Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.bound import point_to_point_s
+from bimvox.crane.kinematics import hook_of
+from bimvox.crane.pendulum import half_period_s, pendulum_length_m
+from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.motion.swing import Pendulum
+from bimvox.motion.timeline import Timeline
+from bimvox.records.trajectory import Trajectory
+
+T = TypeVar("T", bound=np.generic)
+
+NS_PER_S = 1_000_000_000
+
+# Shares of a cell: samples are taken from a dense grid so that neighbours stay under half a cell apart at the hook.
+_DENSE_VOX = 0.05
+_SPACING_VOX = 0.4
+# Samples closer together than this to one that must be there say nothing.
+_SAME_NS = 1_000_000
+
+
+class Motion(Protocol):
+    """What can be sampled: the axes as a function of time."""
+
+    @property
+    def crane(self) -> TowerCrane:
+        """The crane."""
+
+    @property
+    def top_speed_m_s(self) -> float:
+        """No less than the highest speed of the hook."""
+
+    def axes_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (N, 3) float64 slew, radius and height at times."""
+
+
+def sampled(
+    timeline: Timeline,
+    clearance_height_m: float,
+    sample_period_s: float,
+    voxel_size_m: float,
+    pendulum: Pendulum | None = None,
+) -> Trajectory:
+    """Return a trajectory's samples.
+
+    There is a sample at the start, at the end, at every corner at which the axes rest, at every multiple of the period,
+    and wherever else the hook would otherwise have gone half a cell since the last one.
+
+    Args:
+        timeline: The moves over time.
+        clearance_height_m: Height of the hook that the lift needs, for its bound.
+        sample_period_s: Largest time between samples.
+        voxel_size_m: Edge of a cell.
+        pendulum: What hangs on the hook where its moves are shaped, for the bound.
+    """
+    crane = timeline.crane
+    end_ns = int(np.ceil(timeline.duration_s * NS_PER_S))
+    rests_ns = np.round(np.array(_rests_s(timeline)) * NS_PER_S).astype(np.int64)
+    time_ns = sample_times(timeline, end_ns, rests_ns, sample_period_s, voxel_size_m)
+    axes = timeline.axes_at(time_ns / NS_PER_S)
+    corner = np.searchsorted(time_ns, rests_ns)
+    shaping_s = 0.0
+    if pendulum is not None:
+        highest = int(np.argmax(axes[:, 2]))
+        radius_m, height_m = float(axes[highest, 1]), float(axes[highest, 2])
+        shaping_s = half_period_s(pendulum_length_m(crane, height_m, pendulum.below_hook_m, radius_m))
+    first, last = (CranePose(*(float(value) for value in axes[i])) for i in (0, -1))
+    return Trajectory(
+        time_ns=frozen(time_ns),
+        slew_rad=frozen(axes[:, 0].copy()),
+        radius_m=frozen(axes[:, 1].copy()),
+        height_m=frozen(axes[:, 2].copy()),
+        corner=frozen(corner.astype(np.int64)),
+        bound_s=point_to_point_s(crane, first, last, clearance_height_m, shaping_s),
+    )
+
+
+def _rests_s(timeline: Timeline) -> list[float]:
+    """Times between the first and the last sample at which every axis is at rest."""
+    ends = timeline.end_s
+    return [
+        start
+        for i, start in enumerate(timeline.start_s)
+        if i > 0 and start >= max(ends[:i]) - 1e-9 and _SAME_NS < start * NS_PER_S < ends[-1] * NS_PER_S - _SAME_NS
+    ]
+
+
+def sample_times(
+    motion: Motion, end_ns: int, must_ns: NDArray[np.int64], sample_period_s: float, voxel_size_m: float
+) -> NDArray[np.int64]:
+    """Return when a motion is sampled so that neighbours are half a cell apart at most: (N,) int64, ascending.
+
+    Args:
+        motion: The motion; it starts at 0.
+        end_ns: When it ends.
+        must_ns: (M,) int64 other times at which there is a sample.
+        sample_period_s: Largest time between samples.
+        voxel_size_m: Edge of a cell.
+    """
+    must = _ascending(np.array([0, end_ns]), must_ns)
+    period_ns = max(1, round(sample_period_s * NS_PER_S))
+    regular = _apart(np.arange(0, end_ns, period_ns, dtype=np.int64), must)
+    must = _ascending(must, regular)
+    steps = int(np.ceil(end_ns / NS_PER_S * motion.top_speed_m_s / (_DENSE_VOX * voxel_size_m))) + 1
+    dense = _ascending(np.linspace(0, end_ns, steps + 1).astype(np.int64), must)
+    hook_m = hook_of(motion.crane, *motion.axes_at(dense / NS_PER_S).T)
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(hook_m, axis=0), axis=1))])
+    stride = np.floor(way / (_SPACING_VOX * voxel_size_m))
+    passing = dense[1:][np.diff(stride) > 0]
+    return _ascending(must, _apart(passing, must))
+
+
+def _ascending(*times_ns: NDArray[np.int64]) -> NDArray[np.int64]:
+    """All times, each once. ``np.unique`` puts them through a hash table first: they are almost in order."""
+    together = np.sort(np.concatenate(times_ns), kind="stable")
+    ascending: NDArray[np.int64] = together[np.concatenate([[True], np.diff(together) > 0])]
+    return ascending
+
+
+def _apart(times_ns: NDArray[np.int64], taken_ns: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the times that are not next to one already taken."""
+    after = np.clip(np.searchsorted(taken_ns, times_ns), 0, len(taken_ns) - 1)
+    gap = np.minimum(np.abs(taken_ns[after] - times_ns), np.abs(times_ns - taken_ns[np.maximum(after - 1, 0)]))
+    apart: NDArray[np.int64] = times_ns[gap > _SAME_NS]
+    return apart
+
+
+def frozen(array: NDArray[T]) -> NDArray[T]:
+    """Return the array, made read-only."""
+    array.flags.writeable = False
+    return array

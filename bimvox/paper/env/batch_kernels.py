@@ -1,0 +1,189 @@
+"""The kernels of the batched environment: the functions of ``dynamics`` and ``observation``, row by row."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel, leaf_kernel
+from bimvox.env.actions import ACTION_COUNT, MOVES
+from bimvox.env.starts import random_below
+from bimvox.paper.env.draw import draw_layout
+from bimvox.paper.env.dynamics import assemble, is_complete, is_late, is_truncated, move, stand_up
+from bimvox.paper.env.layout import LayoutPool
+from bimvox.paper.env.observation import PAPER_MAP, write_observation
+from bimvox.paper.env.paper_map import move_on_map
+from bimvox.paper.env.reward import PrefabReward
+from bimvox.paper.env.rules import Drawing, Rules
+from bimvox.paper.env.state import PrefabState, Site
+
+
+class BatchOut(NamedTuple):
+    """Where a step of N sites is written; see ``PrefabStep``. Observations are flat: (N, size).
+
+    Where several arrays of observations take turns, each shows what was when its turn was last. The paper's map is made
+    up to date by moving the component in transit from where the array shows it, unless it has been redrawn meanwhile.
+
+    Attributes:
+        shown: (N, 7) int64 state that ``observations`` shows.
+        drawing: (N,) int64 number of the drawing that ``observations`` shows.
+        drawings: (N,) int64 how often the map has been drawn anew, on whatever array.
+    """
+
+    observations: NDArray[np.float32]
+    shown: NDArray[np.int64]
+    drawing: NDArray[np.int64]
+    drawings: NDArray[np.int64]
+    rewards: NDArray[np.float32]
+    terminated: NDArray[np.bool_]
+    truncated: NDArray[np.bool_]
+    bumped: NDArray[np.bool_]
+    assembled: NDArray[np.bool_]
+    final_observations: NDArray[np.float32]
+    final_states: NDArray[np.int64]
+    late: NDArray[np.bool_]
+
+
+@leaf_kernel
+def state_row(states: NDArray[np.int64], n: int) -> PrefabState:
+    """Return the state of one site of a batch."""
+    return PrefabState(states[n, 0], states[n, 1], states[n, 2], states[n, 3], states[n, 4], states[n, 5], states[n, 6])
+
+
+@leaf_kernel
+def store_row(states: NDArray[np.int64], n: int, state: PrefabState) -> None:
+    """Overwrite the state of one site of a batch."""
+    states[n, 0], states[n, 1], states[n, 2], states[n, 3] = state.component, state.x, state.y, state.z
+    states[n, 4], states[n, 5], states[n, 6] = state.last_action, state.steps, state.total
+
+
+@leaf_kernel
+def move_rows(
+    code: int,
+    rules: Rules,
+    scheme: PrefabReward,
+    batch: Site,
+    states: NDArray[np.int64],
+    out: BatchOut,
+    first: int,
+    last: int,
+    actions: NDArray[np.int64],
+) -> None:
+    """Move the component in transit on sites ``first`` .. ``last - 1``, on the paper's map too.
+
+    What seldom happens is left to :func:`settle_rows`. The views of a site are made in here, not returned: counting
+    references to them would cost more than the step.
+    """
+    for n in range(first, last):
+        site = Site(
+            batch.cells[n], batch.table[n], batch.stored[n], batch.target[n], batch.obstructions[n], batch.field[n]
+        )
+        before = state_row(states, n)
+        after, value, bumped, arrived = move(rules, scheme, site, before, actions[n])
+        store_row(states, n, after)
+        store_row(out.final_states, n, after)
+        out.rewards[n] = value
+        out.bumped[n] = bumped
+        out.assembled[n] = arrived
+        out.terminated[n] = False
+        out.truncated[n] = is_truncated(rules, after)
+        out.late[n] = is_late(rules, after)
+        if code == PAPER_MAP and not arrived and out.drawing[n] == out.drawings[n]:
+            move_on_map(rules, state_row(out.shown, n), after, out.observations[n], batch.cells.shape[2])
+            store_row(out.shown, n, after)
+
+
+@kernel
+def settle_rows(
+    code: int,
+    rules: Rules,
+    drawing: Drawing,
+    pool: LayoutPool,
+    batch: Site,
+    generators: NDArray[np.uint64],
+    states: NDArray[np.int64],
+    out: BatchOut,
+    first: int,
+    last: int,
+    anew: bool,
+) -> int:
+    """Do what moving left over on sites ``first`` .. ``last - 1``.
+
+    Where a component has arrived it is assembled. Where an episode has ended, the last observation is kept and a new
+    episode begins. Observations other than the paper's map are written.
+
+    Args:
+        code: Of the observation.
+        rules: Of the sites.
+        drawing: How layouts are drawn.
+        pool: Layouts to draw from instead.
+        batch: The sites.
+        generators: (N, 1) uint64.
+        states: (N, 7) int64.
+        out: Where the step is written.
+        first: Row.
+        last: Row.
+        anew: Whether a new episode begins everywhere, whatever has happened.
+
+    Returns:
+        For how many sites no layout was found.
+    """
+    failures = 0
+    for n in range(first, last):
+        begins = anew
+        arrived = out.assembled[n] and not anew
+        outdated = out.drawing[n] != out.drawings[n]
+        if not arrived and not out.truncated[n] and not anew and code == PAPER_MAP and not outdated:
+            continue
+        site = Site(
+            batch.cells[n], batch.table[n], batch.stored[n], batch.target[n], batch.obstructions[n], batch.field[n]
+        )
+        if arrived:
+            after = assemble(rules, site, state_row(states, n))
+            store_row(states, n, after)
+            store_row(out.final_states, n, after)
+            out.terminated[n] = is_complete(rules, after)
+            out.truncated[n] = is_truncated(rules, after)
+            out.late[n] = False
+        if not anew and (out.terminated[n] or out.truncated[n]):
+            write_observation(code, rules, site, state_row(states, n), out.final_observations[n])
+            begins = True
+        if begins:
+            if pool.stored.shape[0] > 0:
+                p = random_below(generators[n], pool.stored.shape[0])
+                site.stored[:] = pool.stored[p]
+                site.target[:] = pool.target[p]
+                site.obstructions[:] = pool.obstructions[p]
+            elif not draw_layout(rules, drawing, site, generators[n]):
+                failures += 1
+            store_row(states, n, stand_up(rules, site))
+        if arrived or begins:
+            out.drawings[n] += 1
+        show(code, rules, site, states, out, n)
+    return failures
+
+
+@kernel
+def show(code: int, rules: Rules, site: Site, states: NDArray[np.int64], out: BatchOut, n: int) -> None:
+    """Write the whole observation of one site, and what it shows."""
+    write_observation(code, rules, site, state_row(states, n), out.observations[n])
+    store_row(out.shown, n, state_row(states, n))
+    out.drawing[n] = out.drawings[n]
+
+
+@kernel
+def greedy_rows(batch: Site, states: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the first action of each site that leads nearer to the target, 0 where none does."""
+    nx, ny, nz = batch.cells.shape[1], batch.cells.shape[2], batch.cells.shape[3]
+    actions = np.zeros(states.shape[0], np.int64)
+    for n in range(states.shape[0]):
+        x, y, z = states[n, 1], states[n, 2], states[n, 3]
+        for action in range(ACTION_COUNT):
+            u, v, w = x + MOVES[action, 0], y + MOVES[action, 1], z + MOVES[action, 2]
+            inside = 0 <= u < nx and 0 <= v < ny and 0 <= w < nz
+            if inside and 0 <= batch.field[n, u, v, w] < batch.field[n, x, y, z]:
+                actions[n] = action
+                break
+    return actions

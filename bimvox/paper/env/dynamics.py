@@ -1,0 +1,234 @@
+"""The decision process: how an episode begins, what a move does, what assembling does, when it ends.
+
+Small functions that the single and the batched environment share. :func:`transition`, :func:`move`,
+:func:`has_arrived`, :func:`is_late`, :func:`is_complete` and :func:`is_truncated` are pure; :func:`stand_up` and
+:func:`assemble` write the arrays of a site.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel, leaf_kernel
+from bimvox.env.actions import MOVES
+from bimvox.env.distance import distance_field
+from bimvox.env.state import NO_ACTION
+from bimvox.grid.summed_area import summed_area_table
+from bimvox.paper.env.component import HUNG_LAYER, STORED_LAYER
+from bimvox.paper.env.reward import PrefabReward, earned
+from bimvox.paper.env.rules import Rules
+from bimvox.paper.env.state import AIR, FIRST_COMPONENT, GROUND, OBSTRUCTION, PrefabState, Site
+from bimvox.site.collision import Clearance, placement_is_free
+
+
+@leaf_kernel
+def may_be(rules: Rules, site: Site, component: int, x: int, y: int, z: int) -> bool:
+    """Return whether a component in transit may have its reference cell at (x, y, z): the one rule of collision."""
+    return placement_is_free(
+        Clearance(
+            site.table,
+            rules.boxes[component : component + 1],
+            rules.zeros,
+            rules.hook_floor,
+            rules.zeros,
+            rules.cleared,
+            rules.no_ceiling,
+        ),
+        x,
+        y,
+        z,
+    )
+
+
+@kernel
+def clearance_of(rules: Rules, site: Site, component: int) -> Clearance:
+    """Return what decides whether a component in transit may be somewhere, as views."""
+    return Clearance(
+        site.table,
+        rules.boxes[component : component + 1],
+        rules.zeros,
+        rules.hook_floor,
+        rules.zeros,
+        rules.cleared,
+        rules.no_ceiling,
+    )
+
+
+@leaf_kernel
+def transition(rules: Rules, site: Site, state: PrefabState, action: int) -> tuple[PrefabState, bool]:
+    """Move the component in transit by one cell.
+
+    Returns:
+        The next state, and whether the move was blocked: a blocked move costs its step and moves nothing. Nothing moves
+        when everything is assembled.
+    """
+    steps, total = int(state.steps + 1), int(state.total + 1)
+    i = int(state.component)
+    x, y, z = int(state.x), int(state.y), int(state.z)
+    u, v, w = int(x + MOVES[action, 0]), int(y + MOVES[action, 1]), int(z + MOVES[action, 2])
+    if i < rules.boxes.shape[0] and may_be(rules, site, i, u, v, w):
+        return PrefabState(i, u, v, w, int(action), steps, total), False
+    return PrefabState(i, x, y, z, int(action), steps, total), True
+
+
+@leaf_kernel
+def has_arrived(site: Site, state: PrefabState) -> bool:
+    """Return whether the component in transit is at its target; arriving and assembling are one event."""
+    i = state.component
+    if i >= site.target.shape[0]:
+        return False
+    return bool(state.x == site.target[i, 0] and state.y == site.target[i, 1] and state.z == site.target[i, 2])
+
+
+@leaf_kernel
+def is_late(rules: Rules, state: PrefabState) -> bool:
+    """Return whether the component in transit has used up its restricted number of steps: s >= limit."""
+    return bool(state.component < rules.boxes.shape[0] and state.steps >= rules.step_limit)
+
+
+@leaf_kernel
+def is_complete(rules: Rules, state: PrefabState) -> bool:
+    """Return whether every component is assembled: success, the only terminal state."""
+    return bool(state.component >= rules.boxes.shape[0])
+
+
+@leaf_kernel
+def is_truncated(rules: Rules, state: PrefabState) -> bool:
+    """Return whether the steps of the episode are used up before that: failure."""
+    return bool(state.total >= rules.max_steps and not is_complete(rules, state))
+
+
+@leaf_kernel
+def paint(cells: NDArray[np.int16], x0: int, y0: int, z0: int, x1: int, y1: int, z1: int, what: int) -> None:
+    """Write a number into a half-open box of cells."""
+    for x in range(x0, x1):
+        for y in range(y0, y1):
+            for z in range(z0, z1):
+                cells[x, y, z] = what
+
+
+@leaf_kernel
+def length_of(rules: Rules, component: int) -> int:
+    """Return the length of a component, cells."""
+    box = rules.boxes[component]
+    return int(max(box[3], box[4], box[5]))
+
+
+@leaf_kernel
+def lying(length: int, axis: int) -> tuple[int, int]:
+    """Return the edges along x and y of a component that lies along an axis."""
+    if axis == 0:
+        return length, 1
+    return 1, length
+
+
+@leaf_kernel
+def paint_stored(rules: Rules, site: Site, component: int, what: int) -> None:
+    """Write a number into the cells where a component lies in the yard."""
+    x, y = site.stored[component, 0], site.stored[component, 1]
+    dx, dy = lying(length_of(rules, component), site.stored[component, 2])
+    paint(site.cells, x, y, STORED_LAYER, x + dx, y + dy, STORED_LAYER + 1, what)
+
+
+@leaf_kernel
+def paint_built(rules: Rules, site: Site, component: int, what: int) -> None:
+    """Write a number into the cells where a component belongs."""
+    x, y, z = site.target[component]
+    dx, dy, dz = rules.boxes[component, 3:]
+    paint(site.cells, x, y, z, x + dx, y + dy, z + dz, what)
+
+
+@leaf_kernel
+def paint_fixed(site: Site) -> None:
+    """Write the slab and the obstructions into empty cells."""
+    nx, ny, nz = site.cells.shape
+    paint(site.cells, 0, 0, 0, nx, ny, nz, AIR)
+    paint(site.cells, 0, 0, 0, nx, ny, 1, GROUND)
+    for m in range(site.obstructions.shape[0]):
+        x0, y0, z0, x1, y1, z1 = site.obstructions[m]
+        paint(site.cells, x0, y0, z0, x1, y1, z1, OBSTRUCTION)
+
+
+@kernel
+def take_up(rules: Rules, site: Site, component: int, total: int) -> PrefabState:
+    """Take a component out of the yard: erected (a column) and lifted by one cell, it hangs in transit."""
+    paint_stored(rules, site, component, AIR)
+    site.table[:] = summed_area_table(site.cells != AIR)
+    if site.field.size > 0:
+        site.field[:] = distance_field(clearance_of(rules, site, component), site.target[component])
+    x, y = site.stored[component, 0], site.stored[component, 1]
+    return PrefabState(int(component), int(x), int(y), HUNG_LAYER, NO_ACTION, 0, int(total))
+
+
+@kernel
+def stand_up(rules: Rules, site: Site) -> PrefabState:
+    """Begin an episode of the layout that the site holds: everything stored, the first component taken up.
+
+    Args:
+        rules: Of the site.
+        site: Its ``stored``, ``target`` and ``obstructions`` are read, the rest is written.
+    """
+    paint_fixed(site)
+    for i in range(rules.boxes.shape[0]):
+        paint_stored(rules, site, i, FIRST_COMPONENT + i)
+    count = rules.boxes.shape[0]
+    return take_up(rules, site, count - count, 0)
+
+
+@kernel
+def assemble(rules: Rules, site: Site, state: PrefabState) -> PrefabState:
+    """Fix the component that has arrived and take up the next."""
+    i = int(state.component)
+    paint_built(rules, site, i, FIRST_COMPONENT + i)
+    if i + 1 < rules.boxes.shape[0]:
+        return take_up(rules, site, i + 1, state.total)
+    site.table[:] = summed_area_table(site.cells != AIR)
+    return PrefabState(i + 1, int(state.x), int(state.y), int(state.z), NO_ACTION, 0, int(state.total))
+
+
+@leaf_kernel
+def move(
+    rules: Rules, scheme: PrefabReward, site: Site, state: PrefabState, action: int
+) -> tuple[PrefabState, float, bool, bool]:
+    """Take one action, up to but without the assembling.
+
+    Returns:
+        The next state, the reward, whether the move was blocked, and whether the component has arrived.
+    """
+    moved, bumped = transition(rules, site, state, action)
+    arrived = has_arrived(site, moved)
+    value = earned(
+        scheme,
+        state.component + 1,
+        rules.boxes.shape[0],
+        distance_to_go(site, state),
+        distance_to_go(site, moved),
+        bumped,
+        arrived,
+        is_late(rules, state),
+    )
+    return moved, value, bumped, arrived
+
+
+@kernel
+def step_site(
+    rules: Rules, scheme: PrefabReward, site: Site, state: PrefabState, action: int
+) -> tuple[PrefabState, float, bool, bool]:
+    """Take one action; where the component arrives, it is assembled and the next taken up.
+
+    Returns:
+        As :func:`move`; the state is that of the next component where one was assembled.
+    """
+    moved, value, bumped, arrived = move(rules, scheme, site, state, action)
+    if arrived:
+        moved = assemble(rules, site, moved)
+    return moved, value, bumped, arrived
+
+
+@leaf_kernel
+def distance_to_go(site: Site, state: PrefabState) -> int:
+    """Return the moves to the target, -1 where there is no way; 0 on a site without the field."""
+    if site.field.size == 0:
+        return 0
+    return int(site.field[state.x, state.y, state.z])

@@ -1,0 +1,97 @@
+"""The observations by name: their spaces, and one kernel that writes any of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.env.window import OBSERVATION_SIZE, observe
+from bimvox.paper.env.dynamics import clearance_of
+from bimvox.paper.env.paper_map import CHANNELS, write_map
+from bimvox.paper.env.rules import Rules
+from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.env.state import PrefabState, Site, lift_state
+from bimvox.paper.env.window import WINDOW_OBSERVATION_SIZE, write_window
+
+PAPER_MAP, EGOCENTRIC, WINDOW = range(3)
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """One way to observe a site.
+
+    Attributes:
+        code: Which kernel writes it.
+        flat: Whether the map is handed out as one vector.
+    """
+
+    code: int
+    flat: bool = True
+
+
+OBSERVATIONS: dict[str, Observation] = {
+    "paper": Observation(PAPER_MAP, flat=False),
+    "paper_flat": Observation(PAPER_MAP),
+    "egocentric": Observation(EGOCENTRIC),
+    "window": Observation(WINDOW),
+}
+"""``paper``: the paper's map, (X, Y, 6). ``paper_flat``: the same numbers as a vector, C order: stable-baselines3 takes
+every three-dimensional box for an image. ``egocentric``: the occupancy pyramid of ``bimvox.env.window``, about the
+component in transit. ``window``: ``bimvox.paper.env.window``."""
+
+
+def observation_named(name: str) -> Observation:
+    """Return an observation by its name.
+
+    Raises:
+        ValueError: There is none of that name.
+    """
+    if name not in OBSERVATIONS:
+        raise ValueError(f"observation: {name!r} is unknown; there are {', '.join(OBSERVATIONS)}")
+    return OBSERVATIONS[name]
+
+
+def observation_space(spec: PrefabSpec, name: str) -> gymnasium.spaces.Box:
+    """Return the space of an observation.
+
+    Bounds of the paper's channels: heights 0 .. Z - 1, flag and arrived 0 .. 1, count 0 .. n. The others lie in
+    [-1, 1].
+
+    Raises:
+        ValueError: There is no observation of that name.
+    """
+    observation = observation_named(name)
+    if observation.code == EGOCENTRIC:
+        return gymnasium.spaces.Box(-1.0, 1.0, (OBSERVATION_SIZE,), np.float32)
+    if observation.code == WINDOW:
+        return gymnasium.spaces.Box(-1.0, 1.0, (WINDOW_OBSERVATION_SIZE,), np.float32)
+    nx, ny, nz = spec.shape
+    top = nz - 1
+    high = np.broadcast_to(np.array([top, 1, top, top, 1, spec.count], np.float32), (nx, ny, CHANNELS))
+    high = np.ascontiguousarray(high.reshape(-1) if observation.flat else high)
+    return gymnasium.spaces.Box(np.zeros_like(high), high, dtype=np.float32)
+
+
+@kernel
+def write_observation(code: int, rules: Rules, site: Site, state: PrefabState, out: NDArray[np.float32]) -> None:
+    """Write an observation.
+
+    Args:
+        code: Of the observation.
+        rules: Of the site.
+        site: Its arrays are read.
+        state: Of the site.
+        out: (size,) float32, contiguous, overwritten.
+    """
+    if code == PAPER_MAP:
+        nx, ny, _ = site.cells.shape
+        write_map(rules, site, state, out.reshape((nx, ny, CHANNELS)))
+    elif code == EGOCENTRIC:
+        i = min(state.component, rules.boxes.shape[0] - 1)
+        observe(clearance_of(rules, site, i), site.target[i], lift_state(state), out)
+    else:
+        write_window(rules, site, state, out)

@@ -1,0 +1,136 @@
+"""What a picture of the site shows, as a value: drawing is somebody else's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.paper.env.component import Box, YardPlace
+from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.env.state import FIRST_COMPONENT, OBSTRUCTION, PrefabState, Site
+from bimvox.site.component import IntVec
+from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
+
+
+class Look(IntEnum):
+    """What a cell is to look like."""
+
+    AIR = 0
+    GROUND = 1
+    CONSTRUCTION_AREA = 2
+    OBSTRUCTION = 3
+    UNBUILT = 4
+    IN_TRANSIT = 5
+    ARRIVED = 6
+    ASSEMBLED = 7
+
+
+LOOK_RGB: dict[Look, Rgb] = {
+    Look.GROUND: KIND_RGB["ground"],
+    Look.CONSTRUCTION_AREA: KIND_RGB["construction_area"],
+    Look.OBSTRUCTION: KIND_RGB["obstruction"],
+    Look.UNBUILT: STATE_RGB[ConstructionState.UNBUILT],
+    Look.IN_TRANSIT: STATE_RGB[ConstructionState.IN_TRANSIT],
+    Look.ARRIVED: STATE_RGB[ConstructionState.ARRIVED],
+    Look.ASSEMBLED: STATE_RGB[ConstructionState.ASSEMBLED],
+}
+"""The paper's colours, by the one table of ``bimvox.site.construction``."""
+
+STATE_LOOK: dict[ConstructionState, Look] = {
+    ConstructionState.UNBUILT: Look.UNBUILT,
+    ConstructionState.IN_TRANSIT: Look.IN_TRANSIT,
+    ConstructionState.ARRIVED: Look.ARRIVED,
+    ConstructionState.ASSEMBLED: Look.ASSEMBLED,
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SitePicture:
+    """A site at one moment.
+
+    Attributes:
+        looks: (X, Y, Z) uint8, a ``Look`` each.
+        parts: (X, Y, Z) int16 which component fills the cell, from 1; 0 for none.
+        starts: Boxes of the initial positions of the components that are not assembled: the orange line boxes.
+        targets: Boxes of their targets: the pink wireframes.
+        caption: One line that says what is going on.
+    """
+
+    looks: NDArray[np.uint8]
+    parts: NDArray[np.int16]
+    starts: tuple[Box, ...]
+    targets: tuple[Box, ...]
+    caption: str
+
+
+def states_of(spec: PrefabSpec, state: PrefabState, *, just_assembled: bool) -> tuple[ConstructionState, ...]:
+    """Return the state of every component, in the order of building.
+
+    Arriving and assembling are one event: after the action that did it the component is shown as arrived, and as
+    assembled from the next action on.
+    """
+    states = [ConstructionState.ASSEMBLED] * state.component + [ConstructionState.UNBUILT] * spec.count
+    states = states[: spec.count]
+    if state.component < spec.count:
+        states[state.component] = ConstructionState.IN_TRANSIT
+    if just_assembled and state.component > 0:
+        states[state.component - 1] = ConstructionState.ARRIVED
+    return tuple(states)
+
+
+def picture_of_site(spec: PrefabSpec, site: Site, state: PrefabState, *, just_assembled: bool = False) -> SitePicture:
+    """Return what a picture of a site shows.
+
+    Args:
+        spec: The site, its components in the order of building.
+        site: Its arrays.
+        state: What is assembled, and where the component in transit is.
+        just_assembled: Whether the last action assembled a component.
+    """
+    states = states_of(spec, state, just_assembled=just_assembled)
+    looks = np.zeros(spec.shape, np.uint8)
+    looks[:, :, 0] = Look.GROUND
+    x0, y0, x1, y1 = spec.construction_area
+    looks[x0:x1, y0:y1, 0] = Look.CONSTRUCTION_AREA
+    looks[site.cells == OBSTRUCTION] = Look.OBSTRUCTION
+    parts = np.maximum(site.cells - (FIRST_COMPONENT - 1), 0)
+    if state.component < spec.count:
+        (a, b, c), (d, e, f) = spec.components[state.component].box_at((state.x, state.y, state.z))
+        parts[a:d, b:e, c:f] = state.component + 1
+    for i, what in enumerate(states):
+        looks[parts == i + 1] = STATE_LOOK[what]
+    open_parts = range(state.component, spec.count)
+    return SitePicture(
+        looks,
+        parts,
+        tuple(YardPlace(*_place(site, i)).box(spec.components[i].length_vox) for i in open_parts),
+        tuple(spec.components[i].box_at(target_of(site, i)) for i in open_parts),
+        caption_of(spec, site, state),
+    )
+
+
+def caption_of(spec: PrefabSpec, site: Site, state: PrefabState) -> str:
+    """Return one line about a state."""
+    step = f"step {state.total} of {spec.steps_allowed}"
+    if state.component >= spec.count:
+        return f"{step}: all assembled ({spec.count})"
+    part = spec.components[state.component]
+    late = ", late" if state.steps >= spec.steps_before_late else ""
+    return (
+        f"{step}: {part.kind} {state.component + 1} of {spec.count} at {(state.x, state.y, state.z)}, target"
+        f" {target_of(site, state.component)}{late}"
+    )
+
+
+def target_of(site: Site, component: int) -> IntVec:
+    """Return the reference cell of a target."""
+    x, y, z = (int(n) for n in site.target[component])
+    return (x, y, z)
+
+
+def _place(site: Site, component: int) -> tuple[int, int, str]:
+    x, y, axis = (int(n) for n in site.stored[component])
+    return x, y, "xy"[axis]

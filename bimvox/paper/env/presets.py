@@ -1,0 +1,68 @@
+"""The sites of the paper, and of its authors' later work."""
+
+from __future__ import annotations
+
+from bimvox.paper.env.component import Box, beam, column
+from bimvox.paper.env.spec import PrefabSpec, RandomObstructions
+
+PAPER = PrefabSpec(
+    shape=(15, 15, 6),
+    construction_area=(5, 5, 10, 10),
+    components=(column(4, (7, 7, 1)),),
+    step_limit=15,
+    max_steps=36,
+)
+"""The experiment: one column of four cells to the middle of 15 x 15 x 6. The paper's Figure 3, which shows the areas,
+is not in its text: the construction area and the target are the middle of the site here."""
+
+OBSTRUCTED = PrefabSpec(
+    PAPER.shape,
+    PAPER.construction_area,
+    PAPER.components,
+    random_obstructions=RandomObstructions(fewest=1, most=3, length_vox=3, height_vox=2),
+    step_limit=15,
+    max_steps=36,
+)
+"""The same with one to three obstructions of the experiment's size anywhere, drawn for every episode."""
+
+FOUR_COLUMNS_FOUR_BEAMS = PrefabSpec(
+    shape=(15, 15, 8),
+    construction_area=(6, 6, 15, 15),
+    components=(
+        column(4, (9, 9, 1)),
+        column(4, (9, 13, 1)),
+        column(4, (13, 9, 1)),
+        column(4, (13, 13, 1)),
+        beam(3, (9, 10, 4), "y"),
+        beam(3, (10, 9, 4), "x"),
+        beam(3, (13, 10, 4), "y"),
+        beam(3, (10, 13, 4), "x"),
+    ),
+)
+"""The authors' later case: a frame of four columns with four beams between their heads, from random yards. Areas,
+targets and lengths are those of the environment that they published."""
+
+PRESETS: dict[str, PrefabSpec] = {
+    "paper": PAPER,
+    "obstructed": OBSTRUCTED,
+    "frame": FOUR_COLUMNS_FOUR_BEAMS,
+}
+
+
+def site_named(site: PrefabSpec | str) -> PrefabSpec:
+    """Return a site, or the one of that name in ``PRESETS``.
+
+    Raises:
+        ValueError: There is none of that name.
+    """
+    if not isinstance(site, str):
+        return site
+    if site not in PRESETS:
+        raise ValueError(f"site: {site!r} is unknown; there are {', '.join(PRESETS)}")
+    return PRESETS[site]
+
+
+def obstruction(x: int, y: int, axis: str, length_vox: int = 3, height_vox: int = 2) -> Box:
+    """Return an obstruction on the slab from its lowest-index end; without more, of the experiments' size."""
+    dx, dy = (length_vox, 1) if axis == "x" else (1, length_vox)
+    return (x, y, 1), (x + dx, y + dy, 1 + height_vox)

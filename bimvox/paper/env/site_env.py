@@ -1,0 +1,166 @@
+"""The site as a Gymnasium environment; ``bimvox.paper.render.environments`` adds pictures and registers it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, cast
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.env.actions import ACTION_COUNT
+from bimvox.env.distance import distance_field
+from bimvox.env.state import NO_ACTION
+from bimvox.paper.env.ansi import ansi_picture
+from bimvox.paper.env.draw import draw_layout
+from bimvox.paper.env.dynamics import (
+    assemble,
+    clearance_of,
+    is_complete,
+    is_late,
+    is_truncated,
+    move,
+    stand_up,
+)
+from bimvox.paper.env.layout import PrefabLayout, layout_of, no_layout, write_layout
+from bimvox.paper.env.observation import observation_named, observation_space, write_observation
+from bimvox.paper.env.picture import SitePicture, picture_of_site, states_of, target_of
+from bimvox.paper.env.presets import site_named
+from bimvox.paper.env.reward import needs_field, reward_named
+from bimvox.paper.env.rules import drawing_of, empty_site, rules_of
+from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.env.state import PrefabState
+
+MOST_LAYOUT_OBSTRUCTIONS = 64
+"""Room for the obstructions of a layout given to ``reset``, where the site itself has fewer."""
+
+
+class PrefabSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
+    """Build what lies in the yard, one component after the other, a voxel at a time.
+
+    Actions are those of ``bimvox.env.actions``. Terminated when everything is assembled, truncated when the steps are
+    used up. The same functions as in :class:`bimvox.paper.env.batched.BatchedPrefabSite` decide what happens.
+
+    ``reset`` takes the option ``layout`` (:class:`PrefabLayout`); without, one is drawn as the site says. ``info``
+    holds ``is_success``, ``bumped``, ``assembled`` (how many), ``component`` (serial number in transit; the last one's
+    at the end), ``steps`` (of that component), ``late``, ``cell_vox``, ``target_vox`` and ``states`` (of each).
+
+    Args:
+        site: What to build where, or a key of ``PRESETS``; the paper's experiment without.
+        observation: A key of ``OBSERVATIONS``.
+        reward: A key of ``PREFAB_REWARDS``.
+        render_mode: None or ``ansi``.
+        **changes: Fields of ``PrefabSpec`` that replace those of ``site``.
+
+    Raises:
+        ValueError: A name is unknown, or the site cannot be.
+    """
+
+    metadata = {"render_modes": ["ansi"], "render_fps": 4}  # noqa: RUF012  (Gymnasium's own convention)
+
+    def __init__(
+        self,
+        site: PrefabSpec | str = "paper",
+        *,
+        observation: str = "paper_flat",
+        reward: str = "paper",
+        render_mode: str | None = None,
+        **changes: Any,
+    ) -> None:
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            known = ", ".join(self.metadata["render_modes"])
+            raise ValueError(f"render_mode: {render_mode!r} is unknown; there are None, {known}")
+        self.site_spec = replace(site_named(site), **changes).in_building_order()
+        self.render_mode = render_mode
+        space = observation_space(self.site_spec, observation)
+        self.observation_space = cast("gymnasium.Space[NDArray[np.float32]]", space)
+        self._shape = space.shape
+        self.action_space = gymnasium.spaces.Discrete(ACTION_COUNT)
+        self._code = observation_named(observation).code
+        self._scheme = reward_named(reward)
+        self._rules = rules_of(self.site_spec)
+        self._drawing = drawing_of(self.site_spec, room_for=MOST_LAYOUT_OBSTRUCTIONS)
+        self._site = empty_site(self.site_spec, self._drawing, with_field=needs_field(self._scheme))
+        self._state = PrefabState(0, 0, 0, 0, NO_ACTION, 0, 0)
+        self._just_assembled = False
+
+    @property
+    def state(self) -> PrefabState:
+        """The state of the running episode."""
+        return self._state
+
+    @property
+    def layout(self) -> PrefabLayout:
+        """The layout of the running episode."""
+        return layout_of(self._site)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begin an episode; see the class for ``options``.
+
+        Raises:
+            ValueError: The layout does not fit the site.
+            PlanningError: No layout was found.
+        """
+        super().reset(seed=seed)
+        layout = (options or {}).get("layout")
+        if layout is not None:
+            write_layout(self.site_spec, layout, self._site)
+        else:
+            generator = self.np_random.integers(2**64, size=1, dtype=np.uint64)
+            if not draw_layout(self._rules, self._drawing, self._site, generator):
+                raise no_layout(self.site_spec)
+        self._state = stand_up(self._rules, self._site)
+        self._just_assembled = False
+        return self._observation(), self._info(bumped=False)
+
+    def step(self, action: np.int64) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Take one action; see Gymnasium."""
+        moved, earned, bumped, arrived = move(self._rules, self._scheme, self._site, self._state, int(action))
+        self._state = assemble(self._rules, self._site, moved) if arrived else moved
+        self._just_assembled = arrived
+        return (
+            self._observation(),
+            earned,
+            is_complete(self._rules, self._state),
+            is_truncated(self._rules, self._state),
+            self._info(bumped=bumped),
+        )
+
+    def render(self) -> Any:
+        """Return the site seen from above as coloured text, or nothing without a render mode."""
+        return ansi_picture(self.picture()) if self.render_mode == "ansi" else None
+
+    def picture(self) -> SitePicture:
+        """Return what a picture of the running episode shows."""
+        return picture_of_site(self.site_spec, self._site, self._state, just_assembled=self._just_assembled)
+
+    def distance_field(self) -> NDArray[np.int16]:
+        """Return (X, Y, Z) int16 the fewest moves of the component in transit to its target from everywhere.
+
+        -1 where there is no way or it cannot be. The teacher's knowledge: no observation holds it.
+        """
+        i = min(self._state.component, self.site_spec.count - 1)
+        return distance_field(clearance_of(self._rules, self._site, i), self._site.target[i])
+
+    def _observation(self) -> NDArray[np.float32]:
+        out = np.empty(self._shape, np.float32)
+        write_observation(self._code, self._rules, self._site, self._state, out.reshape(-1))
+        return out
+
+    def _info(self, *, bumped: bool) -> dict[str, Any]:
+        state = self._state
+        i = min(state.component, self.site_spec.count - 1)
+        return {
+            "is_success": is_complete(self._rules, state),
+            "bumped": bumped,
+            "assembled": state.component,
+            "component": i + 1,
+            "steps": state.steps,
+            "late": is_late(self._rules, state),
+            "cell_vox": (state.x, state.y, state.z),
+            "target_vox": target_of(self._site, i),
+            "states": states_of(self.site_spec, state, just_assembled=self._just_assembled),
+        }

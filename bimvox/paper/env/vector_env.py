@@ -1,0 +1,159 @@
+"""The batched sites behind Gymnasium's ``VectorEnv``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from bimvox.env.actions import ACTION_COUNT
+from bimvox.paper.env.ansi import ansi_picture
+from bimvox.paper.env.batched import BatchedPrefabSite, PrefabStep
+from bimvox.paper.env.layout import PrefabLayout
+from bimvox.paper.env.picture import SitePicture
+from bimvox.paper.env.presets import site_named
+from bimvox.paper.env.spec import PrefabSpec
+
+INFO_KEYS = ("is_success", "bumped", "assembled", "component", "steps", "late")
+
+
+class PrefabVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[Any]]):
+    """N sites stepped at once; a site whose episode ends begins a new one in the same step (``SAME_STEP``).
+
+    ``infos`` holds an array for each key of ``INFO_KEYS`` and its mask ``_key``. Where an episode has ended,
+    ``final_obs`` holds its last observation and ``final_info`` what ``infos`` would have held.
+
+    Args:
+        num_envs: N.
+        site: What to build where, or a key of ``PRESETS``; the paper's experiment without.
+        observation: A key of ``OBSERVATIONS``.
+        reward: A key of ``PREFAB_REWARDS``.
+        layouts: What to draw episodes from; None draws every layout anew.
+        render_mode: None or ``ansi``.
+        copy: Whether ``reset`` and ``step`` hand out copies. Without, they hand out the environment's own arrays, which
+            the next step overwrites: read them, or copy what is to be kept, before that. Copying the paper's map costs
+            more than stepping.
+        threads: That step; None takes one per core, fewer where there are few sites.
+        **changes: Fields of ``PrefabSpec`` that replace those of ``site``.
+
+    Raises:
+        ValueError: A name is unknown, or the site cannot be.
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012  (Gymnasium's own convention)
+        "render_modes": ["ansi"],
+        "render_fps": 4,
+        "autoreset_mode": AutoresetMode.SAME_STEP,
+    }
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        site: PrefabSpec | str = "paper",
+        *,
+        observation: str = "paper_flat",
+        reward: str = "paper",
+        layouts: Sequence[PrefabLayout] | None = None,
+        render_mode: str | None = None,
+        copy: bool = True,
+        threads: int | None = None,
+        **changes: Any,
+    ) -> None:
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            known = ", ".join(self.metadata["render_modes"])
+            raise ValueError(f"render_mode: {render_mode!r} is unknown; there are None, {known}")
+        self.batch = BatchedPrefabSite(
+            replace(site_named(site), **changes),
+            num_envs,
+            observation=observation,
+            reward=reward,
+            layouts=layouts,
+            threads=threads,
+        )
+        self.num_envs = num_envs
+        self.render_mode = render_mode
+        self.single_observation_space = self.batch.observation_space
+        self.single_action_space = gymnasium.spaces.Discrete(ACTION_COUNT)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._copy = copy
+        self._everywhere = np.ones(num_envs, np.bool_)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begin an episode everywhere; a seed settles all that is drawn from here on. There are no options."""
+        super().reset(seed=seed)
+        if seed is not None or self._np_random is None:
+            self.batch.seed(int(self.np_random.integers(2**63)))
+        observations = self.batch.reset()
+        nowhere = np.zeros(self.num_envs, np.bool_)
+        return self._kept(observations), self._infos(self.batch.states, nowhere, nowhere, self._everywhere)
+
+    def step(
+        self, actions: NDArray[np.int64]
+    ) -> tuple[NDArray[np.float32], NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
+        """Take one action everywhere; see Gymnasium."""
+        copied = np.empty_like(self.batch.observations) if self._copy else None
+        step = self.batch.step(actions, copy_to=copied)
+        ended = step.ended
+        late = step.late & ~ended
+        infos = self._infos(self.batch.states, step.bumped & ~ended, late, self._everywhere)
+        if ended.any():
+            infos["final_obs"] = self._final_observations(step, ended)
+            infos["_final_obs"] = ended
+            infos["final_info"] = self._infos(step.final_states, step.bumped & ended, step.late & ended, ended)
+            infos["_final_info"] = ended.copy()
+        kept = self._kept
+        return (
+            step.observations if copied is None else copied,
+            kept(step.rewards),
+            kept(step.terminated),
+            kept(step.truncated),
+            infos,
+        )
+
+    def render(self) -> tuple[Any, ...] | None:
+        """Return every site seen from above as coloured text, or nothing without a render mode."""
+        if self.render_mode is None:
+            return None
+        return tuple(self.draw(self.batch.picture(n)) for n in range(self.num_envs))
+
+    def draw(self, picture: SitePicture) -> Any:
+        """Return a picture as the render mode asks for it."""
+        return ansi_picture(picture)
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the threads."""
+        self.batch.close()
+
+    def _kept(self, array: NDArray[Any]) -> NDArray[Any]:
+        return array.copy() if self._copy else array
+
+    def _final_observations(self, step: PrefabStep, ended: NDArray[np.bool_]) -> NDArray[np.object_]:
+        final: NDArray[np.object_] = np.full(self.num_envs, None, dtype=object)
+        for n in np.flatnonzero(ended):
+            final[n] = self._kept(step.final_observations[n])
+        return final
+
+    def _infos(
+        self, states: NDArray[np.int64], bumped: NDArray[np.bool_], late: NDArray[np.bool_], where: NDArray[np.bool_]
+    ) -> dict[str, Any]:
+        assembled = states[:, 0].copy()
+        values = (
+            assembled >= self.batch.spec.count,
+            bumped,
+            assembled,
+            np.minimum(assembled + 1, self.batch.spec.count),
+            states[:, 5].copy(),
+            late,
+        )
+        infos: dict[str, Any] = dict(zip(INFO_KEYS, values, strict=True))
+        infos.update({f"_{key}": where.copy() for key in INFO_KEYS})
+        return infos

@@ -1,0 +1,168 @@
+"""The application layer: a layout's own policy, and what becomes of it when obstructions appear."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bimvox.paper.env.layout import PrefabLayout
+from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.policy.config import PrefabDqnConfig
+from bimvox.paper.policy.episodes import Episode, best_of, replay, run_episodes, success_rate
+from bimvox.paper.policy.learning import CurvePoint, flat_observation, learn
+from bimvox.paper.policy.network import PrefabNetwork
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AppliedPolicy:
+    """A layout's policy.
+
+    Attributes:
+        episode: Of the trial episodes, that of the highest reward: what is built by.
+        success_rate: Of the trial episodes.
+        layout: The layout, without obstructions.
+    """
+
+    episode: Episode
+    success_rate: float
+    layout: PrefabLayout
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AdaptedPolicy:
+    """What became of a layout's policy in the changed site.
+
+    Attributes:
+        network: The site's policy from now on.
+        episode: What is built by; None where nothing was learned within the budget.
+        retrained: Whether the network was trained again.
+        succeeded: Whether there is a way to build by: kept, found by the loaded network, or learned.
+        steps: Environment steps of retraining.
+        curve: Every test; a first one at 0 steps is of the loaded network.
+        collision: Index of the first move of the planned path that an obstruction blocks; None where none is.
+        success_rate: In the last test; of the kept path 1.
+    """
+
+    network: PrefabNetwork
+    episode: Episode | None
+    retrained: bool
+    succeeded: bool
+    steps: int
+    curve: tuple[CurvePoint, ...]
+    collision: int | None
+    success_rate: float
+
+    @property
+    def steps_to_success(self) -> int | None:
+        """Steps of retraining that were needed (0: none), None where the budget was not enough."""
+        return self.steps if self.succeeded else None
+
+
+def apply_layout(
+    network: PrefabNetwork, spec: PrefabSpec, config: PrefabDqnConfig, layout: PrefabLayout, *, seed: int
+) -> AppliedPolicy:
+    """Run the trial episodes on a layout without obstructions and keep the one of the highest reward.
+
+    Args:
+        network: The basic policy, or the site's present one.
+        spec: The site.
+        config: The choices; ``trials`` episodes with ``test_exploration`` random actions.
+        layout: Its obstructions, if any, are left out.
+        seed: Of the random actions.
+    """
+    bare = replace(layout, obstructions=())
+    episodes = _episodes(network, spec, config, bare, config.trials, seed)
+    return AppliedPolicy(best_of(episodes), success_rate(episodes), bare)
+
+
+def adapt(
+    network: PrefabNetwork,
+    applied: AppliedPolicy,
+    spec: PrefabSpec,
+    config: PrefabDqnConfig,
+    changed: PrefabLayout,
+    *,
+    seed: int,
+    budget: int | None = None,
+    progress: Callable[[CurvePoint], None] | None = None,
+) -> AdaptedPolicy:
+    """Keep the planned path where the change does not hit it; else stop there and train the loaded network again.
+
+    Training stops when ``retrain_successes`` of ``retrain_episodes`` test episodes succeed; of these, the one of the
+    highest reward is built by, and the network is the site's new policy.
+
+    Args:
+        network: The loaded network.
+        applied: The layout's policy.
+        spec: The site.
+        config: The choices.
+        changed: The same layout with the obstructions that have appeared: the practice environment.
+        seed: Same arguments, same seed: same weights.
+        budget: Steps; None takes the configuration's.
+        progress: Told of every test.
+    """
+    budget = config.retrain_budget if budget is None else budget
+    planned = applied.episode
+    collision = collision_of(spec, changed, planned)
+    if collision is None and planned.succeeded:
+        return AdaptedPolicy(network, planned, False, True, 0, (), None, 1.0)
+
+    curve: list[CurvePoint] = []
+    last: list[tuple[PrefabNetwork, tuple[Episode, ...]]] = []
+
+    def test(tested: PrefabNetwork, steps: int) -> bool:
+        draw = int(np.random.SeedSequence([seed, steps]).generate_state(1)[0])
+        episodes = _episodes(tested, spec, config, changed, config.retrain_episodes, draw)
+        curve.append(CurvePoint(steps, success_rate(episodes), float(np.mean([e.reward for e in episodes]))))
+        last[:] = [(tested, episodes)]
+        if progress is not None:
+            progress(curve[-1])
+        return enough_succeed(config, episodes)
+
+    good = test(network, 0)
+    steps = 0
+    if not (good and config.test_loaded_first):
+        steps = learn(spec, config, test, seed=seed, budget=budget, layouts=[changed], initial=network)
+    tested, episodes = last[0]
+    succeeded = enough_succeed(config, episodes)
+    successful = [episode for episode in episodes if episode.succeeded]
+    return AdaptedPolicy(
+        tested,
+        best_of(successful) if succeeded else None,
+        steps > 0,
+        succeeded,
+        steps,
+        tuple(curve),
+        collision,
+        curve[-1].success_rate,
+    )
+
+
+def enough_succeed(config: PrefabDqnConfig, episodes: tuple[Episode, ...]) -> bool:
+    """Return whether as many test episodes succeeded as retraining needs."""
+    return sum(episode.succeeded for episode in episodes) >= config.retrain_successes
+
+
+def collision_of(spec: PrefabSpec, changed: PrefabLayout, planned: Episode) -> int | None:
+    """Return at which move a planned path is blocked in a changed site, None where it is not.
+
+    Blocked moves of the plan itself are no part of its path.
+    """
+    again = replay(spec, changed, planned.moves)
+    return int(np.flatnonzero(again.bumped)[0]) if again.bumped.any() else None
+
+
+def _episodes(
+    network: PrefabNetwork, spec: PrefabSpec, config: PrefabDqnConfig, layout: PrefabLayout, count: int, seed: int
+) -> tuple[Episode, ...]:
+    return run_episodes(
+        network,
+        spec,
+        [layout] * count,
+        observation=flat_observation(config.observation),
+        reward=config.reward,
+        exploration=config.test_exploration,
+        seed=seed,
+    )

@@ -1,0 +1,239 @@
+"""Every choice that learning on the paper's site depends on, and the two named sets of them."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+from bimvox.errors import PolicyError
+from bimvox.paper.env.observation import OBSERVATIONS
+from bimvox.paper.env.reward import PREFAB_REWARDS
+
+
+@dataclass(frozen=True, slots=True)
+class PrefabDqnConfig:
+    """Deep Q-learning in two layers. Steps are environment steps, summed over all sites that run side by side.
+
+    Attributes:
+        observation: A key of ``OBSERVATIONS``.
+        reward: A key of ``PREFAB_REWARDS``.
+        hidden: Widths of the hidden layers; of each of the two streams where ``dueling``.
+        dueling: Whether a stream of its own values the state (Wang et al. 2016).
+        double_q: Whether the online network chooses the action that the target network values (van Hasselt et al.
+            2016).
+        glorot: Whether weights begin as in the original stable-baselines (uniform after Glorot and Bengio 2010, biases
+            zero); else as torch begins them.
+        discount: Per step.
+        learning_rate: Of Adam.
+        learning_rate_last: To which it falls, linearly; None keeps it.
+        learning_rate_steps: Over how many steps it falls; None takes the budget.
+        batch_size: Transitions per gradient step.
+        buffer_size: Transitions remembered.
+        learning_starts: Steps before the first gradient step.
+        sites: Sites side by side.
+        gradient_steps: Gradient steps per ``sites`` steps.
+        target_update: Gradient steps between two copies to the target network.
+        max_gradient_norm: Gradients of one variable are scaled down to this length, as the original did.
+        priority: Exponent of how far a transition's value was off when it was last drawn, in the share with which it is
+            drawn again (prioritized replay, Schaul et al. 2016, without the weights that undo it); 0 draws evenly.
+        symmetry: Whether every remembered transition is turned and mirrored in plan at random before a gradient step
+            (``bimvox.paper.policy.symmetry``); for the egocentric observation only.
+        averaging: Share by which the network that is tested and kept moves towards the one in training per gradient
+            step (Polyak averaging); 1 tests and keeps the one in training itself. An average does not go up and down
+            from test to test.
+        bootstrap_at_limit: Whether an episode that ran out of steps goes on in the target (a truncation), or ends there
+            (as the original, which knew only "done").
+        exploration_first: Share of random actions at the start.
+        exploration_again: And at the start of training a loaded network again.
+        exploration_last: And at the end of the exploration phase and after it.
+        exploration_spread: Whether half of the sites act by the policy alone and the others share its random actions,
+            up to four times as many each: the first find what stops the policy as it is, the others see what it would
+            never come across.
+        exploration_share: Length of that phase as a share of the budget.
+        exploration_steps: Its length in steps; None takes ``exploration_share``.
+        budget: Steps of the initialization layer.
+        retrain_budget: Steps of one retraining.
+        test_every: Steps between two tests.
+        test_exploration: Share of random actions in tests.
+        test_episodes: Episodes of a test in the initialization layer.
+        required_success: Success rate at which the initialization layer stops.
+        greedy_too: Whether it must hold without any random action too, from every distinct start (or from
+            ``greedy_layouts`` drawn ones, where the site draws more than a start).
+        greedy_layouts: How many drawn layouts that test takes.
+        trials: Episodes of the trial on a layout.
+        retrain_episodes: Episodes of a test while retraining.
+        retrain_successes: How many of them must succeed.
+        test_loaded_first: Whether a loaded network whose path is hit is first tested as it is in the changed site, and
+            kept where that is enough.
+    """
+
+    observation: str = "paper"
+    reward: str = "paper"
+    hidden: tuple[int, ...] = (64, 64)
+    dueling: bool = True
+    double_q: bool = True
+    glorot: bool = True
+    discount: float = 0.99
+    learning_rate: float = 5e-4
+    learning_rate_last: float | None = None
+    learning_rate_steps: int | None = None
+    batch_size: int = 32
+    buffer_size: int = 50_000
+    learning_starts: int = 1_000
+    sites: int = 1
+    gradient_steps: int = 1
+    target_update: int = 500
+    max_gradient_norm: float = 10.0
+    priority: float = 0.0
+    symmetry: bool = False
+    averaging: float = 1.0
+    bootstrap_at_limit: bool = True
+    exploration_first: float = 1.0
+    exploration_again: float = 1.0
+    exploration_last: float = 0.02
+    exploration_spread: bool = False
+    exploration_share: float = 0.1
+    exploration_steps: int | None = None
+    budget: int = 100_000
+    retrain_budget: int = 50_000
+    test_every: int = 2_000
+    test_exploration: float = 0.02
+    test_episodes: int = 100
+    required_success: float = 1.0
+    greedy_too: bool = False
+    greedy_layouts: int = 200
+    trials: int = 10
+    retrain_episodes: int = 10
+    retrain_successes: int = 8
+    test_loaded_first: bool = False
+
+    def __post_init__(self) -> None:
+        if self.observation not in OBSERVATIONS:
+            raise ValueError(f"observation: {self.observation!r} is unknown; there are {', '.join(OBSERVATIONS)}")
+        if self.reward not in PREFAB_REWARDS:
+            raise ValueError(f"reward: {self.reward!r} is unknown; there are {', '.join(PREFAB_REWARDS)}")
+        if self.symmetry and self.observation != "egocentric":
+            raise ValueError(f"symmetry: the observation {self.observation!r} has no images; egocentric has")
+        for name in (
+            "batch_size",
+            "sites",
+            "gradient_steps",
+            "target_update",
+            "budget",
+            "retrain_budget",
+            "test_every",
+            "test_episodes",
+            "greedy_layouts",
+            "trials",
+            "retrain_episodes",
+        ):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name}: {getattr(self, name)} is less than one")
+        if not self.hidden or min(self.hidden) < 1:
+            raise ValueError(f"hidden: {self.hidden} holds no layer, or an empty one")
+        if self.buffer_size < self.sites:
+            raise ValueError(f"buffer_size: {self.buffer_size} holds not even one step of {self.sites} sites")
+        if not 0.0 <= self.discount < 1.0:
+            raise ValueError(f"discount: {self.discount} is not in [0, 1)")
+        if self.priority < 0.0:
+            raise ValueError(f"priority: {self.priority} is less than zero")
+        if not 0.0 < self.averaging <= 1.0:
+            raise ValueError(f"averaging: {self.averaging} is not in (0, 1]")
+        if self.retrain_successes > self.retrain_episodes:
+            raise ValueError(f"retrain_successes: {self.retrain_successes} of {self.retrain_episodes} episodes")
+
+    def exploration_phase(self, budget: int) -> int:
+        """Return over how many steps of a budget the share of random actions falls."""
+        if self.exploration_steps is not None:
+            return self.exploration_steps
+        return int(self.exploration_share * budget)
+
+    def learning_rate_at(self, steps: int, budget: int) -> float:
+        """Return the learning rate after so many steps of a budget."""
+        if self.learning_rate_last is None:
+            return self.learning_rate
+        over = budget if self.learning_rate_steps is None else self.learning_rate_steps
+        return self.learning_rate + min(1.0, steps / max(1, over)) * (self.learning_rate_last - self.learning_rate)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON; of ``ADDED_LATER`` only those that are not at their default."""
+        plain = asdict(self)
+        plain["hidden"] = list(self.hidden)
+        for name in ADDED_LATER:
+            if plain[name] == _DEFAULTS[name]:
+                del plain[name]
+        return plain
+
+
+ADDED_LATER = ("exploration_spread", "symmetry", "priority")
+"""Choices that earlier versions did not have. At their default they are left out of what is written, so that stored
+networks and finished experiments of those versions still count."""
+
+_DEFAULTS = {field.name: field.default for field in fields(PrefabDqnConfig)}
+
+PAPER_MODE = PrefabDqnConfig()
+"""The paper's: its observation, its reward, and the defaults of the original stable-baselines' DQN, one site."""
+
+OUR_MODE = PrefabDqnConfig(
+    observation="egocentric",
+    reward="shaped",
+    hidden=(128, 64),
+    dueling=False,
+    double_q=False,
+    glorot=False,
+    discount=0.5,
+    learning_rate=1e-3,
+    batch_size=128,
+    learning_starts=256,
+    sites=16,
+    gradient_steps=16,
+    target_update=100,
+    exploration_again=0.2,
+    exploration_last=0.1,
+    exploration_steps=1_000,
+    budget=20_000,
+    retrain_budget=20_000,
+    test_every=250,
+    greedy_too=True,
+    test_loaded_first=True,
+)
+"""Ours: seen from the component, taught by the exact distance-to-go (of the training site; the policy never sees it),
+many sites side by side."""
+
+FRAME_CHANGES: dict[str, Any] = {
+    "symmetry": True,
+    "priority": 0.6,
+    "exploration_spread": True,
+    "discount": 0.7,
+    "averaging": 0.001,
+    "learning_rate": 5e-4,
+    "learning_rate_last": 2e-5,
+    "learning_rate_steps": 10_000,
+    "batch_size": 64,
+    "gradient_steps": 32,
+    "test_every": 1_000,
+}
+"""What the frame of four columns and four beams takes instead of ``OUR_MODE``. An episode of eight components fails at
+one wrong choice in a hundred, at places that are seldom come to: half of the sites act by the policy alone, so that
+they come there; what the network was wrong about is learned from more often, and as eight images; and what is tested is
+an average at a falling learning rate, which does not go up and down from test to test."""
+
+MODES: dict[str, PrefabDqnConfig] = {"paper": PAPER_MODE, "ours": OUR_MODE}
+
+
+def prefab_config_from_dict(plain: dict[str, Any]) -> PrefabDqnConfig:
+    """Return the configuration of :meth:`PrefabDqnConfig.to_dict`.
+
+    Raises:
+        PolicyError: A key is missing or unknown, or a value is impossible.
+    """
+    names = {field.name for field in fields(PrefabDqnConfig)}
+    if not names - set(ADDED_LATER) <= set(plain) <= names:
+        raise PolicyError(
+            "the training configuration has other keys than this version's",
+            differs={"missing": sorted(names - set(plain) - set(ADDED_LATER)), "unknown": sorted(set(plain) - names)},
+        )
+    try:
+        return PrefabDqnConfig(**{**plain, "hidden": tuple(plain["hidden"])})
+    except (TypeError, ValueError) as error:
+        raise PolicyError(f"the training configuration is impossible: {error}") from error

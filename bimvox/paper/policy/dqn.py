@@ -1,0 +1,203 @@
+"""Stable-baselines3's DQN with what the original stable-baselines' had and it lacks, and with many sites at once.
+
+1. Dueling networks and the original's first weights: ``torch_network``.
+2. Double Q-learning, and gradients clipped variable by variable: ``gradient``, which takes the gradient steps.
+3. No warm-up of random actions only: the share of random actions falls from the first step on.
+4. Each of many sites explores on its own: stable-baselines3 moves all of them at random, or none.
+
+Stable-baselines3 collects, remembers and keeps time; its torch network gives the first weights.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+from stable_baselines3 import DQN
+from stable_baselines3.common.logger import Logger
+
+from bimvox.env.actions import ACTION_COUNT
+from bimvox.paper.policy.config import PrefabDqnConfig
+from bimvox.paper.policy.gradient import CompiledLearner, copy_of, move_towards
+from bimvox.paper.policy.gradient_arrays import Memory
+from bimvox.paper.policy.network import PrefabNetwork
+from bimvox.paper.policy.priorities import Priorities
+from bimvox.paper.policy.symmetry import IMAGES, symmetry, write_images
+from bimvox.paper.policy.torch_network import PrefabPolicy, arrays_of
+from bimvox.paper.policy.vec_env import PrefabVecEnv
+
+WHOLE_NUMBERS = ("paper", "paper_flat")
+"""Observations that hold nothing else."""
+
+
+class PrefabDqn(DQN):
+    """DQN over one site or many.
+
+    Args:
+        env: The sites.
+        config: The choices.
+        seed: Same sites, config, seed, budget and loaded network: the same weights.
+        budget: Steps that the share of random actions is planned over.
+        initial: Network to begin from; exploration then begins at ``exploration_again``.
+    """
+
+    def __init__(
+        self,
+        env: PrefabVecEnv,
+        config: PrefabDqnConfig,
+        *,
+        seed: int,
+        budget: int,
+        initial: PrefabNetwork | None = None,
+    ) -> None:
+        self.config = config
+        self._first = config.exploration_first if initial is None else config.exploration_again
+        self._budget = budget
+        self._phase = config.exploration_phase(budget)
+        super().__init__(
+            PrefabPolicy,
+            env,
+            learning_rate=config.learning_rate,
+            buffer_size=config.buffer_size,
+            learning_starts=config.learning_starts,
+            batch_size=config.batch_size,
+            gamma=config.discount,
+            train_freq=1,
+            gradient_steps=config.gradient_steps,
+            max_grad_norm=config.max_gradient_norm,
+            exploration_initial_eps=self._first,
+            policy_kwargs={
+                "net_arch": list(config.hidden),
+                "dueling": config.dueling,
+                "glorot": config.glorot,
+            },
+            replay_buffer_kwargs={"handle_timeout_termination": config.bootstrap_at_limit},
+            device="cpu",
+            seed=seed,
+        )
+        # Without a logger of its own, every run of stable-baselines3 leaves an empty folder in the temporary files.
+        self.set_logger(Logger(folder=None, output_formats=[]))
+        self.exploration_rate = self._first
+        self._random = np.random.default_rng(seed)
+        self._updates_to_copy = config.target_update
+        self._updates_made = 0
+        self._learner = CompiledLearner(
+            arrays_of(self.q_net) if initial is None else initial,
+            batch_size=config.batch_size,
+            learning_rate=config.learning_rate,
+            discount=config.discount,
+            double_q=config.double_q,
+            longest=config.max_gradient_norm,
+        )
+        self._average = self._learner.network()
+        self._symmetry = symmetry() if config.symmetry else None
+        self._images = _room_for(config.batch_size, self._learner.live.inputs)
+        self._priorities = Priorities(config.buffer_size, config.priority) if config.priority else None
+
+    def _setup_model(self) -> None:
+        """Remember the paper's map as bytes, in a quarter of the memory: heights, flags, counts are whole numbers."""
+        super()._setup_model()
+        buffer, space = self.replay_buffer, self.observation_space
+        fits = isinstance(space, gymnasium.spaces.Box) and space.high.max() < 256
+        if buffer is not None and fits and self.config.observation in WHOLE_NUMBERS:
+            buffer.observations = np.zeros(buffer.observations.shape, np.uint8)
+            buffer.next_observations = np.zeros(buffer.next_observations.shape, np.uint8)
+
+    @property
+    def network(self) -> PrefabNetwork:
+        """A copy of the network to test and to keep: the online one, or its average."""
+        return self._learner.network() if self.config.averaging == 1.0 else copy_of(self._average)
+
+    def _on_step(self) -> None:
+        """Lower the share of random actions and the learning rate; ``train`` copies the target network."""
+        done = min(1.0, self.num_timesteps / max(1, self._phase))
+        self.exploration_rate = self._first + done * (self.config.exploration_last - self._first)
+        self._learner.learning_rate = self.config.learning_rate_at(self.num_timesteps, self._budget)
+
+    def _sample_action(
+        self, learning_starts: int, action_noise: Any = None, n_envs: int = 1
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Choose by the present share of random actions, from the first step on."""
+        actions, _ = self.predict(self._last_obs)
+        return actions, actions
+
+    def predict(
+        self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = False
+    ) -> tuple[NDArray[np.int64], Any]:
+        """Return (N,) actions; each is a random one with the present share unless deterministic."""
+        count = len(observation)
+        explore = np.zeros(count, np.bool_)
+        if not deterministic:
+            explore = self._random.random(count) < self._rates(count)
+            chosen = self._random.integers(ACTION_COUNT, size=count)
+            if explore.all():
+                return chosen, state
+        # The state's value is the same for all actions.
+        greedy = self._learner.live.actions(observation).argmax(axis=1)
+        return (np.where(explore, chosen, greedy) if explore.any() else greedy), state
+
+    def _rates(self, count: int) -> float | NDArray[np.float64]:
+        """Return the present share of random actions, of each site where they differ."""
+        if not self.config.exploration_spread or count == 1:
+            return self.exploration_rate
+        half = count // 2
+        return self.exploration_rate * np.concatenate([np.zeros(half), np.linspace(0.0, 4.0, count - half)])
+
+    def train(self, gradient_steps: int, batch_size: int = 100) -> None:
+        """Take gradient steps on the Huber loss of the temporal difference."""
+        memory, filled = self._memory()
+        drawn = self._draw(filled, gradient_steps, batch_size)
+        for step in range(gradient_steps):
+            rows = self._random.integers(filled, size=batch_size) if drawn is None else drawn[step]
+            if self._symmetry is None:
+                self._learner.step(memory, rows)
+            else:
+                write_images(self._symmetry, memory, rows, self._random.integers(IMAGES, size=batch_size), self._images)
+                self._learner.step(self._images, np.arange(batch_size))
+            if self._priorities is not None:
+                self._priorities.put(rows, self._learner.errors)
+            self._updates_made += 1
+            if self.config.averaging < 1.0:
+                # The first steps count alike, else the average would begin at the untrained weights.
+                share = max(self.config.averaging, 1.0 / (1 + self._updates_made))
+                move_towards(self._average, self._learner.live, share)
+            self._updates_to_copy -= 1
+            if self._updates_to_copy == 0:
+                self._updates_to_copy = self.config.target_update
+                self._learner.copy_to_target()
+        self._n_updates += gradient_steps
+
+    def _draw(self, filled: int, gradient_steps: int, batch_size: int) -> NDArray[np.int64] | None:
+        """Return (steps, B) rows of the memory, by priority; None where they are drawn evenly."""
+        buffer = self.replay_buffer
+        if self._priorities is None or buffer is None:
+            return None
+        last = (buffer.pos - 1) % buffer.buffer_size * buffer.n_envs
+        self._priorities.fill(filled, slice(last, last + buffer.n_envs))
+        return self._priorities.draw(self._random, gradient_steps, batch_size)
+
+    def _memory(self) -> tuple[Memory, int]:
+        """Return the replay memory as one row a transition, and how many rows are filled."""
+        buffer = self.replay_buffer
+        if buffer is None:
+            raise RuntimeError("training before the replay memory was made")
+        rows = buffer.buffer_size * buffer.n_envs
+        filled = (buffer.buffer_size if buffer.full else buffer.pos) * buffer.n_envs
+        memory = Memory(
+            buffer.observations.reshape(rows, -1),
+            buffer.next_observations.reshape(rows, -1),
+            buffer.actions.reshape(rows),
+            buffer.rewards.reshape(rows),
+            buffer.dones.reshape(rows),
+            buffer.timeouts.reshape(rows),
+        )
+        return memory, filled
+
+
+def _room_for(transitions: int, inputs: int) -> Memory:
+    """Return a memory of zeros."""
+    columns = [np.zeros(transitions, np.float32) for _ in range(3)]
+    seen = [np.zeros((transitions, inputs), np.float32) for _ in range(2)]
+    return Memory(seen[0], seen[1], np.zeros(transitions, np.int64), columns[0], columns[1], columns[2])

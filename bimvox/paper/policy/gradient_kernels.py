@@ -1,0 +1,354 @@
+"""The kernels of a gradient step: forward, Huber loss, back-propagation, clipping and Adam, over what is not zero."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel, leaf_kernel
+from bimvox.paper.policy.gradient_arrays import Inputs, Memory, Perceptron, Used
+
+BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-8
+"""Of Adam (Kingma and Ba 2015): torch's and the original's defaults."""
+
+
+@kernel
+def set_targets(
+    actions: Perceptron,
+    state: Perceptron,
+    target_actions: Perceptron,
+    target_state: Perceptron,
+    dueling: bool,
+    double_q: bool,
+    memory: Memory,
+    rows: NDArray[np.int64],
+    used: Used,
+    discount: np.float32,
+    wanted: NDArray[np.float32],
+) -> None:
+    """Write what the values of the chosen actions should be, by the target network."""
+    _find_used(memory.following, rows, used)
+    _forward(target_actions, memory.following, rows, used)
+    if dueling:
+        _forward(target_state, memory.following, rows, used)
+    if double_q:
+        _forward(actions, memory.following, rows, used)
+    last = len(actions.weights) - 1
+    for b in range(rows.size):
+        following = target_actions.outputs[last][b]
+        chosen = actions.outputs[last][b].argmax() if double_q else following.argmax()
+        value = following[chosen]
+        if dueling:
+            value += target_state.outputs[last][b, 0] - following.mean()
+        row = rows[b]
+        over = memory.ended[row] * (np.float32(1.0) - memory.truncated[row])
+        wanted[b] = memory.rewards[row] + (np.float32(1.0) - over) * discount * value
+
+
+@kernel
+def descend(
+    actions: Perceptron,
+    state: Perceptron,
+    dueling: bool,
+    memory: Memory,
+    rows: NDArray[np.int64],
+    used: Used,
+    wanted: NDArray[np.float32],
+    longest: np.float32,
+    learning_rate: float,
+    updates: int,
+    errors: NDArray[np.float32],
+) -> None:
+    """Change the weights by one step on the mean Huber loss, and write how far the values were off."""
+    _find_used(memory.observations, rows, used)
+    _find_rows(used)
+    _forward(actions, memory.observations, rows, used)
+    if dueling:
+        _forward(state, memory.observations, rows, used)
+    last = len(actions.weights) - 1
+    for b in range(rows.size):
+        values = actions.outputs[last][b]
+        chosen = memory.actions[rows[b]]
+        value = values[chosen]
+        if dueling:
+            value += state.outputs[last][b, 0] - values.mean()
+        errors[b] = abs(value - wanted[b])
+        slope = max(np.float32(-1.0), min(np.float32(1.0), value - wanted[b])) / np.float32(rows.size)
+        share = slope / np.float32(values.size) if dueling else np.float32(0.0)
+        for a in range(values.size):
+            actions.slopes[last][b, a] = -share
+        actions.slopes[last][b, chosen] += slope
+        if dueling:
+            state.slopes[last][b, 0] = slope
+    _backward(actions, memory.observations, rows, used)
+    _adam(actions, longest, learning_rate, updates)
+    if dueling:
+        _backward(state, memory.observations, rows, used)
+        _adam(state, longest, learning_rate, updates)
+
+
+@leaf_kernel
+def _find_used(inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
+    """Find the inputs that are not zero, once for all layers that take them."""
+    for b in range(rows.size):
+        row = rows[b]
+        count = 0
+        for i in range(inputs.shape[1]):
+            # Written whether or not it counts: a branch would be guessed wrong too often.
+            used.indices[b, count] = i
+            count += 1 if inputs[row, i] != 0.0 else 0
+        used.counts[b] = count
+
+
+@leaf_kernel
+def _find_rows(used: Used) -> None:
+    """Turn that round: for each input the rows in which it is not zero."""
+    firsts = used.firsts
+    firsts[:] = 0
+    for b in range(used.counts.size):
+        for n in range(used.counts[b]):
+            firsts[used.indices[b, n] + 1] += 1
+    for i in range(1, firsts.size):
+        firsts[i] += firsts[i - 1]
+    # Filling moves every beginning to the next one's place; then they are moved back.
+    for b in range(used.counts.size):
+        for n in range(used.counts[b]):
+            i = used.indices[b, n]
+            used.rows[firsts[i]] = b
+            firsts[i] += 1
+    for i in range(firsts.size - 1, 0, -1):
+        firsts[i] = firsts[i - 1]
+    firsts[0] = 0
+
+
+@kernel
+def _forward(stream: Perceptron, inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
+    """Write the outputs of every layer for some rows of the inputs."""
+    last = len(stream.weights) - 1
+    _forward_used(inputs, rows, used, stream.weights[0], stream.biases[0], stream.outputs[0], last > 0)
+    for layer in range(1, last + 1):
+        _forward_layer(
+            stream.outputs[layer - 1], stream.weights[layer], stream.biases[layer], stream.outputs[layer], layer < last
+        )
+
+
+@leaf_kernel
+def _forward_used(
+    inputs: Inputs,
+    rows: NDArray[np.int64],
+    used: Used,
+    weight: NDArray[np.float32],
+    bias: NDArray[np.float32],
+    out: NDArray[np.float32],
+    rectify: bool,
+) -> None:
+    width = out.shape[1]
+    for b in range(rows.size):
+        for o in range(width):
+            out[b, o] = bias[0, o]
+        row, indices, count = rows[b], used.indices[b], used.counts[b]
+        whole = count - count % 4
+        # Four inputs at a time, added in their order: one at a time would read and write the sums four times as often.
+        for n in range(0, whole, 4):
+            i0, i1, i2, i3 = indices[n], indices[n + 1], indices[n + 2], indices[n + 3]
+            v0, v1 = np.float32(inputs[row, i0]), np.float32(inputs[row, i1])
+            v2, v3 = np.float32(inputs[row, i2]), np.float32(inputs[row, i3])
+            for o in range(width):
+                t = out[b, o] + v0 * weight[i0, o]
+                t += v1 * weight[i1, o]
+                t += v2 * weight[i2, o]
+                out[b, o] = t + v3 * weight[i3, o]
+        for n in range(whole, count):
+            i = indices[n]
+            value = np.float32(inputs[row, i])
+            for o in range(width):
+                out[b, o] += value * weight[i, o]
+    if rectify:
+        _rectify(out)
+
+
+@leaf_kernel
+def _forward_layer(
+    source: NDArray[np.float32],
+    weight: NDArray[np.float32],
+    bias: NDArray[np.float32],
+    out: NDArray[np.float32],
+    rectify: bool,
+) -> None:
+    width = out.shape[1]
+    for b in range(source.shape[0]):
+        for o in range(width):
+            out[b, o] = bias[0, o]
+        for i in range(source.shape[1]):
+            value = source[b, i]
+            if value != 0.0:
+                for o in range(width):
+                    out[b, o] += value * weight[i, o]
+    if rectify:
+        _rectify(out)
+
+
+@leaf_kernel
+def _rectify(out: NDArray[np.float32]) -> None:
+    for b in range(out.shape[0]):
+        for o in range(out.shape[1]):
+            out[b, o] = max(out[b, o], np.float32(0.0))
+
+
+@kernel
+def _backward(stream: Perceptron, inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
+    """Turn the slopes of the last layer's outputs into those of all weights and biases."""
+    for layer in range(len(stream.weights) - 1, -1, -1):
+        slopes, reached = stream.slopes[layer], stream.reached[layer]
+        _clear_rows(stream.weight_slopes[layer], reached)
+        _sum_rows(slopes, stream.bias_slopes[layer])
+        if layer == 0:
+            _backward_used(inputs, rows, used, slopes, stream.weight_slopes[0], reached)
+        else:
+            source = stream.outputs[layer - 1]
+            _backward_layer(source, slopes, stream.weight_slopes[layer], reached)
+            _slopes_below(slopes, stream.weights[layer], source, stream.slopes[layer - 1])
+
+
+@leaf_kernel
+def _sum_rows(slopes: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    for o in range(out.shape[1]):
+        out[0, o] = 0.0
+    for b in range(slopes.shape[0]):
+        for o in range(out.shape[1]):
+            out[0, o] += slopes[b, o]
+
+
+@leaf_kernel
+def _backward_used(
+    inputs: Inputs,
+    rows: NDArray[np.int64],
+    used: Used,
+    slopes: NDArray[np.float32],
+    weight_slopes: NDArray[np.float32],
+    reached: NDArray[np.bool_],
+) -> None:
+    width = slopes.shape[1]
+    for i in range(reached.size):
+        first, last = used.firsts[i], used.firsts[i + 1]
+        if first < last:
+            reached[i] = True
+        whole = last - (last - first) % 4
+        for n in range(first, whole, 4):
+            b0, b1, b2, b3 = used.rows[n], used.rows[n + 1], used.rows[n + 2], used.rows[n + 3]
+            v0, v1 = np.float32(inputs[rows[b0], i]), np.float32(inputs[rows[b1], i])
+            v2, v3 = np.float32(inputs[rows[b2], i]), np.float32(inputs[rows[b3], i])
+            for o in range(width):
+                t = weight_slopes[i, o] + v0 * slopes[b0, o]
+                t += v1 * slopes[b1, o]
+                t += v2 * slopes[b2, o]
+                weight_slopes[i, o] = t + v3 * slopes[b3, o]
+        for n in range(whole, last):
+            b = used.rows[n]
+            value = np.float32(inputs[rows[b], i])
+            for o in range(width):
+                weight_slopes[i, o] += value * slopes[b, o]
+
+
+@leaf_kernel
+def _backward_layer(
+    source: NDArray[np.float32],
+    slopes: NDArray[np.float32],
+    weight_slopes: NDArray[np.float32],
+    reached: NDArray[np.bool_],
+) -> None:
+    for b in range(source.shape[0]):
+        for i in range(source.shape[1]):
+            value = source[b, i]
+            if value != 0.0:
+                reached[i] = True
+                for o in range(slopes.shape[1]):
+                    weight_slopes[i, o] += value * slopes[b, o]
+
+
+@leaf_kernel
+def _clear_rows(slopes: NDArray[np.float32], reached: NDArray[np.bool_]) -> None:
+    for i in range(slopes.shape[0]):
+        if reached[i]:
+            for o in range(slopes.shape[1]):
+                slopes[i, o] = 0.0
+
+
+@leaf_kernel
+def _slopes_below(
+    slopes: NDArray[np.float32], weight: NDArray[np.float32], rectified: NDArray[np.float32], out: NDArray[np.float32]
+) -> None:
+    width = slopes.shape[1]
+    whole = width - width % 4
+    for b in range(slopes.shape[0]):
+        for i in range(rectified.shape[1]):
+            out[b, i] = 0.0
+            if rectified[b, i] > 0.0:
+                # Four sums side by side: one alone would wait for each addition.
+                t0 = t1 = t2 = t3 = np.float32(0.0)
+                for o in range(0, whole, 4):
+                    t0 += slopes[b, o] * weight[i, o]
+                    t1 += slopes[b, o + 1] * weight[i, o + 1]
+                    t2 += slopes[b, o + 2] * weight[i, o + 2]
+                    t3 += slopes[b, o + 3] * weight[i, o + 3]
+                for o in range(whole, width):
+                    t0 += slopes[b, o] * weight[i, o]
+                out[b, i] = (t0 + t1) + (t2 + t3)
+
+
+@kernel
+def _adam(stream: Perceptron, longest: np.float32, learning_rate: float, updates: int) -> None:
+    """Clip the slopes and change weights and biases by them."""
+    rate = np.float32(learning_rate / (1.0 - BETA_1**updates))
+    correction = np.float32(1.0 / np.sqrt(1.0 - BETA_2**updates))
+    always = np.ones(1, np.bool_)
+    for layer in range(len(stream.weights)):
+        _adam_variable(
+            stream.weights[layer],
+            stream.weight_slopes[layer],
+            stream.weight_means[layer],
+            stream.weight_squares[layer],
+            stream.reached[layer],
+            longest,
+            rate,
+            correction,
+        )
+        _adam_variable(
+            stream.biases[layer],
+            stream.bias_slopes[layer],
+            stream.bias_means[layer],
+            stream.bias_squares[layer],
+            always,
+            longest,
+            rate,
+            correction,
+        )
+
+
+@leaf_kernel
+def _adam_variable(
+    variable: NDArray[np.float32],
+    slopes: NDArray[np.float32],
+    means: NDArray[np.float32],
+    squares: NDArray[np.float32],
+    reached: NDArray[np.bool_],
+    longest: np.float32,
+    rate: np.float32,
+    correction: np.float32,
+) -> None:
+    one, beta_1, beta_2, epsilon = np.float32(1.0), np.float32(BETA_1), np.float32(BETA_2), np.float32(EPSILON)
+    length = np.float32(0.0)
+    for i in range(variable.shape[0]):
+        if reached[i]:
+            for o in range(variable.shape[1]):
+                length += slopes[i, o] * slopes[i, o]
+    length = np.sqrt(length)
+    scale = longest / length if length > longest else one
+    for i in range(variable.shape[0]):
+        if reached[i]:
+            for o in range(variable.shape[1]):
+                slope = scale * slopes[i, o]
+                means[i, o] += (one - beta_1) * (slope - means[i, o])
+                squares[i, o] += (one - beta_2) * (slope * slope - squares[i, o])
+                # np.divide, for Python's own division looks for zeros one by one.
+                variable[i, o] -= np.divide(rate * means[i, o], np.sqrt(squares[i, o]) * correction + epsilon)

@@ -1,0 +1,135 @@
+"""The initialization layer: a basic policy for every start, from a random place in the yard each episode."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bimvox.paper.env.layout import PrefabLayout, random_layouts, yard_layouts
+from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.policy.config import PrefabDqnConfig
+from bimvox.paper.policy.episodes import run_episodes, success_rate
+from bimvox.paper.policy.learning import CurvePoint, flat_observation, learn
+from bimvox.paper.policy.network import PrefabNetwork
+
+GREEDY_SEED = 1_000_003
+"""Of the drawn layouts of greedy tests: the same ones whatever the seed of the training."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BasicPolicy:
+    """What the initialization layer gives.
+
+    Attributes:
+        network: The first one that was good enough; where none was, the best that was tested.
+        reached: Whether it was good enough within the budget.
+        curve: Every test.
+        steps: Environment steps taken in all.
+        config: The choices.
+        seed: The seed.
+    """
+
+    network: PrefabNetwork
+    reached: bool
+    curve: tuple[CurvePoint, ...]
+    steps: int
+    config: PrefabDqnConfig
+    seed: int
+
+    @property
+    def steps_to_success(self) -> int | None:
+        """Steps at the test that was good enough, None where none was within the budget."""
+        return self.curve[-1].steps if self.reached else None
+
+
+def initialize(
+    spec: PrefabSpec,
+    config: PrefabDqnConfig,
+    *,
+    seed: int,
+    budget: int | None = None,
+    progress: Callable[[CurvePoint], None] | None = None,
+    checkpoint: Callable[[PrefabNetwork, int], None] | None = None,
+) -> BasicPolicy:
+    """Train from random starts without obstructions, until tests succeed as often as required.
+
+    A test has ``config.test_episodes`` episodes from random starts with ``config.test_exploration`` random actions;
+    with ``config.greedy_too``, no random action and every start (:func:`greedy_layouts`) must be as good too.
+
+    Args:
+        spec: The site; whatever obstructions it describes are part of it.
+        config: The choices.
+        seed: Same arguments, same seed: same weights.
+        budget: Steps; None takes the configuration's.
+        progress: Told of every test.
+        checkpoint: Given the network at every test, before it is tested.
+    """
+    budget = config.budget if budget is None else budget
+    everywhere = greedy_layouts(spec, config)
+    curve: list[CurvePoint] = []
+    best: list[PrefabNetwork] = []
+    best_rank = (-1.0, -1.0)
+    reached = False
+
+    def test(network: PrefabNetwork, steps: int) -> bool:
+        nonlocal best_rank, reached
+        if checkpoint is not None:
+            checkpoint(network, steps)
+        draw = np.random.SeedSequence([seed, steps]).generate_state(2)
+        starts = random_layouts(spec, config.test_episodes, int(draw[0]))
+        episodes = run_episodes(
+            network,
+            spec,
+            starts,
+            observation=flat_observation(config.observation),
+            reward=config.reward,
+            exploration=config.test_exploration,
+            seed=int(draw[1]),
+        )
+        rate = success_rate(episodes)
+        greedy = greedy_success(network, spec, config, everywhere)
+        point = CurvePoint(steps, rate, float(np.mean([e.reward for e in episodes])), greedy)
+        curve.append(point)
+        rank = (min(rate, greedy) if config.greedy_too else rate, greedy)
+        if rank > best_rank:
+            best_rank = rank
+            best[:] = [network]
+        reached = rate >= config.required_success and (not config.greedy_too or greedy >= config.required_success)
+        if reached:
+            best[:] = [network]
+        if progress is not None:
+            progress(point)
+        return reached
+
+    steps = learn(spec, config, test, seed=seed, budget=budget)
+    return BasicPolicy(best[0], reached, tuple(curve), steps, config, seed)
+
+
+def greedy_layouts(spec: PrefabSpec, config: PrefabDqnConfig) -> tuple[PrefabLayout, ...]:
+    """Return what greedy tests run on: every distinct start where nothing else is drawn, else drawn layouts."""
+    if spec.count == 1 and not spec.random_targets and spec.random_obstructions is None:
+        return yard_layouts(spec)
+    return random_layouts(spec, config.greedy_layouts, GREEDY_SEED)
+
+
+def greedy_success(
+    network: PrefabNetwork, spec: PrefabSpec, config: PrefabDqnConfig, layouts: Sequence[PrefabLayout]
+) -> float:
+    """Return the share of layouts on which a policy succeeds without random actions, and without any guard."""
+    episodes = run_episodes(
+        network,
+        spec,
+        layouts,
+        observation=flat_observation(config.observation),
+        reward="paper",  # only whether they succeed counts, and the exact distance takes its time
+        exploration=0.0,
+        seed=0,
+    )
+    return success_rate(episodes)
+
+
+def without_obstructions(spec: PrefabSpec) -> PrefabSpec:
+    """Return the same site as the initialization layer wants it: nothing in the way."""
+    return replace(spec, obstructions=(), random_obstructions=None)

@@ -1,0 +1,115 @@
+"""The paper's four experiments: obstructions put, by rule, on the path that was planned.
+
+(a) none; (b) one close to the start; (c) as (b), with a second one beside it in the same line; (d) one close to the
+target. Each obstruction is three cells long and two high. It lies over the cell of the path nearest to the start (the
+target) where it can; of the ways to lie there, the one that leaves the longest way round counts (across the path and
+with its middle on it among equals), so that there is something to learn. It can lie where it touches neither the cells
+of the start (in the yard, and hung up) nor of the target, is inside the site, and leaves a way that an episode has
+steps enough for, by the exact distance field.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from bimvox.errors import PlanningError
+from bimvox.paper.env.component import Box, overlap
+from bimvox.paper.env.layout import PrefabLayout, check_layout
+from bimvox.paper.env.presets import obstruction
+from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.policy.baselines import teacher_moves
+from bimvox.site.component import IntVec
+
+SCENARIOS = ("a", "b", "c", "d")
+LENGTH_VOX = 3
+HEIGHT_VOX = 2
+LEAST_PLAN_MOVES = 6
+"""Moves in plan that a path needs, so that close to its start and close to its end are not the same place."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """One experiment.
+
+    Attributes:
+        name: ``a`` to ``d``.
+        layout: The layout with the obstructions of the experiment.
+    """
+
+    name: str
+    layout: PrefabLayout
+
+
+def make_scenarios(spec: PrefabSpec, layout: PrefabLayout, path_cells: Sequence[IntVec]) -> dict[str, Scenario]:
+    """Return the four experiments on a planned path.
+
+    Args:
+        spec: A site with one component.
+        layout: The layout, without obstructions.
+        path_cells: Reference cells of the planned path, from the start to the target.
+
+    Raises:
+        PlanningError: The path is too short, or there is no room for an obstruction on it.
+    """
+    plan = [cell for n, cell in enumerate(path_cells) if n == 0 or cell[:2] != path_cells[n - 1][:2]]
+    if len(plan) - 1 < LEAST_PLAN_MOVES:
+        raise PlanningError(f"a path of {len(plan) - 1} moves in plan is too short for the experiments")
+    forward = list(zip(plan[1:-1], plan, strict=False))
+    backward = [(cell, towards) for cell, towards in itertools.pairwise(plan)][:0:-1]
+    return {
+        "a": Scenario("a", layout),
+        "b": Scenario("b", _first(spec, layout, path_cells, forward, 1)),
+        "c": Scenario("c", _first(spec, layout, path_cells, forward, 2)),
+        "d": Scenario("d", _first(spec, layout, path_cells, backward, 1)),
+    }
+
+
+def _first(
+    spec: PrefabSpec,
+    layout: PrefabLayout,
+    path_cells: Sequence[IntVec],
+    places: Sequence[tuple[IntVec, IntVec]],
+    count: int,
+) -> PrefabLayout:
+    """Return the layout with a row of obstructions over the first place that has one."""
+    for cell, neighbour in places:
+        across = ("y", "x") if cell[0] != neighbour[0] else ("x", "y")
+        candidates = [replace(layout, obstructions=row) for axis in across for row in _rows(cell, axis, count)]
+        possible = [changed for changed in candidates if _may_be(spec, changed, path_cells)]
+        if possible:
+            moves = teacher_moves(spec, possible)
+            if moves.max() > 0:
+                return possible[int(moves.argmax())]
+    raise PlanningError(f"there is no room for {count} obstructions on a path from {path_cells[0]} to {path_cells[-1]}")
+
+
+def _rows(cell: IntVec, axis: str, count: int) -> Iterator[tuple[Box, ...]]:
+    """Give rows of obstructions, end to end along an axis, over a cell: the most central first."""
+    whole = LENGTH_VOX * count
+    for before in sorted(range(whole), key=lambda n: (abs(2 * n + 1 - whole), n)):
+        yield tuple(
+            obstruction(
+                cell[0] + (start if axis == "x" else 0),
+                cell[1] + (start if axis == "y" else 0),
+                axis,
+                LENGTH_VOX,
+                HEIGHT_VOX,
+            )
+            for start in range(-before, whole - before, LENGTH_VOX)
+        )
+
+
+def _may_be(spec: PrefabSpec, changed: PrefabLayout, path_cells: Sequence[IntVec]) -> bool:
+    """Return whether obstructions are inside, on the path, and touch neither of its ends."""
+    part = spec.components[0]
+    for low, high in changed.obstructions:
+        if min(low) < 0 or any(high[a] > spec.shape[a] for a in range(3)):
+            return False
+    on_path = any(overlap(part.box_at(cell), box) for cell in path_cells for box in changed.obstructions)
+    try:
+        check_layout(spec, changed)
+    except ValueError:
+        return False
+    return on_path

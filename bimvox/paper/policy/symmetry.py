@@ -1,0 +1,88 @@
+"""The eight ways to turn and mirror a site in plan, applied to what the policy sees of it.
+
+The rules look the same from north and from east, and in a mirror: only gravity tells one way from another. A transition
+turned or mirrored is therefore one that could have happened, on a site turned or mirrored with it, and earns the same.
+Gradient steps on such images (data augmentation) teach from one environment step what eight would have.
+
+Of the egocentric observation the image is exact: its windows are square in plan and lie about the component on every
+level, whatever the component's shape; the way to the goal and the last action turn with them.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import leaf_kernel
+from bimvox.env.actions import ACTION_COUNT, MOVES
+from bimvox.env.window import GOAL_SIZE, OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE
+from bimvox.paper.policy.gradient_arrays import Memory
+
+IMAGES = 8
+
+
+class Symmetry(NamedTuple):
+    """Images of the egocentric observation and of the actions; a plain tuple, so that kernels take it.
+
+    Attributes:
+        entry: (8, size) int64; entry n of image g is entry ``entry[g, n]`` of the original,
+        sign: (8, size) float32, times this.
+        action: (8, 6) int64 what an action is in the image.
+    """
+
+    entry: NDArray[np.int64]
+    sign: NDArray[np.float32]
+    action: NDArray[np.int64]
+
+
+def symmetry() -> Symmetry:
+    """Return the tables; image 0 is the original itself."""
+    entry = np.zeros((IMAGES, OBSERVATION_SIZE), np.int64)
+    sign = np.ones((IMAGES, OBSERVATION_SIZE), np.float32)
+    action = np.zeros((IMAGES, ACTION_COUNT), np.int64)
+    levels = np.arange(WINDOW_SIZE * len(SCALES)).reshape(len(SCALES), *WINDOW)
+    goal = np.arange(GOAL_SIZE).reshape(-1, 3) + levels.size
+    for g, (swap, mirror_x, mirror_y) in enumerate(itertools.product((False, True), repeat=3)):
+        window, way, moves = levels, goal, MOVES
+        turns = np.ones(3, np.float32)
+        if swap:
+            window, way, moves = window.swapaxes(1, 2), way[:, [1, 0, 2]], moves[:, [1, 0, 2]]
+        for axis, mirrored in enumerate((mirror_x, mirror_y)):
+            if mirrored:
+                window = np.flip(window, axis + 1)
+                turns[axis] = -1.0
+        image = [MOVES.tolist().index((move * turns.astype(np.int32)).tolist()) for move in moves]
+        action[g] = image
+        entry[g, : levels.size] = window.ravel()
+        entry[g, levels.size : levels.size + GOAL_SIZE] = way.ravel()
+        sign[g, levels.size : levels.size + GOAL_SIZE] = np.tile(turns, GOAL_SIZE // 3)
+        entry[g, levels.size + GOAL_SIZE :] = np.argsort(image) + levels.size + GOAL_SIZE
+    return Symmetry(entry, sign, action)
+
+
+@leaf_kernel
+def write_images(
+    symmetry: Symmetry, memory: Memory, rows: NDArray[np.int64], which: NDArray[np.int64], out: Memory
+) -> None:
+    """Write an image of each of some transitions.
+
+    Args:
+        symmetry: The tables.
+        memory: Where the transitions are.
+        rows: (B,) which.
+        which: (B,) 0 .. 7 which image of each.
+        out: Of B transitions, overwritten.
+    """
+    for b in range(rows.size):
+        row, g = rows[b], which[b]
+        for n in range(symmetry.entry.shape[1]):
+            source = symmetry.entry[g, n]
+            out.observations[b, n] = symmetry.sign[g, n] * memory.observations[row, source]
+            out.following[b, n] = symmetry.sign[g, n] * memory.following[row, source]
+        out.actions[b] = symmetry.action[g, memory.actions[row]]
+        out.rewards[b] = memory.rewards[row]
+        out.ended[b] = memory.ended[row]
+        out.truncated[b] = memory.truncated[row]

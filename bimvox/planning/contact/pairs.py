@@ -1,0 +1,254 @@
+"""Which parts touch in the finished building, and how deep each pair may touch on the way in.
+
+Neighbouring parts touch, and conservatively voxelized neighbours share cells, along the whole descent too. Where the
+broad phase (boxes against the summed-area table) hits nothing but neighbours, the real triangles decide: one part with
+its surface moved inward by the tolerance against the other's true surface. Of a pair it is the thicker one that
+is moved inward, as far as it bears, and the other for the rest.
+
+Where the author drew two parts into each other deeper than that, the pair may overlap as deep as drawn and no deeper:
+the shortest straight way along an axis that takes one out of the other is its depth, and on the way in the part, moved
+aside by just that way, must be clear. Such a pair is listed as a modelled clash.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import fcl
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+from bimvox.bim.building import TriangleMesh
+from bimvox.planning.contact.erosion import eroded_triangles_m, pair_depths_m, thickness_m
+from bimvox.planning.contact.sweep import blocked_steps, crossings_above
+from bimvox.planning.contact.triangle_object import collision_object
+from bimvox.records.lift import ModelledClash
+from bimvox.site.site import Site
+
+_LEAST_GAP_M = 0.001
+_DEPTH_STEP_M = 0.001
+_DEPTH_REACH_M = 2.0
+_NOWHERE = np.zeros(3)
+_WAYS_TRIED = 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solid:
+    """One thing that can touch: a component at its place, or fixed structure.
+
+    Attributes:
+        id: Component or structure id.
+        cells: (N, 3) int32 cells in the grid.
+        mesh: Its triangles in the site's frame.
+    """
+
+    id: str
+    cells: NDArray[np.int32]
+    mesh: TriangleMesh
+
+
+class Contacts:
+    """Neighbours, and the depth to which each pair may touch.
+
+    Solids are numbered: components by their index, then structure. Everything here depends on the finished building
+    alone, not on obstructions, so a replanner keeps it.
+
+    Args:
+        site: The site.
+
+    Attributes:
+        solids: Components first, in the order of ``site.components``.
+        neighbours: Per component, the numbers of the solids that share or touch cells with it in the finished building.
+        clashes: Pairs that are drawn into each other.
+    """
+
+    def __init__(self, site: Site) -> None:
+        self._tolerance_m = site.rules.contact_tolerance_m
+        self._shape = site.shape
+        components = [
+            Solid(c.id, (c.shape.cells + np.array(c.target_vox, np.int32)).astype(np.int32), c.mesh)
+            for c in site.components
+        ]
+        structure = [Solid(b.id, b.cells, b.mesh) for b in site.blockers if b.mesh is not None]
+        self.solids: tuple[Solid, ...] = (*components, *structure)
+        self._component_count = len(components)
+        self._triangles = [solid.mesh.triangles_m for solid in self.solids]
+        self._thickness_m = [thickness_m(solid.mesh) for solid in self.solids]
+        self._eroded: dict[tuple[int, float], NDArray[np.float64]] = {}
+        self._bvhs: dict[int, fcl.CollisionObject] = {}
+        self.neighbours: tuple[tuple[int, ...], ...] = self._find_neighbours()
+        self._ways_out_m: dict[tuple[int, int], NDArray[np.float64] | None] = {}
+        self.clashes: tuple[ModelledClash, ...] = self._find_clashes()
+
+    def triangles_m(self, solid: int) -> NDArray[np.float64]:
+        """(F, 3, 3) float64 true triangles of a solid."""
+        return self._triangles[solid]
+
+    def way_out_m(self, moving: int, fixed: int) -> NDArray[np.float64] | None:
+        """Return the way that takes one solid out of another that it is drawn into.
+
+        Returns:
+            (3,) zeros where they are not drawn into each other; None where no way within 2 m leads out, so that the
+            pair cannot be tested.
+        """
+        if (moving, fixed) in self._ways_out_m:
+            return self._ways_out_m[moving, fixed]
+        back = self._ways_out_m.get((fixed, moving), _NOWHERE)
+        return None if back is None else -back
+
+    def eroded_m(self, solid: int, depth_m: float) -> NDArray[np.float64]:
+        """(F, 3, 3) float64 triangles of a solid with its surface moved inward."""
+        if depth_m <= 0.0:
+            return self._triangles[solid]
+        key = (solid, round(depth_m, 6))
+        if key not in self._eroded:
+            self._eroded[key] = eroded_triangles_m(self.solids[solid].mesh, depth_m)
+        return self._eroded[key]
+
+    def pair_m(self, first: int, second: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the triangles of two solids with which their contact is tested: moved inward by the tolerance."""
+        depths_m = pair_depths_m(first, second, self._thickness_m, self._tolerance_m)
+        return self.eroded_m(first, depths_m[0]), self.eroded_m(second, depths_m[1])
+
+    def meets_on_move(
+        self,
+        moving: int,
+        offset_m: NDArray[np.float64],
+        fixed: int,
+        axis: int,
+        direction: int,
+        step_m: float,
+        count: int,
+    ) -> NDArray[np.bool_]:
+        """Return which steps of a straight move make a component meet another solid deeper than the pair may touch.
+
+        Args:
+            moving: Number of the component.
+            offset_m: (3,) where it is, relative to its place in the building.
+            fixed: Number of the other solid, at its place.
+            axis: 0, 1 or 2.
+            direction: +1 or -1.
+            step_m: Length of a step, metres.
+            count: Number of steps.
+
+        Returns:
+            (count,) bool.
+        """
+        way_m = self.way_out_m(moving, fixed)
+        if way_m is None:
+            return np.zeros(count, np.bool_)
+        part, other = self.pair_m(moving, fixed)
+        return blocked_steps(part + (offset_m + way_m), other, axis, direction, step_m, count)
+
+    def strikes_on_move(
+        self, moving: int, offset_m: NDArray[np.float64], fixed: int, axis: int, direction: int, step_m: float
+    ) -> bool:
+        """Return whether a straight move takes a component nearer to another solid than the tolerance.
+
+        For what is no neighbour: the true triangles of both, the part where it is and moved aside by the tolerance
+        along every axis (surfaces that lie in one plane do not cross: moved aside they do).
+        """
+        part, other = self._triangles[moving] + offset_m, self._triangles[fixed]
+        aside = [np.zeros(3)]
+        aside += [sign * max(self._tolerance_m, _LEAST_GAP_M) * np.eye(3)[n] for n in range(3) for sign in (1.0, -1.0)]
+        return any(blocked_steps(part + by_m, other, axis, direction, step_m, 1)[0] for by_m in aside)
+
+    @cached_property
+    def bounds_m(self) -> NDArray[np.float64]:
+        """(N, 2, 3) float64 boxes around all solids."""
+        return np.stack([np.stack([t.min(axis=(0, 1)), t.max(axis=(0, 1))]) for t in self._triangles])
+
+    def _find_neighbours(self) -> tuple[tuple[int, ...], ...]:
+        numbers = np.concatenate([np.full(len(s.cells), n, np.int32) for n, s in enumerate(self.solids)])
+        keys = np.concatenate([self._key(solid.cells) for solid in self.solids])
+        order = np.argsort(keys, kind="stable")
+        keys, numbers = keys[order], numbers[order]
+        found = []
+        for number in range(self._component_count):
+            around = self._key(_grown(self.solids[number].cells))
+            low, high = np.searchsorted(keys, around, "left"), np.searchsorted(keys, around, "right")
+            runs = [numbers[(low + n)[low + n < high]] for n in range(int((high - low).max()))]
+            met = np.unique(np.concatenate(runs))
+            found.append(tuple(int(n) for n in met if n != number))
+        return tuple(found)
+
+    def _key(self, cells: NDArray[np.int32]) -> NDArray[np.int64]:
+        """One number a cell; one cell of margin all round, so that grown shapes do not wrap."""
+        _, ny, nz = self._shape
+        x, y, z = (cells.astype(np.int64) + 1).T
+        key: NDArray[np.int64] = (x * (ny + 2) + y) * (nz + 2) + z
+        return key
+
+    def _find_clashes(self) -> tuple[ModelledClash, ...]:
+        clashes = []
+        for first in range(self._component_count):
+            for second in self.neighbours[first]:
+                if second < first or not self._boxes_overlap(first, second):
+                    continue
+                part, other = (self._bvh_of(triangles) for triangles in self.pair_m(first, second))
+                part.setTranslation(np.zeros(3))
+                if not fcl.collide(part, other):
+                    continue
+                way_m = self._way_out_as_drawn_m(first, second, part, other)
+                part.setTranslation(np.zeros(3))
+                self._ways_out_m[first, second] = way_m
+                clashes.append(_clash(self.solids[first].id, self.solids[second].id, way_m))
+        self._bvhs.clear()
+        return tuple(clashes)
+
+    def _bvh_of(self, triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
+        """Made once for each solid's two sets of triangles, which are kept as long as this object."""
+        if id(triangles_m) not in self._bvhs:
+            self._bvhs[id(triangles_m)] = collision_object(triangles_m)
+        return self._bvhs[id(triangles_m)]
+
+    def _boxes_overlap(self, first: int, second: int) -> bool:
+        a, b = self.bounds_m[first], self.bounds_m[second]
+        return bool((a[0] < b[1]).all() and (b[0] < a[1]).all())
+
+    def _way_out_as_drawn_m(
+        self, first: int, second: int, part: fcl.CollisionObject, other: fcl.CollisionObject
+    ) -> NDArray[np.float64] | None:
+        """The shortest straight way along an axis that takes one part out of the other; None beyond the reach."""
+        (low, high), (other_low, other_high) = self.bounds_m[first], self.bounds_m[second]
+        shortest_m, way_m = _DEPTH_REACH_M, None
+        for axis in range(3):
+            for direction in (1, -1):
+                apart_m = other_high[axis] - low[axis] if direction > 0 else high[axis] - other_low[axis]
+                count = int(np.ceil(min(apart_m, shortest_m) / _DEPTH_STEP_M)) + 1
+                blocked = blocked_steps(
+                    self._triangles[first], self._triangles[second], axis, direction, _DEPTH_STEP_M, count
+                )
+                # Parts are hollow (channels, frames): a way out may end between two contacts.
+                ends = np.flatnonzero(blocked[:-1] & ~blocked[1:]) + 1
+                for step in ends[:_WAYS_TRIED]:
+                    out_m = float(step) * _DEPTH_STEP_M
+                    if out_m >= shortest_m:
+                        break
+                    moved_m = direction * out_m * np.eye(3)[axis]
+                    point_m = self._triangles[first][0].mean(axis=0) + moved_m
+                    outside = crossings_above(self._triangles[second], point_m) % 2 == 0
+                    part.setTranslation(moved_m)
+                    if outside and not fcl.collide(part, other):
+                        shortest_m, way_m = out_m, moved_m
+                        break
+        return way_m
+
+
+def _clash(first: str, second: str, way_m: NDArray[np.float64] | None) -> ModelledClash:
+    if way_m is None:
+        return ModelledClash(first, second, _DEPTH_REACH_M, None)
+    x, y, z = (round(float(n), 6) for n in way_m)
+    return ModelledClash(first, second, round(float(np.abs(way_m).sum()), 6), (x, y, z))
+
+
+def _grown(cells: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Cells of a shape and all cells that touch it, corners included."""
+    low = cells.min(axis=0) - 1
+    dense = np.zeros(cells.max(axis=0) - low + 2, np.bool_)
+    dense[tuple((cells - low).T)] = True
+    grown: NDArray[np.bool_] = binary_dilation(dense, np.ones((3, 3, 3), np.bool_))
+    around: NDArray[np.int32] = (np.argwhere(grown) + low).astype(np.int32)
+    return around

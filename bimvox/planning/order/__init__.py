@@ -1,0 +1,1 @@
+"""The erection sequence."""

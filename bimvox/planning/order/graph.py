@@ -1,0 +1,166 @@
+"""What must come before what, free of circles: geometry and the planner's own wishes in one graph.
+
+Supports and the site file's ``before`` and ``after`` always hold. A blocked descent holds too, unless it is part of a
+circle: then the parts of that circle are taken apart in the finished building, one by one, by lateral moves where the
+straight way up is blocked, and the order is the reverse (see :mod:`bimvox.planning.order.disassembly`).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from bimvox.errors import SequenceError
+from bimvox.planning.contact.pairs import Contacts
+from bimvox.planning.order.disassembly import Disassembly
+from bimvox.planning.order.relations import Precedence
+from bimvox.site.site import Site
+
+Edges = list[set[int]]
+"""Per component, those that come later."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OrderGraph:
+    """What must come before what, without circles.
+
+    Attributes:
+        earlier: Per component, those that must come before it.
+        later: Per component, those that must come after it.
+        notes: Circles of geometry and how they were opened, one sentence each.
+    """
+
+    earlier: tuple[frozenset[int], ...]
+    later: tuple[frozenset[int], ...]
+    notes: tuple[str, ...]
+
+    def topological(self) -> tuple[int, ...]:
+        """Return all components, each after those that must come before it; the lowest number first among equals."""
+        missing = [len(earlier) for earlier in self.earlier]
+        ready = deque(i for i, n in enumerate(missing) if n == 0)
+        order = []
+        while ready:
+            i = ready.popleft()
+            order.append(i)
+            for j in sorted(self.later[i]):
+                missing[j] -= 1
+                if missing[j] == 0:
+                    ready.append(j)
+        return tuple(order)
+
+
+def order_graph(site: Site, relations: Precedence, contacts: Contacts) -> OrderGraph:
+    """Build the graph.
+
+    Args:
+        site: The site.
+        relations: What geometry and the site file say.
+        contacts: The site's contacts.
+
+    Raises:
+        SequenceError: If the site file's wishes leave no order; names the circle.
+    """
+    count = len(site.components)
+    firm: Edges = [set() for _ in range(count)]
+    for i in range(count):
+        for j in (*relations.supports[i], *relations.wanted[i]):
+            firm[j].add(i)
+    for group in _circles(firm):
+        raise _no_order(site, relations, firm, group)
+    edges: Edges = [firm[i] | set(relations.descent[i]) for i in range(count)]
+    notes: list[str] = []
+    groups = list(_circles(edges))
+    disassembly = Disassembly(site, contacts, relations) if groups else None
+    for group in groups:
+        assert disassembly is not None
+        inside = frozenset(group)
+        gone = _reached(edges, inside)
+        taken = disassembly.take_apart(group, firm, gone)
+        if taken.stuck and any(set(relations.wanted[i]) & inside for i in inside):
+            raise _no_order(site, relations, edges, taken.stuck)
+        notes += taken.notes
+        for i in inside:
+            edges[i] -= inside
+        for first, then in zip(taken.order, taken.order[1:], strict=False):
+            edges[first].add(then)
+    earlier: Edges = [set() for _ in range(count)]
+    for i, later in enumerate(edges):
+        for j in later:
+            earlier[j].add(i)
+    return OrderGraph(tuple(map(frozenset, earlier)), tuple(map(frozenset, edges)), tuple(notes))
+
+
+def _circles(edges: Edges) -> Iterable[tuple[int, ...]]:
+    """Groups of components that go round in a circle, lowest number first."""
+    pairs = np.array([(i, j) for i, later in enumerate(edges) for j in sorted(later)], np.int64).reshape(-1, 2)
+    graph = coo_array((np.ones(len(pairs), np.int8), (pairs[:, 0], pairs[:, 1])), shape=(len(edges), len(edges)))
+    _, label = connected_components(graph.tocsr(), connection="strong")
+    members: dict[int, list[int]] = {}
+    for i, group in enumerate(label.tolist()):
+        members.setdefault(group, []).append(i)
+    for group in members.values():
+        if len(group) > 1 or group[0] in edges[group[0]]:
+            yield tuple(group)
+
+
+def _reached(edges: Edges, group: frozenset[int]) -> frozenset[int]:
+    """Everything that must come after a part of the group, the group itself left out."""
+    found: set[int] = set()
+    queue = deque(sorted(group))
+    while queue:
+        for j in edges[queue.popleft()]:
+            if j not in found and j not in group:
+                found.add(j)
+                queue.append(j)
+    return frozenset(found)
+
+
+def _no_order(site: Site, relations: Precedence, edges: Edges, group: Sequence[int]) -> SequenceError:
+    circle = _shortest_circle(edges, group, relations)
+    ids = [site.components[i].id for i in circle]
+    reasons = [
+        f"{ids[n]} before {ids[(n + 1) % len(ids)]} ({_reason(relations, i, circle[(n + 1) % len(circle)])})"
+        for n, i in enumerate(circle)
+    ]
+    return SequenceError(
+        f"no assembly order is possible: {', '.join(reasons)}",
+        cycle=ids,
+        hint="change before or after of one of these in the site file",
+    )
+
+
+def _shortest_circle(edges: Edges, group: Sequence[int], relations: Precedence) -> list[int]:
+    """A shortest circle within a group, through one of the site file's wishes where there is one."""
+    inside = set(group)
+    wished = [(j, i) for i in sorted(inside) for j in relations.wanted[i] if j in inside]
+    best: list[int] = []
+    for start, then in wished or [(i, j) for i in sorted(inside) for j in sorted(edges[i] & inside)]:
+        back = {then: then}
+        queue = deque([then])
+        while queue and start not in back:
+            here = queue.popleft()
+            for there in sorted(edges[here] & inside):
+                if there not in back:
+                    back[there] = here
+                    queue.append(there)
+        if start not in back:
+            continue
+        circle = [start]
+        while circle[-1] != then:
+            circle.append(back[circle[-1]])
+        if not best or len(circle) < len(best):
+            best = circle[::-1]
+    return [best[-1], *best[:-1]] if best else list(group)
+
+
+def _reason(relations: Precedence, first: int, then: int) -> str:
+    if first in relations.wanted[then]:
+        return "the site file says so"
+    if first in relations.supports[then]:
+        return "which rests on it"
+    return "which would block its way down"

@@ -1,0 +1,145 @@
+"""What must stand before what, from geometry and the site file.
+
+Two relations come from geometry, by the same swept-contact test that clears the last moves:
+
+* *descent*: i before j where j in place would be met by i coming straight down, or by the rope that it hangs on;
+* *support*: j before i where i rests on j: moved down by the support gap (grout joint, bearing), i meets j.
+
+The planner's own ``before`` and ``after`` are added. A part that nothing below supports and that does not stand on the
+ground or on structure is hung: it waits for one of the parts that it touches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import lil_array
+from scipy.sparse.csgraph import connected_components
+
+from bimvox.errors import InputError
+from bimvox.planning.contact.pairs import Contacts
+from bimvox.planning.contact.sweep import rope_meets
+from bimvox.site.site import Site
+
+_FAR_M = 10_000.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Precedence:
+    """What must come before what, by component index.
+
+    Attributes:
+        descent: Per component, those that must come later because they would block its straight descent.
+        supports: Per component, the components that it rests on.
+        grounded: Per component, whether it rests on the ground or on structure.
+        touching: Per component, the components that it shares or touches cells with.
+        wanted: Per component, those that must come earlier because the planner says so.
+        holds: Per component, what it may hold on to where nothing carries it: what the building's file says it is
+            connected to, else what it touches.
+    """
+
+    descent: tuple[tuple[int, ...], ...]
+    supports: tuple[tuple[int, ...], ...]
+    grounded: tuple[bool, ...]
+    touching: tuple[tuple[int, ...], ...]
+    wanted: tuple[tuple[int, ...], ...]
+    holds: tuple[tuple[int, ...], ...]
+
+
+def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], None] | None = None) -> Precedence:
+    """Find what must stand before what.
+
+    Args:
+        site: The site.
+        contacts: Its contacts.
+        progress: Called with (done, total) components.
+
+    Returns:
+        The relations.
+
+    Raises:
+        InputError: If a ``before`` or ``after`` names a component that does not exist.
+    """
+    count = len(site.components)
+    boxes = contacts.bounds_m
+    gap_m = site.rules.support_gap_m + site.rules.contact_tolerance_m
+    descent, supports, grounded = [], [], []
+    for i in range(count):
+        low, high = boxes[i]
+        over = ((boxes[:, 0, :2] < high[:2]) & (boxes[:, 1, :2] > low[:2])).all(axis=1)
+        over[i] = False
+        above = np.flatnonzero(over & (boxes[:, 1, 2] > low[2]))
+        below = np.flatnonzero(over & (boxes[:, 0, 2] < low[2] + gap_m) & (boxes[:, 1, 2] > low[2] - gap_m))
+        foot_m = _hook_foot_m(site, i)
+        descent.append(tuple(int(j) for j in above if j < count and _blocks(site, contacts, i, int(j), foot_m)))
+        held = [int(j) for j in _near_below(boxes, i, over, gap_m) if _met(contacts, i, int(j), -1, gap_m)]
+        supports.append(tuple(j for j in held if j < count))
+        grounded.append(bool(low[2] <= gap_m) or any(j >= count for j in held) or _stands_on_drawn(contacts, i, below))
+        if progress is not None:
+            progress(i + 1, count)
+    touching = tuple(tuple(j for j in contacts.neighbours[i] if j < count) for i in range(count))
+    return Precedence(
+        tuple(descent), _one_way(supports), tuple(grounded), touching, _wanted(site), _holds(site, touching)
+    )
+
+
+def _one_way(supports: list[tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
+    """Leave out supports that go round in a circle (parts that cross, or are drawn together): these only touch."""
+    graph = lil_array((len(supports), len(supports)), dtype=np.int8)
+    for i, below in enumerate(supports):
+        for j in below:
+            graph[i, j] = 1
+    _, group = connected_components(graph.tocsr(), connection="strong")
+    return tuple(tuple(j for j in below if group[i] != group[j]) for i, below in enumerate(supports))
+
+
+def _met(contacts: Contacts, i: int, j: int, direction: int, reach_m: float) -> bool:
+    return bool(contacts.meets_on_move(i, np.zeros(3), j, 2, direction, reach_m, 1)[0])
+
+
+def _blocks(site: Site, contacts: Contacts, i: int, j: int, foot_m: NDArray[np.float64]) -> bool:
+    """Whether j in place is in the way of i coming straight down, or of the rope that it hangs on."""
+    if _met(contacts, i, j, 1, _FAR_M):
+        return True
+    return site.crane is not None and site.rules.rope and rope_meets(contacts.triangles_m(j), foot_m)
+
+
+def _hook_foot_m(site: Site, i: int) -> NDArray[np.float64]:
+    """Foot of the hook line above part i at its place."""
+    component = site.components[i]
+    foot = np.add(component.target_vox, component.hook_offset_vox) + np.array([0.5, 0.5, 0.0])
+    foot_m: NDArray[np.float64] = np.array(site.frame.origin_m) + site.frame.voxel_size_m * foot
+    return foot_m
+
+
+def _near_below(boxes: NDArray[np.float64], i: int, over: NDArray[np.bool_], gap_m: float) -> NDArray[np.int64]:
+    """Solids under part i's outline whose top can be near one of its undersides."""
+    return np.flatnonzero(over & (boxes[:, 0, 2] < boxes[i, 1, 2]) & (boxes[:, 1, 2] > boxes[i, 0, 2] - gap_m))
+
+
+def _stands_on_drawn(contacts: Contacts, i: int, below: NDArray[np.int64]) -> bool:
+    """Whether a part is drawn right through something below it, so that no gap can be measured."""
+    return any(contacts.way_out_m(i, int(j)) is None for j in below)
+
+
+def _wanted(site: Site) -> tuple[tuple[int, ...], ...]:
+    numbers = {component.id: component.index for component in site.components}
+    earlier: list[set[int]] = [set() for _ in site.components]
+    for component in site.components:
+        for other, key in [*((o, "after") for o in component.after), *((o, "before") for o in component.before)]:
+            if other not in numbers:
+                raise InputError(f"component {component.id}: {key} names {other!r}, which is no component of the site")
+            if key == "after":
+                earlier[component.index].add(numbers[other])
+            else:
+                earlier[numbers[other]].add(component.index)
+    return tuple(tuple(sorted(e)) for e in earlier)
+
+
+def _holds(site: Site, touching: tuple[tuple[int, ...], ...]) -> tuple[tuple[int, ...], ...]:
+    numbers = {component.id: component.index for component in site.components}
+    connected = (tuple(sorted(numbers[o] for o in c.hints.connected if o in numbers)) for c in site.components)
+    return tuple(named or touched for named, touched in zip(connected, touching, strict=True))

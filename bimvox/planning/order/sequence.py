@@ -1,0 +1,114 @@
+"""The assembly order: one that respects what must come before what, and keeps wishes as far as it can.
+
+Among the parts that may come next, those of the earliest stage are looked at, and of these the ones whose foot is not
+much higher than the lowest: a building grows level by level. What remains is free: the lowest first, or what the crane
+has the shortest way to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from bimvox.planning.contact.pairs import Contacts
+from bimvox.planning.order.graph import order_graph
+from bimvox.planning.order.relations import Precedence
+from bimvox.planning.order.stages import stages
+from bimvox.site.site import Site
+
+_LEVEL_M = 1.5
+"""Parts whose feet are no further apart than this are of one level."""
+
+Prefer = Callable[[list[int], list[int]], int]
+"""(components that may come next, the order so far) -> the one that comes next."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sequence:
+    """An assembly order.
+
+    Attributes:
+        order: Component indices, first lift first.
+        notes: Where the order could not keep every relation or wish, or a part stands on nothing, one sentence each.
+        unheld: Components that had to come before anything that they could hold on to.
+    """
+
+    order: tuple[int, ...]
+    notes: tuple[str, ...] = ()
+    unheld: tuple[int, ...] = ()
+
+
+class Sequencer:
+    """Makes orders of a site.
+
+    Args:
+        site: The site.
+        relations: What geometry and the site file say.
+        contacts: The site's contacts.
+
+    Raises:
+        SequenceError: If the site file's wishes leave no order; names the circle.
+    """
+
+    def __init__(self, site: Site, relations: Precedence, contacts: Contacts) -> None:
+        self._site, self._relations = site, relations
+        self._graph = order_graph(site, relations, contacts)
+        self._stages, self._wish_notes = stages(site.components, self._graph)
+        self._foot_m = [float(c.mesh.bounds_m[0, 2]) for c in site.components]
+        self._rank = [(c.target_vox[2], c.target_vox[:2], c.index) for c in site.components]
+
+    def lowest_first(self) -> Sequence:
+        """Return the order that takes the lowest part first, then from the near corner on."""
+        return self.order(lambda ready, _: min(ready, key=self._rank.__getitem__), level_m=0.0)
+
+    def order(self, prefer: Prefer, *, level_m: float = _LEVEL_M) -> Sequence:
+        """Return the order that a preference leads to.
+
+        Args:
+            prefer: Chooses among the parts that may come next.
+            level_m: How much higher than the lowest of them a part may begin.
+        """
+        graph, components = self._graph, self._site.components
+        missing = [len(earlier) for earlier in graph.earlier]
+        placed: set[int] = set()
+        open_parts = {i for i, n in enumerate(missing) if n == 0}
+        order: list[int] = []
+        unheld: list[int] = []
+        notes = [*self._floating_notes(), *graph.notes, *self._wish_notes]
+        while open_parts:
+            ready = [i for i in open_parts if self._is_held(i, placed)]
+            if not ready:
+                ready = list(open_parts)
+                waiting = min(ready, key=self._rank.__getitem__)
+                unheld.append(waiting)
+                notes.append(f"{components[waiting].id}: set before anything that it could hold on to")
+                ready = [waiting]
+            stage = min(self._stages[i] for i in ready)
+            ready = [i for i in ready if self._stages[i] == stage]
+            highest_m = min(self._foot_m[i] for i in ready) + level_m
+            chosen = prefer(sorted(i for i in ready if self._foot_m[i] <= highest_m), order)
+            order.append(chosen)
+            placed.add(chosen)
+            open_parts.remove(chosen)
+            for later in graph.later[chosen]:
+                missing[later] -= 1
+                if missing[later] == 0:
+                    open_parts.add(later)
+        return Sequence(tuple(order), tuple(notes), tuple(unheld))
+
+    def _is_held(self, i: int, placed: set[int]) -> bool:
+        relations = self._relations
+        held = bool(relations.supports[i]) or relations.grounded[i] or not relations.holds[i]
+        return held or not placed.isdisjoint(relations.holds[i])
+
+    def _floating_notes(self) -> list[str]:
+        site, relations = self._site, self._relations
+        gap_m = site.rules.support_gap_m
+        return [
+            f"{component.id}: nothing supports it within {gap_m:g} m; it is set after a part that it "
+            + ("is connected to" if component.hints.connected else "touches")
+            if relations.holds[i]
+            else f"{component.id}: floats {self._foot_m[i]:.2f} m above the ground, touching nothing"
+            for i, component in enumerate(site.components)
+            if not relations.supports[i] and not relations.grounded[i]
+        ]

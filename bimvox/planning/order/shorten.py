@@ -1,0 +1,148 @@
+"""Order and yard together, so that the crane is quick.
+
+The order says where a part may wait, and where parts wait says which order is quick. So both are made in turn: an order
+from the places before (greedy, looking one lift ahead), then places from that order. The quickest of the few rounds is
+kept, judged by the point-to-point bound of all ways, empty and loaded; of several cranes by that of the busiest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence as Seq
+from typing import Any
+
+import numpy as np
+
+from bimvox.crane.kinematics import Axes
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.planning.order.sequence import Prefer, Sequence, Sequencer
+from bimvox.planning.order.shared_order import Shared
+from bimvox.planning.travel import Travel
+from bimvox.planning.yard import allocate_yard
+from bimvox.records.lift import YardPlace
+from bimvox.site.site import Site
+
+_ROUNDS = 3
+_LOOKED_AT = 48
+"""Of the parts that may come next, so many that are nearest to the hook are weighed against each other."""
+_WORTH = 1.02
+"""How much longer than the shortest the plain order's ways may be for it to be kept: the bound knows no obstacles."""
+Places = tuple[YardPlace | None, ...]
+
+
+def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[Sequence, Places]:
+    """Return an order and the yard's places for it.
+
+    Args:
+        site: The site.
+        sequencer: Makes its orders.
+    """
+    sequence = sequencer.lowest_first()
+    if site.crane is None:
+        return sequence, allocate_yard(site, sequence.order)
+    travels = [travel_of(site, crane) for crane in site.cranes]
+    rounds = [
+        (sequence, allocate_yard(site, sequence.order)),
+        (sequence, allocate_yard(site, sequence.order, *travels)),
+    ]
+    for _ in range(_ROUNDS):
+        prefer: Prefer
+        if site.other_cranes:
+            places = rounds[-1][1]
+            ways = [(_target_axes(site, travel), _pick_axes(site, travel, places), travel) for travel in travels]
+            prefer = Shared(site, ways)
+        else:
+            prefer = _Quickest(site, travels[0], rounds[-1][1])
+        sequence = sequencer.order(prefer)
+        rounds.append((sequence, allocate_yard(site, sequence.order, *travels)))
+    # Of several cranes, the plain order deals nothing out.
+    first = 2 if site.other_cranes else 0
+    most = max(_with_place(places) for _, places in rounds[first:])
+    judged = [busiest_s(site, travels, made.order, places) for made, places in rounds]
+    kept = [n for n, (_, places) in enumerate(rounds) if n >= first and _with_place(places) == most]
+    best = min(kept, key=lambda n: round(judged[n], 3))
+    plain_is_good = kept[0] == 0 and judged[0] <= _WORTH * judged[best]
+    return rounds[0 if plain_is_good else best]
+
+
+def travel_of(site: Site, crane: TowerCrane) -> Travel:
+    """Return the travel times of a crane over a whole site."""
+    base_m, size_m = np.array(crane.base_m[:2]), site.frame.voxel_size_m
+    corners_m = np.array(site.frame.origin_m[:2]) + np.array([[0, 0], site.shape[:2]]) * size_m
+    return Travel(crane, float(np.abs(corners_m - base_m).max() * 2.0) + crane.jib_height_m)
+
+
+def busiest_s(site: Site, travels: Seq[Travel], order: tuple[int, ...], places: Places) -> float:
+    """Return the seconds that the hook of the crane with the longest ways is on them, as :func:`travel_s`."""
+    own = [tuple(i for i in order if site.components[i].crane == k) for k in range(len(travels))]
+    return max(travel_s(site, travel, own[k], places) for k, travel in enumerate(travels))
+
+
+def travel_s(site: Site, travel: Travel, order: tuple[int, ...], places: Places) -> float:
+    """Return the seconds that the hook is on its way, empty and loaded, parts without a place left out."""
+    targets, picks = _target_axes(site, travel), _pick_axes(site, travel, places)
+    kept = np.array([i for i in order if places[i] is not None], np.int64)
+    if not len(kept):
+        return 0.0
+    loaded = travel.between_s(_at(picks, kept), _at(targets, kept))
+    empty = travel.between_s(_at(targets, kept[:-1]), _at(picks, kept[1:]))
+    return float(loaded.sum() + empty.sum())
+
+
+class _Quickest:
+    """Chooses the part to which the crane has the shortest way from the one before, and from which to go on."""
+
+    def __init__(self, site: Site, travel: Travel, places: Places) -> None:
+        targets, picks = _target_axes(site, travel), _pick_axes(site, travel, places)
+        self._empty_s = travel.between_s(_at(targets, _COLUMN), _at(picks, _ROW))
+        # Whole seconds: rounding noise decides nothing.
+        self._empty_s = np.round(self._empty_s)
+        self._delivery = [-1 if place is None else place.delivery for place in places]
+        self._assembly = [component.hints.assembly for component in site.components]
+
+    def __call__(self, ready: list[int], order: list[int]) -> int:
+        """Return the part that comes next."""
+        delivery = min(self._delivery[i] for i in ready)
+        ready = [i for i in ready if self._delivery[i] == delivery]
+        if order and self._assembly[order[-1]] is not None:
+            ready = [i for i in ready if self._assembly[i] == self._assembly[order[-1]]] or ready
+        if len(ready) == 1:
+            return ready[0]
+        numbers = np.array(ready)
+        if order:
+            nearest = np.argsort(self._empty_s[order[-1], numbers], kind="stable")[:_LOOKED_AT]
+            numbers = numbers[np.sort(nearest)]
+        after = self._empty_s[numbers[:, None], numbers[None]] + np.diag(np.full(len(numbers), np.inf))
+        cost = after.min(axis=1) + (self._empty_s[order[-1], numbers] if order else 0.0)
+        return int(numbers[np.argmin(cost)])
+
+
+def _with_place(places: Places) -> int:
+    return sum(place is not None for place in places)
+
+
+_COLUMN, _ROW = (slice(None), None), (None, slice(None))
+
+
+def _at(axes: Axes, numbers: Any) -> Axes:
+    return axes[0][numbers], axes[1][numbers], axes[2][numbers]
+
+
+def _target_axes(site: Site, travel: Travel) -> Axes:
+    return _axes(site, travel, [tuple(np.add(c.target_vox, c.hook_offset_vox)) for c in site.components])
+
+
+def _pick_axes(site: Site, travel: Travel, places: Places) -> Axes:
+    """Where the hook takes the parts; of one without a place, its target."""
+    cells = []
+    for component, place in zip(site.components, places, strict=True):
+        cell = np.add(component.target_vox, component.hook_offset_vox)
+        if place is not None:
+            cell = np.add(place.transit_start_vox, component.hook_offset_vox)
+            cell[2] = place.cell_vox[2] + place.shape.size_vox[2]
+        cells.append(tuple(cell))
+    return _axes(site, travel, cells)
+
+
+def _axes(site: Site, travel: Travel, cells: list[tuple[int, ...]]) -> Axes:
+    at_m = np.array(site.frame.origin_m) + site.frame.voxel_size_m * (np.array(cells) + np.array([0.5, 0.5, 0.0]))
+    return travel.axes_of(at_m)

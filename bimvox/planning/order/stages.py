@@ -1,0 +1,99 @@
+"""Stages of assembly: what is wished about the order, as far as geometry lets it be kept.
+
+Wishes rank: what the site file wants first, its assembly zones, the schedule in the building's file, storeys. Every
+part has a stage; a part that another one needs comes no later than that one's stage, whatever its own. So a wish never
+contradicts geometry: where it would, the part comes earlier, and a note names both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bimvox.planning.order.graph import OrderGraph
+from bimvox.site.component import Component
+
+_KINDS = ("first", "zone", "task", "storey")
+_NAMED = 10
+_SAME_M = 0.1
+
+Stage = tuple[int, int, int, int]
+
+
+def stages(components: Sequence[Component], graph: OrderGraph) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
+    """Return the stage of every component, and where a wish gave way.
+
+    Args:
+        components: The components.
+        graph: What must come before what.
+    """
+    wished = _wished(components)
+    kept = list(wished)
+    because = list(range(len(components)))
+    for i in reversed(graph.topological()):
+        for j in sorted(graph.later[i]):
+            if kept[j] < kept[i]:
+                kept[i], because[i] = kept[j], because[j]
+    return tuple(kept), _notes(components, wished, kept, because)
+
+
+def _wished(components: Sequence[Component]) -> list[Stage]:
+    zones = 1 + max((c.hints.zone for c in components if c.hints.zone is not None), default=-1)
+    tasks = 1 + max((c.hints.task_rank for c in components if c.hints.task_rank is not None), default=-1)
+    storeys = _storeys(components)
+    return [
+        (
+            0 if c.hints.first else 1,
+            zones if c.hints.zone is None else c.hints.zone,
+            tasks if c.hints.task_rank is None else c.hints.task_rank,
+            storeys[n],
+        )
+        for n, c in enumerate(components)
+    ]
+
+
+def _storeys(components: Sequence[Component]) -> list[int]:
+    """Storey by number; a part outside of all storeys goes with the highest one that begins no higher than it does."""
+    known = sorted({c.hints.storey_rank for c in components if c.hints.storey_rank is not None})
+    if not known:
+        return [0] * len(components)
+    low = [float(c.mesh.bounds_m[0, 2]) for c in components]
+    feet = [
+        float(np.median([low[n] for n, c in enumerate(components) if c.hints.storey_rank == rank])) for rank in known
+    ]
+    begins = np.maximum.accumulate(feet)
+    found = []
+    for n, component in enumerate(components):
+        rank = component.hints.storey_rank
+        if rank is None:
+            rank = known[max(0, int(np.searchsorted(begins, low[n] + _SAME_M, side="right")) - 1)]
+        found.append(rank)
+    return found
+
+
+def _notes(
+    components: Sequence[Component], wished: Sequence[Stage], kept: Sequence[Stage], because: Sequence[int]
+) -> tuple[str, ...]:
+    found: dict[str, list[str]] = {kind: [] for kind in _KINDS}
+    for i, (wish, stage) in enumerate(zip(wished, kept, strict=True)):
+        if stage >= wish:
+            continue
+        kind = _KINDS[next(n for n in range(len(wish)) if stage[n] != wish[n])]
+        own, other = components[i], components[because[i]]
+        if kind == "zone":
+            where = f"is set with {other.hints.zone_name}, not with {own.hints.zone_name or 'what lies in no zone'}"
+        elif kind == "task":
+            told = f"task {own.hints.task!r}" if own.hints.task is not None else "no task"
+            where = f"({told}) is set before task {other.hints.task!r}, against the schedule in the building's file"
+        else:
+            where = f"(storey {own.storey!r}) is set with storey {other.storey!r}"
+        found[kind].append(f"{own.id} {where}: {other.id} needs it")
+    notes = []
+    for kind in _KINDS[1:]:
+        notes += found[kind][:_NAMED]
+        if len(found[kind]) > _NAMED:
+            notes.append(
+                f"{len(found[kind]) - _NAMED} more parts come earlier than their {kind}, because others need them"
+            )
+    return tuple(notes)

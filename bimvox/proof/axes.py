@@ -1,0 +1,276 @@
+"""The proof of a motion in the crane's axes: clock, rates, ranges, ends, capacity."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.crane.kinematics import hook_of, joint_limits, joint_names, joints_of
+from bimvox.crane.reach import LUFFING_HOOK_ROOM_M
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.proof import Check
+from bimvox.records.trajectory import Trajectory
+
+_OVER_LIMIT = 1e-3
+"""Share by which a rate, acceleration or jerk may exceed its limit: times are rounded to nanoseconds."""
+_ROUNDING = 8.0 * np.finfo(np.float64).eps
+_RANGE_M = 1e-6
+_RANGE_RAD = 1e-6
+_HOIST = 2
+_MOST_SPACING_VOX = 0.5
+
+AXES = "slew_rad, radius_m and height_m"
+
+
+def axes_of_samples(trajectory: Trajectory) -> NDArray[np.float64]:
+    """(N, 3) float64 slew (rad), radius (m), height (m)."""
+    return trajectory.axes
+
+
+def is_sound(check: Check, name: str, motion: LiftMotion) -> bool:
+    """Check that every trajectory has two samples at least, three finite axes of one length, and times that ascend."""
+    good = True
+    for part in motion.trajectories:
+        count = len(part.time_ns)
+        lengths = {len(part.slew_rad), len(part.radius_m), len(part.height_m)}
+        whole = count >= 2 and lengths == {count}
+        whole = whole and bool(np.isfinite(axes_of_samples(part)).all())
+        whole = whole and bool((np.diff(part.time_ns) > 0).all())
+        check.look(whole, f"{name}: a trajectory without times that ascend and finite axes of the same length")
+        good = good and whole
+    return good
+
+
+def check_phases(check: Check, name: str, motion: LiftMotion) -> None:
+    """Check that the phases follow each other without gaps, in their order, and that the trajectories fit into them.
+
+    After a stop the load is carried on, from any of the phases of carrying.
+    """
+    phases = motion.phases
+    order = {phase: n for n, phase in enumerate(PhaseName)}
+    free = (
+        {PhaseName.WAIT, PhaseName.APPROACH},
+        {PhaseName.RELEASE, PhaseName.WAIT},
+        {PhaseName.WAIT, PhaseName.LEAVE},
+    )
+    names = [phase.name for phase in phases]
+    check.look(
+        bool(phases) and phases[0].start_ns == motion.start_ns and phases[-1].end_ns == motion.end_ns,
+        f"{name}: its phases do not reach from its start to its end",
+    )
+    for one, other in pairwise(phases):
+        check.look(
+            one.end_ns == other.start_ns
+            and (
+                PhaseName.STOP in (one.name, other.name)
+                or {one.name, other.name} in free
+                or order[one.name] < order[other.name]
+            ),
+            f"{name}: {other.name} does not follow {one.name} at {one.end_ns / 1e9:.3f} s",
+        )
+    check.look(all(p.start_ns < p.end_ns for p in phases), f"{name}: a phase takes no time")
+    spans = (
+        ("approach", motion.approach, {PhaseName.APPROACH}, True),
+        ("raising", motion.raising, {PhaseName.RAISE}, False),
+        ("loaded motion", motion.loaded, {PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER}, True),
+        # A departure that is stopped ends within the stop.
+        ("departure", motion.departure, {PhaseName.LEAVE}, phases[-1].name is PhaseName.LEAVE),
+    )
+    check.look(
+        (motion.approach is not None) == (PhaseName.APPROACH in names), f"{name}: approach and its phase do not agree"
+    )
+    if PhaseName.WAIT in names:
+        _check_waits(check, name, motion)
+    for what, part, wanted, to_its_end in spans:
+        own = [phase for phase in phases if phase.name in wanted]
+        if part is None or not len(part.time_ns):
+            continue
+        start_ns, end_ns = motion.start_ns + int(part.time_ns[0]), motion.start_ns + int(part.time_ns[-1])
+        fits = bool(own) and start_ns == own[0].start_ns
+        latest_ns = motion.end_ns if part is motion.departure else own[-1].end_ns if own else end_ns
+        fits = fits and (end_ns == own[-1].end_ns if to_its_end else end_ns <= latest_ns)
+        check.look(fits, f"{name}: its {what} does not fit its phases")
+
+
+def _check_waits(check: Check, name: str, motion: LiftMotion) -> None:
+    """A crane waits with an empty hook, and no axis moves."""
+    time_ns, axes = motion.samples()
+    hooked_ns = motion.hooked_ns
+    for phase in motion.phases:
+        if phase.name is not PhaseName.WAIT:
+            continue
+        ends = np.array([phase.start_ns, phase.end_ns])
+        at_ends = [np.interp(ends, time_ns, axis) for axis in axes.T]
+        inside = axes[(time_ns >= phase.start_ns) & (time_ns <= phase.end_ns)]
+        still = all(
+            np.ptp(np.concatenate([two, axis])) <= _RANGE_RAD for two, axis in zip(at_ends, inside.T, strict=True)
+        )
+        check.look(still, f"{name}: it waits at {phase.start_ns / 1e9:.3f} s, and moves")
+        check.look(
+            phase.end_ns <= hooked_ns or phase.start_ns >= motion.released_ns,
+            f"{name}: it waits at {phase.start_ns / 1e9:.3f} s with its load",
+        )
+
+
+def check_limits(check: Check, name: str, crane: TowerCrane, motion: LiftMotion, mass_kg: float) -> None:
+    """Check that no axis exceeds its rate, acceleration or jerk, by divided differences of the samples.
+
+    The hoist's rate is the one for what hangs on it: nothing on the approach, the load from then on. Between two
+    samples over a slow zone every rate is that share of it.
+
+    The k-th divided difference times k! is a value of the k-th derivative somewhere between the samples, or an average
+    of it, so a motion within its limits cannot fail, wherever the samples are.
+    """
+    time_ns, axes = motion.samples()
+    time_s = (time_ns - time_ns[0]) / 1e9
+    empty_ns = 0 if motion.approach is None else int(motion.approach.time_ns[-1])
+    is_empty = time_ns[1:] - time_ns[0] <= empty_ns
+    if motion.departure is not None:
+        is_empty |= time_ns[:-1] - time_ns[0] >= int(motion.departure.time_ns[0])
+    hoist_rate = np.where(is_empty, _hoist_rate(crane, 0.0), _hoist_rate(crane, mass_kg))
+    slow = _slow_between(crane, axes)
+    names, joints = joint_names(crane), joints_of(crane, axes)
+    for axis, limits in enumerate(joint_limits(crane)):
+        values = np.ascontiguousarray(joints[:, axis])
+        noise = np.full(len(values), _ROUNDING * (float(np.abs(values).max()) + crane.jib_height_m))
+        for order, (what, limit) in enumerate(
+            (("rate", limits.rate), ("acceleration", limits.acceleration), ("jerk", limits.jerk)), start=1
+        ):
+            if len(values) < 2:
+                break
+            rate = hoist_rate if axis == _HOIST else np.full(len(slow), limit)
+            allowed = slow * rate if order == 1 else np.full(len(values) - 1, limit)
+            values, noise, worst, share = _differences(time_s, values, noise, allowed, order)
+            check.measure(share)
+            check.look(
+                share <= 1.0 + _OVER_LIMIT,
+                f"{name}: {names[axis]} {what} {abs(values[worst]):.4g} at {time_s[worst]:.2f} s, "
+                f"allowed {allowed[worst]:.4g}",
+                samples=len(values),
+            )
+
+
+@kernel
+def _differences(
+    time_s: NDArray[np.float64],
+    values: NDArray[np.float64],
+    noise: NDArray[np.float64],
+    allowed: NDArray[np.float64],
+    order: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int, float]:
+    """The next divided differences times their order, their noise, which takes the largest share of its limit, it."""
+    count = len(values) - 1
+    differences, noises = np.empty(count), np.empty(count)
+    worst, largest = 0, -1.0
+    for n in range(count):
+        span_s = (time_s[n + order] - time_s[n]) / order
+        differences[n] = (values[n + 1] - values[n]) / span_s
+        noises[n] = (noise[n + 1] + noise[n]) / span_s
+        excess = max(abs(differences[n]) - noises[n], 0.0)
+        share = excess / allowed[n] if allowed[n] > 0.0 else np.inf
+        if largest == largest and not share <= largest:  # what is no number is worst of all, and stays it
+            worst, largest = n, share
+    return differences, noises, worst, largest
+
+
+def _hoist_rate(crane: TowerCrane, load_kg: float) -> float:
+    """The rate of the slowest gear that is needed for a load, looked up from the heaviest down."""
+    hung_kg = load_kg + crane.hook_block_kg + crane.rigging_mass_kg
+    rate = min([joint_limits(crane)[_HOIST].rate] + [last for _, last in crane.gears[-1:]])
+    for most_kg, faster in reversed(crane.gears):
+        if hung_kg > most_kg:
+            break
+        rate = faster
+    return rate
+
+
+def _slow_between(crane: TowerCrane, axes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N - 1,) share of the rates allowed between samples: less where both are over a slow zone."""
+    allowed = np.ones(len(axes) - 1)
+    hook_m = hook_of(crane, *axes.T)
+    for zone in crane.slow_zones:
+        over = shapely.contains_xy(shapely.Polygon(zone.polygon), hook_m[:, 0], hook_m[:, 1])
+        allowed = np.where(over[:-1] & over[1:], np.minimum(allowed, zone.share), allowed)
+    return allowed
+
+
+def check_rests(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, what: str) -> None:
+    """Check that the axes are at rest at both ends of a trajectory and at its corners.
+
+    From rest an axis goes at most a t^2 / 2 and j t^3 / 6 within t.
+    """
+    time_s, axes = trajectory.time_ns / 1e9, joints_of(crane, axes_of_samples(trajectory))
+    limits, names = joint_limits(crane), joint_names(crane)
+    most = np.array([limit.acceleration for limit in limits]), np.array([limit.jerk for limit in limits])
+    noise = _ROUNDING * (np.abs(axes).max(axis=0) + crane.jib_height_m)
+    inner = trajectory.corner[(trajectory.corner > 0) & (trajectory.corner < len(time_s) - 1)]
+    steps = [(0, 1), (len(time_s) - 1, len(time_s) - 2), *((i, i + 1) for i in inner), *((i, i - 1) for i in inner)]
+    for at, beside in steps:
+        span_s = abs(float(time_s[beside] - time_s[at]))
+        reach = np.minimum(most[0] * span_s**2 / 2.0, most[1] * span_s**3 / 6.0) * (1.0 + _OVER_LIMIT) + 2.0 * noise
+        gone = np.abs(axes[beside] - axes[at])
+        axis = int(np.argmax(gone - reach))
+        check.look(
+            bool(gone[axis] <= reach[axis]),
+            f"{name}: {names[axis]} is not at rest at {time_s[at]:.2f} s of its {what}",
+        )
+
+
+def check_range(check: Check, name: str, crane: TowerCrane, axes: NDArray[np.float64], voxel_size_m: float) -> None:
+    """Check that the hook stays between the smallest radius and the jib's end, its slings' end above z = 0.
+
+    A straight unit move between two columns at the smallest radius is nearer to the mast in its middle, by
+    h^2 / (8 r) for cells of h: so much is allowed.
+    """
+    nearest_m = np.sqrt(max(crane.min_radius_m**2 - (voxel_size_m / 2.0) ** 2, 0.0))
+    given = crane.working_range
+    near_m, far_m = given.radius_m or (0.0, np.inf)
+    nearest_m, furthest_m = max(nearest_m, near_m), min(crane.jib_length_m, far_m)
+    highest_m = min(crane.jib_height_m, np.inf if given.highest_hook_m is None else given.highest_hook_m)
+    lowest = np.array([nearest_m, crane.sling_m]) - _RANGE_M
+    highest = np.array([furthest_m, highest_m]) + _RANGE_M
+    bad = ((axes[:, 1:] < lowest) | (axes[:, 1:] > highest)).any(axis=1)
+    worst = axes[bad][:1, 1:].ravel()
+    where = f"radius {worst[0]:.3f} m, height {worst[1]:.3f} m" if bad.any() else ""
+    check.look(
+        not bad.any(),
+        f"{name}: the hook is at {where}; allowed are radii {nearest_m:g} to {furthest_m:g} m, "
+        f"heights {crane.sling_m:g} to {highest_m:g} m",
+        samples=len(axes),
+    )
+    if crane.luffing is not None:
+        rope_m = joints_of(crane, axes)[:, _HOIST]
+        short = int(np.argmin(rope_m))
+        check.look(
+            bool(rope_m[short] >= LUFFING_HOOK_ROOM_M - _RANGE_M),
+            f"{name}: the hook is {rope_m[short]:.3f} m below the jib's tip; {LUFFING_HOOK_ROOM_M:g} m are needed",
+            samples=len(axes),
+        )
+    if given.slew_rad is not None:
+        first, last = given.slew_rad
+        turned = np.remainder(axes[:, 0] - (first + last) / 2.0 + np.pi, 2.0 * np.pi) - np.pi
+        out = np.abs(turned) > (last - first) / 2.0 + _RANGE_RAD
+        worst_rad = float(axes[int(np.argmax(out)), 0])
+        check.look(
+            not out.any(),
+            f"{name}: the jib is at {worst_rad:.4f} rad; its limiter is set to {first:g} to {last:g} rad",
+            samples=len(axes),
+        )
+
+
+def check_spacing(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, voxel_size_m: float) -> None:
+    """Check that the hook goes no more than half a cell between two samples."""
+    hook_m = hook_of(crane, trajectory.slew_rad, trajectory.radius_m, trajectory.height_m)
+    steps = np.linalg.norm(np.diff(hook_m, axis=0), axis=1) / voxel_size_m
+    worst = int(np.argmax(steps))
+    check.measure(float(steps[worst]))
+    check.look(
+        bool(steps[worst] <= _MOST_SPACING_VOX + 1e-6),
+        f"{name}: {steps[worst]:.3f} cells between samples at {trajectory.time_ns[worst] / 1e9:.2f} s",
+        samples=len(steps),
+    )

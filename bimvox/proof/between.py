@@ -1,0 +1,143 @@
+"""What stands on the site while an empty hook is on its way, where several cranes work side by side.
+
+Between two lifts of a crane others take parts out of the yard and set them, so what is there depends on the moment: it
+is read from the motions themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from bimvox.proof.moment import NO_SOLID, Moment, Thing, fixed_things, set_thing, stored_thing
+from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.trajectory import Trajectory
+from bimvox.site.component import Component
+from bimvox.site.site import Site
+
+
+class EmptyWay(NamedTuple):
+    """A way of the empty hook.
+
+    Attributes:
+        what: For messages.
+        way: Its samples.
+        left: The part from whose place it starts; None where it starts elsewhere.
+        present: What may stand there meanwhile.
+    """
+
+    what: str
+    way: Trajectory
+    left: Component | None
+    present: tuple[Thing, ...]
+
+
+def one_way(site: Site, moment: Moment, motion: LiftMotion) -> tuple[EmptyWay, ...]:
+    """Return the approach of a site's only crane, with what stands there at the moment before the lift."""
+    if motion.approach is None or moment.before is None:
+        return ()
+    present, place = moment.present, moment.lift.place
+    if place is not None:
+        own = place.shape.cells + np.array(place.cell_vox, np.int32)
+        present = (*present, Thing(site.components[moment.lift.component].id, own, NO_SOLID))
+    return (EmptyWay("approach", motion.approach, site.components[moment.before.component], present),)
+
+
+class Between:
+    """Finds what stands while the hooks of several cranes are empty.
+
+    Args:
+        plan: The plan.
+        motions: The motions that are known, by order.
+        context: Lifts that the plan does not carry.
+    """
+
+    def __init__(self, plan: LiftPlan, motions: Mapping[int, LiftMotion], context: Collection[Lift]) -> None:
+        self._site, self._motions = plan.site, motions
+        self._lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
+        self._fixed = fixed_things(plan.site)
+        self._set: dict[int, Thing] = {}
+        self._stored: dict[int, Thing] = {}
+
+    def before(self, lift: Lift) -> Lift | None:
+        """Return the planned lift of the same crane before a lift."""
+        crane = self._site.components[lift.component].crane
+        found = None
+        for other in self._lifts:
+            if other.order >= lift.order:
+                break
+            if other.status is Status.PLANNED and self._site.components[other.component].crane == crane:
+                found = other
+        return found
+
+    def ways(self, moment: Moment, motion: LiftMotion) -> Iterator[EmptyWay]:
+        """Yield the ways of the empty hook in a lift, each with what may stand there during it.
+
+        Args:
+            moment: The moment before the lift, ``before`` that of its crane.
+            motion: The motion.
+        """
+        components = self._site.components
+        left = None if moment.before is None else components[moment.before.component]
+        for what, name, whole, first in (
+            ("approach", PhaseName.APPROACH, motion.approach, left),
+            ("departure", PhaseName.LEAVE, motion.departure, components[moment.lift.component]),
+        ):
+            for n, (start_ns, end_ns, _) in enumerate(motion.ways_ns(name)):
+                if whole is None:
+                    continue  # the phases do not agree with it: that is found elsewhere
+                way = _cut(whole, start_ns - motion.start_ns, end_ns - motion.start_ns)
+                if len(way.time_ns) >= 2:
+                    yield EmptyWay(what, way, first if n == 0 else None, self._present(moment, start_ns, end_ns))
+
+    def _present(self, moment: Moment, start_ns: int, end_ns: int) -> tuple[Thing, ...]:
+        """What stands or lies there at some time of a span.
+
+        Of a lift whose motion is not known, the part is in place if it comes before the crane's last lift, and in the
+        yard otherwise.
+        """
+        things = list(self._fixed)
+        since = -1 if moment.before is None else moment.before.order
+        first = self._delivery_at(start_ns, since)
+        last = 0 if moment.lift.place is None else moment.lift.place.delivery
+        for lift in self._lifts:
+            motion = self._motions.get(lift.order)
+            planned = lift.status is Status.PLANNED
+            if planned and (lift.order <= since if motion is None else motion.set_ns < end_ns):
+                things.append(self._thing_set(lift))
+            if lift.place is None or not first <= lift.place.delivery <= max(last, first):
+                continue
+            lies = not planned or (lift.order > since if motion is None else motion.raised_ns > start_ns)
+            if lies:
+                if lift.order not in self._stored:
+                    self._stored[lift.order] = stored_thing(self._site, lift, lift.place)
+                things.append(self._stored[lift.order])
+        return tuple(things)
+
+    def _delivery_at(self, at_ns: int, since: int) -> int:
+        """The earliest delivery of which something is still to be lifted or set."""
+        left = [one.place.delivery for one in self._lifts if one.place and not self._is_over(one, at_ns, since)]
+        return min(left, default=0)
+
+    def _is_over(self, lift: Lift, at_ns: int, since: int) -> bool:
+        """Whether a lift does not keep its delivery in the yard any more."""
+        if lift.status is not Status.PLANNED:
+            return True
+        motion = self._motions.get(lift.order)
+        return lift.order <= since if motion is None else motion.released_ns <= at_ns
+
+    def _thing_set(self, lift: Lift) -> Thing:
+        if lift.order not in self._set:
+            self._set[lift.order] = set_thing(self._site, lift)
+        return self._set[lift.order]
+
+
+def _cut(way: Trajectory, start_ns: int, end_ns: int) -> Trajectory:
+    inside = (way.time_ns >= start_ns) & (way.time_ns <= end_ns)
+    no_corner = np.zeros(0, np.int64)
+    return Trajectory(
+        way.time_ns[inside], way.slew_rad[inside], way.radius_m[inside], way.height_m[inside], no_corner, way.bound_s
+    )

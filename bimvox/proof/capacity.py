@@ -1,0 +1,40 @@
+"""The proof that no sample of a motion is beyond the load chart, read by other means than the planner's."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.records.proof import Check
+from bimvox.records.trajectory import Trajectory
+
+
+def check_capacity(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, mass_kg: float) -> None:
+    """Check that load, rigging and hook block together are within the load chart at the radius of every sample."""
+    hung_kg = mass_kg + crane.rigging_mass_kg + crane.hook_block_kg
+    used = _shares(crane, trajectory.radius_m, hung_kg)
+    worst = int(np.argmax(used))
+    check.measure(float(used[worst]))
+    check.look(
+        bool(used[worst] <= 1.0 + 1e-9),
+        f"{name}: {hung_kg:.0f} kg at {trajectory.radius_m[worst]:.2f} m is {used[worst]:.3f} of the capacity",
+        samples=len(used),
+    )
+
+
+def _shares(crane: TowerCrane, radius_m: NDArray[np.float64], hung_kg: float) -> NDArray[np.float64]:
+    """(N,) share of the capacity that a mass takes at each radius.
+
+    Between two points of the chart the capacity is a / r + b through both; a and b are solved for, span by span.
+    """
+    at, carries = np.array(crane.chart.radius_m), np.array(crane.chart.capacity_kg)
+    used = np.full(len(radius_m), np.inf)
+    used[radius_m <= at[0]] = hung_kg / carries[0]
+    inverse = np.ones((len(at) - 1, 2, 2))
+    inverse[:, 0, 0], inverse[:, 1, 0] = 1.0 / at[:-1], 1.0 / at[1:]
+    a, b = np.linalg.solve(inverse, np.stack([carries[:-1], carries[1:]], axis=1)[:, :, None])[:, :, 0].T
+    within = (radius_m > at[0]) & (radius_m <= at[-1])
+    span = np.searchsorted(at, radius_m[within]) - 1
+    used[within] = hung_kg / (a[span] / radius_m[within] + b[span])
+    return used

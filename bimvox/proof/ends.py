@@ -1,0 +1,114 @@
+"""The proof that a motion begins and ends where the plan says."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.kinematics import hook_of
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.proof.axes import axes_of_samples
+from bimvox.proof.moment import Moment
+from bimvox.records.motion import LiftMotion, PhaseName, quarters_of
+from bimvox.records.proof import Check
+from bimvox.site.component import Component, IntVec
+from bimvox.site.lifting import crane_for
+from bimvox.site.site import Site
+
+_SAME_M = 1e-3
+_SAME_RAD = 1e-6
+
+
+def check_ends(
+    check: Check,
+    name: str,
+    site: Site,
+    crane: TowerCrane,
+    moment: Moment,
+    motion: LiftMotion,
+    previous: LiftMotion | None,
+) -> None:
+    """Check where every trajectory of a lift begins and ends, within a millimetre.
+
+    Args:
+        check: Where the result goes.
+        name: The lift, for messages.
+        site: The site.
+        crane: Its crane.
+        moment: The moment before the lift.
+        motion: Its motion.
+        previous: The motion of the planned lift before it, if that is known.
+    """
+    component, place = site.components[moment.lift.component], moment.lift.place
+    usual, crane = crane, crane_for(site, crane, component)
+    if place is None:
+        check.look(False, f"{name}: it has no place in the yard")
+        return
+    raising, loaded = axes_of_samples(motion.raising), axes_of_samples(motion.loaded)
+
+    def same(what: str, axes: NDArray[np.float64], wanted_m: NDArray[np.float64]) -> None:
+        hook_m = hook_of(crane, *axes)
+        off_m = float(np.linalg.norm(hook_m - wanted_m))
+        check.measure(off_m)
+        check.look(off_m <= _SAME_M, f"{name}: {what} with the hook at {_text(hook_m)}, not at {_text(wanted_m)}")
+
+    same("the load's way starts", loaded[0], _hook_over(site, crane, component, place.transit_start_vox))
+    same("the load's way ends", loaded[-1], _hook_over(site, crane, component, component.target_vox))
+    same("it is raised", raising[-1], hook_of(crane, *loaded[0]))
+    _check_hooked_on(check, name, site, crane, moment, raising[0])
+    first = raising[0]
+    if motion.approach is not None:
+        approach = axes_of_samples(motion.approach)
+        first = approach[0]
+        same("the empty hook arrives", approach[-1], hook_of(crane, *raising[0]))
+    aside = motion.approach is not None and moment.before is None and PhaseName.WAIT in {p.name for p in motion.phases}
+    check.look(
+        aside or (motion.approach is None) == (moment.before is None),
+        f"{name}: the first lift, and no other, begins without an approach",
+    )
+    if motion.departure is not None:
+        same("it leaves", axes_of_samples(motion.departure)[0], hook_of(crane, *loaded[-1]))
+    if moment.before is not None:
+        left = site.components[moment.before.component]
+        same("the empty hook starts", first, _hook_over(site, crane_for(site, usual, left), left, left.target_vox))
+    turned = [phase for phase in motion.phases if phase.name is PhaseName.TURN]
+    wanted_ns = round(quarters_of(place.turn) * site.rules.turn_s * 1e9)
+    check.look(
+        sum(phase.end_ns - phase.start_ns for phase in turned) == wanted_ns,
+        f"{name}: lies turned by {place.turn} quarters, but is not turned back in {wanted_ns / 1e9:g} s",
+    )
+    turns = [loaded[0][0] - raising[-1][0]]
+    if motion.approach is not None:
+        turns.append(raising[0][0] - axes_of_samples(motion.approach)[-1][0])
+    if previous is not None:
+        turns.append(first[0] - axes_of_samples(previous.loaded)[-1][0])
+    check.look(
+        bool(np.abs(turns).max() <= _SAME_RAD),
+        f"{name}: between its parts, or since the lift before, the crane turned by {np.abs(turns).max():.6f} rad",
+    )
+
+
+def _check_hooked_on(
+    check: Check, name: str, site: Site, crane: TowerCrane, moment: Moment, axes: NDArray[np.float64]
+) -> None:
+    """The slings' end is right on top of the part as it lies, inside its outline on the plan."""
+    place = moment.lift.place
+    assert place is not None
+    foot_m = hook_of(crane, *axes) - np.array([0.0, 0.0, crane.sling_m])
+    low_m = site.frame.corner_of(place.cell_vox)
+    high_m = site.frame.corner_of(np.array(place.cell_vox) + place.shape.size_vox)
+    over = bool((foot_m[:2] >= low_m[:2] - _SAME_M).all() and (foot_m[:2] <= high_m[:2] + _SAME_M).all())
+    check.look(
+        over and abs(float(foot_m[2] - high_m[2])) <= _SAME_M,
+        f"{name}: is hooked on at {_text(foot_m)}, but its top in the yard is {_text(low_m)} to {_text(high_m)}",
+    )
+
+
+def _hook_over(site: Site, crane: TowerCrane, component: Component, cell_vox: IntVec) -> NDArray[np.float64]:
+    """(3,) where the hook is when a component's reference cell is at a placement, metres."""
+    cell = np.array(cell_vox) + np.array(component.hook_offset_vox) + [0.5, 0.5, 0.0]
+    return np.asarray(site.frame.corner_of(cell) + np.array([0.0, 0.0, crane.sling_m]), np.float64)
+
+
+def _text(point_m: NDArray[np.float64]) -> str:
+    return "(" + ", ".join(f"{value:.3f}" for value in point_m) + ") m"

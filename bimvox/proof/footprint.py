@@ -1,0 +1,321 @@
+"""Which cells the proof of a lift looked at: the lift's footprint.
+
+The verifier asks, for every placement on a lift's path and around its motion, whether anything is in the load's cells
+or in the column above the hook; in the box in which the part is raised; in the column above the empty hook. All of
+these cells together are the footprint, kept as one bit mask of heights for each column that has any.
+
+Why this proves a lift again after a change of the obstructions. Every check of ``verify_plan`` and ``verify_motions``
+that concerns an obstruction is of the form "no cell of it is among these cells", and all of these cells are in the
+footprint. (The jib, which turns above everything, is the one exception: it has a test of its own.) Obstructions have no
+triangles that a part may touch, so none is ever excused. A proof that held with the old cells therefore holds with the
+new ones if no cell that was added is in the footprint; a removed cell can break none. What else the proof rested on
+(path, motion, structure, the parts in place and in the yard) is the same, or is followed up by its own cells.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.proof.axes import axes_of_samples
+from bimvox.proof.hook import jib_cell, reaches_jib, tallest_met
+from bimvox.proof.jib import swept_by_jib
+from bimvox.proof.placements import Placements
+from bimvox.proof.space import reference_cells, way_of
+from bimvox.proof.swing import swung_placements
+from bimvox.records.lift import Lift, YardPlace
+from bimvox.records.motion import LiftMotion
+from bimvox.records.trajectory import Trajectory
+from bimvox.site.component import Component, IntVec, StoredPose
+from bimvox.site.lifting import crane_for
+from bimvox.site.margin import grown_cells, margin_vox, rope_margin_vox
+from bimvox.site.site import Site
+
+_WORD = 64
+_SLINGS_END = (0, 0, 0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Footprint:
+    """Cells of a grid, column by column.
+
+    Attributes:
+        columns: (N,) int32 flat indices x * Y + y of the columns that have any, ascending.
+        heights: (N, W) uint64 the heights in each: bit k % 64 of word k // 64 is cell k.
+    """
+
+    columns: NDArray[np.int32]
+    heights: NDArray[np.uint64]
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of its arrays."""
+        return self.columns.nbytes + self.heights.nbytes
+
+
+class CellMask:
+    """Any set of cells of a grid, as bits.
+
+    Args:
+        shape: (X, Y, Z) of the grid.
+    """
+
+    def __init__(self, shape: IntVec) -> None:
+        self._shape = shape
+        self._words = np.zeros((shape[0] * shape[1], -(-shape[2] // _WORD)), np.uint64)
+        self.empty = True
+
+    def add(self, cells: NDArray[np.int32]) -> None:
+        """Add cells ((N, 3) int32); those outside the grid are passed over."""
+        if len(cells):
+            self.empty = False
+            _mark_boxes(self._words, self._shape, _ORIGIN, np.ascontiguousarray(_as_runs(cells)))
+
+    def add_placements(self, placements: NDArray[np.int64], own: NDArray[np.int32]) -> None:
+        """Add the cells ((C, 3) relative to the reference cell) of a part at placements ((N, 3))."""
+        if len(placements):
+            self.empty = False
+            _mark_boxes(self._words, self._shape, np.ascontiguousarray(placements, np.int64), _as_runs(own))
+
+    def add_columns_above(self, cells: NDArray[np.int64]) -> None:
+        """Add cells ((N, 3)) and everything above them."""
+        if len(cells):
+            self.empty = False
+            _mark_above(self._words, self._shape, np.ascontiguousarray(cells, np.int64))
+
+    def add_box(self, low: NDArray[np.int64], size: NDArray[np.int64]) -> None:
+        """Add a box of cells."""
+        x, y, z = (int(n) for n in size)
+        if min(x, y, z) <= 0:
+            return
+        runs = np.stack([*(axis.ravel() for axis in np.indices((x, y))), np.zeros(x * y), np.full(x * y, z)], axis=1)
+        self.empty = False
+        _mark_boxes(self._words, self._shape, np.asarray(low, np.int64)[None], runs.astype(np.int64))
+
+    def meets(self, footprint: Footprint) -> bool:
+        """Return whether any cell is in both."""
+        return not self.empty and bool(_meet(self._words, footprint.columns, footprint.heights))
+
+    def without(self, other: CellMask) -> CellMask:
+        """Return the cells that are not in another set."""
+        left = CellMask(self._shape)
+        left._words = self._words & ~other._words
+        left.empty = not left._words.any()
+        return left
+
+    def reaches_jib(self, site: Site) -> bool:
+        """Return whether any cell is as high as the site's jib."""
+        if self.empty or site.crane is None:
+            return False
+        lowest = jib_cell(site, site.crane)
+        bits = np.zeros(self._words.shape[1] * _WORD, np.bool_)
+        bits[max(lowest, 0) :] = True
+        high = np.packbits(bits, bitorder="little").view(np.uint64)
+        return bool((self._words & high).any())
+
+    def footprint(self) -> Footprint:
+        """Return the set as a footprint."""
+        columns = np.flatnonzero(self._words.any(axis=1)).astype(np.int32)
+        return Footprint(columns, self._words[columns])
+
+
+def path_footprint(site: Site, lift: Lift) -> Footprint:
+    """Return the cells that ``verify_plan`` looks at for a planned lift: raising, path, hook line."""
+    component, place = site.components[lift.component], lift.place
+    assert lift.path_vox is not None
+    assert place is not None
+    mask = CellMask(site.shape)
+    mask.add_box(np.array(place.cell_vox), np.array(place.raising_size_vox(component)))
+    mask.add(place.turning_cells(component))
+    path = lift.path_vox.astype(np.int64)
+    mask.add_placements(path, grown_cells(component.shape.cells, margin_vox(site)))
+    if site.crane is not None and site.rules.rope:
+        for aside in _around(rope_margin_vox(site)):
+            mask.add_columns_above(path + np.array(component.hook_offset_vox) + aside)
+    return mask.footprint()
+
+
+def motion_footprint(site: Site, lift: Lift, motion: LiftMotion, since_ns: int | None = None) -> Footprint:
+    """Return the cells that ``verify_motions`` looks at for a lift: what load, hook line and empty hook sweep.
+
+    Args:
+        site: The site.
+        lift: The lift.
+        motion: Its motion.
+        since_ns: Only what is swept from this time on, on the site's clock.
+    """
+    assert lift.place is not None
+    assert site.crane is not None
+    mask = CellMask(site.shape)
+    rest_ns = 0 if since_ns is None else since_ns - motion.start_ns
+    _add_motion(mask, site, site.crane, site.components[lift.component], lift.place, motion, rest_ns)
+    return mask.footprint()
+
+
+def hook_footprint(site: Site, motion: LiftMotion, way: Trajectory, since_ns: int) -> Footprint:
+    """Return the cells that ``verify_motions`` looks at for a way of the empty hook from a time on.
+
+    Args:
+        site: The site, as its crane works on it.
+        motion: The lift that the way belongs to.
+        way: The way, times from the start of the lift.
+        since_ns: On the site's clock.
+    """
+    assert site.crane is not None
+    mask, rest_ns = CellMask(site.shape), since_ns - motion.start_ns
+    rest = _rest_of(way, rest_ns)
+    if rest is not None and site.rules.rope:
+        mask.add_columns_above(_placements(site, site.crane, rest, _SLINGS_END))
+        mask.add_columns_above(swung_placements(site, site.crane, motion, way, None, rest_ns))
+    return mask.footprint()
+
+
+def jib_meets(site: Site, motion: LiftMotion, cells: NDArray[np.int32]) -> bool:
+    """Return whether the jib turns into any of the cells ((N, 3)) during a lift."""
+    if site.crane is None:
+        return False
+    if site.crane.luffing is not None:
+        swept = swept_by_jib(site, site.crane, site.crane.luffing, motion.samples()[1])
+        return bool(swept[tuple(cells.T)].any())
+    if not reaches_jib(site, site.crane, cells):
+        return False
+    return bool(tallest_met(site, site.crane, cells, motion.samples()[1][:, 0]))
+
+
+def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox: int) -> Footprint:
+    """Return the cells that decide whether a lift has a start and last moves at all, whatever lies between.
+
+    Args:
+        site: The site.
+        component: The part.
+        place: Where it waits.
+        sideways_vox: How far around its place the last moves are looked for.
+    """
+    mask = CellMask(site.shape)
+    low, size = np.array(place.cell_vox), np.array(component.shape.size_vox)
+    mask.add_box(low, np.array(place.raising_size_vox(component)))
+    mask.add(place.turning_cells(component))
+    start = np.array(place.transit_start_vox, np.int64)[None]
+    margin = margin_vox(site)
+    mask.add_placements(start, grown_cells(component.shape.cells, margin))
+    mask.add_columns_above(start + np.array(component.hook_offset_vox))
+    around = np.array([sideways_vox + margin, sideways_vox + margin, 0])
+    bottom = np.array(component.target_vox) * [1, 1, 0] - around
+    mask.add_box(bottom, np.array([size[0], size[1], site.shape[2]]) + 2 * around)
+    return mask.footprint()
+
+
+def _add_motion(
+    mask: CellMask,
+    site: Site,
+    crane: TowerCrane,
+    component: Component,
+    place: YardPlace,
+    motion: LiftMotion,
+    rest_ns: int,
+) -> None:
+    """What the load, its hook line and the empty hook's line sweep, by the definitions of the verifier."""
+    hook = np.array(component.hook_offset_vox)
+    upright = place.pose is StoredPose.AS_BUILT and not place.turn
+    for whole, with_load in ((motion.raising, upright), (motion.loaded, True)):
+        trajectory = _rest_of(whole, rest_ns)
+        if trajectory is None:
+            continue
+        placements = _placements(site, crane_for(site, crane, component), trajectory, component.hook_offset_vox)
+        if whole is motion.loaded:
+            swung = swung_placements(site, crane, motion, whole, component, rest_ns)
+            placements = np.concatenate([placements, swung])
+        if with_load:
+            mask.add_placements(placements, grown_cells(component.shape.cells, margin_vox(site)))
+        if site.rules.rope:
+            mask.add_columns_above(placements + hook)
+    approach = None if motion.approach is None else _rest_of(motion.approach, rest_ns)
+    if approach is not None and site.rules.rope:
+        mask.add_columns_above(_placements(site, crane, approach, _SLINGS_END))
+        assert motion.approach is not None
+        mask.add_columns_above(swung_placements(site, crane, motion, motion.approach, None, rest_ns))
+
+
+def _rest_of(trajectory: Trajectory, rest_ns: int) -> Trajectory | None:
+    """What is left of a trajectory from a time on, a sample more than less; None where it is over."""
+    time_ns = trajectory.time_ns
+    if rest_ns <= time_ns[0]:
+        return trajectory
+    if rest_ns > time_ns[-1]:
+        return None
+    first = min(max(int(np.searchsorted(time_ns, rest_ns)) - 1, 0), len(time_ns) - 2)
+    return replace(
+        trajectory,
+        time_ns=time_ns[first:],
+        slew_rad=trajectory.slew_rad[first:],
+        radius_m=trajectory.radius_m[first:],
+        height_m=trajectory.height_m[first:],
+    )
+
+
+def _placements(site: Site, crane: TowerCrane, trajectory: Trajectory, hook_offset: IntVec) -> NDArray[np.int64]:
+    way = way_of(crane, axes_of_samples(trajectory), site.frame.voxel_size_m)
+    cells = reference_cells(crane, site.frame, way.axes, hook_offset)
+    return Placements(cells, way.slack_vox).cells
+
+
+_ORIGIN = np.zeros((1, 3), np.int64)
+
+
+def _around(reach: int) -> NDArray[np.int64]:
+    """((2 R + 1)^2, 3) int64 columns up to ``reach`` away, in plan."""
+    x, y = (axis.ravel() - reach for axis in np.indices((2 * reach + 1, 2 * reach + 1)))
+    return np.stack([x, y, np.zeros_like(x)], axis=1).astype(np.int64)
+
+
+def _as_runs(cells: NDArray[np.int32]) -> NDArray[np.int64]:
+    """(R, 4) int64 x, y, first z, one after the last z: cells ((N, 3)) as upright runs."""
+    order = np.lexsort(cells.T[::-1])
+    sorted_cells = cells[order].astype(np.int64)
+    step = np.diff(sorted_cells, axis=0)
+    starts = np.flatnonzero(np.r_[True, (step[:, :2] != 0).any(axis=1) | (step[:, 2] > 1)])
+    ends = np.r_[starts[1:], len(sorted_cells)] - 1
+    return np.column_stack([sorted_cells[starts], sorted_cells[ends, 2] + 1])
+
+
+@kernel
+def _mark_boxes(
+    words: NDArray[np.uint64], shape: tuple[int, int, int], placements: NDArray[np.int64], runs: NDArray[np.int64]
+) -> None:
+    for p in range(placements.shape[0]):
+        for r in range(runs.shape[0]):
+            x, y = placements[p, 0] + runs[r, 0], placements[p, 1] + runs[r, 1]
+            if 0 <= x < shape[0] and 0 <= y < shape[1]:
+                low, high = max(placements[p, 2] + runs[r, 2], 0), min(placements[p, 2] + runs[r, 3], shape[2])
+                _mark_run(words, x * shape[1] + y, low, high)
+
+
+@kernel
+def _mark_above(words: NDArray[np.uint64], shape: tuple[int, int, int], cells: NDArray[np.int64]) -> None:
+    for n in range(cells.shape[0]):
+        x, y = cells[n, 0], cells[n, 1]
+        if 0 <= x < shape[0] and 0 <= y < shape[1]:
+            _mark_run(words, x * shape[1] + y, max(cells[n, 2], 0), shape[2])
+
+
+@kernel
+def _mark_run(words: NDArray[np.uint64], column: int, low: int, high: int) -> None:
+    while low < high:
+        word = low // 64
+        end = min(high, (word + 1) * 64)
+        bits = np.uint64(0xFFFFFFFFFFFFFFFF) >> np.uint64(64 - (end - low))
+        words[column, word] |= bits << np.uint64(low - word * 64)
+        low = end
+
+
+@kernel
+def _meet(words: NDArray[np.uint64], columns: NDArray[np.int32], heights: NDArray[np.uint64]) -> bool:
+    for n in range(columns.shape[0]):
+        for w in range(heights.shape[1]):
+            if words[columns[n], w] & heights[n, w]:
+                return True
+    return False

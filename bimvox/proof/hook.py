@@ -1,0 +1,152 @@
+"""The proof that the empty hook and the jib meet nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.proof.axes import axes_of_samples
+from bimvox.proof.between import EmptyWay, one_way
+from bimvox.proof.jib import check_luffing_jib
+from bimvox.proof.lift import LiftProof
+from bimvox.proof.load import check_zone, things_over
+from bimvox.proof.moment import Moment, Thing, near_and_far
+from bimvox.proof.placements import Placements
+from bimvox.proof.space import (
+    reference_cells,
+    way_of,
+    within,
+)
+from bimvox.records.motion import LiftMotion
+from bimvox.site.lifting import crane_for
+from bimvox.site.site import Site, is_mast_of
+
+_SLINGS_END = (0, 0, 0)
+
+
+class HookProof(LiftProof):
+    """Its checks are ``empty_hook``, ``zones`` and ``jib``."""
+
+    def check(self, name: str, moment: Moment, motion: LiftMotion, ways: Sequence[EmptyWay] | None = None) -> None:
+        """Check the ways of the empty hook in a lift, and the jib over all of it.
+
+        Args:
+            name: The lift, for messages.
+            moment: The moment before it.
+            motion: Its motion.
+            ways: The ways of the empty hook; None: its approach, with what stands there at that moment.
+        """
+        self.start_ns = motion.start_ns
+        for way in one_way(self.site, moment, motion) if ways is None else ways:
+            self._check_approach(name, way)
+        time_ns, axes = motion.samples()
+        first, last = np.searchsorted(time_ns, self.window_ns)
+        seen = slice(max(int(first) - 1, 0), int(last) + 1)
+        jib = self.crane.luffing
+        present = (*moment.present, *(thing for way in ways or () for thing in way.present))
+        if jib is None:
+            self._check_jib(name, present, axes[seen])
+            return
+        component = self.site.components[moment.lift.component]
+        crane = crane_for(self.site, self.crane, component)
+        loaded_ns = motion.start_ns + int(motion.loaded.time_ns[0])
+        load = (component, axes[seen][time_ns[seen] >= loaded_ns])
+        check_luffing_jib(self.checks["jib"], name, self.site, crane, jib, present, axes[seen], load)
+
+    def _check_approach(self, name: str, empty: EmptyWay) -> None:
+        """A cell at the slings' end and the line above it are free, the next part in the yard included.
+
+        On the way out of a set point the line may run through cells of what touches the part just set, where it misses
+        the real triangles.
+        """
+        check, frame, approach, left = self.checks["empty_hook"], self.site.frame, empty.way, empty.left
+        way = way_of(self.crane, axes_of_samples(approach), frame.voxel_size_m)
+        cells = reference_cells(self.crane, frame, way.axes, _SLINGS_END)
+        placements = Placements(cells, way.slack_vox)
+        time_s = approach.time_ns[way.sample] / 1e9
+        check_zone(self.checks["zones"], f"{name}, {empty.what}", self.site, placements, None, cells, time_s)
+        if not self.site.rules.rope:
+            return
+        present = empty.present
+        self.cells.move_to(present)
+        hit = placements.at_positions(self.cells.line_meets(placements, _SLINGS_END))
+        check.look(True, "", samples=len(cells))
+        leaving = np.logical_and.accumulate(hit) if left is not None else np.zeros(len(hit), np.bool_)
+        bad = hit & ~leaving
+        if left is not None and leaving.any():
+            near, _ = near_and_far(left, present)
+            with self.cells.without(near):
+                bad |= leaving & placements.at_positions(self.cells.line_meets(placements, _SLINGS_END))
+            set_at = np.array(left.target_vox) + np.array(left.hook_offset_vox)
+            for n in np.flatnonzero(leaving & ~bad).tolist():
+                offset_m = (cells[n] - set_at) * frame.voxel_size_m
+                bad[n] = not all(self.triangles.rope_is_clear(left, offset_m, thing.solid) for thing in near)
+        bad &= within(approach, way, self.start_ns, self.window_ns)
+        if bad.any():
+            n = int(np.argmax(bad))
+            met = ", ".join(things_over(present, placements, n, np.zeros(3, np.int64)))
+            if left is not None and leaving[n]:
+                # The hook cannot leave where the part before was set: that lift is at fault, not this one.
+                check.about = left.id
+            when = f"{name}: on its {empty.what}, at {time_s[n]:.2f} s"
+            check.look(False, f"{when}, the empty hook or its rope meets {met}")
+
+    def _check_jib(self, name: str, present: Sequence[Thing], axes: NDArray[np.float64]) -> None:
+        """The jib, as wide as the mast, turns over nothing that is as high as it is.
+
+        What sticks out of the grid's top is cut off there, and not seen.
+        """
+        crane, check = self.crane, self.checks["jib"]
+        if not len(axes):
+            return
+        check.look(True, "", samples=len(axes))
+        lowest = jib_cell(self.site, crane)
+        if lowest >= self.site.shape[2]:
+            return
+        for thing in present:
+            if thing.high[2] < lowest:
+                check.look(True, "")
+                continue
+            met = not is_mast_of(crane, thing.name) and tallest_met(self.site, crane, thing.cells, axes[:, 0])
+            check.look(
+                not met, f"{name}: the jib at {crane.jib_height_m:g} m turns into {thing.name}, which is as high"
+            )
+
+
+def jib_cell(site: Site, crane: TowerCrane) -> int:
+    """Return the lowest height, in cells, at which something is as high as the jib."""
+    return int(np.floor((crane.jib_height_m - site.frame.origin_m[2]) / site.frame.voxel_size_m + 1e-6))
+
+
+def reaches_jib(site: Site, crane: TowerCrane, cells: NDArray[np.int32]) -> bool:
+    """Return whether any of the cells ((N, 3)) is as high as the jib."""
+    return bool((cells[:, 2] >= jib_cell(site, crane)).any())
+
+
+def tallest_met(site: Site, crane: TowerCrane, cells: NDArray[np.int32], slew_rad: NDArray[np.float64]) -> bool:
+    """Return whether the jib, as wide as the mast, turns into any of the cells that are as high as it is.
+
+    Args:
+        site: The site.
+        crane: Its crane.
+        cells: (N, 3) int32.
+        slew_rad: (M,) every slewing angle that the jib takes, unwrapped.
+    """
+    frame = site.frame
+    tall = cells[cells[:, 2] >= jib_cell(site, crane)]
+    if not len(tall):
+        return False
+    from_axis_m = frame.centre_of(tall)[:, :2] - np.array(crane.base_m[:2])
+    radius_m = np.hypot(*from_axis_m.T)
+    reached = radius_m <= crane.jib_length_m
+    half_m = crane.mast_size_m / 2.0 + frame.voxel_size_m * np.sqrt(0.5)
+    half_rad = np.arcsin(np.minimum(1.0, half_m / np.maximum(radius_m, 1e-9)))
+    at_rad = np.arctan2(from_axis_m[:, 1], from_axis_m[:, 0])
+    low, high = float(slew_rad.min()), float(slew_rad.max())
+    # The first turn of each angle, less its half width, that is not before the slewing range.
+    turned = low + np.remainder(at_rad + half_rad - low, 2.0 * np.pi)
+    met: NDArray[np.bool_] = reached & (turned - 2.0 * half_rad <= high)
+    return bool(met.any())

@@ -1,0 +1,228 @@
+"""The proof that a load on its way meets nothing, and that its hook line is free up to the jib."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.proof.axes import axes_of_samples
+from bimvox.proof.lift import LiftProof
+from bimvox.proof.moment import Moment, Thing, near_and_far, passed_by
+from bimvox.proof.placements import Placements
+from bimvox.proof.space import (
+    BETWEEN_VOX,
+    reference_cells,
+    tail_of,
+    way_of,
+    within,
+)
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion
+from bimvox.records.proof import Check
+from bimvox.records.trajectory import Trajectory
+from bimvox.site.component import Component, StoredPose
+from bimvox.site.lifting import crane_for
+from bimvox.site.site import Site
+
+
+class LoadProof(LiftProof):
+    """Its checks are ``motion_cells``, ``motion_triangles``, ``motion_rope`` and ``zones``."""
+
+    def check(self, name: str, moment: Moment, motion: LiftMotion) -> None:
+        """Check raising and loaded motion of a lift."""
+        component, place = self.site.components[moment.lift.component], moment.lift.place
+        self.start_ns = motion.start_ns
+        upright = place is not None and place.pose is StoredPose.AS_BUILT and not place.turn
+        # What a part sweeps while it is tipped up, or raised turned, is checked with its place in the yard; here its
+        # hook line is.
+        self._check_way(f"{name}, raised", component, moment, motion.raising, None, with_load=upright)
+        self._check_way(name, component, moment, motion.loaded, moment.lift, with_load=True)
+
+    def _check_way(
+        self,
+        name: str,
+        component: Component,
+        moment: Moment,
+        trajectory: Trajectory,
+        lift: Lift | None,
+        *,
+        with_load: bool,
+    ) -> None:
+        way = way_of(self.crane, axes_of_samples(trajectory), self.site.frame.voxel_size_m)
+        crane = crane_for(self.site, self.crane, component)
+        cells = reference_cells(crane, self.site.frame, way.axes, component.hook_offset_vox)
+        placements = Placements(cells, way.slack_vox)
+        own = component.shape.cells
+        time_s = trajectory.time_ns[way.sample] / 1e9
+        tail, now = tail_of(cells, lift), within(trajectory, way, self.start_ns, self.window_ns)
+        if not now.any():
+            return
+        near, far = near_and_far(component, moment.present) if tail.any() else ([], list(moment.present))
+        passed: list[Thing] = []
+        check = self.checks["motion_cells"]
+        if with_load:
+            inside = ~placements.at_positions(~self.cells.holds(placements, own))
+            if not inside.all():
+                n = int(np.argmin(inside))
+                check.look(False, f"{name}: leaves the site at {time_s[n]:.2f} s, cell {_text(cells[n])}")
+            hit = placements.at_positions(self.cells.meets(placements, own))
+            bad = hit & ~tail
+            if (hit & tail).any() and lift is not None:
+                left = self._left(placements, own, near) & tail
+                if (left & now).any():
+                    passed = self._check_passed(component, lift, cells[tail & now], far)
+                    near, far = [*near, *passed], [thing for thing in far if thing not in passed]
+                    left = self._left(placements, own, near) & tail
+                bad |= left
+            check.look(True, "", samples=int(now.sum()))
+            bad &= now
+            if bad.any():
+                n = int(np.argmax(bad))
+                met = ", ".join(_met(moment.present if not tail[n] else far, placements, n, own))
+                check.look(
+                    False, f"{name}: at {time_s[n]:.2f} s, cell {_text(cells[n])}, the load is in cells of {met}"
+                )
+            self._check_contact(component, cells, hit & tail & now, [thing for thing in near if thing not in passed])
+        if self.site.rules.rope:
+            self._check_rope(name, component, moment, cells, placements, tail, near, far, time_s, now)
+        check_zone(self.checks["zones"], name, self.site, placements, component, cells, time_s)
+
+    def _left(self, placements: Placements, own: NDArray[np.int32], without: Sequence[Thing]) -> NDArray[np.bool_]:
+        """(N,) at which positions the load is in cells of anything else."""
+        with self.cells.without(without):
+            return placements.at_positions(self.cells.meets(placements, own))
+
+    def _check_passed(
+        self, component: Component, lift: Lift, cells: NDArray[np.float64], far: Sequence[Thing]
+    ) -> list[Thing]:
+        """Return what the load passes by on its last moves, in cells of it; checked not to be met at all."""
+        assert lift.path_vox is not None
+        passed = passed_by(component, far, lift.path_vox[-lift.contact_moves :])
+        offsets_m = (cells - np.array(component.target_vox)) * self.site.frame.voxel_size_m
+        for thing in passed:
+            self.triangles.check_apart(self.checks["motion_triangles"], component, offsets_m, thing.solid)
+        return passed
+
+    def _check_contact(
+        self, component: Component, cells: NDArray[np.float64], hit: NDArray[np.bool_], near: Sequence[Thing]
+    ) -> None:
+        """From the first contact by cells on the real triangles decide, neighbour by neighbour."""
+        if not hit.any():
+            return
+        first = max(0, int(np.argmax(hit)) - 1)
+        offsets_m = (cells[first:] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
+        for thing in near:
+            self.triangles.check_way(self.checks["motion_triangles"], component, offsets_m, thing.solid)
+
+    def _check_rope(
+        self,
+        name: str,
+        component: Component,
+        moment: Moment,
+        cells: NDArray[np.float64],
+        placements: Placements,
+        tail: NDArray[np.bool_],
+        near: Sequence[Thing],
+        far: Sequence[Thing],
+        time_s: NDArray[np.float64],
+        now: NDArray[np.bool_],
+    ) -> None:
+        """A hook line one cell wide is free; in the tail the rope itself must miss the triangles of neighbours."""
+        check = self.checks["motion_rope"]
+        check.look(True, "", samples=int(now.sum()))
+        hit = placements.at_positions(self.cells.line_meets(placements, component.hook_offset_vox)) & now
+        bad = hit & ~tail
+        doubtful = hit & tail
+        if doubtful.any():
+            with self.cells.without(near):
+                line = self.cells.line_meets(placements, component.hook_offset_vox)
+            bad |= now & placements.at_positions(line)
+        for n in np.flatnonzero(doubtful & ~bad).tolist():
+            offset_m = (cells[n] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
+            bad[n] = not all(self.triangles.rope_is_clear(component, offset_m, thing.solid) for thing in near)
+        if bad.any():
+            n = int(np.argmax(bad))
+            met = ", ".join(things_over(moment.present, placements, n, np.array(component.hook_offset_vox)))
+            check.look(False, f"{name}: at {time_s[n]:.2f} s, cell {_text(cells[n])}, the hoist rope meets {met}")
+
+
+def check_zone(
+    check: Check,
+    name: str,
+    site: Site,
+    placements: Placements,
+    component: Component | None,
+    cells: NDArray[np.float64],
+    time_s: NDArray[np.float64],
+) -> None:
+    """Check that hook and load are over no column that a zone forbids them, and the hook as high as limiters want it.
+
+    Args:
+        check: Where the result goes.
+        name: The lift, for messages.
+        site: The site.
+        placements: Whole placements around every position.
+        component: The load; None for the empty hook.
+        cells: (N, 3) the positions, in reference cells.
+        time_s: (N,) their times.
+    """
+    offset = np.array((0, 0, 0) if component is None else component.hook_offset_vox)
+
+    def over(zone: NDArray[np.bool_], offsets: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Which placements have one of these columns, relative to the reference cell, over a zone."""
+        found = np.zeros(len(placements.cells), np.bool_)
+        for column in offsets:
+            at = placements.cells[:, :2] + column
+            inside = ((at >= 0) & (at < zone.shape)).all(axis=1)
+            found[inside] |= zone[at[inside, 0], at[inside, 1]]
+        return found
+
+    def look(bad: NDArray[np.bool_], what: str) -> None:
+        check.look(not bad.any(), f"{name}: {what} at {time_s[int(np.argmax(bad))]:.2f} s", samples=len(bad))
+
+    if site.prohibited is not None:
+        look(placements.at_positions(over(site.prohibited, offset[None, :2])), "the hook is over a prohibited zone")
+    if site.no_load is not None and component is not None:
+        columns = np.unique(component.shape.cells[:, :2], axis=0).astype(np.int64)
+        look(placements.at_positions(over(site.no_load, columns)), "the load is over a zone that is closed to it")
+    if site.hook_heights is not None and site.crane is not None:
+        sling_m = crane_for(site, site.crane, component).sling_m
+        hook_m = site.frame.origin_m[2] + (cells[:, 2] + offset[2]) * site.frame.voxel_size_m + sling_m
+        columns = placements.cells[:, :2] + offset[:2]
+        shape = site.hook_heights.low_m.shape
+        inside = ((columns >= 0) & (columns < shape)).all(axis=1)
+        low, high = np.full(len(columns), -np.inf), np.full(len(columns), np.inf)
+        low[inside] = site.hook_heights.low_m[columns[inside, 0], columns[inside, 1]]
+        high[inside] = site.hook_heights.high_m[columns[inside, 0], columns[inside, 1]]
+        slack_m = BETWEEN_VOX * site.frame.voxel_size_m
+        wrong = hook_m < low[placements.around].max(axis=0) - slack_m
+        look(
+            wrong | (hook_m > high[placements.around].min(axis=0) + slack_m),
+            "the hook is not as high as a limiter wants it",
+        )
+
+
+def things_over(
+    things: Sequence[Thing], placements: Placements, position: int, hook_offset_vox: NDArray[np.int64]
+) -> list[str]:
+    """Return the names of what is in the hook's column at one position."""
+    hook = placements.at(position) + hook_offset_vox
+    return [
+        thing.name
+        for thing in things
+        if any(
+            ((thing.cells[:, :2] == column[:2]).all(axis=1) & (thing.cells[:, 2] >= column[2])).any() for column in hook
+        )
+    ]
+
+
+def _met(things: Sequence[Thing], placements: Placements, position: int, own: NDArray[np.int32]) -> list[str]:
+    """Return the names of what is in the load's cells at one position."""
+    cells = {tuple(cell) for place in placements.at(position) for cell in (own + place).tolist()}
+    return [thing.name for thing in things if any(tuple(cell) in cells for cell in thing.cells.tolist())]
+
+
+def _text(cell: NDArray[np.float64]) -> str:
+    return "(" + ", ".join(f"{value:.2f}" for value in cell) + ")"

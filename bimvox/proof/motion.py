@@ -1,0 +1,235 @@
+"""Proves the crane's motions again, by other means than they were made.
+
+The motions are made from moves that a swept check of the summed-area table found free. This module knows nothing of
+moves: it takes the samples as they are (a log's, for instance), goes along the chords between them, and looks up raw
+cells; on the last moves, where neighbours share cells, a collision library decides on the real triangles.
+
+Numeric tolerances: a position at a sample is within a cell when it reaches less than 1e-5 of a cell into the next one,
+between samples 0.05 of a cell (``BETWEEN_VOX``); ends and positions agree within 1 mm; rates, accelerations and jerks
+may exceed their limit by 0.1 %.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.proof.axes import (
+    check_limits,
+    check_phases,
+    check_range,
+    check_rests,
+    check_spacing,
+    is_sound,
+)
+from bimvox.proof.between import Between
+from bimvox.proof.capacity import check_capacity
+from bimvox.proof.cranes import check_cranes, check_turns
+from bimvox.proof.ends import check_ends
+from bimvox.proof.hook import HookProof
+from bimvox.proof.load import LoadProof
+from bimvox.proof.moment import Moment, moments
+from bimvox.proof.space import ALWAYS_NS, RawCells
+from bimvox.proof.swing import SwingProof
+from bimvox.proof.triangles import TriangleCheck
+from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.motion import LiftMotion
+from bimvox.records.proof import Check, Verification, turn_to
+from bimvox.site.site import Site
+
+UNITS = {
+    "timeline": "",
+    "axis_limits": "share of limit",
+    "axis_range": "",
+    "ends": "m",
+    "rests": "",
+    "spacing": "cells",
+    "capacity": "share of capacity",
+    "motion_cells": "",
+    "motion_triangles": "m",
+    "motion_rope": "",
+    "empty_hook": "",
+    "zones": "",
+    "jib": "",
+    "swing": "m",
+}
+"""The checks, and what ``worst`` is measured in."""
+
+CRANES_UNITS = {"cranes": "share of distance", "turns": ""}
+"""Checks of sites with several cranes only."""
+
+
+def verify_motions(
+    plan: LiftPlan,
+    motions: Sequence[LiftMotion],
+    context: Collection[Lift] = (),
+    *,
+    window_ns: tuple[int, int] = ALWAYS_NS,
+    known: Sequence[LiftMotion] | None = None,
+) -> Verification:
+    """Check the motions of a plan.
+
+    Args:
+        plan: The plan; taken as proven by ``verify_plan``.
+        motions: One per planned lift, in order; none for a site without a crane.
+        context: Lifts of the same plan that it does not carry (it is an extract of a log).
+        window_ns: The time on the site's clock for which what stands on the site was there; nothing is met outside.
+        known: Of a site with several cranes: the motions of all lifts, the context's too. They say what stands and lies
+            where; that the cranes keep apart is then proven for all of the time at once, by ``verify_together``.
+
+    Returns:
+        Every check, with what failed and where.
+    """
+    return _Verifier(plan, motions, context, window_ns, known).run()
+
+
+def verify_together(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()) -> Verification:
+    """Check that several cranes keep apart and take turns, whatever is in the way; nothing where there is one.
+
+    Args:
+        plan: The plan.
+        motions: As for ``verify_motions``.
+        context: As for ``verify_motions``.
+    """
+    verifier = _Verifier(plan, motions, context, ALWAYS_NS, None)
+    verifier.check_cranes()
+    return Verification(tuple(check for name, check in verifier.checks.items() if name in CRANES_UNITS))
+
+
+class _Verifier:
+    def __init__(
+        self,
+        plan: LiftPlan,
+        motions: Sequence[LiftMotion],
+        context: Collection[Lift],
+        window_ns: tuple[int, int],
+        known: Sequence[LiftMotion] | None,
+    ) -> None:
+        self.window_ns, self.known = window_ns, known
+        self.plan, self.site, self.motions, self.context = plan, plan.site, motions, context
+        units = UNITS | (CRANES_UNITS if plan.site.other_cranes else {})
+        self.checks = {name: Check(name, unit=unit) for name, unit in units.items()}
+
+    def run(self) -> Verification:
+        if self.site.crane is None:
+            self.checks["timeline"].look(not self.motions, "motions on a site that has no crane")
+            return Verification(tuple(self.checks.values()))
+        self._check_timeline()
+        by_order = {motion.order: motion for motion in self.motions}
+        triangles, cells = TriangleCheck(self.plan), RawCells(self.site.shape)
+        proofs = [self._proofs(number, triangles, cells) for number in range(len(self.site.cranes))]
+        seen = self.motions if self.known is None else self.known
+        between = Between(self.plan, self._sound_ones(seen), self.context) if self.site.other_cranes else None
+        previous: dict[int, LiftMotion] = {}
+        for moment in moments(self.plan, self.context):
+            motion = by_order.get(moment.lift.order)
+            component = self.site.components[moment.lift.component]
+            turn_to(self.checks.values(), component.id)
+            name = f"lift {moment.lift.order} ({component.id})"
+            before = previous.pop(component.crane, None)
+            if motion is None or motion.component != moment.lift.component:
+                self.checks["timeline"].look(False, f"{name}: it has no motion")
+                continue
+            if not is_sound(self.checks["timeline"], name, motion):
+                continue
+            if motion.crane != component.crane:
+                self.checks["timeline"].look(False, f"{name}: it is driven by crane {motion.crane}, not its own")
+                continue
+            if between is not None:
+                moment = replace(moment, before=between.before(moment.lift))
+            if before is not None and (moment.before is None or before.order != moment.before.order):
+                before = None
+            site, crane, load, hook, swing = proofs[component.crane]
+            self._check_axes(name, crane, moment, motion)
+            check_ends(self.checks["ends"], name, site, crane, moment, motion, before)
+            cells.move_to(moment.present)
+            load.check(name, moment, motion)
+            ways = None if between is None else tuple(between.ways(moment, motion))
+            hook.check(name, moment, motion, ways)
+            swing.check(name, moment, motion, ways)
+            previous[component.crane] = motion
+        if self.known is None:
+            self.check_cranes()
+        return Verification(tuple(self.checks.values()))
+
+    def _proofs(
+        self, number: int, triangles: TriangleCheck, cells: RawCells
+    ) -> tuple[Site, TowerCrane, LoadProof, HookProof, SwingProof]:
+        """The site as one of its cranes works on it, and what proves that crane's motions."""
+        site, crane = self.site.for_crane(number), self.site.cranes[number]
+        shared = (site, crane, triangles, cells, self.checks, self.window_ns)
+        return site, crane, LoadProof(*shared), HookProof(*shared), SwingProof(*shared)
+
+    def _sound_ones(self, motions: Sequence[LiftMotion]) -> dict[int, LiftMotion]:
+        """The motions with sound trajectories, by order; the others are found fault with where their turn is."""
+        aside = Check("timeline")
+        return {motion.order: motion for motion in motions if is_sound(aside, "", motion)}
+
+    def _check_timeline(self) -> None:
+        """One motion per planned lift, in order, on one clock without gaps."""
+        check = self.checks["timeline"]
+        planned = [lift for lift in (*self.plan.lifts, *self.context) if lift.status is Status.PLANNED]
+        planned.sort(key=lambda lift: lift.order)
+        carried = [lift.order for lift in self.plan.lifts if lift.status is Status.PLANNED]
+        given = [motion.order for motion in self.motions]
+        check.look(given == sorted(carried), f"the motions are of lifts {given}, planned are {sorted(carried)}")
+        clock: dict[int, LiftMotion] = {motion.order: motion for motion in self.motions}
+        by_crane: dict[int, list[Lift]] = {}
+        for lift in planned:
+            by_crane.setdefault(self.site.components[lift.component].crane, []).append(lift)
+        for own in by_crane.values():
+            self._check_clock(own, clock)
+        check.look(given == sorted(given), "the motions do not follow each other in the order of their lifts")
+
+    def _check_clock(self, lifts: Sequence[Lift], clock: Mapping[int, LiftMotion]) -> None:
+        """The lifts of one crane follow each other without gaps, from the start of the clock."""
+        check = self.checks["timeline"]
+        before: LiftMotion | None = None
+        starts: list[int] = []
+        for n, lift in enumerate(lifts):
+            motion = clock.get(lift.order)
+            if motion is None:
+                before = None
+                continue
+            starts.append(motion.start_ns)
+            if n == 0:
+                check.look(
+                    motion.start_ns == 0, f"lift {lift.order}: the clock starts at {motion.start_ns} ns, not at 0"
+                )
+            if before is not None:
+                check.look(
+                    motion.start_ns == before.end_ns,
+                    f"lift {lift.order}: starts at {motion.start_ns / 1e9:.3f} s, "
+                    f"the lift before ends at {before.end_ns / 1e9:.3f} s",
+                )
+            check.look(motion.end_ns > motion.start_ns, f"lift {lift.order}: ends before it starts")
+            check_phases(check, f"lift {lift.order}", motion)
+            before = motion
+        check.look(starts == sorted(starts), "the motions do not follow each other on the clock")
+
+    def check_cranes(self) -> None:
+        """Several cranes: their turns, and the distance that they keep."""
+        if not self.site.other_cranes:
+            return
+        sound = list(self._sound_ones(self.motions).values())
+        check_turns(self.checks["turns"], self.site, self.plan, sound, self.context)
+        is_whole = not self.context and self.window_ns == ALWAYS_NS
+        check_cranes(self.checks["cranes"], self.site, sound, self.window_ns, is_whole=is_whole)
+
+    def _check_axes(self, name: str, crane: TowerCrane, moment: Moment, motion: LiftMotion) -> None:
+        mass_kg = self.site.components[moment.lift.component].mass_kg
+        check_limits(self.checks["axis_limits"], name, crane, motion, mass_kg)
+        check_range(self.checks["axis_range"], name, crane, motion.samples()[1], self.site.frame.voxel_size_m)
+        masses = {id(motion.approach): 0.0, id(motion.departure): 0.0}
+        for what, part in (
+            ("approach", motion.approach),
+            ("raising", motion.raising),
+            ("loaded motion", motion.loaded),
+            ("departure", motion.departure),
+        ):
+            if part is None:
+                continue
+            check_rests(self.checks["rests"], name, crane, part, what)
+            check_spacing(self.checks["spacing"], name, crane, part, self.site.frame.voxel_size_m)
+            check_capacity(self.checks["capacity"], name, crane, part, masses.get(id(part), mass_kg))

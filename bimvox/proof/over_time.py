@@ -1,0 +1,132 @@
+"""The proof of a plan that is being carried out while obstructions come and go.
+
+What was driven is proven against what was in the way then, what is still to come against what is in the way now. A
+lift's path counts from the moment at which the load began to follow it; where a change did not meet what was left of
+the way, the way goes on into the next epoch, and its motion is proven for the time before the change against the old
+obstructions and for the time after it against the new.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import replace
+
+from bimvox.proof.motion import verify_motions, verify_together
+from bimvox.proof.plan import verify_plan
+from bimvox.proof.space import ALWAYS_NS
+from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.motion import LiftMotion
+from bimvox.records.proof import Check, Verification
+from bimvox.site.site import Blocker, Site
+
+
+def verify_plan_over_time(
+    plan: LiftPlan,
+    motions: Sequence[LiftMotion],
+    context: Collection[Lift] = (),
+    *,
+    known_shapes: set[int] | None = None,
+) -> Verification:
+    """Check every planned lift of a plan, each path against what was in the way when the load began to follow it.
+
+    Args:
+        plan: The plan.
+        motions: Motions of its lifts; they say when.
+        context: Lifts of the same plan that it does not carry.
+        known_shapes: See ``verify_plan``.
+    """
+    if not plan.history:
+        return verify_plan(plan, context, known_shapes=known_shapes)
+    starts = {motion.order: _begins_ns(plan.site, motion) for motion in motions}
+    found = []
+    for from_ns, until_ns, site in epochs_of(plan):
+        lifts = [
+            version
+            for lift in plan.lifts
+            for begins_ns, version in _versions(lift, starts.get(lift.order, ALWAYS_NS[1] - 1))
+            if from_ns <= begins_ns < until_ns
+        ]
+        orders = {lift.order for lift in lifts}
+        others = [lift for lift in (*plan.lifts, *context) if lift.order not in orders]
+        if lifts:
+            own = replace(plan, site=site, lifts=tuple(lifts), history=())
+            found.append(verify_plan(own, others, known_shapes=known_shapes))
+    return _together(found)
+
+
+def verify_motions_over_time(
+    plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()
+) -> Verification:
+    """Check the motions of a plan, each moment of them against what was in the way then.
+
+    Args:
+        plan: The plan; taken as proven by ``verify_plan_over_time``.
+        motions: One per planned lift, in order.
+        context: Lifts of the same plan that it does not carry.
+    """
+    if not plan.history:
+        return verify_motions(plan, motions, context)
+    found = []
+    known = motions if plan.site.other_cranes else None
+    for from_ns, until_ns, site in epochs_of(plan):
+        driven = [motion for motion in motions if motion.start_ns < until_ns and motion.end_ns > from_ns]
+        orders = {motion.order for motion in driven}
+        own = replace(plan, site=site, lifts=tuple(lift for lift in plan.lifts if lift.order in orders), history=())
+        others = [lift for lift in (*plan.lifts, *context) if lift.order not in orders]
+        found.append(verify_motions(own, driven, others, window_ns=(from_ns, until_ns), known=known))
+    if known is not None:
+        found.append(verify_together(plan, motions, context))
+    whole = [motion.order for motion in motions]
+    planned = sorted(lift.order for lift in plan.lifts if lift.status is Status.PLANNED)
+    timeline = Check("timeline")
+    timeline.look(whole == planned, f"the motions are of lifts {whole}, planned are {planned}")
+    return _together([*found, Verification((timeline,))])
+
+
+def epochs_of(plan: LiftPlan) -> Iterator[tuple[int, int, Site]]:
+    """Yield from when until when (site's clock, ns) which site was there; the last one is the plan's own."""
+    from_ns = ALWAYS_NS[0]
+    for epoch in plan.history:
+        yield from_ns, epoch.until_ns, site_with(plan.site, epoch.obstructions)
+        from_ns = epoch.until_ns
+    yield from_ns, ALWAYS_NS[1], plan.site
+
+
+def site_with(site: Site, obstructions: Iterable[Blocker]) -> Site:
+    """Return a site with other obstructions in the way; its labels and digests are those of the original."""
+    fixed = tuple(blocker for blocker in site.blockers if blocker.kind != "obstruction")
+    return replace(site, blockers=(*fixed, *obstructions))
+
+
+def _begins_ns(site: Site, motion: LiftMotion) -> int:
+    """When a lift counts as begun. Of several cranes the hook may wait long for its turn, and the path change."""
+    return motion.hooked_ns if site.other_cranes else motion.start_ns
+
+
+def _versions(lift: Lift, start_ns: int) -> Iterator[tuple[int, Lift]]:
+    """Every path of a lift as a lift of its own, and when the load began to follow it."""
+    begins_ns = start_ns
+    for n, left in enumerate(lift.left):
+        yield (
+            begins_ns,
+            # How many moves are possible at least is known of its present path alone.
+            replace(
+                lift, path_vox=left.path_vox, contact_moves=left.contact_moves, shortest_moves=None, left=lift.left[:n]
+            ),
+        )
+        begins_ns = left.until_ns
+    yield begins_ns, lift
+
+
+def _together(found: Sequence[Verification]) -> Verification:
+    """Put the checks of the same name into one."""
+    checks: dict[str, Check] = {}
+    for check in (check for verification in found for check in verification.checks):
+        whole = checks.setdefault(check.name, Check(check.name, unit=check.unit))
+        whole.samples += check.samples
+        whole.failed += check.failed
+        whole.failures += check.failures
+        whole.culprits |= check.culprits
+        if check.worst is not None:
+            whole.measure(check.worst)
+    return Verification(tuple(checks.values()))

@@ -1,0 +1,346 @@
+"""Proves a finished plan again, by other means than it was made.
+
+The planner asks a summed-area table and an exact sweep. This module asks neither: it counts what is in each raw cell,
+in a plain grid kept from lift to lift, and tests the real triangles with a collision library (FCL), finely sampled.
+Infeasible lifts prove nothing and are not looked at, except that what they leave out must not be leaned on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
+
+from bimvox.crane.load_chart import capacity_kg
+from bimvox.proof.marks import Marks, hits
+from bimvox.proof.moment import Thing, beside, cells_in_common, moments, near_and_far, passed_by
+from bimvox.proof.shape import check_shape
+from bimvox.proof.site_rules import check_rope_margin, check_wind, check_zones
+from bimvox.proof.stands import check_stands
+from bimvox.proof.triangles import TriangleCheck
+from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
+from bimvox.records.proof import Check, Verification, turn_to
+from bimvox.site.component import Component, StoredPose
+from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape
+
+
+def verify_plan(
+    plan: LiftPlan, context: Collection[Lift] = (), *, known_shapes: set[int] | None = None
+) -> Verification:
+    """Check every planned lift of a plan.
+
+    Args:
+        plan: The plan.
+        context: Lifts of the same plan that it does not carry (it is an extract of a log): they stand where the plan
+            puts them and wait where it says, but are not proven.
+        known_shapes: Indices of components of the same site whose cells were checked to cover their triangles; they are
+            not checked again, and those that pass now are added.
+
+    Returns:
+        Every check, with what failed and where.
+    """
+    return _Verifier(plan, context, set() if known_shapes is None else known_shapes).run()
+
+
+class _Verifier:
+    def __init__(self, plan: LiftPlan, context: Collection[Lift], known_shapes: set[int]) -> None:
+        self.plan, self.context, self.site = plan, context, plan.site
+        self.lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
+        self.triangles = TriangleCheck(plan)
+        self.known_shapes = known_shapes
+        self.marks, self.near_marks = Marks(self.site.shape), Marks(self.site.shape)
+        names = (
+            "complete",
+            "shapes",
+            "unit_moves",
+            "boundary",
+            "cells",
+            "triangles",
+            "rope",
+            "reach",
+            "support",
+            "yard",
+            "stands",
+        )
+        self.checks = {name: Check(name) for name in names}
+        if self.site.rules.transit_clearance_m > 0.0:
+            self.checks["margin"] = Check("margin")
+        if self.site.crane is not None and self.site.rules.rope and self.site.rules.rope_clearance_m > 0.0:
+            self.checks["rope_margin"] = Check("rope_margin")
+        if self.site.crane is not None and self.site.rules.wind_speed_m_s > 0.0:
+            self.checks["wind"] = Check("wind", unit="share of permitted wind")
+        self.checks["triangles"].unit = "m"
+        self.checks["reach"].unit = "share of capacity"
+
+    def run(self) -> Verification:
+        self._check_complete()
+        self._check_deliveries()
+        proven = {lift.order for lift in self.context}
+        check_stands(self.checks["stands"], self.site, self.lifts, unheld=self.plan.unheld, proven=proven)
+        for moment in moments(self.plan, self.context):
+            self._check_lift(moment.lift, moment.present, moment.placed)
+        return Verification(tuple(self.checks.values()))
+
+    def _check_deliveries(self) -> None:
+        """They come one after the other, and none weighs more than a truck carries, but for a single part."""
+        most_kg = self.site.rules.truckload_kg
+        loads: dict[int, list[float]] = {}
+        for lift in self.lifts:
+            if lift.place is not None:
+                loads.setdefault(lift.place.delivery, []).append(self.site.components[lift.component].mass_kg)
+        for number, masses in loads.items() if most_kg > 0.0 else ():
+            self.checks["yard"].look(
+                len(masses) == 1 or sum(masses) <= most_kg + 1e-6,
+                f"delivery {number} weighs {sum(masses):.0f} kg, more than the {most_kg:.0f} kg of a truckload",
+            )
+        delivery = 0
+        for lift in self.lifts:
+            if lift.place is not None:
+                self.checks["yard"].look(
+                    lift.place.delivery >= delivery,
+                    f"{self._name(lift)}: comes with an earlier delivery than the lift before",
+                )
+                delivery = lift.place.delivery
+
+    def _name(self, lift: Lift) -> str:
+        return self.site.components[lift.component].id
+
+    def _check_complete(self) -> None:
+        check = self.checks["complete"]
+        seen = [lift.component for lift in self.lifts]
+        check.look(sorted(seen) == list(range(len(self.site.components))), "not every component has exactly one lift")
+        orders = sorted(lift.order for lift in self.lifts)
+        check.look(orders == list(range(len(orders))), "the lifts are not numbered 0, 1, 2 ...")
+        for lift in self.plan.lifts:
+            good = (lift.path_vox is not None and lift.place is not None) == (lift.status is Status.PLANNED)
+            check.look(good or lift.path_vox is None, f"{self._name(lift)}: its path and its status disagree")
+            if lift.status is Status.INFEASIBLE:
+                check.look(bool(lift.reason), f"{self._name(lift)}: infeasible without a reason")
+
+    def _check_lift(self, lift: Lift, present: Sequence[Thing], placed: Collection[int]) -> None:
+        component = self.site.components[lift.component]
+        path, place = lift.path_vox, lift.place
+        turn_to(self.checks.values(), component.id)
+        if path is None or place is None:
+            self.checks["complete"].look(False, f"{component.id}: planned, but without a path or a place in the yard")
+            return
+        self._check_shape(component)
+        self._check_moves(lift, component, path)
+        inside = self._check_boundary(component, path)
+        if not inside:
+            return
+        self.marks.move_to(present)
+        self._check_yard(lift, component, present)
+        self._check_cells(lift, component, path, present)
+        self._check_margin(lift, component, path, present)
+        if "rope_margin" in self.checks:
+            check_rope_margin(self.checks["rope_margin"], self.site, lift, component, self.marks.counts)
+        self._check_hook(component, path, present)
+        self._check_support(component, placed)
+
+    def _check_shape(self, component: Component) -> None:
+        check = self.checks["shapes"]
+        if component.index in self.known_shapes:
+            return
+        failed = check.failed
+        check_shape(check, component, self.site.frame)
+        if check.failed == failed:
+            self.known_shapes.add(component.index)
+
+    def _check_moves(self, lift: Lift, component: Component, path: NDArray[np.int32]) -> None:
+        check, place = self.checks["unit_moves"], lift.place
+        if place is None:
+            return
+        start = place.transit_start_vox
+        check.look(
+            bool(lift.left) or tuple(path[0]) == start,
+            f"{component.id}: its path starts at {tuple(path[0])}, not above its place",
+        )
+        check.look(
+            tuple(path[-1]) == component.target_vox,
+            f"{component.id}: its path ends at {tuple(path[-1])}, not at its place {component.target_vox}",
+        )
+        steps = np.abs(np.diff(path.astype(np.int64), axis=0))
+        bad = np.flatnonzero((steps.sum(axis=1) != 1) | (steps.max(axis=1, initial=0) != 1))
+        check.look(not len(bad), f"{component.id}: move {bad[:1]} is not one cell along one axis", samples=len(steps))
+        if lift.shortest_moves is not None and not lift.left:
+            check.look(lift.shortest_moves <= len(steps), f"{component.id}: shorter than the shortest path")
+
+    def _check_boundary(self, component: Component, path: NDArray[np.int32]) -> bool:
+        size = component.shape.cells.max(axis=0)
+        good = ((path >= 0).all(axis=1) & (path + size < self.site.shape).all(axis=1)).all()
+        self.checks["boundary"].look(bool(good), f"{component.id}: leaves the site's boundary", samples=len(path))
+        return bool(good)
+
+    def _check_yard(self, lift: Lift, component: Component, present: Sequence[Thing]) -> None:
+        check, place = self.checks["yard"], lift.place
+        if place is None or lift.left:  # it left the yard on another path, which is proven by itself
+            return
+        cells = place.shape.cells + np.array(place.cell_vox)
+        turned = stored_shape(component.shape, place.pose, place.turn)
+        check.look(
+            np.array_equal(turned.cells, place.shape.cells), f"{component.id}: stored in another shape than its own"
+        )
+        inside = bool(((cells >= 0) & (cells < self.site.shape)).all())
+        check.look(inside, f"{component.id}: stored outside the site")
+        if not inside:
+            return
+        check.look(place.cell_vox[2] == 1, f"{component.id}: is not stored on the ground")
+        if component.start_vox is None:
+            check.look(bool(self.site.yard[tuple(cells[:, :2].T)].all()), f"{component.id}: stored outside the yard")
+        size = np.array(erection_size_vox(turned_shape(component.shape, place.turn), place.pose))
+        size[2] += place.rise_vox - 1
+        low = np.array(place.cell_vox)
+        raised = "erected" if place.pose is not StoredPose.AS_BUILT else "raised"
+        first, last = low.tolist(), (low + size - 1).tolist()
+        close = beside(present, first, last)
+        check.look(True, "", samples=len(present) - len(close))
+        for thing in close:
+            hit = ((thing.cells >= low) & (thing.cells < low + size)).all(axis=1)
+            check.look(not hit.any(), f"{component.id}: meets {thing.name} while it is {raised}")
+        self._check_turning(check, component, place, present)
+
+    def _check_turning(self, check: Check, component: Component, place: YardPlace, present: Sequence[Thing]) -> None:
+        """Upright and raised, it turns about its hook in the way of nothing: in its corners' circle, at its height."""
+        check.look(
+            place.rise_vox == 1 or place.turn != 0,
+            f"{component.id}: is raised by {place.rise_vox} cells, yet not turned",
+        )
+        if place.turn == 0:
+            return
+        shape, hook = component.shape, component.hook_offset_vox
+        lies = np.array(place.cell_vox[:2]) + turned_hook(shape, hook, place.turn)[:2]
+        axis = np.array(place.transit_start_vox[:2]) + hook[:2]
+        check.look(bool((lies == axis).all()), f"{component.id}: does not turn about its hook")
+        far = np.abs(shape.cells[:, :2] - np.array(hook[:2])) + 0.5
+        radius = float(np.hypot(*far.T).max())
+        low = place.cell_vox[2] + place.rise_vox
+        high = low + int(shape.cells[:, 2].max()) + 1
+        centre = axis + 0.5
+        inside = (centre - radius >= -1e-9).all() and (centre + radius <= np.array(self.site.shape[:2]) + 1e-9).all()
+        check.look(bool(inside) and high <= self.site.shape[2], f"{component.id}: turns beyond the site's boundary")
+        # The circle fits into this box of cells.
+        reach = int(np.ceil(radius)) + 1
+        first, last = [*(axis - reach).tolist(), low], [*(axis + reach).tolist(), high - 1]
+        close = beside(present, first, last)
+        check.look(True, "", samples=len(present) - len(close))
+        for thing in close:
+            cells = thing.cells[(thing.cells[:, 2] >= low) & (thing.cells[:, 2] < high)]
+            away = np.hypot(*np.maximum(np.abs(cells[:, :2] - axis) - 0.5, 0.0).T)
+            check.look(bool((away >= radius - 1e-9).all()), f"{component.id}: meets {thing.name} while it is turned")
+
+    def _check_cells(self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
+        """Raw cells, placement by placement; where only neighbours are hit, on the last moves, the triangles decide.
+
+        After the gate, on the moves that the plan says were made in contact, they also decide about what has triangles
+        and is no neighbour: the part must not meet it at all.
+        """
+        check = self.checks["cells"]
+        own = component.shape.cells
+        near, far = near_and_far(component, present)
+        with self.marks.without(near):
+            hits_far = self.marks.hits(own, path)
+        gate = max(0, len(path) - 1 - lift.contact_moves)
+        if hits_far[gate + 1 :].any() and not hits_far[gate]:
+            passed = passed_by(component, far, path[gate + 1 :])
+            with self.marks.without([*near, *passed]):
+                hits_far[gate + 1 :] = self.marks.hits(own, path[gate + 1 :])
+            offsets_m = (path[gate:] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
+            for thing in passed:
+                self.triangles.check_apart(self.checks["triangles"], component, offsets_m, thing.solid)
+        for n in np.flatnonzero(hits_far)[:1]:
+            cells = own + path[n]
+            names = [t.name for t in far if len(cells_in_common(cells, t.cells))]
+            check.look(False, f"{component.id}: at placement {n}, cell {tuple(path[n])}, it meets {', '.join(names)}")
+        check.look(True, "", samples=len(path) * len(own))
+        self.near_marks.move_to(near)
+        hits_near = self.near_marks.hits(own, path)
+        if not hits_near.any():
+            return
+        first = max(0, int(np.flatnonzero(hits_near)[0]) - 1)
+        for thing in near:
+            self.triangles.check_moves(self.checks["triangles"], component, path[first:], thing.solid)
+
+    def _check_margin(
+        self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]
+    ) -> None:
+        """Between its departure, straight up, and its last moves a part keeps the clearance in transit."""
+        size_m, margin_m = self.site.frame.voxel_size_m, self.site.rules.transit_clearance_m
+        if margin_m <= 0.0:
+            return
+        reach = 2 * int(np.ceil(margin_m / size_m - 1e-9)) + 1
+        wide = maximum_filter(self.marks.counts, size=reach, mode="constant", cval=0)
+        near: NDArray[np.bool_] = hits(wide, component.shape.cells, path.astype(np.int64))
+        gate = max(0, len(path) - 1 - lift.contact_moves)
+        rising = (path[:, :2] == path[0, :2]).all(axis=1) & (np.diff(path[:, 2], prepend=path[0, 2] - 1) == 1)
+        departure = int(np.argmin(rising & near)) if not (rising & near).all() else len(path)
+        bad = np.flatnonzero(near[departure : gate + 1]) + departure
+        self.checks["margin"].look(
+            not len(bad),
+            f"{component.id}: at placement {bad[:1]} it comes nearer than {margin_m:g} m to something",
+            samples=max(0, gate + 1 - departure),
+        )
+
+    def _check_hook(self, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
+        site, crane = self.site, self.site.crane_of(component)
+        if crane is None:
+            return
+        hook = path + np.array(component.hook_offset_vox, np.int32)
+        centre_m = np.array(site.frame.origin_m)[:2] + site.frame.voxel_size_m * (hook[:, :2] + 0.5)
+        radius_m = np.hypot(*(centre_m - np.array(crane.base_m[:2])).T)
+        reach = self.checks["reach"]
+        low_m, high_m = crane.min_radius_m - 1e-6, crane.jib_length_m + 1e-6
+        good = (radius_m >= low_m) & (radius_m <= high_m)
+        reach.look(
+            bool(good.all()), f"{component.id}: hook radius {radius_m[~good][:1]} m is out of reach", samples=len(hook)
+        )
+        check_zones(reach, site, component, path)
+        if "wind" in self.checks:
+            check_wind(self.checks["wind"], site, crane, component)
+        load_kg = component.mass_kg + crane.tackle_kg
+        most_kg = capacity_kg(crane.chart, float(radius_m.max()))
+        reach.measure(load_kg / most_kg if most_kg > 0 else np.inf)
+        reach.look(
+            load_kg <= most_kg + 1e-6,
+            f"{component.id}: {load_kg:.0f} kg at {radius_m.max():.1f} m, where the crane carries {most_kg:.0f} kg",
+        )
+        if site.rules.rope:
+            self._check_rope(component, path, hook, present)
+
+    def _check_rope(
+        self, component: Component, path: NDArray[np.int32], hook: NDArray[np.int32], present: Sequence[Thing]
+    ) -> None:
+        check = self.checks["rope"]
+        met = np.flatnonzero(self.marks.over(hook))
+        check.look(True, "", samples=len(hook) - len(met))
+        for n in met.tolist():
+            x, y, z = hook[n].tolist()
+            above = np.array([[x, y, z + int(k)] for k in np.flatnonzero(self.marks.counts[x, y, z:])])
+            over = [t for t in present if len(cells_in_common(above, t.cells))]
+            offset_m = (path[n] - np.array(component.target_vox)) * self.site.frame.voxel_size_m
+            clear = all(t.solid >= 0 and self.triangles.rope_is_clear(component, offset_m, t.solid) for t in over)
+            names = ", ".join(t.name for t in over)
+            check.look(clear, f"{component.id}: at placement {n} the hoist rope meets {names}")
+
+    def _check_support(self, component: Component, placed: Collection[int]) -> None:
+        """Everything that carries the part in the finished building stands before it is set."""
+        for other in self.triangles.carried_by(component):
+            self.checks["support"].look(
+                other in placed,
+                f"{component.id}: rests on {self.site.components[other].id}, which is not in place",
+            )
+        for earlier in component.after:
+            self._check_wanted(component, earlier, placed, must=True)
+        for later in component.before:
+            self._check_wanted(component, later, placed, must=False)
+
+    def _check_wanted(self, component: Component, other: str, placed: Collection[int], *, must: bool) -> None:
+        number = next((c.index for c in self.site.components if c.id == other), None)
+        good = number is None or (number in placed) == must or self._is_infeasible(number)
+        word = "after" if must else "before"
+        self.checks["support"].look(good, f"{component.id}: is not set {word} {other}, as the site file asks")
+
+    def _is_infeasible(self, number: int) -> bool:
+        return any(lift.component == number and lift.status is Status.INFEASIBLE for lift in self.lifts)

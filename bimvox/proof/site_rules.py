@@ -1,0 +1,108 @@
+"""The proof that a lift keeps to the site's zones and its wind, by other means than the planner's."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.records.lift import Lift
+from bimvox.records.proof import Check
+from bimvox.site.component import Component
+from bimvox.site.site import Site
+
+_TURN = np.radians(15.0)
+_PERMITTED_M2_PER_T = 1.2
+"""EN 13000: what a crane's own wind limit supposes."""
+_SHARE = 1e-6
+
+
+def check_zones(check: Check, site: Site, component: Component, path: NDArray[np.int32]) -> None:
+    """Check that hook and load of every placement ((N, 3)) keep out of the zones that are closed to them."""
+    hook = path + np.array(component.hook_offset_vox, np.int32)
+    if site.prohibited is not None:
+        over = site.prohibited[hook[:, 0], hook[:, 1]]
+        check.look(
+            not over.any(),
+            f"{component.id}: its hook is over a prohibited zone at {hook[over][:1].tolist()}",
+            samples=len(path),
+        )
+    if site.no_load is not None:
+        columns = np.unique(component.shape.cells[:, :2], axis=0)
+        at = path[:, None, :2] + columns[None]
+        over = site.no_load[at[..., 0], at[..., 1]].any(axis=1)
+        check.look(
+            not over.any(),
+            f"{component.id}: the load is over a zone that is closed to it, at {path[over][:1].tolist()}",
+            samples=len(path),
+        )
+    if site.hook_heights is not None and (crane := site.crane_of(component)) is not None:
+        step_m = site.frame.voxel_size_m
+        height_m = site.frame.origin_m[2] + hook[:, 2] * step_m + crane.sling_m
+        height_m += component.lifting.sling_rise_vox * step_m
+        low, high = (limit[hook[:, 0], hook[:, 1]] for limit in (site.hook_heights.low_m, site.hook_heights.high_m))
+        bad = (height_m < low - _SHARE) | (height_m > high + _SHARE)
+        check.look(
+            not bad.any(),
+            f"{component.id}: its hook is not as high as a limiter wants it, at {hook[bad][:1].tolist()}",
+            samples=len(path),
+        )
+
+
+def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component) -> None:
+    """Check that the site's wind is permitted for a part, from the outline of its triangles seen from every side."""
+    wind = site.rules.wind_speed_m_s
+    if wind <= 0.0:
+        return
+    area_m2 = max(_outline_m2(component, angle) for angle in np.arange(0.0, np.pi - 1e-9, _TURN))
+    check.look(
+        area_m2 <= component.sail_area_m2 * (1.0 + _SHARE) + _SHARE,
+        f"{component.id}: it shows the wind {area_m2:.3f} m2, not {component.sail_area_m2:.3f} m2",
+    )
+    hung_t = (component.mass_kg + crane.rigging_mass_kg + crane.hook_block_kg) / 1000.0
+    sail = max(component.sail_area_m2, area_m2) * site.rules.drag_coefficient
+    pressed = wind**2 / crane.max_wind_m_s**2 * max(1.0, sail / (_PERMITTED_M2_PER_T * hung_t))
+    check.measure(float(np.sqrt(pressed)))
+    check.look(
+        bool(pressed <= 1.0 + _SHARE),
+        f"{component.id}: {sail:.1f} m2 of sail (drag included) and {hung_t:.2f} t in wind of {wind:g} m/s",
+    )
+
+
+def check_rope_margin(check: Check, site: Site, lift: Lift, component: Component, counts: NDArray[np.uint16]) -> None:
+    """Check that in transit nothing stands higher than the end of the hook's line within its clearance in plan.
+
+    Left out are the first placements straight up from the yard, as long as something is near, and the last moves.
+
+    Args:
+        check: Where the result goes.
+        site: The site.
+        lift: The lift; it must have a path.
+        component: Its part.
+        counts: (X, Y, Z) how many things occupy each cell.
+    """
+    assert lift.path_vox is not None
+    path = lift.path_vox
+    reach = int(np.ceil(site.rules.rope_clearance_m / site.frame.voxel_size_m - 1e-9))
+    near = np.zeros(len(path), np.bool_)
+    for n, (x, y, z) in enumerate((path + np.array(component.hook_offset_vox, np.int32)).tolist()):
+        beside = counts[max(0, x - reach) : x + reach + 1, max(0, y - reach) : y + reach + 1, max(0, z) :]
+        near[n] = bool(beside.any())
+    rising = (path[:, :2] == path[0, :2]).all(axis=1) & (np.diff(path[:, 2], prepend=path[0, 2] - 1) == 1)
+    gate = max(0, len(path) - 1 - lift.contact_moves)
+    leaving = np.logical_and.accumulate(rising & near)
+    bad = np.flatnonzero((near & ~leaving)[: gate + 1])
+    check.look(
+        not len(bad),
+        f"{component.id}: at {bad[:1]} its rope is nearer than {site.rules.rope_clearance_m:g} m to something",
+        samples=gate + 1,
+    )
+
+
+def _outline_m2(component: Component, angle_rad: float) -> float:
+    """Area of the part's outline seen level from one side: its triangles, one on the other."""
+    aside = np.array([-np.sin(angle_rad), np.cos(angle_rad), 0.0])
+    corners = component.mesh.triangles_m
+    flat = np.stack([corners @ aside, corners[:, :, 2]], axis=2)
+    return float(shapely.union_all(shapely.polygons(flat), grid_size=1e-5).area)

@@ -1,0 +1,180 @@
+"""Raw cells for the proof of a motion: where a load is between its samples, and what occupies those cells.
+
+Nothing here asks the summed-area table, a hook floor or the swept check, by which motions are made: positions come from
+the crane's forward kinematics, and what stands where is counted cell by cell.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.crane.kinematics import hook_of
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.grid.frame import GridFrame
+from bimvox.proof.marks import Marks
+from bimvox.proof.placements import Placements
+from bimvox.records.lift import Lift
+from bimvox.records.trajectory import Trajectory
+from bimvox.site.component import IntVec
+
+_SPACING_VOX = 0.125
+_MOST_BETWEEN = 4096
+_AT_SAMPLE_VOX = 1e-5
+BETWEEN_VOX = 0.05
+"""How far into a cell a position between two samples may reach: where one axis speeds up while another slows down the
+motion is curved, and the chord between two of its samples cuts that much off (a t^2 / 8; measured up to 0.05)."""
+ALWAYS_NS = (-(2**62), 2**62)
+"""A span of time that holds every motion."""
+
+
+class Way(NamedTuple):
+    """Positions along a trajectory, an eighth of a cell apart or less: its samples, and points on the chords between.
+
+    Attributes:
+        axes: (N, 3) float64 slew (rad), radius (m), height (m).
+        sample: (N,) int64 index of the sample that each is at or comes after.
+        slack_vox: (N,) float64 how far each may reach into a cell.
+    """
+
+    axes: NDArray[np.float64]
+    sample: NDArray[np.int64]
+    slack_vox: NDArray[np.float64]
+
+
+def within(trajectory: Trajectory, way: Way, start_ns: int, window_ns: tuple[int, int]) -> NDArray[np.bool_]:
+    """Return (N,) which positions of a way belong to a span of time.
+
+    A position belongs to all of the time between the samples around it, so that a span's border is on the safe side.
+
+    Args:
+        trajectory: Whose positions they are.
+        way: The positions.
+        start_ns: When its lift starts, on the site's clock.
+        window_ns: From when until when.
+    """
+    time_ns = trajectory.time_ns + np.int64(start_ns)
+    next_ns = np.append(time_ns[1:], time_ns[-1])
+    inside: NDArray[np.bool_] = (next_ns[way.sample] >= window_ns[0]) & (time_ns[way.sample] <= window_ns[1])
+    return inside
+
+
+def way_of(crane: TowerCrane, axes: NDArray[np.float64], voxel_size_m: float) -> Way:
+    """Return the positions between samples ((N, 3) slew, radius, height), straight in the axes."""
+    axes = np.ascontiguousarray(axes, np.float64)
+    return Way(*_between(axes, hook_of(crane, *axes.T), _SPACING_VOX * voxel_size_m))
+
+
+@kernel
+def _between(
+    axes: NDArray[np.float64], hook_m: NDArray[np.float64], spacing_m: float
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
+    """The samples, and points on the chords between where the hook goes further than a spacing."""
+    count = axes.shape[0]
+    parts = np.ones(count, np.int64)
+    for n in range(count - 1):
+        x, y, z = hook_m[n + 1, 0] - hook_m[n, 0], hook_m[n + 1, 1] - hook_m[n, 1], hook_m[n + 1, 2] - hook_m[n, 2]
+        parts[n] = min(max(np.ceil(np.sqrt(x * x + y * y + z * z) / spacing_m), 1), _MOST_BETWEEN)
+    total = parts.sum()
+    between, sample, slack = np.empty((total, 3)), np.empty(total, np.int64), np.empty(total)
+    at = 0
+    for n in range(count):
+        for part in range(parts[n]):
+            share = part / parts[n]
+            for k in range(3):
+                between[at, k] = axes[n, k]
+                if part > 0:
+                    between[at, k] += share * (axes[n + 1, k] - axes[n, k])
+            sample[at] = n
+            slack[at] = _AT_SAMPLE_VOX if part == 0 else BETWEEN_VOX
+            at += 1
+    return between, sample, slack
+
+
+def reference_cells(
+    crane: TowerCrane, frame: GridFrame, axes: NDArray[np.float64], hook_offset_vox: IntVec
+) -> NDArray[np.float64]:
+    """Return the continuous reference cells of a load under hook poses.
+
+    The hook is one sling's length above the middle of the lower face of the load's hook cell.
+
+    Args:
+        crane: The crane.
+        frame: Metres to cells.
+        axes: (N, 3) slew (rad), radius (m), height (m).
+        hook_offset_vox: Hook cell relative to the reference cell; zeros for the empty hook.
+
+    Returns:
+        (N, 3) float64.
+    """
+    return cells_below(crane, frame, hook_of(crane, *axes.T), hook_offset_vox)
+
+
+def cells_below(
+    crane: TowerCrane, frame: GridFrame, hook_m: NDArray[np.float64], hook_offset_vox: IntVec
+) -> NDArray[np.float64]:
+    """Return the same where it is known already where the hook is ((N, 3), metres)."""
+    cells: NDArray[np.float64] = hook_m - np.array([0.0, 0.0, crane.sling_m])
+    cells -= np.array(frame.origin_m)
+    cells /= frame.voxel_size_m
+    cells -= np.array([0.5, 0.5, 0.0])
+    cells -= np.array(hook_offset_vox, np.float64)
+    return cells
+
+
+def tail_of(cells: NDArray[np.float64], lift: Lift | None) -> NDArray[np.bool_]:
+    """Return (N,) which positions ((N, 3) reference cells) are on the last moves of a lift.
+
+    They are at the end, and within the placements that were in contact.
+    """
+    if lift is None or lift.path_vox is None or lift.contact_moves <= 0:
+        return np.zeros(len(cells), np.bool_)
+    placements = lift.path_vox[-1 - min(lift.contact_moves, len(lift.path_vox) - 1) :]
+    low, high = placements.min(axis=0) - BETWEEN_VOX, placements.max(axis=0) + BETWEEN_VOX
+    tail: NDArray[np.bool_] = _last_within(cells, low, high)
+    return tail
+
+
+@kernel
+def _last_within(cells: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(N,) which positions are in a box, and all after them too."""
+    last = np.zeros(cells.shape[0], np.bool_)
+    for n in range(cells.shape[0] - 1, -1, -1):
+        for k in range(3):
+            if not low[k] <= cells[n, k] <= high[k]:
+                return last
+        last[n] = True
+    return last
+
+
+@kernel
+def _within(cells: NDArray[np.int64], low: NDArray[np.int64], high: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(N,) which cells are in a box, both ends inclusive."""
+    within = np.ones(cells.shape[0], np.bool_)
+    for n in range(cells.shape[0]):
+        for k in range(3):
+            if not low[k] <= cells[n, k] <= high[k]:
+                within[n] = False
+    return within
+
+
+class RawCells(Marks):
+    """How many things occupy each cell, asked about the placements of a load."""
+
+    def holds(self, placements: Placements, own: NDArray[np.int32]) -> NDArray[np.bool_]:
+        """Return (U,) whether all cells ((C, 3) relative to the reference cell) are inside the grid at a placement."""
+        first, last = own.min(axis=0), np.array(self.counts.shape) - 1 - own.max(axis=0)
+        inside: NDArray[np.bool_] = _within(placements.cells, -first.astype(np.int64), last)
+        return inside
+
+    def meets(self, placements: Placements, own: NDArray[np.int32]) -> NDArray[np.bool_]:
+        """Return (U,) whether any cell is occupied at a placement; False where it is not inside the grid."""
+        met: NDArray[np.bool_] = self.hits(own, placements.cells) & self.holds(placements, own)
+        return met
+
+    def line_meets(self, placements: Placements, hook_offset: IntVec) -> NDArray[np.bool_]:
+        """Return (U,) whether anything is in the hook's column, from the hook cell up; False outside the grid."""
+        return self.over(placements.cells + np.array(hook_offset))

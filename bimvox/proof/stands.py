@@ -1,0 +1,89 @@
+"""The verifier's test that the building stands at every stage, seen as taking it apart again.
+
+Taken apart from the last lift to the first, no part that is still there may lose its hold: it touches the ground or
+structure, directly or through other parts, by cells. Parts that hold on to nothing even in the finished building are as
+the author drew them, and are left out, and so are those that the plan lists: what holds them is not in the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.proof.moment import Thing, fixed_things, set_thing
+from bimvox.records.lift import Lift, Status
+from bimvox.records.proof import Check
+from bimvox.site.component import Component
+from bimvox.site.site import Site
+
+
+def check_stands(
+    check: Check, site: Site, lifts: Sequence[Lift], *, unheld: Collection[str] = (), proven: Collection[int] = ()
+) -> None:
+    """Check that every planned part has a hold when it is set.
+
+    Args:
+        check: Where the result goes.
+        site: The site.
+        lifts: All lifts of the plan, ascending order.
+        unheld: Ids of parts that the plan lists as held by something that is not in the model.
+        proven: Orders of lifts that were proven before (an extract of a log does not carry them): they have a hold.
+    """
+    held = np.zeros(site.shape, np.bool_)
+    for blocker, fixed in zip(site.blockers, fixed_things(site), strict=True):
+        if blocker.kind in ("ground", "structure"):
+            _hold(held, fixed.cells)
+    loose: list[tuple[Component, Thing]] = []
+    for lift in lifts:
+        if lift.status is not Status.PLANNED:
+            continue
+        component = site.components[lift.component]
+        thing = set_thing(site, lift)
+        cells = thing.cells
+        if lift.order in proven or component.id in unheld:
+            _hold(held, cells)
+            continue
+        check.about = component.id
+        check.look(True, "")
+        if not _touches(held, cells):
+            loose.append((component, thing))
+            continue
+        _hold(held, cells)
+        caught = True
+        while caught:
+            caught = False
+            for other, waits in list(loose):
+                if _touches(held, waits.cells):
+                    _hold(held, waits.cells)
+                    loose.remove((other, waits))
+                    caught = True
+                    check.about = other.id
+                    check.look(False, f"{other.id}: has no hold until {component.id} is set")
+    check.about = None
+
+
+@kernel
+def _hold(held: NDArray[np.bool_], cells: NDArray[np.int32]) -> None:
+    """Note that cells are held; those outside the grid hold nothing."""
+    nx, ny, nz = held.shape
+    for n in range(cells.shape[0]):
+        x, y, z = cells[n, 0], cells[n, 1], cells[n, 2]
+        if 0 <= x < nx and 0 <= y < ny and 0 <= z < nz:
+            held[x, y, z] = True
+
+
+@kernel
+def _touches(held: NDArray[np.bool_], cells: NDArray[np.int32]) -> bool:
+    """Whether a cell that is held is among the cells or beside one of them, corners included."""
+    nx, ny, nz = held.shape
+    for n in range(cells.shape[0]):
+        x, y, z = cells[n, 0], cells[n, 1], cells[n, 2]
+        for i in range(max(x - 1, 0), min(x + 2, nx)):
+            for j in range(max(y - 1, 0), min(y + 2, ny)):
+                for k in range(max(z - 1, 0), min(z + 2, nz)):
+                    if held[i, j, k]:
+                        return True
+    return False

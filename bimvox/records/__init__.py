@@ -1,0 +1,1 @@
+"""The values that planning, motion, proof, log and pictures share."""

@@ -1,0 +1,1 @@
+"""A new plan after a change of the obstructions."""

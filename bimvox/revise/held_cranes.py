@@ -1,0 +1,58 @@
+"""Several cranes that are stopped because a load on one of their hooks finds no way on: all of them wait."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bimvox.records.trajectory import Trajectory
+from bimvox.stop.underway import Held
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HookWay:
+    """A way of an empty hook that has begun.
+
+    Attributes:
+        start_ns: When it began, on the site's clock.
+        way: Its samples, from 0, to where the hook is at rest.
+        stopped_ns: When the crane began to brake on it, on the site's clock; None where it is driven to its end.
+        is_free: Whether the hook met nothing while it was stopped, as far out as it swung.
+    """
+
+    start_ns: int
+    way: Trajectory
+    stopped_ns: int | None = None
+    is_free: bool = True
+
+    @property
+    def end_ns(self) -> int:
+        """When the hook is at rest."""
+        return self.start_ns + int(self.way.time_ns[-1])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldHook:
+    """Where a crane is.
+
+    Attributes:
+        crane: Its number.
+        stands: Slew (rad), radius (m) and height (m) at which it stood at the start of the clock.
+        ways: Ways of its empty hook since its last lift was hooked on or done, in order.
+    """
+
+    crane: int
+    stands: tuple[float, float, float]
+    ways: tuple[HookWay, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldCranes:
+    """All cranes of a site, stopped.
+
+    Attributes:
+        loads: The loads on their hooks, in order.
+        hooks: Where the cranes are.
+    """
+
+    loads: tuple[Held, ...]
+    hooks: tuple[HeldHook, ...]

@@ -1,0 +1,1 @@
+"""Obstructions: files in, cells out."""

@@ -1,0 +1,134 @@
+"""Which cells an obstruction occupies: every cell that it may touch, borders not spilling over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import TriangleMesh
+from bimvox.grid.frame import GridFrame
+from bimvox.site.component import IntVec
+from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, Voxels
+
+TOLERANCE_M = 1e-4
+"""How deep something must reach into a cell to occupy it; the voxelizer's, so that faces on a border do not spill."""
+
+Rasterise: TypeAlias = Callable[[TriangleMesh, GridFrame, IntVec], "NDArray[np.int32]"]
+"""(mesh in the site's frame, frame, shape) -> (N, 3) int32 cells inside the grid that the solid meets."""
+
+
+def obstruction_cells(
+    obstruction: Obstruction, frame: GridFrame, shape: IntVec, rasterise: Rasterise, *, grow_vox: int = 0
+) -> tuple[NDArray[np.int32], str | None]:
+    """Return the cells of the grid that an obstruction occupies.
+
+    Args:
+        obstruction: In the site's frame.
+        frame: The site's.
+        shape: (X, Y, Z) of the site's grid.
+        rasterise: Turns a mesh into cells.
+        grow_vox: Clearance in whole cells: every cell within it, in any direction, is occupied too.
+
+    Returns:
+        (N, 3) int32 cells in ascending order, each once, and a note if the obstruction is not wholly inside the site.
+    """
+    # Worked out in a grid larger by the clearance, so that what stands just outside still keeps its distance.
+    wide_frame = GridFrame(_tuple(np.array(frame.origin_m) - grow_vox * frame.voxel_size_m), frame.voxel_size_m)
+    x, y, z = (n + 2 * grow_vox for n in shape)
+    raw, outside = _cells(obstruction, wide_frame, (x, y, z), rasterise, grow_vox)
+    cells = grown(raw, grow_vox, (x, y, z)) - grow_vox
+    cells = cells[((cells >= 0) & (cells < np.array(shape))).all(axis=1)].astype(np.int32)
+    inside = raw[((raw >= grow_vox) & (raw < np.array(shape) + grow_vox)).all(axis=1)]
+    note = None
+    if len(inside) == 0:
+        note = f"obstruction {obstruction.id!r} lies outside the site"
+    elif outside or len(inside) < len(raw):
+        note = f"obstruction {obstruction.id!r} is clipped to the site"
+    return cells, note
+
+
+def grown(cells: NDArray[np.int32], by_vox: int, shape: IntVec) -> NDArray[np.int32]:
+    """Return the cells within ``by_vox`` of ``cells`` ((N, 3), inside the grid), in every direction, in order."""
+    if by_vox == 0 or len(cells) == 0:
+        return cells
+    low = cells.min(axis=0) - by_vox
+    dense = np.zeros(cells.max(axis=0) + by_vox + 1 - low, np.bool_)
+    dense[tuple((cells - low).T)] = True
+    for axis in range(3):
+        lines = np.moveaxis(dense, axis, 0)
+        lines_before = lines.copy()
+        for step in range(1, by_vox + 1):
+            lines[step:] |= lines_before[:-step]
+            lines[:-step] |= lines_before[step:]
+    near = np.argwhere(dense) + low
+    inside: NDArray[np.int32] = near[((near >= 0) & (near < np.array(shape))).all(axis=1)].astype(np.int32)
+    return inside
+
+
+def _cells(
+    obstruction: Obstruction, frame: GridFrame, shape: IntVec, rasterise: Rasterise, shift: int
+) -> tuple[NDArray[np.int32], bool]:
+    """Cells inside the grid in ascending order, each once, and whether any part lies outside it."""
+    form = obstruction.form
+    if isinstance(form, Voxels):
+        return _inside(np.array(form.cells, np.int64) + shift, shape)
+    if isinstance(form, Box):
+        low, high, cut = _range(form.low_m, form.high_m, frame, shape)
+        return _block(low, high), cut
+    if isinstance(form, Cylinder):
+        return _cylinder_cells(form, frame, shape)
+    if isinstance(form, TriangleMesh):
+        cut = _range(form.bounds_m[0], form.bounds_m[1], frame, shape)[2]
+        return np.unique(rasterise(form, frame, shape), axis=0).astype(np.int32).reshape(-1, 3), cut
+    reachable_m = np.clip(form.points_m, frame.corner_of([-2, -2, -2]), frame.corner_of(np.array(shape) + 2))
+    return _inside(frame.cell_of(reachable_m), shape)
+
+
+def _cylinder_cells(form: Cylinder, frame: GridFrame, shape: IntVec) -> tuple[NDArray[np.int32], bool]:
+    base = np.array(form.base_m)
+    arm = np.array([form.radius_m, form.radius_m, 0.0])
+    low, high, cut = _range(base - arm, base + arm + [0.0, 0.0, form.height_m], frame, shape)
+    corners = np.moveaxis(np.indices(np.maximum(high - low, 0)[:2]), 0, -1) + low[:2]
+    corners_m = frame.voxel_size_m * corners + np.array(frame.origin_m)[:2]
+    # A cell meets the disc if its point nearest to the axis does (the cell shrunk by the tolerance).
+    nearest = np.clip(base[:2], corners_m + TOLERANCE_M, corners_m + frame.voxel_size_m - TOLERANCE_M)
+    meets = np.hypot(*np.moveaxis(nearest - base[:2], -1, 0)) < max(form.radius_m, 2 * TOLERANCE_M)
+    columns = np.argwhere(meets) + low[:2]
+    levels = np.arange(low[2], high[2])
+    cells = np.column_stack([np.repeat(columns, len(levels), axis=0), np.tile(levels, len(columns))])
+    return cells.astype(np.int32), cut
+
+
+def _range(
+    low_m: object, high_m: object, frame: GridFrame, shape: IntVec
+) -> tuple[NDArray[np.int64], NDArray[np.int64], bool]:
+    """Half-open cell range, cut to the grid, of the open metre box; thinner than the tolerance counts as one cell."""
+    low = np.asarray(low_m, np.float64)
+    high = np.asarray(high_m, np.float64)
+    origin = np.array(frame.origin_m)
+    thin = high - low < 3 * TOLERANCE_M
+    first = np.where(thin, (low + high) / 2, low + TOLERANCE_M)
+    last = np.where(thin, (low + high) / 2, high - TOLERANCE_M)
+    limit = np.array(shape, np.float64)
+    start = np.clip(np.floor((first - origin) / frame.voxel_size_m), -1, limit)
+    stop = np.clip(np.maximum(np.ceil((last - origin) / frame.voxel_size_m), start + 1), 0, limit + 1)
+    cut = bool((start < 0).any() or (stop > limit).any())
+    return np.maximum(start, 0).astype(np.int64), np.minimum(stop, limit).astype(np.int64), cut
+
+
+def _block(low: NDArray[np.int64], high: NDArray[np.int64]) -> NDArray[np.int32]:
+    block = np.indices(np.maximum(high - low, 0), dtype=np.int32).reshape(3, -1).T
+    return block + low.astype(np.int32)
+
+
+def _inside(cells: NDArray[np.int64], shape: IntVec) -> tuple[NDArray[np.int32], bool]:
+    inside = ((cells >= 0) & (cells < np.array(shape))).all(axis=1)
+    return np.unique(cells[inside], axis=0).astype(np.int32).reshape(-1, 3), not bool(inside.all())
+
+
+def _tuple(values: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)

@@ -1,0 +1,241 @@
+"""The obstruction file, version 1: JSON or TOML. ``bimvox schema obstructions`` prints it."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, Field, ValidationError, model_validator
+
+from bimvox.bim.building import TriangleMesh
+from bimvox.bim.read import ReadOptions, read_building
+from bimvox.errors import InputError, ObstructionFileError
+from bimvox.site.obstructions.obstruction_set import (
+    Box,
+    Cylinder,
+    Form,
+    Obstruction,
+    ObstructionSet,
+    Points,
+    Vec3,
+    Voxels,
+)
+from bimvox.site.obstructions.point_file import read_points
+from bimvox.site.site import CRANE_ID, GROUND_ID
+from bimvox.site.validation import STRICT, Point3, Positive, Text, Whole, first_finding
+from bimvox.units import metres_per
+
+ReadMesh = Callable[[Path, str], TriangleMesh]
+"""(mesh file, the length unit it is written in) -> its triangles in metres, in the file's own coordinates."""
+
+CellIndex = Annotated[Whole, Field(ge=-(2**31), lt=2**31)]
+
+
+def _not_reserved(name: str) -> str:
+    if name in (GROUND_ID, CRANE_ID) or name.startswith(f"{CRANE_ID}:"):
+        raise ValueError(f"{name!r} is the site's own")
+    return name
+
+
+class BoxEntry(BaseModel):
+    """An upright box."""
+
+    model_config = STRICT
+
+    min: Point3
+    """Lowest corner [x, y, z]."""
+    max: Point3
+    """Highest corner [x, y, z]."""
+
+    @model_validator(mode="after")
+    def _has_volume(self) -> Self:
+        if any(high <= low for low, high in zip(self.min, self.max, strict=True)):
+            raise ValueError("max must be larger than min in x, y and z")
+        return self
+
+
+class CylinderEntry(BaseModel):
+    """An upright cylinder."""
+
+    model_config = STRICT
+
+    base: Point3
+    """Centre of its foot [x, y, z]."""
+    radius: Positive
+    """Its radius."""
+    height: Positive
+    """Its height."""
+
+
+class ObstructionEntry(BaseModel):
+    """One obstruction: an id and exactly one of box, voxels, cylinder, mesh, points."""
+
+    model_config = STRICT
+
+    id: Annotated[Text, AfterValidator(_not_reserved)]
+    """Unique in the file."""
+    box: BoxEntry | None = None
+    """An upright box."""
+    voxels: Annotated[tuple[tuple[CellIndex, CellIndex, CellIndex], ...], Field(min_length=1)] | None = None
+    """Cell indices [i, j, k]; k = 0 is the slab."""
+    cylinder: CylinderEntry | None = None
+    """An upright cylinder."""
+    mesh: Text | None = None
+    """Mesh file (STL, OBJ, PLY ...), relative to this file."""
+    points: Text | None = None
+    """Point file (PLY, XYZ, PTS, CSV, LAS, LAZ), relative to this file: every cell that holds a point is occupied."""
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        given = [key for key in FORMS if getattr(self, key) is not None]
+        if len(given) != 1:
+            raise ValueError(f"expected exactly one of {', '.join(FORMS)}, got {' and '.join(given) or 'none'}")
+        return self
+
+
+FORMS = ("box", "voxels", "cylinder", "mesh", "points")
+
+
+class ObstructionFile(BaseModel):
+    """An obstruction file."""
+
+    model_config = STRICT
+
+    version: Literal[1]
+    """Version of the format."""
+    unit: Literal["m", "mm", "ft"] = "m"
+    """Unit of every length, mesh and point files included; voxels are cell indices."""
+    obstructions: tuple[ObstructionEntry, ...]
+    """What is in the way, in the site's frame."""
+
+    @model_validator(mode="after")
+    def _ids_are_unique(self) -> Self:
+        first: dict[str, int] = {}
+        for number, entry in enumerate(self.obstructions):
+            if first.setdefault(entry.id, number) != number:
+                raise ValueError(
+                    f"obstructions[{number}].id: {entry.id!r} is already the id of obstructions[{first[entry.id]}]"
+                )
+        return self
+
+
+def obstructions_json_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of the obstruction file."""
+    schema = ObstructionFile.model_json_schema()
+    schema["$defs"]["ObstructionEntry"]["oneOf"] = [
+        {"required": [key], "properties": {key: {"not": {"type": "null"}}}} for key in FORMS
+    ]
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def read_mesh_file(path: Path, unit: str) -> TriangleMesh:
+    """Read all bodies of a mesh file as one mesh; a :data:`ReadMesh`."""
+    building = read_building(path, ReadOptions(unit=unit))
+    counts = np.cumsum([0, *(len(element.mesh.vertices_m) for element in building.elements)])
+    return TriangleMesh(
+        np.concatenate([element.mesh.vertices_m for element in building.elements]) + building.origin_m,
+        np.concatenate(
+            [element.mesh.faces + first for element, first in zip(building.elements, counts, strict=False)]
+        ).astype(np.int32),
+    )
+
+
+def parse_obstructions(data: bytes, name: str, folder: Path, *, read_mesh: ReadMesh = read_mesh_file) -> ObstructionSet:
+    """Read an obstruction file.
+
+    Args:
+        data: Its bytes.
+        name: Its name; ``.toml`` is TOML, everything else JSON.
+        folder: Its folder, from which mesh and point files are found.
+        read_mesh: Reads a mesh file that it refers to.
+
+    Returns:
+        Its obstructions, in metres.
+
+    Raises:
+        ObstructionFileError: If it is broken (line and column), an entry is not allowed (key), an id is not unique, or
+            a file that it refers to cannot be used.
+    """
+    try:
+        parsed = ObstructionFile.model_validate(_decode(data, name))
+    except ValidationError as error:
+        found = first_finding(error, ObstructionFile)
+        raise ObstructionFileError(name, found.message, key=found.key or None, hint=found.hint) from None
+    obstructions, files = [], []
+    for number, entry in enumerate(parsed.obstructions):
+        for key, reference in (("mesh", entry.mesh), ("points", entry.points)):
+            if reference is not None:
+                files.append(_existing(folder / reference, name, f"obstructions[{number}].{key}"))
+        try:
+            obstructions.append(Obstruction(entry.id, _form(entry, parsed.unit, folder, read_mesh)))
+        except InputError as error:
+            key = f"obstructions[{number}].{'mesh' if entry.mesh is not None else 'points'}"
+            raise ObstructionFileError(name, error.message, key=key, hint=error.hint) from error
+    return ObstructionSet.of(obstructions, name, tuple(files))
+
+
+def _decode(data: bytes, name: str) -> object:
+    """Parse the text; every finding with its line."""
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise ObstructionFileError(name, f"not UTF-8 text (line {line})") from None
+    if not text.strip():
+        raise ObstructionFileError(
+            name, "the file is empty", hint='with nothing in the way it reads {"version": 1, "obstructions": []}'
+        )
+    if name.lower().endswith(".toml"):
+        try:
+            return tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise ObstructionFileError(name, f"not TOML: {error}") from None
+    try:
+        return json.loads(text, object_pairs_hook=_each_key_once)
+    except json.JSONDecodeError as error:
+        raise ObstructionFileError(
+            name, f"not JSON: {error.msg} (at line {error.lineno}, column {error.colno})"
+        ) from None
+    except RecursionError:
+        raise ObstructionFileError(name, "not an obstruction file: nested too deeply") from None
+    except ValueError as error:
+        raise ObstructionFileError(name, str(error)) from None
+
+
+def _each_key_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    table = dict(pairs)
+    if len(table) != len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        of = table.get("id")
+        raise ValueError(f"key {twice!r} is given twice" + (f" in obstruction {of!r}" if isinstance(of, str) else ""))
+    return table
+
+
+def _form(entry: ObstructionEntry, unit: str, folder: Path, read_mesh: ReadMesh) -> Form:
+    scale = metres_per(unit)
+    if entry.box is not None:
+        return Box(_scaled(entry.box.min, scale), _scaled(entry.box.max, scale))
+    if entry.voxels is not None:
+        return Voxels(tuple(sorted(set(entry.voxels))))
+    if entry.cylinder is not None:
+        one = entry.cylinder
+        return Cylinder(_scaled(one.base, scale), one.radius * scale, one.height * scale)
+    if entry.mesh is not None:
+        return read_mesh(folder / entry.mesh, unit)
+    assert entry.points is not None
+    return Points(read_points(folder / entry.points) * scale)
+
+
+def _existing(path: Path, name: str, key: str) -> Path:
+    if not path.is_file():
+        raise ObstructionFileError(name, f"no such file: {path}", key=key, hint="paths start at this file's folder")
+    return path
+
+
+def _scaled(point: Vec3, scale: float) -> Vec3:
+    return (point[0] * scale, point[1] * scale, point[2] * scale)

@@ -1,0 +1,115 @@
+"""Reading LAS point clouds (ASPRS LAS 1.0 to 1.4), and LAZ ones through laspy.
+
+The header is checked here, before a reader believes its counts: a damaged one may promise more than there is.
+"""
+
+from __future__ import annotations
+
+import struct
+import subprocess
+import sys
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.errors import FileError
+
+_SHORTEST = 227
+_LONG_1_4 = 375
+_COMPRESSED = 0x80
+# LAZ makes a point 5 to 20 times smaller; points that repeat, more.
+_MOST_PACKED = 200
+_SECONDS = 300.0
+_ROOT = Path(__file__).parents[3]
+
+
+@dataclass(frozen=True, slots=True)
+class _Header:
+    """What is needed of a LAS header.
+
+    Attributes:
+        start: First byte of the points.
+        count: Number of points.
+        length: Bytes of a point.
+        compressed: Whether it is LAZ.
+        scale: Of the stored whole numbers, x, y, z.
+        offset: Added then.
+    """
+
+    start: int
+    count: int
+    length: int
+    compressed: bool
+    scale: tuple[float, float, float]
+    offset: tuple[float, float, float]
+
+
+def read_las(path: Path) -> NDArray[np.float64]:
+    """Read the points of a LAS or LAZ file.
+
+    Args:
+        path: The file; LAZ needs the extra ``scan``.
+
+    Returns:
+        (N, 3) float64, in the file's unit.
+
+    Raises:
+        FileError: If it cannot be read, is damaged or truncated.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise FileError(path, f"cannot be read: {error.strerror}") from None
+    header = _header(path, data)
+    if header.compressed:
+        return _unpacked(path, header)
+    there = max(0, len(data) - header.start) // header.length
+    if there < header.count:
+        raise FileError(path, f"truncated: {there:,} of {header.count:,} points")
+    record = np.dtype({"names": ["xyz"], "formats": ["(3,)<i4"], "offsets": [0], "itemsize": header.length})
+    stored = np.frombuffer(data, record, header.count, header.start)["xyz"]
+    points: NDArray[np.float64] = stored * np.array(header.scale) + np.array(header.offset)
+    return points
+
+
+def _header(path: Path, data: bytes) -> _Header:
+    if not data.startswith(b"LASF") or len(data) < _SHORTEST:
+        raise FileError(path, "not a LAS file")
+    minor = data[25]
+    size, start, records, form, length, count = struct.unpack_from("<HIIBHI", data, 94)
+    scale, offset = struct.unpack_from("<3d", data, 131), struct.unpack_from("<3d", data, 155)
+    if minor >= 4:
+        if len(data) < _LONG_1_4:
+            raise FileError(path, "not a LAS file: its header is truncated")
+        extended, extended_count, count = struct.unpack_from("<QIQ", data, 235)
+        if extended_count and extended + 60 * extended_count > len(data):
+            raise FileError(path, "not a LAS file that can be read: its extended records lie beyond its end")
+    if data[24] != 1 or length < 20 or size < _SHORTEST or start < size or size + 54 * records > start:
+        raise FileError(path, "not a LAS file that can be read: its header contradicts itself")
+    if start > len(data):
+        raise FileError(path, f"truncated: {len(data):,} bytes, its points begin at {start:,}")
+    if not np.isfinite([*scale, *offset]).all():
+        raise FileError(path, "not a LAS file that can be read: its scale or offset is not finite")
+    return _Header(start, count, length, bool(form & _COMPRESSED), scale, offset)
+
+
+def _unpacked(path: Path, header: _Header) -> NDArray[np.float64]:
+    if find_spec("laspy") is None or find_spec("lazrs") is None:
+        raise FileError(path, "LAZ files need laspy and lazrs", hint="pip install 'bimvox[scan]'")
+    if header.count * header.length > _MOST_PACKED * path.stat().st_size:
+        raise FileError(path, f"says that it holds {header.count:,} points, more than fit into it")
+    worker = [sys.executable, "-m", "bimvox.site.obstructions.laz_worker", str(path.resolve())]
+    try:
+        done = subprocess.run(worker, capture_output=True, timeout=_SECONDS, cwd=_ROOT, check=False)
+    except subprocess.TimeoutExpired:
+        raise FileError(path, f"not a LAZ file that can be read: not unpacked within {_SECONDS:g} s") from None
+    if done.returncode:
+        said = done.stderr.decode("utf-8", "replace").strip().splitlines() or ["its decoder crashed"]
+        raise FileError(path, f"not a LAZ file that can be read: {said[-1]}")
+    points = np.frombuffer(done.stdout, np.float64).reshape(-1, 3)
+    if len(points) < header.count:
+        raise FileError(path, f"truncated: {len(points):,} of {header.count:,} points")
+    return points

@@ -1,0 +1,28 @@
+"""Unpacks a LAZ file in a process of its own: a damaged one can make the decoder take its whole process down.
+
+    python -m bimvox.site.obstructions.laz_worker FILE
+
+Writes the points to stdout, float64 x y z one after the other.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+
+_CHUNK = 1 << 20
+
+
+def main(path: str) -> None:
+    """Unpack a file."""
+    import laspy
+
+    with laspy.open(path) as file:
+        for piece in file.chunk_iterator(_CHUNK):
+            points = np.stack([piece.x, piece.y, piece.z], axis=1).astype(np.float64)
+            sys.stdout.buffer.write(points.tobytes())
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,116 @@
+"""Reading point clouds: PLY (text and binary), plain text tables (XYZ, CSV, PTS), LAS and LAZ."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.errors import FileError
+from bimvox.site.obstructions.las_file import read_las
+
+_PLY_TYPES = {
+    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
+    "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4",
+    "double": "f8", "float64": "f8",
+}  # fmt: skip
+_PLY_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
+_LAS = (".las", ".laz")
+SCAN_SUFFIXES = (".xyz", ".pts", ".asc", *_LAS)
+"""Files that are nothing but a scan; a PLY file may be one."""
+_KNOWN = (".ply", ".csv", ".txt", *SCAN_SUFFIXES)
+
+
+def read_points(path: Path) -> NDArray[np.float64]:
+    """Read the points of a file.
+
+    Args:
+        path: A PLY file with x, y, z vertices, a LAS or LAZ file (LAZ needs the extra ``scan``), or a text table whose
+            first three columns are x, y, z (separated by spaces, commas or semicolons; lines that start with ``#`` and
+            one heading line are passed over).
+
+    Returns:
+        (N, 3) float64, N >= 1, in the file's unit.
+
+    Raises:
+        FileError: If the file cannot be read, is truncated, or holds no points.
+    """
+    if path.suffix.lower() in _LAS:
+        return _checked(path, read_las(path))
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise FileError(path, f"cannot be read: {error.strerror}") from None
+    if path.suffix.lower() not in _KNOWN:
+        raise FileError(path, "not a point file that is known here", hint=f"known: {', '.join(_KNOWN)}")
+    return _checked(path, _ply(path, data) if path.suffix.lower() == ".ply" else _table(path, data))
+
+
+def is_scan(path: Path) -> bool:
+    """Say whether a file holds points and no faces: by its suffix, a PLY file by its header."""
+    if path.suffix.lower() != ".ply":
+        return path.suffix.lower() in SCAN_SUFFIXES
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(1 << 16).partition(b"end_header")[0]
+    except OSError:
+        return False
+    faces = [line.split() for line in head.splitlines() if line.startswith(b"element face")]
+    return head.startswith(b"ply") and all(words[-1] == b"0" for words in faces)
+
+
+def _checked(path: Path, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    if len(points) == 0:
+        raise FileError(path, "holds no points")
+    if not np.isfinite(points).all():
+        raise FileError(path, f"point {int(np.argmin(np.isfinite(points).all(axis=1)))} is not finite")
+    return points
+
+
+def _ply(path: Path, data: bytes) -> NDArray[np.float64]:
+    head, found, body = data.partition(b"end_header")
+    if not data.startswith(b"ply") or not found:
+        raise FileError(path, "not a PLY file (no header)")
+    body = body.partition(b"\n")[2]
+    lines = [line.split() for line in head.decode("ascii", "replace").splitlines()]
+    order = next((_PLY_ORDERS.get(line[1]) for line in lines if line[:1] == ["format"] and len(line) > 1), None)
+    elements = [n for n, line in enumerate(lines) if line[:1] == ["element"] and len(line) == 3]
+    if order is None or not elements or lines[elements[0]][1] != "vertex" or not lines[elements[0]][2].isdigit():
+        raise FileError(path, "not a PLY file of points (its first element must be vertex)")
+    last = elements[1] if len(elements) > 1 else len(lines)
+    columns = [line for line in lines[elements[0] + 1 : last] if line[:1] == ["property"]]
+    names = [line[-1] for line in columns]
+    known = all(len(line) == 3 and line[1] in _PLY_TYPES for line in columns) and len(set(names)) == len(names)
+    if not known or not {"x", "y", "z"} <= set(names):
+        raise FileError(path, "its vertices lack x, y, z, or have a property of an unknown type")
+    count = int(lines[elements[0]][2])
+    if order:
+        dtype = np.dtype([(name, order + _PLY_TYPES[line[1]]) for name, line in zip(names, columns, strict=True)])
+        if len(body) < count * dtype.itemsize:
+            raise FileError(path, f"truncated: {len(body) // dtype.itemsize} of {count} points")
+        rows = np.frombuffer(body, dtype, count)
+        return np.stack([rows[axis].astype(np.float64) for axis in "xyz"], axis=1)
+    text = body.splitlines()[:count]
+    if len(text) < count:
+        raise FileError(path, f"truncated: {len(text)} of {count} points")
+    at = [names.index(axis) for axis in "xyz"]
+    return _numbers(path, b"\n".join(text), at)
+
+
+def _table(path: Path, data: bytes) -> NDArray[np.float64]:
+    text = data.removeprefix(b"\xef\xbb\xbf").replace(b",", b" ").replace(b";", b" ")
+    first, _, rest = text.partition(b"\n")
+    if any(byte in b"xyzXYZ/" for byte in first) or len(first.split()) == 1:
+        text = rest  # a heading, or the number of points (PTS)
+    return _numbers(path, text, [0, 1, 2])
+
+
+def _numbers(path: Path, text: bytes, columns: list[int]) -> NDArray[np.float64]:
+    if not text.strip():
+        return np.zeros((0, 3))
+    try:
+        return np.loadtxt(io.BytesIO(text), dtype=np.float64, usecols=columns, ndmin=2)
+    except (ValueError, IndexError) as error:
+        raise FileError(path, f"not a table of numbers: {error}") from None

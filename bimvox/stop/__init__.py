@@ -1,0 +1,1 @@
+"""Braking, holding and going on."""

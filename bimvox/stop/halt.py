@@ -1,0 +1,163 @@
+"""The axes of a crane on their way to rest, each by itself: as one motion that is sampled, and as a stop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.bound import point_to_point_s
+from bimvox.crane.luffing import radius_limits
+from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.motion.timing import NS_PER_S, frozen, sample_times
+from bimvox.motion.ways import between, shifted
+from bimvox.records.motion import LiftMotion
+from bimvox.records.trajectory import Trajectory
+from bimvox.stop.braking import AxisBraking, brake
+
+Three = tuple[AxisBraking, AxisBraking, AxisBraking]
+"""Slewing, radius (trolley or jib), hoist."""
+
+_TRIES = 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stop:
+    """All axes braking to rest.
+
+    Attributes:
+        crane: The crane.
+        start_ns: When braking begins, on the site's clock.
+        axes: Slewing, trolley, hoist.
+        trajectory: Its samples, times from ``start_ns``.
+        swing_m: How far its load swings meanwhile and after, from where it would hang; 0 where that is not looked at.
+    """
+
+    crane: TowerCrane
+    start_ns: int
+    axes: tuple[AxisBraking, AxisBraking, AxisBraking]
+    trajectory: Trajectory
+    swing_m: float = 0.0
+
+    @property
+    def end_ns(self) -> int:
+        """When the last axis is at rest, on the site's clock."""
+        return self.start_ns + int(self.trajectory.time_ns[-1])
+
+    @property
+    def duration_s(self) -> float:
+        """How long the slowest axis brakes."""
+        return max(axis.duration_s for axis in self.axes)
+
+    @property
+    def durations_s(self) -> tuple[float, float, float]:
+        """How long each axis brakes."""
+        slew, trolley, hoist = self.axes
+        return slew.duration_s, trolley.duration_s, hoist.duration_s
+
+    @property
+    def distances(self) -> tuple[float, float, float]:
+        """Stopping distances with their signs: slew (rad), trolley (m), hoist (m)."""
+        slew, trolley, hoist = self.axes
+        return slew.distance, trolley.distance, hoist.distance
+
+    @property
+    def pose(self) -> CranePose:
+        """Where the crane is at rest."""
+        slew, trolley, hoist = self.axes
+        return CranePose(slew.end, trolley.end, hoist.end)
+
+
+def to_rest(crane: TowerCrane, axes: Three, start_ns: int = 0, *, sample_period_s: float, voxel_size_m: float) -> Stop:
+    """Return the stop in which three axes come to rest.
+
+    Args:
+        crane: The crane.
+        axes: Slewing, radius, hoist.
+        start_ns: When it begins, on the site's clock.
+        sample_period_s: Largest time between samples.
+        voxel_size_m: Edge of a cell.
+    """
+    motion = _ToRest(crane, axes)
+    end_ns = max(1, int(np.ceil(max(axis.duration_s for axis in axes) * NS_PER_S)))
+    time_ns = sample_times(motion, end_ns, np.empty(0, np.int64), sample_period_s, voxel_size_m)
+    samples = motion.axes_at(time_ns / NS_PER_S)
+    first, last = (CranePose(*(float(value) for value in samples[i])) for i in (0, -1))
+    trajectory = Trajectory(
+        time_ns=frozen(time_ns),
+        slew_rad=frozen(samples[:, 0].copy()),
+        radius_m=frozen(samples[:, 1].copy()),
+        height_m=frozen(samples[:, 2].copy()),
+        corner=frozen(np.empty(0, np.int64)),
+        bound_s=min(point_to_point_s(crane, first, last, -np.inf), end_ns / NS_PER_S),
+    )
+    return Stop(crane, start_ns, axes, trajectory)
+
+
+def stop_under_way(crane: TowerCrane, motion: LiftMotion, time_ns: int) -> Stop | None:
+    """Return the stop in which a load is, or is held after it, at a time; None where it is in none.
+
+    Args:
+        crane: The crane.
+        motion: Its lift.
+        time_ns: On the site's clock.
+    """
+    loaded = motion.loaded
+    for start_ns, end_ns in motion.stops_ns:
+        told_ns, resumes_ns = start_ns - motion.start_ns, end_ns - motion.start_ns
+        if not start_ns <= time_ns < end_ns or told_ns < loaded.time_ns[0]:
+            continue
+        part = between(loaded, told_ns, resumes_ns - 1)
+        slew, radius, height = part.axes[-1].tolist()
+        at_rest = brake(slew, 0.0, 0.0, crane.slewing), brake(radius, 0.0, 0.0, crane.trolley)
+        axes = (*at_rest, brake(height, 0.0, 0.0, crane.hoist))
+        return Stop(crane, start_ns, axes, shifted(part, -told_ns))
+    return None
+
+
+def brake_radius(crane: TowerCrane, radius_m: float, rate: float, acceleration: float) -> AxisBraking:
+    """Return the fastest way to rest of the axis that changes the radius.
+
+    How fast a luffing jib may change it depends on where it is: it brakes within what holds between where it is and
+    where it comes to rest, found by trying with a wider and wider range. Its hoist has its own share of the winch.
+
+    Args:
+        crane: The crane, in the gear of its load.
+        radius_m: Where the hook is.
+        rate: m/s.
+        acceleration: m/s^2.
+    """
+    jib = crane.luffing
+    if jib is None:
+        return brake(radius_m, rate, acceleration, crane.trolley)
+    low_m, high_m = jib.radii_m
+    within = (radius_m, radius_m)
+    for _ in range(_TRIES):
+        found = brake(radius_m, rate, acceleration, radius_limits(jib, jib.winch, *within))
+        reached = (min(radius_m, found.nearest), max(radius_m, found.furthest))
+        if within[0] <= reached[0] and reached[1] <= within[1]:
+            return found
+        # A little more than is needed: the next try is the slower one, and goes further.
+        more = 0.1 * (reached[1] - reached[0])
+        within = (max(low_m, reached[0] - more), min(high_m, reached[1] + more))
+    return brake(radius_m, rate, acceleration, crane.trolley)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _ToRest:
+    """Three axes on their way to rest, as what can be sampled."""
+
+    crane: TowerCrane
+    axes: Three
+
+    @property
+    def top_speed_m_s(self) -> float:
+        """The hook is nowhere faster than with all axes at their fastest, at the furthest radius."""
+        slew, radius, hoist = self.axes
+        reach_m = max(abs(radius.nearest), abs(radius.furthest))
+        return float(np.linalg.norm([reach_m * slew.top_rate, radius.top_rate, hoist.top_rate]))
+
+    def axes_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (N, 3) float64 slew, radius and height at times."""
+        return np.stack([axis.at(time_s) for axis in self.axes], axis=1)

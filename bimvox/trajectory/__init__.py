@@ -1,1 +1,0 @@
-"""Trajectories: from voxel stairs to timed crane motion and commands."""

@@ -1,0 +1,7 @@
+"""``python -m bimvox_cli``: the command line where the ``bimvox`` script is not on the path."""
+
+import sys
+
+from bimvox_cli.main import run
+
+sys.exit(run())

@@ -1,0 +1,78 @@
+"""``bimvox experiment``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from bimvox_cli.options import HELP_NAMES, Json, Quiet
+from bimvox_cli.output import fields, open_output, rows
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+experiment = typer.Typer(help="Run published experiments again.", no_args_is_help=True)
+
+
+@experiment.command("paper", context_settings=HELP_NAMES)
+def paper(
+    out: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the results; an earlier run goes on there.")
+    ] = Path("paper-experiment"),
+    seeds: Annotated[int, typer.Option(min=1, metavar="N", help="Runs of everything, one a seed.")] = 10,
+    mode: Annotated[
+        Literal["paper", "ours"] | None, typer.Option(help="Only the paper's mode, or only ours. Default: both.")
+    ] = None,
+    jobs: Annotated[
+        int, typer.Option(min=1, metavar="N", envvar="BIMVOX_JOBS", help="Processes; the results do not depend on it.")
+    ] = 2,
+    quick: Annotated[bool, typer.Option("--quick", help="Tiny budgets, to see that it runs: results mean nothing.")] = (
+        False
+    ),
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run the four experiments of Zhu, Pauwels and de Vries (2021), and report what reproduces."""
+    from bimvox_pipeline.paper.command import run_paper
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = run_paper(
+            out,
+            seeds=seeds,
+            modes=("paper", "ours") if mode is None else (mode,),
+            processes=jobs,
+            quick=quick,
+            progress=output.progress,
+        )
+    code = output.result(document, _show)
+    output.next_step(f"next: read {document['report']}")
+    raise typer.Exit(code)
+
+
+def _show(console: Console, document: Mapping[str, Any]) -> None:
+    for mode, content in document["modes"].items():
+        rows(
+            console,
+            ("scenario", "steps to success", "learned", "without retraining"),
+            [
+                (
+                    f"({scenario})",
+                    d["steps_to_success_text"],
+                    f"{d['learned']} of {len(d['seeds'])}",
+                    f"{d['solved_by_the_loaded_policy']} of {len(d['seeds'])}",
+                )
+                for scenario, d in content["scenarios"].items()
+                if d["seeds"]
+            ],
+            title=f"{mode} mode",
+        )
+        rows(
+            console,
+            ("finding of the paper", "verdict"),
+            [(finding["claim"], finding["verdict"]) for finding in content["findings"]],
+        )
+        console.print()
+    fields(console, [("report", document["report"]), ("pictures", ", ".join(document["pictures"]))])

@@ -1,0 +1,68 @@
+"""``bimvox export``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bimvox_cli.options import Json, Quiet
+from bimvox_cli.output import facts, open_output
+
+
+def export(
+    source: Annotated[
+        Path, typer.Argument(metavar="LOG|GRID", help="A log of `bimvox plan`, or a grid of `bimvox voxelize`.")
+    ],
+    to: Annotated[
+        str | None,
+        typer.Option(
+            "--to",
+            envvar="BIMVOX_TO",
+            metavar="FORMAT",
+            help="Of a log: mcap (default), csv (samples, and a table of lifts), json, glb (animated), ros2 (bag), "
+            "layout (panels for Foxglove-class viewers), ifc (the building's own file with a 4D schedule) or msproject "
+            "(XML). Of a grid: vti (default; the cells, for "
+            "ParaView), ply or glb (the faces of every part, for viewers).",
+            show_default=False,
+        ),
+    ] = None,
+    lift: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--lift",
+            metavar="ID",
+            help="Only this lift (component id, GlobalId or order number); may be given several times.",
+        ),
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--output", "-o", metavar="OUT", help="Where to write it.")] = None,
+    recover: Annotated[
+        bool, typer.Option("--recover", help="Save what a cut-off or damaged log still holds, and prove it again.")
+    ] = False,
+    model: Annotated[
+        Path | None,
+        typer.Option("--model", metavar="IFC", help="For ifc: the file that the plan was made from."),
+    ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option("--start", metavar="DATETIME", help="For ifc, msproject: when the first lift starts, local time."),
+    ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write a log, some of its lifts, or a grid in another format."""
+    from bimvox_pipeline.export.export import export as run
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = run(
+            source,
+            to=to,
+            lifts=tuple(lift or ()),
+            out=out,
+            recover=recover,
+            model=model,
+            start=start,
+            progress=output.progress,
+        )
+    raise typer.Exit(output.result(document, facts))

@@ -1,0 +1,117 @@
+"""The one place where an error becomes a message and an exit code.
+
+==== ==========================================================
+  0  done
+  1  no valid plan, or a check failed
+  2  bad usage or bad input
+ 70  a fault of bimvox itself (``EX_SOFTWARE`` of sysexits.h)
+130  interrupted (Ctrl-C)
+==== ==========================================================
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+import traceback
+from collections.abc import Mapping
+from typing import Any
+
+import typer
+
+from bimvox.errors import BimvoxError, PlanningError
+
+DONE = 0
+NO_PLAN = 1
+BAD_INPUT = 2
+FAULT = 70
+INTERRUPTED = 130
+
+
+_CODE_OF_EVENT = {"rejected": BAD_INPUT, "failed": NO_PLAN}
+
+
+def exit_code_of(document: Mapping[str, Any]) -> int:
+    """Return the exit code of a command that finished.
+
+    Args:
+        document: What it did: 1 where a proof failed or a lift is infeasible; for an event of a watch, 2 where the
+            file was rejected and 1 where there was no plan for it.
+    """
+    event = _CODE_OF_EVENT.get(str(document.get("event")))
+    if event is not None:
+        return event
+    return NO_PLAN if document.get("verified") is False or document.get("infeasible") else DONE
+
+
+def report(error: BaseException, *, as_json: bool) -> int:
+    """Say on stderr what went wrong and what to do, never with a traceback; with JSON also a document on stdout.
+
+    Args:
+        error: What the command raised.
+        as_json: Whether the user asked for JSON.
+
+    Returns:
+        The exit code.
+    """
+    code, message, hint, exit_code, evidence = _described(error)
+    if as_json:
+        from bimvox_cli.output import print_json
+
+        print_json({"error": {"code": code, "message": message, "hint": hint, **evidence, "exit_code": exit_code}})
+    print(f"error: {message}", file=sys.stderr)
+    if hint:
+        print(f"  hint: {hint}", file=sys.stderr)
+    if exit_code == FAULT and os.environ.get("BIMVOX_DEBUG", "") not in ("", "0"):
+        traceback.print_exception(error, file=sys.stderr)
+    return exit_code
+
+
+def _described(error: BaseException) -> tuple[str, str, str | None, int, dict[str, Any]]:
+    """Return an error's code, message, hint, exit code and evidence."""
+    if isinstance(error, BimvoxError):
+        evidence = {
+            key: _plain(value)
+            for key, value in vars(error).items()
+            if key not in ("message", "hint") and not key.startswith("_")
+        }
+        return error.code, error.message, error.hint, _exit_code_of_error(error), evidence
+    if isinstance(error, typer.TyperException):
+        return "usage", _usage_message(error), _usage_hint(error), BAD_INPUT, {}
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted", "interrupted; no output was left half written", None, INTERRUPTED, {}
+    message = f"sorry, bimvox failed: {type(error).__name__}: {error}".splitlines()[0]
+    return "fault", message, "this is a fault of bimvox; BIMVOX_DEBUG=1 shows where", FAULT, {}
+
+
+def _exit_code_of_error(error: BimvoxError) -> int:
+    return NO_PLAN if isinstance(error, PlanningError) else BAD_INPUT
+
+
+def _usage_message(error: typer.TyperException) -> str:
+    """Put typer's wording into the shape of our own messages: lower case, no full stop, no more than was asked."""
+    text = error.message if getattr(error, "possibilities", None) else error.format_message()
+    text = text.replace("Value error, ", "").replace("Input should", "it should")
+    for name in re.findall(r"\(env var: '(\w+)'\)", text):
+        if name not in os.environ:
+            text = text.replace(f" (env var: '{name}')", "")
+    text = text.strip().rstrip(".")
+    return text[:1].lower() + text[1:]
+
+
+def _usage_hint(error: typer.TyperException) -> str:
+    near = getattr(error, "possibilities", None)
+    if near:
+        return f"did you mean {' or '.join(sorted(near))}?"
+    context = getattr(error, "ctx", None)
+    return f"{context.command_path if context else 'bimvox'} -h shows how it is used"
+
+
+def _plain(value: Any) -> Any:
+    """Turn a piece of evidence into what JSON can hold."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, tuple | list | set | frozenset):
+        return [_plain(item) for item in value]
+    return value if value is None or isinstance(value, str | int | float | bool) else str(value)

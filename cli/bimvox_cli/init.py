@@ -1,0 +1,56 @@
+"""``bimvox init``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bimvox_cli.options import Assemblies, Json, Model, Quiet, Select, Unit, Up, VoxelSize
+from bimvox_cli.output import facts, open_output
+
+
+def init(
+    model: Model,
+    out: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="SITE.toml", help="Site file; MODEL.site.toml here if not given."),
+    ] = None,
+    select: Select = None,
+    unit: Unit = None,
+    up: Up = None,
+    voxel_size: VoxelSize = None,
+    assemblies: Assemblies = "whole",
+    crane: Annotated[
+        str | None,
+        typer.Option(
+            "--crane",
+            envvar="BIMVOX_CRANE",
+            metavar="NAME",
+            help="Crane to propose: a kind (hammerhead, luffing, mobile) or a built-in machine; default: a hammerhead.",
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", "-f", help="Replace a site file that is there already.")] = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write a site file, with what can be guessed filled in."""
+    from bimvox_pipeline.site import init as run
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = run(
+            model,
+            out,
+            select=select,
+            unit=unit,
+            up=up,
+            voxel_size_m=voxel_size,
+            assemblies=assemblies,
+            crane=crane,
+            force=force,
+            progress=output.progress,
+        )
+    code = output.result(document, facts)
+    output.next_step(f"next: read {document['site']}, then bimvox plan {document['site']}")
+    raise typer.Exit(code)

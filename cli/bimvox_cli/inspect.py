@@ -1,0 +1,58 @@
+"""``bimvox inspect``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from bimvox_cli.options import Json, Quiet
+from bimvox_cli.output import facts, open_output
+from bimvox_cli.part_table import show_parts
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def inspect(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="An IFC file, a mesh, a grid, a site file, a log, obstructions, a policy."),
+    ],
+    part: Annotated[
+        str | None, typer.Option("--part", metavar="ID", help="Of a grid only this part (id or name), with its boxes.")
+    ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Say what a file is and what it holds."""
+    from bimvox_pipeline.inspect.inspect import inspect as run
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = run(file, part=part, progress=output.progress)
+    raise typer.Exit(output.answer(document, _show))
+
+
+def _show(console: Console, document: Mapping[str, Any]) -> None:
+    """Print the document; the parts of a grid as a table of their own, with their sums."""
+    if "part" in document:
+        facts(console, document["part"])
+        return
+    facts(console, _each_crane({key: value for key, value in document.items() if key not in ("parts", "totals")}))
+    if document.get("parts"):
+        console.print()
+        show_parts(console, document["parts"])
+
+
+def _each_crane(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the document with the cranes of a site one by one, in the place of the first."""
+    cranes = document.get("cranes")
+    shown: dict[str, Any] = {}
+    for key, value in document.items():
+        if key == "crane" and cranes:
+            shown |= {f"crane {number}": crane for number, crane in enumerate(cranes, start=1)}
+        elif key != "cranes":
+            shown[key] = value
+    return shown

@@ -1,0 +1,61 @@
+"""Progress on a terminal: one line that is gone when the work is done. Off a terminal: a plain line now and then."""
+
+from __future__ import annotations
+
+import time
+
+from bimvox_pipeline.progress import SilentProgress
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bars
+
+_PLAIN_LINE_EVERY_S = 10.0
+
+
+class LiveProgress(SilentProgress):
+    """Shows the running stage on stderr."""
+
+    def __init__(self, console: Console) -> None:
+        super().__init__()
+        self._console = console
+        self._animated = console.is_terminal and not console.is_dumb_terminal
+        self._last_line = time.monotonic()
+        self._bars: Bars | None = None
+        self._task = TaskID(0)
+
+    def shown(self) -> None:
+        """Move the bar, or print a plain line where none was printed for a while."""
+        if self._animated:
+            if self._bars is None:
+                self._bars = _bars_on(self._console)
+                self._task = self._bars.add_task(self.name or "", total=self.total)
+                self._bars.start()
+            self._bars.update(self._task, completed=self.done, total=self.total)
+        elif self.done != self.total and time.monotonic() - self._last_line > _PLAIN_LINE_EVERY_S:
+            self._last_line = time.monotonic()
+            of = f" of {self.total:,}" if self.total else ""
+            self._console.print(f"{self.name}: {self.done:,}{of}" if self.done else f"{self.name} ...")
+
+    def noted(self, text: str) -> None:
+        """Print a note, above the bar if there is one."""
+        self._console.print(f"note: {text}")
+
+    def ended(self) -> None:
+        """Take the bar away."""
+        if self._bars is not None:
+            self._bars.stop()
+            self._bars = None
+
+
+def _bars_on(console: Console) -> Bars:
+    """Return a bar that leaves stdout alone: it may be a pipe that takes data."""
+    return Bars(
+        SpinnerColumn(),
+        TextColumn("{task.description}", markup=False),
+        BarColumn(bar_width=30),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        console=console,
+        transient=True,
+        redirect_stdout=False,
+    )

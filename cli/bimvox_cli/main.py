@@ -1,0 +1,100 @@
+"""``bimvox``: the commands, and the entry point."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from types import FrameType
+from typing import Annotated
+
+import typer
+
+from bimvox_cli import failure
+from bimvox_cli.experiment import experiment
+from bimvox_cli.export import export
+from bimvox_cli.init import init
+from bimvox_cli.inspect import inspect
+from bimvox_cli.options import HELP_NAMES
+from bimvox_cli.plan import plan
+from bimvox_cli.policy import policy
+from bimvox_cli.render import render
+from bimvox_cli.report import report
+from bimvox_cli.schema import schema
+from bimvox_cli.sweep import sweep
+from bimvox_cli.train import train
+from bimvox_cli.verify import verify
+from bimvox_cli.voxelize import voxelize
+from bimvox_cli.watch import watch
+
+app = typer.Typer(
+    name="bimvox",
+    help="Turn a building model (IFC or mesh) into proven, timed crane lifts.",
+    epilog="Start with: bimvox init MODEL, then bimvox plan SITE. "
+    "Exit codes: 0 done, 1 no valid plan or a check failed, 2 bad usage or bad input.",
+    context_settings=HELP_NAMES,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    add_completion=True,
+)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        print(f"bimvox {version('bimvox')}")
+        raise typer.Exit
+
+
+@app.callback(invoke_without_command=True)
+def main(
+    context: typer.Context,
+    _version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Turn a building model (IFC or mesh) into proven, timed crane lifts."""
+    if context.invoked_subcommand is None:
+        print(context.get_help(), file=sys.stderr)
+        raise typer.Exit(failure.BAD_INPUT)
+
+
+for _command in (voxelize, inspect, init, train, plan, sweep, watch, export, verify, render, report, schema):
+    app.command(context_settings=HELP_NAMES)(_command)
+app.add_typer(policy, name="policy", context_settings=HELP_NAMES)
+app.add_typer(experiment, name="experiment", context_settings=HELP_NAMES)
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run one command line and return its exit code; the entry point of ``bimvox``.
+
+    Args:
+        arguments: Without the program's name; the process's own if None.
+    """
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    as_json = "--json" in given or os.environ.get("BIMVOX_JSON", "").lower() in ("1", "true", "yes", "on")
+    previous = signal.signal(signal.SIGTERM, _terminate)
+    try:
+        code = app(given, prog_name="bimvox", standalone_mode=False)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # The reader of our stdout went away (``bimvox ... | head``): nobody is left to tell.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return failure.DONE
+    except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001  (the last one to hear of it)
+        return failure.report(error, as_json=as_json)
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+    if code == failure.INTERRUPTED:
+        return failure.report(KeyboardInterrupt(), as_json=as_json)
+    return code if isinstance(code, int) else failure.DONE
+
+
+def _terminate(number: int, _frame: FrameType | None) -> None:
+    """Leave through the ordinary exits, so that temporary files are removed."""
+    raise SystemExit(128 + number)

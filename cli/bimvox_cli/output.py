@@ -1,0 +1,228 @@
+"""What is printed, and where: results on stdout, progress and notes on stderr."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from bimvox_cli.failure import exit_code_of
+
+if TYPE_CHECKING:
+    from bimvox_pipeline.progress import Progress
+    from rich.console import Console
+    from rich.table import Table
+
+ROWS_SHOWN = 20
+_WIDTH_OFF_TERMINAL = 160
+
+
+class Output:
+    """How one run of a command talks.
+
+    Args:
+        as_json: Print the document as JSON.
+        quiet: Print neither progress nor notes nor summaries.
+        progress: What the pipeline is to be given.
+    """
+
+    def __init__(self, *, as_json: bool, quiet: bool, progress: Progress) -> None:
+        self.as_json = as_json
+        self.quiet = quiet
+        self.progress = progress
+
+    def result(self, document: Mapping[str, Any], show: Callable[[Console, Mapping[str, Any]], None]) -> int:
+        """Print what a command did: as JSON, else as text unless quiet. Return the exit code."""
+        self.progress.finish()
+        if self.as_json:
+            print_json(document)
+        elif not self.quiet:
+            show(console_on(sys.stdout), document)
+        return exit_code_of(document)
+
+    def answer(self, document: Mapping[str, Any], show: Callable[[Console, Mapping[str, Any]], None]) -> int:
+        """Print what was asked for: as JSON, else as text, quiet or not. Return the exit code."""
+        self.progress.finish()
+        if self.as_json:
+            print_json(document)
+        else:
+            show(console_on(sys.stdout), document)
+        return exit_code_of(document)
+
+    def line(self, document: Mapping[str, Any], text: str) -> None:
+        """Print one of a stream of documents: a JSON object a line, else a line of text."""
+        if self.as_json:
+            print(_dumped(document, indent=None), flush=True)
+        elif not self.quiet:
+            print(text, flush=True)
+
+    def next_step(self, text: str) -> None:
+        """Suggest what to do next, on stderr."""
+        if not (self.quiet or self.as_json):
+            print(text, file=sys.stderr)
+
+
+@contextmanager
+def open_output(*, as_json: bool, quiet: bool) -> Iterator[Output]:
+    """Open the output of one run; whatever ends it, no progress bar stays on the terminal."""
+    from bimvox_pipeline.progress import SilentProgress
+
+    progress: Progress
+    if quiet:
+        progress = SilentProgress()
+    else:
+        from bimvox_cli.live import LiveProgress
+
+        progress = LiveProgress(console_on(sys.stderr))
+    try:
+        yield Output(as_json=as_json, quiet=quiet, progress=progress)
+    finally:
+        progress.finish()
+
+
+def console_on(stream: Any) -> Console:
+    """Return a console that takes texts as they are (names hold brackets) and honours NO_COLOR."""
+    from rich.console import Console
+
+    width = None if stream.isatty() or "COLUMNS" in os.environ else _WIDTH_OFF_TERMINAL
+    return Console(file=stream, markup=False, highlight=False, emoji=False, width=width)
+
+
+def print_json(document: Mapping[str, Any]) -> None:
+    """Print one JSON document on stdout."""
+    print(_dumped(document, indent=2))
+
+
+def _dumped(document: Mapping[str, Any], indent: int | None) -> str:
+    utf8 = (sys.stdout.encoding or "").lower().replace("-", "") == "utf8"
+    return json.dumps(document, indent=indent, ensure_ascii=not utf8, allow_nan=False)
+
+
+def fields(console: Console, pairs: Iterable[tuple[str, object]]) -> None:
+    """Print names and values in two columns; what is None or empty is left out."""
+    from rich.table import Table
+
+    table = Table.grid(padding=(0, 2))
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    for name, value in pairs:
+        if value is not None and value != "":
+            table.add_row(name, str(value))
+    _print_trimmed(console, table)
+
+
+def rows(
+    console: Console,
+    columns: Sequence[str],
+    values: Sequence[Sequence[object]],
+    *,
+    title: str = "",
+    limit: int | None = ROWS_SHOWN,
+) -> None:
+    """Print a table, numbers to the right; beyond ``limit`` rows say how many are left out."""
+    from rich.table import Table
+
+    if not values:
+        return
+    shown = values if limit is None else values[:limit]
+    if title:
+        console.print(title, style="bold")
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    for column, heading in enumerate(columns):
+        numeric = all(isinstance(row[column], int | float) or row[column] is None for row in shown)
+        table.add_column(heading, justify="right" if numeric else "left", overflow="fold")
+    texts = [_aligned([row[column] for row in shown]) for column in range(len(columns))]
+    for cells in zip(*texts, strict=True):
+        table.add_row(*cells)
+    _print_trimmed(console, table)
+    if len(values) > len(shown):
+        console.print(f"... and {len(values) - len(shown):,} more (--json lists all)", style="dim")
+
+
+def _print_trimmed(console: Console, table: Table) -> None:
+    """Print a table without the spaces that fill its lines."""
+    with console.capture() as capture:
+        console.print(table)
+    for line in capture.get().splitlines():
+        print(line.rstrip(), file=console.file)
+
+
+def _aligned(values: Sequence[object]) -> list[str]:
+    """Write a column; numbers are filled up with blanks so that their points stand in line, never with zeros."""
+    texts = [written(value) for value in values]
+    numbers = all(value is None or (isinstance(value, int | float) and not isinstance(value, bool)) for value in values)
+    if not numbers or any("e" in text for text in texts):
+        return texts
+    after = [len(text) - text.index(".") if "." in text else 0 for text in texts]
+    return [text + " " * (max(after) - count) for text, count in zip(texts, after, strict=True)]
+
+
+def written(value: object) -> str:
+    """Write a value for people: thousands separated, numbers short, nothing for None."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return f"{value:,}"
+    if isinstance(value, float):
+        digits = 4 if abs(value) < 10 else 3
+        text = f"{value:,.{digits}f}".rstrip("0").rstrip(".")
+        return f"{value:.2g}" if value and text in ("0", "-0") else text
+    return str(value)
+
+
+def spent(seconds: Mapping[str, float]) -> str:
+    """Write stage times: the sum, and the stages in brackets."""
+    total = sum(seconds.values())
+    return f"{total:.1f} s ({', '.join(f'{name} {value:.1f}' for name, value in seconds.items())})"
+
+
+def facts(console: Console, document: Mapping[str, Any]) -> None:
+    """Print any document: plain values as fields, then lists of objects as tables."""
+    tables = {key: value for key, value in document.items() if _is_table(value)}
+    plain = {key: value for key, value in document.items() if key not in tables}
+    times = plain.pop("seconds", None)
+    pairs: list[tuple[str, object]] = [(_spoken(key), _in_lines(value)) for key, value in plain.items()]
+    fields(console, [*pairs, ("took", spent(times) if isinstance(times, Mapping) else _in_lines(times))])
+    for key, items in tables.items():
+        columns = list(dict.fromkeys(column for item in items for column in item))
+        values = [[_cell(item.get(column)) for column in columns] for item in items]
+        console.print()
+        rows(console, [_spoken(column) for column in columns], values, title=_spoken(key))
+
+
+def _is_table(value: object) -> bool:
+    return isinstance(value, list) and bool(value) and isinstance(value[0], Mapping)
+
+
+def _spoken(key: str) -> str:
+    """Write a key for people: ``bounds_m`` is ``bounds m``."""
+    return key.replace("_", " ")
+
+
+def _cell(value: object) -> object:
+    return value if value is None or isinstance(value, int | float | str) else _in_a_line(value)
+
+
+def _in_lines(value: object) -> str:
+    """Write any value, one line per key of an object, per row of a matrix, per sentence of a list."""
+    if isinstance(value, Mapping):
+        return "\n".join(f"{_spoken(str(key))} {_in_a_line(item)}" for key, item in value.items() if item is not None)
+    if isinstance(value, list) and any(isinstance(item, list) or " " in str(item) for item in value):
+        return "\n".join(_in_a_line(item) for item in value)
+    return _in_a_line(value)
+
+
+def _in_a_line(value: object, inside: bool = False) -> str:
+    """Write any value in one line, in brackets what is inside of something."""
+    if isinstance(value, Mapping):
+        text = ", ".join(f"{key} {_in_a_line(item, True)}" for key, item in value.items() if item is not None)
+    elif isinstance(value, list):
+        text = ", ".join(_in_a_line(item, True) for item in value)
+    else:
+        return written(value)
+    return f"({text})" if inside else text

@@ -1,0 +1,190 @@
+"""``bimvox plan``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from bimvox.errors import InputError
+from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
+from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps
+from bimvox_cli.output import fields, open_output, rows, spent
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+_FOLDER = "plans"
+
+
+def plan(
+    sites: Annotated[
+        list[Path], typer.Argument(metavar="SITE...", help="Site files (TOML), as `bimvox init` writes them.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="LOG.mcap",
+            help="Log; SITE.mcap here if not given. Of several sites: a folder, plans if not given.",
+        ),
+    ] = None,
+    obstructions: Annotated[
+        Path | None,
+        typer.Option(
+            envvar="BIMVOX_OBSTRUCTIONS", metavar="FILE", help="What is in the way: JSON, TOML, an IFC file or a mesh."
+        ),
+    ] = None,
+    policy: PolicyId = None,
+    seed: Seed = None,
+    steps: Steps = None,
+    retrain: Annotated[
+        int,
+        typer.Option(
+            envvar="BIMVOX_RETRAIN",
+            min=0,
+            metavar="STEPS",
+            help="Where the policy fails lifts, train it further on the site as it is, this many steps at most.",
+        ),
+    ] = 0,
+    backend: BackendName = "loky",
+    jobs: Jobs = None,
+    cluster: Cluster = None,
+    fresh: Fresh = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Plan every lift, prove the plan, time it, and write the log.
+
+    Several sites are planned side by side, a log each, with one table of all; --backend, --jobs, --cluster and --fresh
+    are for them, as in `bimvox sweep`.
+    """
+    if len(sites) > 1:
+        if retrain:
+            raise InputError("--retrain is for one site", hint="plan the sites one by one, or leave it out")
+        from bimvox_pipeline.fleet.command import fleet
+        from bimvox_pipeline.fleet.runs import Wish
+
+        wishes = [Wish(site, obstructions, seed, policy, steps) for site in sites]
+        with open_output(as_json=json, quiet=quiet) as output:
+            planned = fleet(
+                wishes,
+                out or Path(_FOLDER),
+                backend=backend,
+                jobs=jobs,
+                cluster=cluster,
+                fresh=fresh,
+                progress=output.progress,
+            )
+        raise typer.Exit(output.result(planned, show_fleet))
+    from bimvox_pipeline.plan import plan as run
+
+    site = sites[0]
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = run(
+            site,
+            out,
+            obstructions=obstructions,
+            policy=policy,
+            seed=seed,
+            steps=steps,
+            retrain=retrain,
+            progress=output.progress,
+        )
+    code = output.result(document, _show)
+    output.next_step(f"next: bimvox render {document['log']}")
+    raise typer.Exit(code)
+
+
+_SWING = {
+    "shaped": "shaped: loads hang at rest where they are set",
+    "off": 'NOT LOOKED AT ([rules] swing = "off"): loads may swing where they are set, and into things',
+}
+
+
+def _show(console: Console, document: Mapping[str, Any]) -> None:
+    lifts = document["lifts"]
+    cranes = ("crane",) if document["figures"].get("cranes") else ()
+    planned = [lift for lift in lifts if lift["status"] == "planned"]
+    rows(
+        console,
+        ("order", *cranes, "part", "component", "found by", "moves", "shortest", "crane s", "bound s"),
+        [
+            (
+                lift["order"],
+                *(lift[name] for name in cranes),
+                lift.get("name") or lift.get("ifc_class"),
+                lift["component"],
+                lift["method"] or lift["status"],
+                lift["moves"],
+                lift["shortest_moves"],
+                lift["duration_s"],
+                lift["bound_s"],
+            )
+            for lift in lifts
+        ],
+    )
+    if document["infeasible"]:
+        console.print()
+    rows(
+        console,
+        ("component", "reason", "blocked by"),
+        [(item["component"], item["reason"], ", ".join(item["blocked_by"])) for item in document["infeasible"]],
+        title=f"not possible: {len(document['infeasible']):,}",
+    )
+    console.print()
+    fields(
+        console,
+        [
+            ("log", document["log"]),
+            ("lifts", f"{len(planned):,} of {len(lifts):,} planned"),
+            ("proof", "every planned lift is verified" if document["verified"] else "FAILED"),
+            *figure_fields(document["figures"]),
+            ("policy", _policy(document["policy"])),
+            ("retrained", _retrained(document.get("retrained"))),
+            ("took", spent(document["seconds"])),
+        ],
+    )
+
+
+def _policy(policy: Mapping[str, Any]) -> str:
+    """Say which policy proposed the paths, where it came from, and how good it was in its test."""
+    if policy["id"] == "none":
+        return "none: by search alone"
+    if policy["loaded"]:
+        origin = f"loaded, {policy['steps']:,} steps"
+    elif policy["steps"]:
+        origin = f"trained, {policy['steps']:,} steps"
+    else:
+        origin = "good enough here without training"
+    success = f"{policy['success_rate']:.1%} of {policy['tested']} test lifts" if policy["tested"] else "not tested"
+    return f"{policy['id']} ({origin}; {success})"
+
+
+def _retrained(policy: Mapping[str, Any] | None) -> str | None:
+    return None if policy is None else f"{policy['id']}, {policy['steps']:,} steps on the site as it is"
+
+
+def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
+    """Return the figures of a plan as names and values; what does not apply is None."""
+    found = ", ".join(f"{share:.1%} by {method}" for method, share in figures["shares"].items())
+    ratio, hours, travel = figures["moves_over_shortest"], figures["crane_hours"], figures["hook_travel_m"]
+    critical, swing = figures["critical_lifts"], figures["swing"]
+    return [
+        ("paths found", found if figures["planned"] else None),
+        ("moves", None if ratio is None else f"{figures['moves']:,}, {ratio:.3f} times the fewest possible"),
+        ("crane time", None if hours is None else f"{hours:.2f} h, of it {figures['loaded_hours']:.2f} h loaded"),
+        *(
+            (f"crane {crane['name']}", f"{crane['lifts']:,} lifts, at work {crane['busy_share']:.0%} of the time")
+            for crane in figures.get("cranes", ())
+        ),
+        ("hook travel", None if travel is None else f"{travel / 1000:,.2f} km"),
+        (
+            "critical lifts",
+            None if critical is None else f"{critical:,} at {figures['critical_share']:.0%} of the capacity or more",
+        ),
+        ("swing", None if swing is None else _SWING[swing]),
+    ]

@@ -1,0 +1,101 @@
+"""``bimvox policy``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from bimvox_cli.options import HELP_NAMES, Json, Quiet
+from bimvox_cli.output import facts, open_output, rows
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+policy = typer.Typer(name="policy", help="The policy store.", rich_markup_mode=None, no_args_is_help=False)
+
+Id = Annotated[str, typer.Argument(metavar="ID", help="A policy's id, or the beginning of it.")]
+
+
+@policy.command("list", context_settings=HELP_NAMES)
+def list_(json: Json = False, quiet: Quiet = False) -> None:
+    """List the stored policies."""
+    from bimvox_pipeline.policy.store import list_policies
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = list_policies()
+    raise typer.Exit(output.answer(document, _show))
+
+
+@policy.command(context_settings=HELP_NAMES)
+def show(identity: Id, json: Json = False, quiet: Quiet = False) -> None:
+    """Show what is known about a policy."""
+    from bimvox_pipeline.policy.store import show as run
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = run(identity)
+    raise typer.Exit(output.answer(document, facts))
+
+
+@policy.command(context_settings=HELP_NAMES)
+def remove(identity: Id, json: Json = False, quiet: Quiet = False) -> None:
+    """Remove a policy from the store."""
+    from bimvox_pipeline.policy.store import remove as run
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = run(identity)
+    raise typer.Exit(output.result(document, facts))
+
+
+@policy.command(context_settings=HELP_NAMES)
+def export(
+    identity: Id,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Default: the id, in the current folder.")] = None,
+    to: Annotated[
+        str | None,
+        typer.Option("--to", metavar="bimvox|onnx|sb3", help="Default: what the end of -o says, else bimvox."),
+    ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write a policy to one file, to hand on or to run elsewhere."""
+    from bimvox_pipeline.policy.files import export_policy
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = export_policy(identity, to=to, out=out)
+    raise typer.Exit(output.result(document, facts))
+
+
+@policy.command("import", context_settings=HELP_NAMES)
+def import_(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A file of `policy export`.")],
+    trust: Annotated[
+        bool, typer.Option("--trust", help="Take a zip of stable-baselines3, which cannot be checked.")
+    ] = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Put a policy from a file into the store."""
+    from bimvox_pipeline.policy.files import import_policy
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = import_policy(file, trust=trust)
+    raise typer.Exit(output.result(document, facts))
+
+
+def _show(console: Console, document: Mapping[str, Any]) -> None:
+    if not document["policies"]:
+        console.print(f"no policies in {document['store']}")
+    rows(
+        console,
+        ("id", "steps", "success rate"),
+        [(item["id"], item.get("steps"), _success(item)) for item in document["policies"]],
+        limit=None,
+    )
+
+
+def _success(item: Mapping[str, Any]) -> str:
+    """Say how a policy did in its last test; one that came from elsewhere has had none here."""
+    return f"{item['success_rate']:.1%} of {item['tested']}" if item.get("tested") else "not tested"

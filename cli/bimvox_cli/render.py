@@ -1,0 +1,129 @@
+"""``bimvox render``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import typer
+
+from bimvox_cli import failure
+from bimvox_cli.options import Json, Quiet, VoxelSize
+from bimvox_cli.output import facts, open_output
+
+
+def render(
+    source: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="A log, a site file, a grid, a model, or the folder of an experiment."),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="OUT",
+            help="A picture (.png); of a log also an animation (.gif, .webp) or a page (.html). Default: a .png.",
+        ),
+    ] = None,
+    size: Annotated[
+        str | None,
+        typer.Option(
+            "--size",
+            envvar="BIMVOX_SIZE",
+            metavar="WxH",
+            help="Size in pixels. Default: 1280x800, of an animation 640x400.",
+        ),
+    ] = None,
+    lift: Annotated[
+        str | None,
+        typer.Option(
+            "--lift", metavar="ID", help="Show this lift of a log under way; of an animation, only this lift."
+        ),
+    ] = None,
+    time: Annotated[
+        str | None,
+        typer.Option("--time", metavar="T", help="Show a log at this time: 1:23:45, seconds, or 40% (of --lift)."),
+    ] = None,
+    azimuth: Annotated[
+        float | None,
+        typer.Option(
+            metavar="DEGREES", help="Where the eye stands, counter-clockwise from +x. Default: the yard in front."
+        ),
+    ] = None,
+    elevation: Annotated[
+        float | None, typer.Option(metavar="DEGREES", help="How high the eye stands, 5 to 89. Default: 28.")
+    ] = None,
+    focus: Annotated[
+        str | None, typer.Option("--focus", metavar="ID", help="Fill the picture with this part or obstruction.")
+    ] = None,
+    hide: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--hide",
+            metavar="LAYER",
+            help="Leave out: ground, structure, obstructions, unbuilt, assembled, crane, paths, boxes, words.",
+        ),
+    ] = None,
+    voxel_size: VoxelSize = None,
+    fps: Annotated[float, typer.Option("--fps", metavar="N", help="Frames a second of an animation.")] = 10.0,
+    seconds: Annotated[
+        float | None,
+        typer.Option(
+            "--seconds", metavar="S", help="Length of an animation. Default: by the number of lifts, 6 to 24."
+        ),
+    ] = None,
+    follow: Annotated[
+        bool,
+        typer.Option("--follow", help="Write a log's page again as the log changes; open pages follow. Ctrl-C ends."),
+    ] = False,
+    proof: Annotated[
+        bool,
+        typer.Option("--proof/--no-proof", help="Prove the log again for its page, or let the page say NOT PROVEN."),
+    ] = True,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Draw what a file holds: picture, animation or page."""
+    from bimvox_pipeline.render.render import render as run
+
+    if follow:
+        _follow(source, out, proof, json, quiet)
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = run(
+            source,
+            out,
+            size=None if size is None else _pixels(size),
+            lift=lift,
+            time=time,
+            azimuth_deg=azimuth,
+            elevation_deg=elevation,
+            focus=focus,
+            hide=tuple(name for given in hide or [] for name in given.split(",") if name),
+            voxel_size_m=voxel_size,
+            fps=fps,
+            seconds=seconds,
+            proven=proof,
+            progress=output.progress,
+        )
+    raise typer.Exit(output.result(document, facts))
+
+
+def _follow(source: Path, out: Path | None, proof: bool, json: bool, quiet: bool) -> NoReturn:
+    from bimvox_pipeline.artifacts import default_output
+    from bimvox_pipeline.render.follow import follow
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        target = out or default_output(source, ".html")
+        for change in follow(source, target, proven=proof, progress=output.progress):
+            words = change.get("message") or f"revision {change['revision']}, {change['bytes'] / 1e6:.1f} MB"
+            output.line(change, f"{change['event']}: {words}")
+    raise typer.Exit(failure.DONE)
+
+
+def _pixels(size: str) -> tuple[int, int]:
+    """Read ``1280x800``."""
+    width, _, height = size.lower().partition("x")
+    if not (width.isdecimal() and height.isdecimal() and int(width) and int(height)):
+        raise typer.BadParameter(f"{size!r} is not a size in pixels such as 1280x800", param_hint="'--size'")
+    return int(width), int(height)

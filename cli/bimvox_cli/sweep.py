@@ -1,0 +1,37 @@
+"""``bimvox sweep``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
+from bimvox_cli.options import Json, Quiet
+from bimvox_cli.output import open_output
+
+
+def sweep(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A sweep file (TOML); see `bimvox schema sweep`.")],
+    out: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FOLDER", help="Logs, records and table; FILE-runs here if not given."),
+    ] = None,
+    backend: BackendName = "loky",
+    jobs: Jobs = None,
+    cluster: Cluster = None,
+    fresh: Fresh = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Plan many sites, seeds and what-ifs: a log each, and one table of all.
+
+    A sweep that was stopped goes on where it was when it is called again. A run that fails is a row of the table with
+    its error; the others go on.
+    """
+    from bimvox_pipeline.fleet.command import sweep as run
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = run(file, out, backend=backend, jobs=jobs, cluster=cluster, fresh=fresh, progress=output.progress)
+    raise typer.Exit(output.result(document, show_fleet))

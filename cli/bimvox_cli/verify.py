@@ -1,0 +1,56 @@
+"""``bimvox verify``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from bimvox_cli.options import Json, Log, Quiet
+from bimvox_cli.output import fields, open_output, rows, spent, written
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def verify(log: Log, json: Json = False, quiet: Quiet = False) -> None:
+    """Prove a log again, by means independent of the planner."""
+    from bimvox_pipeline.verify import verify as run
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = run(log, progress=output.progress)
+    raise typer.Exit(output.result(document, _show))
+
+
+def _show(console: Console, document: Mapping[str, Any]) -> None:
+    checks = document["checks"]
+    rows(
+        console,
+        ("check", "passed", "samples", "worst"),
+        [
+            (
+                name,
+                "-" if not check["samples"] else "yes" if check["passed"] else "NO",
+                check["samples"],
+                "" if check["worst"] is None else f"{written(check['worst'])} {check['unit'] or ''}".rstrip(),
+            )
+            for name, check in checks.items()
+        ],
+        limit=None,
+    )
+    failures = [(name, failure) for name, check in checks.items() for failure in check["failures"]]
+    if failures:
+        console.print()
+    rows(console, ("check", "what failed"), failures, title=f"failed: {sum(c['failed'] for c in checks.values()):,}")
+    console.print()
+    carried = f", {document['left_out']:,} not in this extract" if document["left_out"] else ""
+    impossible = f", {document['infeasible_lifts']:,} not possible" if document["infeasible_lifts"] else ""
+    fields(
+        console,
+        [
+            ("lifts", f"{document['lifts']:,}{impossible}{carried}"),
+            ("verified", "yes: every check passed" if document["verified"] else "NO: a check failed"),
+            ("took", spent(document["seconds"])),
+        ],
+    )

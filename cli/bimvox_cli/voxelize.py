@@ -1,0 +1,88 @@
+"""``bimvox voxelize``."""
+
+from __future__ import annotations
+
+import shlex
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from bimvox_cli.options import Assemblies, Json, Model, Processes, Quiet, Select, Unit, Up, VoxelSize
+from bimvox_cli.output import fields, open_output, rows, spent
+from bimvox_cli.part_table import show_parts
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def voxelize(
+    model: Model,
+    out: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="GRID", help="Grid file; MODEL.zarr.zip here if not given.")
+    ] = None,
+    voxel_size: VoxelSize = None,
+    select: Select = None,
+    unit: Unit = None,
+    up: Up = None,
+    assemblies: Assemblies = "whole",
+    threads: Annotated[
+        int, typer.Option(min=1, metavar="N", envvar="BIMVOX_THREADS", help="Threads; any number gives the same grid.")
+    ] = 1,
+    processes: Processes = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Turn a building model into a labelled voxel grid."""
+    from bimvox_pipeline.voxelize import voxelize as run
+
+    with open_output(as_json=json, quiet=quiet) as output:
+        document = run(
+            model,
+            out,
+            voxel_size_m=voxel_size,
+            select=select,
+            unit=unit,
+            up=up,
+            assemblies=assemblies,
+            threads=threads,
+            processes=processes,
+            progress=output.progress,
+        )
+    code = output.result(document, _show)
+    nothing = "next: say what to lift with --select: nothing in this model is a component"
+    given = {
+        "--select": select,
+        "--unit": unit,
+        "--up": up,
+        "--assemblies": None if assemblies == "whole" else assemblies,
+    }
+    options = [word for option, value in given.items() if value is not None for word in (option, value)]
+    # What was said of the model here has to be said there too.
+    init = shlex.join(["bimvox", "init", str(model), *options])
+    output.next_step(f"next: {init}" if document["components"] else nothing)
+    raise typer.Exit(code)
+
+
+def _show(console: Console, document: Mapping[str, Any]) -> None:
+    shape = document["shape"]
+    cells = shape[0] * shape[1] * shape[2]
+    parts, others = document["components"], document["others"]
+    show_parts(console, [*parts, *others])
+    skipped = Counter((item["ifc_class"], item["reason"]) for item in document["skipped"]).most_common()
+    if skipped:
+        console.print()
+    rows(console, ("class", "products", "reason"), [(c, n, r) for (c, r), n in skipped], title="left out")
+    console.print()
+    fields(
+        console,
+        [
+            ("grid", document["grid"]),
+            ("cells", f"{shape[0]} x {shape[1]} x {shape[2]} = {cells:,} of {document['voxel_size_m']:g} m"),
+            ("labels", ", ".join(f"{label} {count:,}" for label, count in document["counts"].items())),
+            ("parts", f"{len(parts):,} to lift, {len(others):,} others"),
+            ("took", spent(document["seconds"])),
+        ],
+    )

@@ -1,0 +1,170 @@
+"""``bimvox watch``."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from bimvox_cli import failure
+from bimvox_cli.options import Json, PolicyId, Quiet, Seed, Steps
+from bimvox_cli.output import Output, console_on, open_output
+
+if TYPE_CHECKING:
+    from bimvox_cli.watch_table import WatchTable
+
+_NAMED = 3
+
+
+def watch(
+    obstructions: Annotated[
+        Path, typer.Argument(metavar="OBSTRUCTIONS", help="The obstruction file to watch; it may not exist yet.")
+    ],
+    site: Annotated[Path, typer.Option("--site", envvar="BIMVOX_SITE", metavar="SITE", help="The site file.")],
+    out: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="LOG.mcap", help="Log; SITE.mcap here if not given.")
+    ] = None,
+    once: Annotated[bool, typer.Option("--once", help="Look once, re-plan if needed, and leave.")] = False,
+    poll: Annotated[
+        float | None,
+        typer.Option(
+            "--poll",
+            metavar="SECONDS",
+            min=0.01,
+            help="Look at the file this often instead of waiting for events: for network shares.",
+        ),
+    ] = None,
+    simulate: Annotated[
+        float | None,
+        typer.Option(
+            "--simulate",
+            metavar="SPEED",
+            min=0.001,
+            help="Carry the plan out against a clock, so many times as fast as real time.",
+        ),
+    ] = None,
+    retrain: Annotated[
+        int,
+        typer.Option(
+            "--retrain",
+            envvar="BIMVOX_RETRAIN",
+            metavar="STEPS",
+            min=0,
+            help="Where the policy fails lifts, train it further beside the watch, by at most so many steps; 0: never.",
+        ),
+    ] = 0,
+    serve: Annotated[
+        str | None,
+        typer.Option(
+            "--serve",
+            metavar="[HOST:]PORT",
+            help="Serve the log's topics on a websocket, for viewers such as Foxglove; needs bimvox[live].",
+        ),
+    ] = None,
+    policy: PolicyId = None,
+    seed: Seed = None,
+    steps: Steps = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Keep a plan true to an obstruction file.
+
+    A change of the file re-plans the lifts that it affects, and only those. Each change writes LOG.rNNNN.mcap with the
+    lifts that are new; LOG.mcap is the whole plan, written again when nothing is going on and at the end. Ctrl-C ends.
+    """
+    from bimvox_pipeline.watch.watch import watch as run
+
+    code = failure.DONE
+    shown = _Shown(obstructions.name, table=not (once or json or quiet))
+    with open_output(as_json=json, quiet=quiet) as output:
+        changes = run(
+            obstructions,
+            site=site,
+            out=out,
+            once=once,
+            seed=seed,
+            policy=policy,
+            steps=steps,
+            poll_s=poll,
+            speed=simulate,
+            retrain=retrain,
+            serve=serve,
+            progress=output.progress,
+        )
+        stands = False
+        try:
+            for change in changes:
+                stands = True
+                code = failure.exit_code_of(change)
+                if not shown.show(change, output):
+                    output.line(change, _line(change))
+        except KeyboardInterrupt:
+            # Told to end while a change was being shown: as well as at any other time.
+            if once or not stands:
+                raise
+        finally:
+            changes.close()
+            shown.close()
+    # A watch that was left to run ends well with Ctrl-C, whatever its last change was.
+    raise typer.Exit(code if once else failure.DONE)
+
+
+class _Shown:
+    """The live table, where stdout is a terminal."""
+
+    def __init__(self, name: str, *, table: bool) -> None:
+        self._name, self._wanted = name, table and sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
+        self._table: WatchTable | None = None
+
+    def show(self, change: Mapping[str, Any], output: Output) -> bool:
+        """Show a change in the table; say whether there is one."""
+        if not self._wanted:
+            return False
+        if self._table is None:
+            from bimvox_cli.watch_table import WatchTable
+
+            output.progress.finish()
+            self._table = WatchTable(console_on(sys.stdout), self._name)
+        self._table.show(change, _line(change))
+        return True
+
+    def close(self) -> None:
+        if self._table is not None:
+            self._table.close()
+
+
+def _line(change: Mapping[str, Any]) -> str:
+    """Write a change in one line."""
+    if change["event"] == "state":
+        return f"{change['time_s']:,.0f} s: {change['component']} is {change['state']}"
+    parts = [f"revision {change['revision']}: {change['event']}"]
+    if change.get("changed_cells") is not None:
+        parts.append(f"{change['changed_cells']:,} cells changed")
+    parts.extend(f"{len(change[key]):,} {key}" for key in ("kept", "replanned") if key in change)
+    if "infeasible" in change:
+        # Why they are was said when they became so; a change that was not taken has something else to say.
+        why = "" if change["event"] in ("rejected", "missing", "failed") else _why(change)
+        parts.append(f"{len(change['infeasible']):,} infeasible{why}")
+    parts.extend(f"{len(change[key]):,} {key}" for key in ("retimed", "pending") if change.get(key))
+    if change.get("latency_ms") is not None:
+        parts.append(f"{change['latency_ms']:.0f} ms")
+    if stopped := change.get("stopped"):
+        parts.append(f"{stopped['component']} {stopped['how']}{', and is held' if stopped['held'] else ''}")
+    parts.extend(change.get("notes") or ())
+    line = ", ".join(parts)
+    return f"{line}: {change['message']}" if change.get("message") else line
+
+
+def _why(change: Mapping[str, Any]) -> str:
+    """Name the first infeasible parts, and what blocks them."""
+    blocked = change.get("blocked") or []
+    named = [
+        one["component"] + (f" by {', '.join(one['blocked_by'][:_NAMED])}" if one["blocked_by"] else "")
+        for one in blocked[:_NAMED]
+    ]
+    more = f" and {len(blocked) - _NAMED} more" if len(blocked) > _NAMED else ""
+    return f" ({'; '.join(named)}{more})" if named else ""

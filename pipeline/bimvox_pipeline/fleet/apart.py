@@ -1,0 +1,107 @@
+"""A process of its own for the runs of a worker: what kills it (a crash of a library, no memory left) kills no worker.
+
+Clusters lose a worker in ways of their own, some hang; so no run is carried out inside one. The process is kept from
+run to run, so that libraries and kernels are loaded once, and ends with its worker.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from bimvox_pipeline.fleet.runs import Run
+from bimvox_pipeline.fleet.work import ONE_THREAD, failed, record_file, write_record
+
+Work = Callable[[Run, Path], None]
+
+_DONE = b"."
+_LOOK_EVERY_S = 0.3
+
+_child: subprocess.Popen[bytes] | None = None
+_one_at_a_time = threading.Lock()
+
+
+def carry_out_apart(work: Work, run: Run, folder: Path) -> None:
+    """Carry out a run in this worker's other process; if that dies, its end is the run's record.
+
+    Args:
+        work: What to do with the run; a function of a module.
+        run: The run.
+        folder: The fleet's.
+    """
+    global _child
+    with _one_at_a_time:
+        if _child is None or _child.poll() is not None:
+            _child = _started()
+        child = _child
+        assert child.stdin is not None
+        assert child.stdout is not None
+        try:
+            pickle.dump((work, run, folder), child.stdin)
+            child.stdin.flush()
+            done = child.stdout.read(len(_DONE)) == _DONE
+        except BrokenPipeError:
+            done = False
+        except BaseException:
+            end_child()
+            raise
+        if not done:
+            code = child.wait()
+            if not record_file(folder, run.name).exists():
+                why = f"its process ended before it was done ({_reason(code)}): out of memory, or a crash"
+                write_record(folder, failed(run, "died", why, "try it alone with bimvox plan, with more memory"))
+
+
+def end_child() -> None:
+    """End this worker's other process, if there is one."""
+    global _child
+    if _child is not None:
+        _child.kill()
+        _child.communicate()
+        _child = None
+
+
+def _started() -> subprocess.Popen[bytes]:
+    path = os.pathsep.join(name for name in sys.path if name)
+    return subprocess.Popen(
+        [sys.executable, "-m", __name__],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=os.environ | ONE_THREAD | {"PYTHONPATH": path},
+        start_new_session=True,  # Ctrl-C goes to the command, and from there comes down as the end of the worker
+    )
+
+
+def _reason(code: int) -> str:
+    return signal.Signals(-code).name if code < 0 else f"exit code {code}"
+
+
+def _serve() -> None:
+    """Carry out the runs that come in on stdin, until it is closed or the worker is gone."""
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+    told = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints must not be taken for an answer
+    while True:
+        try:
+            work, run, folder = pickle.load(sys.stdin.buffer)  # from our own worker, over a pipe
+        except EOFError:
+            return
+        work(run, folder)
+        told.write(_DONE)
+
+
+def _end_with(worker: int) -> None:
+    while os.getppid() == worker:
+        time.sleep(_LOOK_EVERY_S)
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    _serve()

@@ -1,0 +1,162 @@
+"""``bimvox sweep`` and ``bimvox plan`` of several sites."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from bimvox.errors import BimvoxError, FileError
+from bimvox_pipeline.artifacts import default_output, reason_of, require_input, sha256_of
+from bimvox_pipeline.fleet.backends import Backend
+from bimvox_pipeline.fleet.runs import Run, Wish, digest_of, runs_of
+from bimvox_pipeline.fleet.schedule import carry_out_all
+from bimvox_pipeline.fleet.sweep_file import load_sweep
+from bimvox_pipeline.fleet.table import write_tables
+from bimvox_pipeline.fleet.work import FAILED, RECORDS, log_file, record_file
+from bimvox_pipeline.progress import Progress
+
+_LOCK = ".fleet.lock"
+
+
+def sweep(
+    file: Path,
+    out: Path | None = None,
+    *,
+    backend: Backend = "loky",
+    jobs: int | None = None,
+    cluster: str | None = None,
+    fresh: bool = False,
+    progress: Progress,
+) -> dict[str, Any]:
+    """Plan everything that a sweep file asks for.
+
+    Args:
+        file: The sweep file.
+        out: Folder of logs, records and table; default: the file's name with ``-runs``, in the current folder.
+        backend: Where the runs are carried out.
+        jobs: Runs at a time; default: one a processor core.
+        cluster: Address of a running cluster; default: one is started on this machine.
+        fresh: Plan again what is there already.
+        progress: Told of the stages.
+
+    Returns:
+        The document of ``bimvox sweep --json``.
+
+    Raises:
+        InputError: If the sweep file or the folder cannot be used, or the backend is not there.
+    """
+    require_input(file)
+    wishes = load_sweep(file)
+    folder = out or default_output(file, "-runs")
+    return fleet(wishes, folder, backend=backend, jobs=jobs, cluster=cluster, fresh=fresh, progress=progress)
+
+
+def fleet(
+    wishes: Sequence[Wish],
+    folder: Path,
+    *,
+    backend: Backend = "loky",
+    jobs: int | None = None,
+    cluster: str | None = None,
+    fresh: bool = False,
+    progress: Progress,
+) -> dict[str, Any]:
+    """Plan many wishes into a folder, going on where an earlier call was stopped.
+
+    A run whose inputs, by the hash of their contents, are those of its record, and whose log is the one that the record
+    names, is not planned again; one that failed is.
+
+    Args:
+        wishes: What to plan.
+        folder: Where to; made where it is missing.
+        backend: Where the runs are carried out.
+        jobs: Runs at a time; default: one a processor core.
+        cluster: Address of a running cluster; default: one is started on this machine.
+        fresh: Plan again what is there already.
+        progress: Told of the stages.
+
+    Returns:
+        ``runs`` (a record each), ``table`` and ``tables`` (files), ``failed`` and ``infeasible`` (how many runs, how
+        many lifts), ``verified``, ``kept`` (runs that were there already), ``seconds``.
+
+    Raises:
+        InputError: If the folder cannot be used, another fleet is writing to it, or the backend is not there.
+    """
+    runs = runs_of(wishes)
+    with _locked(folder):
+        progress.stage("look", len(runs))
+        kept = set()
+        for run in runs:
+            if not fresh and _is_there(run, folder):
+                kept.add(run.name)
+            else:
+                record_file(folder, run.name).unlink(missing_ok=True)
+            progress.advance()
+        progress.finish()
+        carry_out_all(
+            [run for run in runs if run.name not in kept],
+            folder,
+            backend=backend,
+            jobs=jobs or os.cpu_count() or 1,
+            address=cluster,
+            progress=progress,
+        )
+        records = [json.loads(record_file(folder, run.name).read_bytes()) for run in runs]
+        progress.stage("table")
+        tables = write_tables(folder, records)
+        progress.finish()
+    for record in records:
+        record["kept"] = record["run"] in kept
+    lost = sum(record["status"] == FAILED for record in records)
+    return {
+        "runs": records,
+        "folder": str(folder),
+        "table": str(tables[0]),
+        "tables": [str(table) for table in tables],
+        "failed": lost,
+        "infeasible": sum(record.get("infeasible", 0) for record in records),
+        "verified": not lost and all(record["verified"] for record in records),
+        "kept": len(kept),
+        "seconds": progress.seconds,
+    }
+
+
+def _is_there(run: Run, folder: Path) -> bool:
+    """Whether an earlier call carried out this very run, and its log is still what it wrote."""
+    file, log = record_file(folder, run.name), log_file(folder, run.name)
+    if not (file.exists() and log.exists()):
+        return False
+    try:
+        record = json.loads(file.read_bytes())
+        return bool(
+            record["status"] != FAILED
+            and record["inputs"] == digest_of(run.wish)
+            and record["log_sha256"] == sha256_of(log)
+        )
+    except (ValueError, KeyError, TypeError, BimvoxError):
+        return False  # a record that somebody changed, or an input that is gone: the run itself says which
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Keep a fleet's folder to this process, and clear away what a killed one left half written."""
+    try:
+        (folder / RECORDS).mkdir(parents=True, exist_ok=True)
+        lock = (folder / _LOCK).open("a")
+    except OSError as error:
+        raise FileError(folder, f"cannot be used: {reason_of(error)}", hint="choose another -o") from error
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            raise FileError(
+                folder, "another bimvox is planning into this folder", hint="wait for it, or choose another -o"
+            ) from error
+        for left in (*folder.glob(".bimvox-*.part"), *(folder / RECORDS).glob(".bimvox-*.part")):
+            left.unlink(missing_ok=True)
+        yield

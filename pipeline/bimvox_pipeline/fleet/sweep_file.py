@@ -1,0 +1,131 @@
+"""The sweep file: which sites, seeds and what-ifs are planned. ``bimvox schema sweep`` prints it."""
+
+from __future__ import annotations
+
+import itertools
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, Field, ValidationError
+
+from bimvox.errors import ConfigError
+from bimvox.site.validation import STRICT, Text, Whole, first_finding
+from bimvox_pipeline.fleet.runs import Wish
+
+AS_IT_IS = "none"
+"""Stands for the site without obstructions."""
+
+Seed = Annotated[Whole, Field(ge=0)]
+Steps = Annotated[Whole, Field(ge=1)]
+
+
+class RunEntry(BaseModel):
+    """One run, listed by itself."""
+
+    model_config = STRICT
+
+    site: Text
+    """Site file; a relative path starts at the sweep file's folder."""
+    obstructions: Text = AS_IT_IS
+    """Obstruction, IFC or mesh file; ``none`` for the site as it is."""
+    seed: Seed | None = None
+    """Seed of the training. Default: the site file's."""
+    policy: Text | None = None
+    """Id of a policy, or ``none`` for search alone. Default: the sweep's, else the site's."""
+    steps: Steps | None = None
+    """Training budget in environment steps. Default: the sweep's, else the site's."""
+
+
+class SweepConfig(BaseModel):
+    """A sweep: every site with every seed and every obstruction file, and runs listed one by one."""
+
+    model_config = STRICT
+
+    version: Literal[1] = 1
+    """Version of this format."""
+    sites: tuple[Text, ...] = ()
+    """Site files, or patterns such as ``sites/*.site.toml``; relative paths start at the sweep file's folder."""
+    seeds: tuple[Seed, ...] = ()
+    """Seeds of the training. Default: the site files'."""
+    obstructions: tuple[Text, ...] = (AS_IT_IS,)
+    """Obstruction, IFC or mesh files, or patterns; ``none`` for the site as it is."""
+    policy: Text | None = None
+    """Id of a policy for all runs, or ``none`` for search alone. Default: each site's."""
+    steps: Steps | None = None
+    """Training budget of all runs in environment steps. Default: each site's."""
+    run: tuple[RunEntry, ...] = ()
+    """Runs beside the cross product of the above."""
+
+
+def load_sweep(path: Path) -> tuple[Wish, ...]:
+    """Read a sweep file.
+
+    Args:
+        path: A TOML file.
+
+    Returns:
+        What to plan: the cross product, sites outermost, then what is listed one by one.
+
+    Raises:
+        ConfigError: If the file cannot be read, is not TOML, has an unknown key or an impossible value, a pattern fits
+            no file, or it asks for nothing.
+    """
+    try:
+        values = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except OSError as error:
+        raise ConfigError(path, None, f"cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(path, None, f"not TOML: {error}") from None
+    try:
+        config = SweepConfig.model_validate(values)
+    except ValidationError as error:
+        found = first_finding(error, SweepConfig)
+        raise ConfigError(path, found.key or None, found.message, available=found.available, hint=found.hint) from None
+    wishes = [*_crossed(config, path), *_listed(config, path)]
+    if not wishes:
+        raise ConfigError(path, None, "asks for nothing", hint='name sites, as in sites = ["my.site.toml"]')
+    return tuple(wishes)
+
+
+def sweep_json_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of the sweep file."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **SweepConfig.model_json_schema()}
+
+
+def _crossed(config: SweepConfig, path: Path) -> Iterator[Wish]:
+    sites = [file for n, name in enumerate(config.sites) for file in _files(name, path, f"sites[{n}]")]
+    blocked: list[Path | None] = []
+    for n, name in enumerate(config.obstructions):
+        blocked += [None] if name == AS_IT_IS else _files(name, path, f"obstructions[{n}]")
+    seeds: tuple[int | None, ...] = config.seeds or (None,)
+    for site, obstructions, seed in itertools.product(sites, blocked, seeds):
+        yield Wish(site, obstructions, seed, config.policy, config.steps)
+
+
+def _listed(config: SweepConfig, path: Path) -> Iterator[Wish]:
+    for entry in config.run:
+        yield Wish(
+            path.parent / entry.site,
+            None if entry.obstructions == AS_IT_IS else path.parent / entry.obstructions,
+            entry.seed,
+            entry.policy or config.policy,
+            entry.steps or config.steps,
+        )
+
+
+def _files(name: str, path: Path, key: str) -> list[Path]:
+    """A file as it is named, there or not (its run says so); of a pattern all files that fit, sorted."""
+    if not any(sign in name for sign in "*?["):
+        return [path.parent / name]
+    try:
+        anchor = Path(name).anchor
+        fitting = sorted((Path(anchor) if anchor else path.parent).glob(name.removeprefix(anchor)))
+    except ValueError as error:
+        raise ConfigError(path, key, f"{name!r} is no pattern: {error}") from None
+    if not fitting:
+        raise ConfigError(path, key, f"no file fits {name!r}", hint="patterns start at the sweep file's folder")
+    return fitting

@@ -1,0 +1,95 @@
+"""What is done with a run: it is planned, and what became of it is on disk, an error too."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from bimvox.errors import BimvoxError
+from bimvox_pipeline.artifacts import sha256_of, write_atomically
+from bimvox_pipeline.fleet.runs import Run, digest_of
+
+ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+"""Environment of the processes that plan, there before a library reads it: two threads in each of two processes take
+longer than one."""
+
+RECORDS = "runs"
+"""Folder of the records inside the fleet's folder."""
+
+PLANNED, PARTLY, FAILED = "planned", "partly", "failed"
+"""What became of a run: every lift planned, some infeasible, no plan."""
+
+
+def record_file(folder: Path, name: str) -> Path:
+    """Return where a run's record is."""
+    return folder / RECORDS / f"{name}.json"
+
+
+def log_file(folder: Path, name: str) -> Path:
+    """Return where a run's log is."""
+    return folder / f"{name}.mcap"
+
+
+def carry_out(run: Run, folder: Path) -> None:
+    """Plan a run and write its record; an error is a record too."""
+    try:
+        record = _planned(run, folder)
+    except BimvoxError as error:
+        record = failed(run, error.code, error.message, error.hint)
+    except Exception as error:  # noqa: BLE001  (a fault in one run must not take the others down; the record names it)
+        record = failed(run, "fault", f"{type(error).__name__}: {error}".splitlines()[0], None)
+    write_record(folder, record)
+
+
+def write_record(folder: Path, record: dict[str, Any]) -> None:
+    """Write a run's record whole or not at all."""
+    write_atomically(record_file(folder, record["run"]), json.dumps(record, indent=1, ensure_ascii=False).encode())
+
+
+def failed(run: Run, code: str, message: str, hint: str | None) -> dict[str, Any]:
+    """Return the record of a run that came to no plan."""
+    return {**_asked(run), "status": FAILED, "error": {"code": code, "message": message, "hint": hint}}
+
+
+def _planned(run: Run, folder: Path) -> dict[str, Any]:
+    from bimvox_pipeline.plan import plan
+    from bimvox_pipeline.progress import SilentProgress
+
+    wish, log = run.wish, log_file(folder, run.name)
+    digest = digest_of(wish)
+    document = plan(
+        wish.site,
+        log,
+        obstructions=wish.obstructions,
+        policy=wish.policy,
+        seed=wish.seed,
+        steps=wish.steps,
+        progress=SilentProgress(),
+    )
+    return {
+        **_asked(run),
+        "status": PARTLY if document["infeasible"] else PLANNED,
+        "error": None,
+        "inputs": digest,
+        "verified": document["verified"],
+        "lifts": len(document["lifts"]),
+        "infeasible": len(document["infeasible"]),
+        "policy": document["policy"]["id"],
+        "figures": document["figures"],
+        "log": log.name,
+        "log_sha256": sha256_of(log),
+        "seconds": document["seconds"],
+    }
+
+
+def _asked(run: Run) -> dict[str, Any]:
+    wish = run.wish
+    return {
+        "run": run.name,
+        "site": wish.site.name,
+        "obstructions": wish.obstructions.name if wish.obstructions else None,
+        "seed": wish.seed,
+    }

@@ -1,0 +1,111 @@
+"""What a file is and what it holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bimvox.errors import FileError
+from bimvox_pipeline.artifacts import sha256_of
+from bimvox_pipeline.inspect.kinds import Kind, kind_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from bimvox.grid.voxel_grid import VoxelGrid
+    from bimvox_pipeline.progress import Progress
+
+
+def inspect(path: Path, progress: Progress, *, part: str | None = None) -> dict[str, Any]:
+    """Say what a file is and what it holds.
+
+    Args:
+        path: Any of our files, an IFC or a mesh; what it is is told by what it holds, not by its name alone.
+        progress: Is told of stages and notes.
+        part: Id or name of a part of a grid: only that part is described, with its boxes.
+
+    Returns:
+        ``kind``, ``file`` and what fits the kind.
+
+    Raises:
+        FileError: If it is missing, damaged, or nothing that bimvox knows.
+        InputError: If a part is asked for that is not there.
+    """
+    kind = kind_of(path)
+    describe: dict[Kind, Callable[[Path, Progress], dict[str, Any]]] = {
+        Kind.IFC: _model,
+        Kind.MESH: _model,
+        Kind.GRID: _grid,
+        Kind.SITE: _site,
+        Kind.LOG: _log,
+        Kind.OBSTRUCTIONS: _obstructions,
+        Kind.POLICY: _policy,
+    }
+    document = describe[kind](path, progress) if part is None else _one_part(path, kind, part, progress)
+    progress.finish()
+    size = {} if path.is_dir() else {"bytes": path.stat().st_size}
+    return {"kind": kind.value, "file": str(path), **size, **document}
+
+
+def _model(path: Path, progress: Progress) -> dict[str, Any]:
+    progress.stage("read")
+    from bimvox.bim.read import IFC_SUFFIXES, read_building
+    from bimvox_pipeline.inspect.building import describe_building
+
+    if kind_of(path) is Kind.IFC and path.suffix.lower() not in IFC_SUFFIXES:
+        raise FileError(path, "holds IFC, but its name says otherwise", hint=f"rename it to {path.stem}.ifc")
+    building = read_building(path, None, progress.report)
+    progress.stage("describe")
+    return describe_building(building)
+
+
+def _one_part(path: Path, kind: Kind, part: str, progress: Progress) -> dict[str, Any]:
+    from bimvox_pipeline.inspect.grid import describe_part
+
+    if kind is not Kind.GRID:
+        raise FileError(path, f"is no grid ({kind.value}), and only a grid has parts", hint="leave --part out")
+    return {"part": describe_part(_grid_of(path, progress), part)}
+
+
+def _grid(path: Path, progress: Progress) -> dict[str, Any]:
+    from bimvox_pipeline.inspect.grid import describe_grid
+
+    return {"sha256": sha256_of(path), **describe_grid(_grid_of(path, progress))}
+
+
+def _grid_of(path: Path, progress: Progress) -> VoxelGrid:
+    from bimvox.grid.storage import read_grid
+
+    progress.stage("read")
+    with path.open("rb") as stream:
+        return read_grid(stream, path.name)
+
+
+def _site(path: Path, progress: Progress) -> dict[str, Any]:
+    from bimvox_pipeline.inspect.site import describe_site
+
+    return describe_site(path, progress)
+
+
+def _log(path: Path, progress: Progress) -> dict[str, Any]:
+    from bimvox_pipeline.inspect.log import describe_log
+
+    progress.stage("read")
+    return describe_log(path)
+
+
+def _obstructions(path: Path, progress: Progress) -> dict[str, Any]:
+    from bimvox.site.obstructions.file import parse_obstructions
+    from bimvox_pipeline.inspect.obstructions import describe_obstruction
+
+    progress.stage("read")
+    found = parse_obstructions(path.read_bytes(), path.name, path.resolve().parent)
+    return {"sha256": sha256_of(path), "obstructions": [describe_obstruction(one) for one in found.obstructions]}
+
+
+def _policy(path: Path, progress: Progress) -> dict[str, Any]:
+    from bimvox.policy import store
+
+    progress.stage("read")
+    place = path.resolve()
+    return store.load(place.name, folder=place.parent).manifest.to_dict()

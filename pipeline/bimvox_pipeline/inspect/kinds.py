@@ -1,0 +1,127 @@
+"""What a file is, by what it holds; the suffix decides only between formats that have no mark of their own."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+import zipfile
+from enum import StrEnum
+from pathlib import Path
+
+from bimvox.errors import FileError
+from bimvox_pipeline.artifacts import reason_of, require_input
+
+MCAP_MAGIC = b"\x89MCAP0\r\n"
+_STEP_MAGIC = b"ISO-10303-21"
+_ZIP_MAGIC = b"PK"
+_HEAD_BYTES = 1 << 16
+_TEXT_BYTES = 64 << 20
+_MESH_SUFFIXES = frozenset({".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".3mf"})
+
+
+class Kind(StrEnum):
+    """What a file is to bimvox."""
+
+    IFC = "ifc"
+    MESH = "mesh"
+    GRID = "grid"
+    SITE = "site"
+    LOG = "log"
+    OBSTRUCTIONS = "obstructions"
+    POLICY = "policy"
+
+
+def kind_of(path: Path) -> Kind:
+    """Return what a file is.
+
+    Args:
+        path: Any file; a folder is a policy if it holds a manifest.
+
+    Raises:
+        FileError: If it is missing, empty, unreadable, or nothing that bimvox knows.
+    """
+    if path.is_dir():
+        if (path / POLICY_MANIFEST).is_file():
+            return Kind.POLICY
+        raise FileError(path, "this is a folder, and not one of a policy", hint="name a file in it")
+    require_input(path)
+    head = _head_of(path)
+    kind = _by_mark(path, head) or _by_text(path, head)
+    if kind is None and path.suffix.lower() in _MESH_SUFFIXES:
+        kind = Kind.MESH
+    if kind is None:
+        raise FileError(
+            path,
+            "no building model, grid, site file, obstruction file, log or policy is recognised in it",
+            hint="bimvox reads IFC, STL, OBJ, PLY, OFF, GLB, GLTF and 3MF models and its own files",
+        )
+    return kind
+
+
+POLICY_MANIFEST = "manifest.json"
+
+
+def _by_mark(path: Path, head: bytes) -> Kind | None:
+    """Tell the formats that begin with a mark of their own."""
+    if head.startswith(MCAP_MAGIC):
+        return Kind.LOG
+    if head.startswith(_ZIP_MAGIC):
+        return _by_members(path)
+    if head.startswith((b"glTF", b"ply\n", b"ply\r", b"OFF", b"solid ")):
+        return Kind.MESH
+    if head.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(_STEP_MAGIC) or path.suffix.lower() == ".ifc":
+        return Kind.IFC
+    return None
+
+
+def _by_members(path: Path) -> Kind | None:
+    """Tell an archive by the names in it."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = archive.namelist()
+    except (zipfile.BadZipFile, OSError, NotImplementedError, ValueError) as error:
+        raise FileError(path, f"a damaged archive: {error}", hint="copy or write the file again") from error
+    if "zarr.json" in names:
+        return Kind.GRID
+    if any(name.lower().endswith(".ifc") for name in names):
+        return Kind.IFC
+    return Kind.MESH if any(name.lower().endswith(".model") for name in names) else None
+
+
+def _by_text(path: Path, head: bytes) -> Kind | None:
+    """Tell TOML and JSON files by their keys."""
+    if b"\0" in head or path.stat().st_size > _TEXT_BYTES or path.suffix.lower() in _MESH_SUFFIXES - {".gltf"}:
+        return None
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return None
+    keys: set[str] = set()
+    try:
+        values = json.loads(text)
+        keys = set(values) if isinstance(values, dict) else set()
+    except (json.JSONDecodeError, RecursionError):
+        try:
+            keys = set(tomllib.loads(text))
+        except (tomllib.TOMLDecodeError, RecursionError):
+            return _broken_text(path)
+    if "obstructions" in keys:
+        return Kind.OBSTRUCTIONS
+    if "asset" in keys:
+        return Kind.MESH
+    if "model" in keys:
+        return Kind.SITE
+    return _broken_text(path)
+
+
+def _broken_text(path: Path) -> Kind | None:
+    """Tell a text that does not parse, or lacks its main key, by its name: its reader says what is wrong, and where."""
+    return {".toml": Kind.SITE, ".json": Kind.OBSTRUCTIONS}.get(path.suffix.lower())
+
+
+def _head_of(path: Path) -> bytes:
+    try:
+        with path.open("rb") as stream:
+            return stream.read(_HEAD_BYTES)
+    except OSError as error:
+        raise FileError(path, f"cannot be read: {reason_of(error)}") from error

@@ -1,0 +1,39 @@
+"""What an obstruction file holds, as plain values."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bimvox.site.obstructions.obstruction_set import Obstruction
+
+
+def describe_obstruction(obstruction: Obstruction) -> dict[str, Any]:
+    """Return an obstruction's form and the box around it: metres in the site's frame, cells for voxels."""
+    import numpy as np
+
+    from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Points, Voxels
+
+    form = obstruction.form
+    document: dict[str, Any] = {"id": obstruction.id, "form": type(form).__name__.lower()}
+    if isinstance(form, Voxels):
+        cells = np.array(form.cells)
+        return {
+            **document,
+            "cells": len(cells),
+            "low_vox": cells.min(axis=0).tolist(),
+            "high_vox": cells.max(axis=0).tolist(),
+        }
+    if isinstance(form, Box):
+        low, high = np.array(form.low_m), np.array(form.high_m)
+    elif isinstance(form, Cylinder):
+        reach = np.array([form.radius_m, form.radius_m, 0.0])
+        low = np.array(form.base_m) - reach
+        high = np.array(form.base_m) + reach + np.array([0.0, 0.0, form.height_m])
+    elif isinstance(form, Points):
+        low, high = form.points_m.min(axis=0), form.points_m.max(axis=0)
+        document |= {"points": len(form.points_m)}
+    else:
+        low, high = form.bounds_m
+        document |= {"form": "mesh", "triangles": len(form.faces)}
+    return {**document, "low_m": low.round(4).tolist(), "high_m": high.round(4).tolist()}

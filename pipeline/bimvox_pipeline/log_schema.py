@@ -1,0 +1,57 @@
+"""What ``bimvox schema log`` prints: the layout of the log and the definition of its own message."""
+
+from __future__ import annotations
+
+from bimvox.export.path_log import LIFT_COLUMNS, SAMPLE_COLUMNS
+from bimvox.log import schema as topics
+from bimvox.log.crane_command import proto_text
+
+_ATTACHMENTS = {
+    topics.SITE_FILE: "the whole site, so that the log can be proven from itself: zip of JSON and .npy",
+    topics.PLAN_FILE: "all lifts with status, method and place, clashes, notes",
+    topics.MOTION_FILE: "spans and phases of the motions (with a crane)",
+    topics.URDF_FILE: "the crane as a URDF robot (with a crane)",
+    topics.CHART_FILE: "capacity over radius (with a crane)",
+    topics.LAYOUT_FILE: "panels for Foxglove-class viewers: save it, and import it there",
+    "others": "the files that the plan was made from, by name",
+}
+
+
+def log_schema() -> str:
+    """Return the text: a .proto file, the layout in its comments."""
+    lines = [
+        f"bimvox log, schema version {topics.SCHEMA_VERSION}",
+        "",
+        'MCAP, profile "", zstd chunks of 64 KiB. Times count from the start of the site\'s clock; log time equals',
+        "publish time and never falls on a topic. Frame `site`: metres, z up, z = 0 at the top of the ground.",
+        "",
+        "Topics:",
+        *(f"  {topic.name}  {topic.schema}\n      {topic.meaning}" for topic in topics.TOPICS),
+        "",
+        f"Metadata record `{topics.METADATA}`: {', '.join(sorted(topics.OWN_METADATA))};",
+        "and what the plan was made with (seed, policy, hashes of the input files).",
+        "",
+        "Attachments:",
+        *(f"  {name}  {meaning}" for name, meaning in _ATTACHMENTS.items()),
+        "",
+        "Columns of the CSV of samples (bimvox export --to csv):",
+        *(f"  {name}  {meaning}" for name, meaning in SAMPLE_COLUMNS.items()),
+        "",
+        "Columns of the CSV of lifts:",
+        *(f"  {name}  {meaning}" for name, meaning in LIFT_COLUMNS.items()),
+    ]
+    comment = "\n".join(f"// {line}".rstrip() for line in "\n".join(lines).split("\n"))
+    return f"{comment}\n\n{proto_text()}"
+
+
+def log_schema_json() -> dict[str, object]:
+    """Return the same as plain values."""
+    return {
+        "schema_version": topics.SCHEMA_VERSION,
+        "topics": [{"name": topic.name, "schema": topic.schema, "meaning": topic.meaning} for topic in topics.TOPICS],
+        "metadata": sorted(topics.OWN_METADATA),
+        "attachments": _ATTACHMENTS,
+        "csv_samples": SAMPLE_COLUMNS,
+        "csv_lifts": LIFT_COLUMNS,
+        "proto": proto_text(),
+    }

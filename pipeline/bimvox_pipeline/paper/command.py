@@ -1,0 +1,61 @@
+"""``bimvox experiment paper``: run, draw, report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from bimvox.errors import InputError
+from bimvox_pipeline.artifacts import write_atomically
+from bimvox_pipeline.paper.document import document_of
+from bimvox_pipeline.paper.experiment import run_experiment
+from bimvox_pipeline.paper.pictures import pictures_of
+from bimvox_pipeline.paper.report import REPORT_FILE, report_of
+from bimvox_pipeline.paper.settings import default_settings, quick_settings
+from bimvox_pipeline.progress import Progress
+
+
+def run_paper(
+    folder: Path,
+    *,
+    seeds: int = 10,
+    modes: tuple[str, ...] = ("paper", "ours"),
+    processes: int = 2,
+    quick: bool = False,
+    progress: Progress,
+) -> dict[str, Any]:
+    """Run what is not there yet of the paper's experiments, and write results, curves, pictures and the report.
+
+    Args:
+        folder: Where to; made where it is missing, and gone on with where it was begun.
+        seeds: Runs of everything.
+        modes: ``paper``, ``ours``.
+        processes: How many jobs at a time.
+        quick: Tiny budgets.
+        progress: Told of every job.
+
+    Returns:
+        The document of ``bimvox experiment paper --json``: that of the results, and ``out, report, pictures, seconds``.
+
+    Raises:
+        InputError: The folder cannot be used.
+        BimvoxError: A process was killed.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder} is no folder", hint="name a folder with -o")
+    settings = (quick_settings if quick else default_settings)(seeds, modes)
+    results = run_experiment(folder, settings=settings, processes=processes, progress=progress)
+    progress.stage("draw")
+    document = document_of(results)
+    pictures = pictures_of(results, document)
+    for name, data in pictures.items():
+        write_atomically(folder / name, data)
+    write_atomically(folder / REPORT_FILE, report_of(document, pictures).encode())
+    progress.finish()
+    return {
+        **document,
+        "out": str(folder),
+        "report": str(folder / REPORT_FILE),
+        "pictures": sorted(pictures),
+        "seconds": progress.seconds,
+    }

@@ -1,0 +1,263 @@
+"""The results of an experiment as one JSON document, and every curve as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from bimvox_pipeline.paper.findings import SCENARIOS, findings_of
+from bimvox_pipeline.paper.results import BaselineRun, Curve, ExperimentResults, LearningRun, ScenarioRun
+from bimvox_pipeline.paper.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS
+from bimvox_pipeline.paper.statistics import CensoredSteps, mean_interval
+
+NAMED_FIRST = "paper"
+"""The mode whose scenarios stand at the top of the document, where it was run."""
+
+
+def document_of(results: ExperimentResults) -> dict[str, Any]:
+    """Return everything as JSON values.
+
+    ``scenarios`` is that of paper mode (of the only mode where there is one); ``modes`` holds both, side by side.
+    """
+    names = sorted(results.settings["modes"], key=lambda mode: (mode != NAMED_FIRST, mode))
+    modes = {mode: _mode(results, mode) for mode in names}
+    first = names[0]
+    return {
+        "scenarios": modes[first]["scenarios"],
+        "mode": first,
+        "modes": modes,
+        "ablation": _ablation(results),
+        "beyond": _beyond(results),
+        "baselines": _baselines(results),
+        "teacher": _teacher(results),
+        "settings": results.settings,
+        "complete": results.is_complete,
+        "missing": list(results.missing),
+    }
+
+
+def _mode(results: ExperimentResults, mode: str) -> dict[str, Any]:
+    config = results.settings["modes"][mode]
+    seeds = results.settings["seeds"]
+    layers = [run for run in results.initialization if run.mode == mode]
+    runs = [run for run in results.scenarios if run.mode == mode]
+    findings = findings_of(runs, test_every=config["test_every"], seeds=seeds)
+    return {
+        "initialization": _learning(layers),
+        "scenarios": {
+            scenario: _scenario([run for run in runs if run.scenario == scenario], layers) for scenario in SCENARIOS
+        },
+        "findings": [
+            {
+                **asdict(finding),
+                "verdict": finding.verdict.value,
+                "test": asdict(finding.test) if finding.test else None,
+            }
+            for finding in findings
+        ],
+        "unplanned": [seed for unplanned, seed in results.unplanned if unplanned == mode],
+    }
+
+
+def _scenario(runs: Sequence[ScenarioRun], layers: Sequence[LearningRun]) -> dict[str, Any]:
+    """Return one scenario; that of the unchanged site has the curve of the initialization layer, as in the paper."""
+    unchanged = bool(runs) and runs[0].scenario == "a"
+    if unchanged:
+        steps = CensoredSteps(tuple(run.steps_to_success for run in layers), max(run.budget for run in layers))
+        curves = [run.curve for run in layers]
+    else:
+        steps = CensoredSteps(tuple(run.steps_to_success for run in runs), max((run.budget for run in runs), default=0))
+        curves = [run.curve for run in runs]
+    return {
+        "steps_to_success": steps.median if runs else None,
+        "steps_to_success_text": steps.text() if runs else None,
+        "success_rate": float(sum(run.success_rate for run in runs) / len(runs)) if runs else None,
+        "curve": mean_curve(curves),
+        "path_cells": [list(cell) for cell in runs[0].path_cells] if runs else [],
+        "seeds": [_scenario_seed(run) for run in runs],
+        "learned": sum(run.succeeded for run in runs),
+        "retrained": sum(run.retrained for run in runs),
+        "solved_by_the_loaded_policy": sum(run.succeeded and not run.retrained for run in runs),
+        "tabular_steps": [run.tabular_steps for run in runs],
+        "random_success": [run.random_success for run in runs],
+    }
+
+
+def _scenario_seed(run: ScenarioRun) -> dict[str, Any]:
+    return {
+        "seed": run.seed,
+        "steps_to_success": run.steps_to_success,
+        "retrained": run.retrained,
+        "success_rate": run.success_rate,
+        "curve": _pairs(run.curve),
+        "start": [*run.start, run.axis],
+        "target": list(run.target),
+        "obstructions": [[list(low), list(high)] for low, high in run.obstructions],
+        "planned_cells": [list(cell) for cell in run.planned_cells],
+        "path_cells": [list(cell) for cell in run.path_cells],
+        "moves": max(0, len(run.path_cells) - 1),
+        "shortest_moves": run.shortest_moves,
+        "random_success": run.random_success,
+        "tabular_steps": run.tabular_steps,
+        "seconds": run.seconds,
+    }
+
+
+def _learning(runs: Sequence[LearningRun]) -> dict[str, Any]:
+    """Return runs of one kind, one a seed."""
+    if not runs:
+        return {"steps_to_success": None, "reached": 0, "runs": 0}
+    steps = CensoredSteps(tuple(run.steps_to_success for run in runs), max(run.budget for run in runs))
+    last = [run.curve[-1] for run in runs if run.curve]
+    return {
+        "steps_to_success": steps.median,
+        "steps_to_success_text": steps.text(),
+        "quartiles": [steps.quantile(0.25), steps.quantile(0.75)],
+        "steps": list(steps.values),
+        "most_steps": None if steps.reached < len(runs) else max(run.steps for run in runs),
+        "reached": steps.reached,
+        "runs": len(runs),
+        "budget": steps.budget,
+        "success_rates": [row.success_rate for row in last],
+        "greedy_rates": [row.greedy_rate for row in last],
+        "fresh_rates": [run.fresh_rate for run in runs],
+        "curve": mean_curve([run.curve for run in runs]),
+        "seconds": [run.seconds for run in runs],
+        "cpu_seconds": [run.cpu_seconds for run in runs],
+    }
+
+
+def _ablation(results: ExperimentResults) -> list[dict[str, Any]]:
+    cells = []
+    for observation in ABLATION_OBSERVATIONS:
+        for reward in ABLATION_REWARDS:
+            runs = [run for run in results.ablation if run.mode == f"{observation}-{reward}"]
+            if runs:
+                cells.append({"observation": observation, "reward": reward, **_learning(runs)})
+    return cells
+
+
+def _beyond(results: ExperimentResults) -> dict[str, Any]:
+    """Return what goes beyond the paper, with the bars it was to clear."""
+    ours = [run for run in results.initialization if run.mode == "ours"]
+    named = {name: [run for run in results.beyond if run.mode == name] for name in ("targets", "frame")}
+    scenarios = [run for run in results.scenarios if run.mode == "ours" and run.scenario != "a"]
+    settings = results.settings
+    return {
+        "every_start": {"bar_steps": 2_000, "cleared": _within(ours, 2_000), **_learning(ours)},
+        "random_targets": {
+            "bar_steps": settings["targets_budget"],
+            "layouts": settings["targets_layouts"],
+            "fresh_layouts": settings["fresh_layouts"],
+            "cleared": _within(named["targets"], settings["targets_budget"]),
+            **_learning(named["targets"]),
+        },
+        "frame": {
+            "bar_steps": settings["frame_budget"],
+            "layouts": settings["frame_layouts"],
+            "fresh_layouts": settings["fresh_layouts"],
+            "cleared": _within(named["frame"], settings["frame_budget"]),
+            **_learning(named["frame"]),
+        },
+        "changed_sites": {
+            "bar_steps": 2_000,
+            "runs": len(scenarios),
+            "cleared": sum(run.succeeded and run.steps <= 2_000 for run in scenarios),
+            "by_the_loaded_policy": sum(run.succeeded and not run.retrained for run in scenarios),
+            "most_steps": max((run.steps for run in scenarios), default=None),
+        },
+        "greedy_without_guard": True,
+    }
+
+
+def _within(runs: Sequence[LearningRun], steps: int) -> int:
+    return sum(run.reached and run.steps <= steps for run in runs)
+
+
+def _baselines(results: ExperimentResults) -> dict[str, Any]:
+    runs = results.baselines
+    if not runs:
+        return {}
+    steps = CensoredSteps(tuple(run.steps for run in runs), max(run.budget for run in runs))
+    return {
+        "starts": runs[0].starts,
+        "random_success": asdict(mean_interval([run.random_success for run in runs], lowest=0.0, highest=1.0)),
+        "teacher_success": min(run.teacher_success for run in runs),
+        "tabular": {
+            "steps_to_success": steps.median,
+            "steps_to_success_text": steps.text(),
+            "steps": list(steps.values),
+            "budget": steps.budget,
+            "curve": mean_curve([run.curve for run in runs]),
+        },
+    }
+
+
+def _teacher(results: ExperimentResults) -> dict[str, Any]:
+    """Return what the exact distance field costs; going down it needs no environment step and solves every layout."""
+    return {
+        "field_seconds": results.field_seconds,
+        "environment_steps": 0,
+        "used_in_training_by": [
+            name for name, config in results.settings["modes"].items() if config["reward"] == "shaped"
+        ],
+        "used_at_run_time_by": [],
+    }
+
+
+def mean_curve(curves: Sequence[Curve]) -> list[list[float]]:
+    """Return ``[steps, mean rate, low, high]`` a test, over seeds, the interval as of ``mean_interval``.
+
+    A run that stopped, because it was good enough or its budget was used up, keeps its last rate.
+    """
+    curves = [curve for curve in curves if curve]
+    grid = sorted({row.steps for curve in curves for row in curve})
+    rows = []
+    for steps in grid:
+        rates = [rate for curve in curves if (rate := _rate_at(curve, steps)) is not None]
+        interval = mean_interval(rates, lowest=0.0, highest=1.0)
+        rows.append([float(steps), interval.mean, interval.low, interval.high])
+    return rows
+
+
+def _rate_at(curve: Curve, steps: int) -> float | None:
+    """Return the rate of the last test up to a step, None before the first."""
+    rate = None
+    for row in curve:
+        if row.steps <= steps:
+            rate = row.success_rate
+    return rate
+
+
+def _pairs(curve: Curve) -> list[list[float]]:
+    return [[row.steps, row.success_rate] for row in curve]
+
+
+def curves_csv(results: ExperimentResults) -> str:
+    """Return every test of every run, one a line."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["part", "mode", "seed", "scenario", "steps", "success_rate", "mean_reward", "greedy_rate"])
+    for part, runs in (
+        ("initialization", results.initialization),
+        ("ablation", results.ablation),
+        ("beyond", results.beyond),
+    ):
+        for run in runs:
+            writer.writerows(_lines(part, run.mode, run.seed, "", run.curve))
+    for scenario in results.scenarios:
+        writer.writerows(_lines("application", scenario.mode, scenario.seed, scenario.scenario, scenario.curve))
+        writer.writerows(_lines("tabular", scenario.mode, scenario.seed, scenario.scenario, scenario.tabular_curve))
+    baseline: BaselineRun
+    for baseline in results.baselines:
+        writer.writerows(_lines("tabular", "initialization", baseline.seed, "", baseline.curve))
+    return out.getvalue()
+
+
+def _lines(part: str, mode: str, seed: int, scenario: str, curve: Curve) -> Iterable[list[Any]]:
+    for row in curve:
+        greedy = "" if row.greedy_rate is None else row.greedy_rate
+        yield [part, mode, seed, scenario, row.steps, row.success_rate, row.mean_reward, greedy]

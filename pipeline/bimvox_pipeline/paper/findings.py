@@ -1,0 +1,128 @@
+"""The paper's three findings, each with its numbers and a verdict by a rule that was fixed before any result was seen.
+
+1. Every scenario is learned, the unchanged one with the loaded policy as it is. *Reproduces* where every seed does all
+   of it: in (a) at least 8 of the 10 trial episodes succeed without retraining, and (b), (c), (d) each end with a path
+   within the budget. *Contradicted* where some scenario is learned by less than half of the seeds. Else *partly*.
+2. (d), close to the target, needs fewer steps of retraining than (b), close to the start.
+3. Two obstructions, (c), need more steps than one, (b).
+
+For 2 and 3, seed by seed, what was not learned counts as one test interval more than the budget. *Reproduces* where the
+median difference has the claimed sign and Wilcoxon's one-sided exact test gives p < 0.05; *contradicted* where both
+hold for the opposite; else *not decided*.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox_pipeline.paper.results import ScenarioRun
+from bimvox_pipeline.paper.statistics import PairedTest, paired_test
+
+SIGNIFICANCE = 0.05
+TRIALS_NEEDED = 0.8
+SCENARIOS = ("a", "b", "c", "d")
+
+
+class Verdict(StrEnum):
+    """Whether a finding of the paper shows here too."""
+
+    REPRODUCES = "reproduces"
+    PARTLY = "partly"
+    NOT_DECIDED = "not decided"
+    CONTRADICTED = "contradicted"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One finding.
+
+    Attributes:
+        number: 1 to 3, as in the paper.
+        claim: In words.
+        verdict: By the rule of this module.
+        seeds: How many seeds it rests on.
+        learned: Of finding 1: the share of the seeds that learned each scenario.
+        test: Of findings 2 and 3: steps of what is claimed to need more, minus those of the other.
+    """
+
+    number: int
+    claim: str
+    verdict: Verdict
+    seeds: int
+    learned: dict[str, float] | None = None
+    test: PairedTest | None = None
+
+
+def findings_of(runs: Sequence[ScenarioRun], *, test_every: int, seeds: Sequence[int]) -> tuple[Finding, ...]:
+    """Return the three findings for the runs of one mode.
+
+    Args:
+        runs: Of one mode.
+        test_every: Steps between two tests.
+        seeds: Those that were run: one without a path planned has learned nothing.
+    """
+    if not runs:
+        return ()
+    return (
+        _learned(runs, seeds),
+        _compared(
+            runs,
+            2,
+            "an obstruction close to the target needs fewer steps than one close to the start",
+            "b",
+            "d",
+            test_every,
+        ),
+        _compared(runs, 3, "two obstructions need more steps than one", "c", "b", test_every),
+    )
+
+
+def _learned(runs: Sequence[ScenarioRun], seeds: Sequence[int]) -> Finding:
+    learned = {
+        scenario: sum(_is_learned(run) for run in runs if run.scenario == scenario) / len(seeds)
+        for scenario in SCENARIOS
+    }
+    if all(share == 1.0 for share in learned.values()):
+        verdict = Verdict.REPRODUCES
+    elif min(learned.values()) < 0.5:
+        verdict = Verdict.CONTRADICTED
+    else:
+        verdict = Verdict.PARTLY
+    claim = "every scenario is learned, the unchanged one with the loaded policy as it is"
+    return Finding(1, claim, verdict, len(seeds), learned=learned)
+
+
+def _is_learned(run: ScenarioRun) -> bool:
+    if run.scenario == "a":
+        return not run.retrained and run.success_rate >= TRIALS_NEEDED
+    return run.succeeded
+
+
+def _compared(runs: Sequence[ScenarioRun], number: int, claim: str, more: str, fewer: str, test_every: int) -> Finding:
+    first, second = _steps(runs, more, test_every), _steps(runs, fewer, test_every)
+    seeds = sorted(set(first) & set(second))
+    one, other = _array(first, seeds), _array(second, seeds)
+    test, opposite = paired_test(one, other), paired_test(other, one)
+    verdict = Verdict.NOT_DECIDED
+    if test.median_difference > 0 and test.p_wilcoxon < SIGNIFICANCE:
+        verdict = Verdict.REPRODUCES
+    elif test.median_difference < 0 and opposite.p_wilcoxon < SIGNIFICANCE:
+        verdict = Verdict.CONTRADICTED
+    return Finding(number, claim, verdict, len(seeds), test=test)
+
+
+def _steps(runs: Sequence[ScenarioRun], scenario: str, test_every: int) -> dict[int, float]:
+    return {
+        run.seed: float(run.steps if run.succeeded else run.budget + test_every)
+        for run in runs
+        if run.scenario == scenario
+    }
+
+
+def _array(steps: dict[int, float], seeds: Sequence[int]) -> NDArray[np.float64]:
+    return np.array([steps[seed] for seed in seeds], np.float64)

@@ -1,0 +1,115 @@
+"""The jobs of an experiment: what there is to do, in which order, and the name of each result.
+
+A result is named by the hash of everything it depends on, the jobs it needs among them: a run that was stopped goes on
+where it was, and a changed setting makes again what depends on it and nothing else.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from bimvox_pipeline.paper.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS, PaperSettings
+
+MEANING = 1
+"""Grows when the same settings give other results."""
+
+CHANGED = ("b", "c", "d")
+"""Scenarios in which something is changed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One piece of work for one process.
+
+    Attributes:
+        part: What kind of work.
+        mode: Whose configuration, or what the part distinguishes.
+        seed: The seed.
+        options: What the part wants to know, JSON values.
+        needs: Names of results that must be there, by their role.
+    """
+
+    part: str
+    mode: str
+    seed: int
+    options: Mapping[str, Any]
+    needs: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """The result's file name, without its suffix."""
+        plain = {
+            "meaning": MEANING,
+            "part": self.part,
+            "mode": self.mode,
+            "seed": self.seed,
+            "options": dict(self.options),
+            "needs": dict(self.needs),
+        }
+        key = hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()[:12]
+        return f"{self.part}-{self.mode}-{self.seed}-{key}"
+
+
+def jobs_of(settings: PaperSettings) -> tuple[Job, ...]:
+    """Return the jobs of an experiment; what a job needs comes before it."""
+    jobs = [Job("teacher", "all", 0, {})]
+    for seed in settings.seeds:
+        for mode, config in settings.modes.items():
+            jobs += _two_layers(mode, seed, config.to_dict())
+        budget = settings.tabular_budget
+        jobs.append(Job("baseline", "tabular", seed, {"budget": budget}))
+        if "ours" in settings.modes:
+            jobs += _beyond(settings, seed)
+    if "paper" in settings.modes:
+        for seed in settings.seeds[: settings.ablation_seeds]:
+            jobs += _ablation(settings, seed)
+    return tuple(jobs)
+
+
+def _two_layers(mode: str, seed: int, config: dict[str, Any]) -> list[Job]:
+    basic = Job("initialize", mode, seed, {"config": config})
+    applied = Job("apply", mode, seed, {"config": config}, {"initialize": basic.name})
+    needs = {"initialize": basic.name, "apply": applied.name}
+    return [basic, applied] + [
+        Job("adapt", f"{mode}-{scenario}", seed, {"config": config, "scenario": scenario, "mode": mode}, needs)
+        for scenario in CHANGED
+    ]
+
+
+def _beyond(settings: PaperSettings, seed: int) -> list[Job]:
+    ours = settings.modes["ours"].to_dict()
+    targets = {**ours, "greedy_layouts": settings.targets_layouts, "budget": settings.targets_budget}
+    frame = {
+        **ours,
+        **dict(settings.frame_changes or {}),
+        "greedy_layouts": settings.frame_layouts,
+        "budget": settings.frame_budget,
+    }
+    return [
+        Job("beyond", mode, seed, {"config": config, "fresh_layouts": settings.fresh_layouts})
+        for mode, config in (("targets", targets), ("frame", frame))
+    ]
+
+
+def _ablation(settings: PaperSettings, seed: int) -> list[Job]:
+    """Return runs of the paper's learner, one thing changed at a time; its exploration phase is that of paper mode."""
+    paper = settings.modes["paper"]
+    base = {
+        **paper.to_dict(),
+        "budget": settings.ablation_budget,
+        "exploration_steps": min(paper.exploration_phase(paper.budget), settings.ablation_budget),
+    }
+    return [
+        Job(
+            "ablation",
+            f"{observation}-{reward}",
+            seed,
+            {"config": {**base, "observation": observation, "reward": reward}},
+        )
+        for observation in ABLATION_OBSERVATIONS
+        for reward in ABLATION_REWARDS
+    ]

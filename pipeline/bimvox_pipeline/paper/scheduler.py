@@ -1,0 +1,82 @@
+"""Running jobs in processes of their own, what is there already left out."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+from bimvox.errors import BimvoxError
+from bimvox_pipeline.paper.jobs import Job
+from bimvox_pipeline.paper.work import do_job, result_file
+
+
+def run_jobs(jobs: Sequence[Job], folder: Path, *, processes: int, done: Callable[[Job], None]) -> None:
+    """Do every job whose result is not there, as soon as what it needs is.
+
+    Results are files, written by the processes themselves: whatever stops this one, what was finished stays. Each
+    process does one job after the other; jobs share nothing, so that it does not matter which does which.
+
+    Args:
+        jobs: Each after what it needs.
+        folder: Of the results.
+        processes: How many at a time.
+        done: Told of every job that is done, or was already.
+
+    Raises:
+        BimvoxError: A process was killed.
+    """
+    there = {job.name for job in jobs if result_file(folder, job.name).exists()}
+    for job in jobs:
+        if job.name in there:
+            done(job)
+    waiting = [job for job in jobs if job.name not in there]
+    if not waiting:
+        return
+    context = multiprocessing.get_context("spawn")
+    before = set(multiprocessing.active_children())
+    executor = ProcessPoolExecutor(processes, mp_context=context, initializer=_follow_the_parent)
+    running: dict[Future[None], Job] = {}
+    try:
+        while waiting or running:
+            for job in [job for job in waiting if set(job.needs.values()) <= there]:
+                if len(running) >= processes:
+                    break
+                waiting.remove(job)
+                running[executor.submit(do_job, job, folder)] = job
+            finished, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in finished:
+                job = running.pop(future)
+                future.result()
+                there.add(job.name)
+                done(job)
+    except BrokenProcessPool as error:
+        raise BimvoxError(
+            "a process of the experiment was killed, for want of memory perhaps",
+            hint="run the command again: what was finished is kept",
+        ) from error
+    except BaseException:
+        # Nobody waits for a job that nobody wants.
+        for process in set(multiprocessing.active_children()) - before:
+            process.terminate()
+        raise
+    finally:
+        executor.shutdown(cancel_futures=True)
+
+
+def _follow_the_parent() -> None:
+    """Let Ctrl-C reach the parent only, which ends the processes; and end when the parent was killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+
+
+def _end_with_the_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

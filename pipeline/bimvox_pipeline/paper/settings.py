@@ -1,0 +1,97 @@
+"""What an experiment consists of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bimvox.paper.policy.config import PrefabDqnConfig
+
+ABLATION_OBSERVATIONS = ("paper", "window", "egocentric")
+ABLATION_REWARDS = ("paper", "shaped")
+
+
+@dataclass(frozen=True, slots=True)
+class PaperSettings:
+    """Everything that the results depend on.
+
+    Attributes:
+        seeds: One run of everything each.
+        modes: Configuration by name; ``paper`` and ``ours`` by default.
+        ablation_seeds: How many of the seeds the ablation takes.
+        ablation_budget: Steps of one of its runs.
+        targets_budget: Steps in which 1,000 layouts with drawn targets are to be solved.
+        targets_layouts: How many layouts that are.
+        frame_budget: Steps in which the frame of four columns and four beams is to be built.
+        frame_layouts: From how many drawn yards.
+        fresh_layouts: On how many layouts that no test has used the networks of these two are judged in the end.
+        frame_changes: What the frame takes instead of ``ours``.
+        tabular_budget: Steps of tabular Q-learning in the initialization layer; retraining takes the networks' budget.
+    """
+
+    seeds: tuple[int, ...]
+    modes: Mapping[str, PrefabDqnConfig]
+    ablation_seeds: int = 3
+    ablation_budget: int = 40_000
+    targets_budget: int = 2_000
+    targets_layouts: int = 1_000
+    frame_budget: int = 50_000
+    frame_layouts: int = 1_000
+    fresh_layouts: int = 1_000
+    frame_changes: Mapping[str, Any] | None = None
+    tabular_budget: int = 100_000
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "seeds": list(self.seeds),
+            "modes": {name: config.to_dict() for name, config in self.modes.items()},
+            "ablation_seeds": self.ablation_seeds,
+            "ablation_budget": self.ablation_budget,
+            "targets_budget": self.targets_budget,
+            "targets_layouts": self.targets_layouts,
+            "frame_budget": self.frame_budget,
+            "frame_layouts": self.frame_layouts,
+            "fresh_layouts": self.fresh_layouts,
+            "frame_changes": dict(self.frame_changes or {}),
+            "tabular_budget": self.tabular_budget,
+        }
+
+
+def default_settings(seeds: int = 10, modes: tuple[str, ...] = ("paper", "ours")) -> PaperSettings:
+    """Return the whole experiment.
+
+    Raises:
+        ValueError: There is no mode of such a name, or no seed.
+    """
+    from bimvox.paper.policy.config import FRAME_CHANGES, MODES
+
+    unknown = [name for name in modes if name not in MODES]
+    if unknown:
+        raise ValueError(f"modes: {', '.join(unknown)} unknown; there are {', '.join(MODES)}")
+    if seeds < 1:
+        raise ValueError(f"seeds: {seeds} is less than one")
+    return PaperSettings(tuple(range(seeds)), {name: MODES[name] for name in modes}, frame_changes=FRAME_CHANGES)
+
+
+def quick_settings(seeds: int = 2, modes: tuple[str, ...] = ("paper", "ours")) -> PaperSettings:
+    """Return an experiment of tiny budgets, to see that everything runs; its results mean nothing."""
+    full = default_settings(seeds, modes)
+    tiny = {
+        name: replace(config, budget=600, retrain_budget=400, test_every=200, learning_starts=100, test_episodes=10)
+        for name, config in full.modes.items()
+    }
+    return replace(
+        full,
+        modes=tiny,
+        ablation_seeds=1,
+        ablation_budget=400,
+        targets_budget=400,
+        targets_layouts=20,
+        frame_budget=400,
+        frame_layouts=4,
+        fresh_layouts=10,
+        tabular_budget=2_000,
+    )

@@ -1,0 +1,135 @@
+"""Policies as single files: ours, to hand on; ONNX, for controllers; stable-baselines3's, for researchers."""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bimvox.errors import InputError, PolicyError
+from bimvox_pipeline.artifacts import check_output, require_input, write_atomically
+
+if TYPE_CHECKING:
+    from bimvox.policy.store import StoredPolicy
+
+FORMATS = {"bimvox": ".policy.zip", "onnx": ".onnx", "sb3": ".sb3.zip"}
+"""Form of a file, and the end of its name where none is given."""
+
+_SB3_MEMBER = "policy.pth"
+
+
+def export_policy(policy_id: str, *, to: str | None = None, out: Path | None = None) -> dict[str, Any]:
+    """Write a policy of the store to a file.
+
+    Args:
+        policy_id: Its id, or the beginning of it.
+        to: A key of ``FORMATS``; by default what the end of ``out`` says, else ``bimvox``.
+        out: Where to; by default the id in the current folder.
+
+    Returns:
+        The document of ``bimvox policy export --json``.
+
+    Raises:
+        PolicyError: If there is no such policy, it is damaged, or the form cannot be written here.
+        InputError: If the form is unknown or the file cannot be written.
+    """
+    from bimvox.policy import store
+
+    form = to or _form_by_name(out)
+    if form not in FORMATS:
+        raise InputError(f"--to {form}: there is no such form of a policy", hint=f"one of {', '.join(FORMATS)}")
+    found = store.load(policy_id)
+    target = out or Path(f"{found.manifest.id}{FORMATS[form]}")
+    check_output(target)
+    write_atomically(target, _bytes(found, form))
+    return {"id": found.manifest.id, "out": str(target), "format": form}
+
+
+def import_policy(source: Path, *, trust: bool = False) -> dict[str, Any]:
+    """Put a policy from a file into the store.
+
+    Args:
+        source: A file of :func:`export_policy`, or with ``trust`` a zip of stable-baselines3's DQN.
+        trust: Take a file that says nothing checkable about itself. Even then nothing in it is run: only its tensors
+            are read.
+
+    Returns:
+        The document of ``bimvox policy import --json``.
+
+    Raises:
+        PolicyError: If it is no policy, is damaged, or does not fit this version.
+    """
+    from bimvox.policy import store
+    from bimvox.policy.bundle import unpack
+
+    require_input(source)
+    if source.stat().st_size > 2 * store.LARGEST_FILE_BYTES:
+        raise PolicyError(f"{source}: {source.stat().st_size:,} bytes, more than a policy can have")
+    content = source.read_bytes()
+    try:
+        if _is_sb3(content):
+            identity = _from_sb3(content, trust)
+        else:
+            files = unpack(content, (store.MANIFEST_FILE, store.WEIGHTS_FILE), store.LARGEST_FILE_BYTES)
+            identity = store.add(files)
+    except PolicyError as error:
+        raise PolicyError(f"{source}: {error.message}", differs=error.differs, hint=error.hint) from error
+    return {"id": identity, "store": str(store.store_folder()), "imported": str(source)}
+
+
+def _form_by_name(out: Path | None) -> str:
+    if out is None:
+        return "bimvox"
+    fitting = [form for form, end in FORMATS.items() if out.name.lower().endswith(end)]
+    return fitting[0] if fitting else "bimvox"
+
+
+def _bytes(found: StoredPolicy, form: str) -> bytes:
+    from bimvox.policy import store
+    from bimvox.policy.bundle import pack
+
+    if form == "bimvox":
+        return pack(store.files_of(found.manifest.id))
+    if form == "onnx":
+        from bimvox.policy.onnx_file import onnx_bytes
+
+        about = found.manifest
+        return onnx_bytes(
+            found.network,
+            {"policy": about.id, "observation": about.observation, "geometry_key": about.geometry_key},
+        )
+    from bimvox.policy.sb3_file import write_sb3_zip
+
+    with tempfile.TemporaryDirectory(prefix="bimvox-policy-") as folder:
+        written = Path(folder) / "policy.zip"
+        write_sb3_zip(found.network, written)
+        return written.read_bytes()
+
+
+def _is_sb3(content: bytes) -> bool:
+    import io
+    import zipfile
+
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            return _SB3_MEMBER in archive.namelist()
+    except (zipfile.BadZipFile, OSError):
+        return False
+
+
+def _from_sb3(content: bytes, trust: bool) -> str:
+    if not trust:
+        raise PolicyError(
+            "this is a file of stable-baselines3, which comes without a manifest to check it against",
+            hint="add --trust if you know who made it; only its weights are read, nothing in it is run",
+        )
+    from bimvox.policy import store
+    from bimvox.policy.config import DqnConfig
+    from bimvox.policy.sb3_file import read_sb3_zip
+    from bimvox.policy.trained import TrainedPolicy
+
+    network = read_sb3_zip(content)
+    config = DqnConfig(hidden=network.layer_sizes[1:-1])
+    policy = TrainedPolicy(network, (), 0, 0.0, 0.0, 0, config, seed=0)
+    return store.save(policy, f"imported:{hashlib.sha256(content).hexdigest()}")

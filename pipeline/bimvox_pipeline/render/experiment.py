@@ -1,0 +1,57 @@
+"""``bimvox render FOLDER``: the success curves of an experiment."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from bimvox.errors import InputError
+from bimvox_pipeline.artifacts import check_output, write_atomically
+from bimvox_pipeline.progress import Progress
+
+_NO_CURVE = "no retraining in any seed:\nthe loaded policy gets by"
+
+
+def render_experiment(folder: Path, out: Path | None, progress: Progress) -> dict[str, Any]:
+    """Draw the success curves of an experiment again, as far as it went.
+
+    Args:
+        folder: Of ``bimvox experiment paper``.
+        out: ``.png`` or ``.svg``; default: the folder's name with ``.png``, in the current folder.
+        progress: Told of the stages.
+
+    Returns:
+        The document of ``bimvox render --json``.
+    """
+    from bimvox.render.plots.curves import Panel, draw_success_curves
+    from bimvox_pipeline.paper.document import document_of
+    from bimvox_pipeline.paper.pictures import MODE_NAMES, TITLES, curve_of
+    from bimvox_pipeline.paper.results import load_results
+
+    target = out or Path(f"{folder.resolve().name}.png")
+    suffix = target.suffix.lower()
+    if suffix not in (".png", ".svg"):
+        raise InputError(f"{target}: curves are written as PNG or SVG", hint=f"-o {target.with_suffix('.png')}")
+    check_output(target)
+    progress.stage("read")
+    try:
+        modes = document_of(load_results(folder))["modes"]
+    except KeyError as error:
+        raise InputError(
+            f"{folder}: its results were written by another version of bimvox: {error} is not in them",
+            hint="bimvox experiment paper -o DIR runs it again in a new folder",
+        ) from error
+    progress.stage("draw")
+    panels = []
+    for scenario, title in TITLES.items():
+        drawn = [
+            curve_of(MODE_NAMES.get(mode, mode), content["scenarios"][scenario]["curve"])
+            for mode, content in modes.items()
+            if content["scenarios"][scenario]["curve"]
+        ]
+        panels.append(Panel(title, tuple(drawn), "" if drawn else _NO_CURVE))
+    picture = draw_success_curves(panels, file_format="svg" if suffix == ".svg" else "png")
+    progress.stage("write")
+    write_atomically(target, picture)
+    progress.finish()
+    return {"out": str(target), "kind": "experiment", "bytes": len(picture), "seconds": progress.seconds}

@@ -1,0 +1,111 @@
+"""``bimvox render LOG -o PAGE.html --follow``: a page that goes with a log as it is written again."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bimvox.errors import BimvoxError, InputError
+from bimvox_pipeline.artifacts import check_output, write_atomically
+from bimvox_pipeline.progress import Progress
+from bimvox_pipeline.watch.file_watch import FileState, changes, state_of
+
+if TYPE_CHECKING:
+    from bimvox.records.proof import Verification
+    from bimvox.render.page.source import PageSource
+
+
+def follow(
+    log: Path, out: Path, *, proven: bool = True, progress: Progress, stop: threading.Event | None = None
+) -> Iterator[dict[str, Any]]:
+    """Write the page of a log now and whenever the log changes, as ``bimvox watch`` makes it change.
+
+    Beside the page lies a small script, ``PAGE.live.js``, which an open page loads every second: when it names another
+    log the page loads itself anew and goes on where it was. Page first, script second, each whole or not at all.
+
+    Args:
+        log: The log; it may not be there yet.
+        out: The page.
+        proven: Whether every revision is proven; a proof that was made is kept for the next page.
+        progress: Told of the stages.
+        stop: Ends it; Ctrl-C ends it as well.
+
+    Yields:
+        For every page ``event`` (``page``, or ``rejected`` with ``message`` where the log cannot be shown), ``out``,
+        ``live``, ``revision``, ``revisions``, ``sha256``, ``bytes``, ``latency_ms``.
+
+    Raises:
+        InputError: If the page cannot be written there.
+    """
+    if out.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"{out}: what follows a log is a page", hint=f"-o {out.with_suffix('.html')}")
+    script = out.with_suffix(".live.js")
+    for file in (out, script):
+        check_output(file, inputs=[log])
+    known: dict[str, Verification] = {}
+    shown: PageSource | None = None
+    stop = stop or threading.Event()
+    try:
+        first = state_of(log)
+        if first.digest is None:
+            progress.note(f"{log} is not there yet: waiting for it")
+        for state in _states(log, first, stop):
+            if state.digest is None:
+                continue
+            try:
+                shown = _source(log, proven, progress, known)
+            except BimvoxError as error:
+                yield {"event": "rejected", "out": str(out), "message": error.message}
+                continue
+            yield _written(shown, out, script, state, progress)
+    except KeyboardInterrupt:  # how it is meant to end: every page is whole on disk already
+        pass
+    finally:
+        if shown is not None:
+            _write_script(script, shown, ended=True)
+
+
+def _states(log: Path, first: FileState, stop: threading.Event) -> Iterator[FileState]:
+    yield first
+    if not stop.is_set():
+        yield from changes(log, lambda: (), stop, first)
+
+
+def _source(log: Path, proven: bool, progress: Progress, known: dict[str, Verification]) -> PageSource:
+    from bimvox_pipeline.render.page import source_of_log
+
+    source = source_of_log(log, proven=proven, progress=progress, known=known)
+    for sha256 in known.keys() - {revision.sha256 for revision in source.revisions}:
+        del known[sha256]
+    return source
+
+
+def _written(source: PageSource, out: Path, script: Path, state: FileState, progress: Progress) -> dict[str, Any]:
+    from bimvox.render.page.page import page_of
+
+    progress.stage("page")
+    page = page_of(source, live=script.name)
+    progress.stage("write")
+    write_atomically(out, page)
+    _write_script(script, source, ended=False)
+    progress.finish()
+    newest = source.revisions[-1]
+    return {
+        "event": "page",
+        "out": str(out),
+        "live": str(script),
+        "revision": newest.number,
+        "revisions": len(source.revisions),
+        "sha256": newest.sha256,
+        "bytes": len(page),
+        "latency_ms": round((time.monotonic() - state.seen_s) * 1000.0, 1),
+    }
+
+
+def _write_script(script: Path, source: PageSource, *, ended: bool) -> None:
+    from bimvox.render.page.page import live_script
+
+    write_atomically(script, live_script(source, ended=ended))

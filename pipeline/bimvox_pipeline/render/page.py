@@ -1,0 +1,51 @@
+"""A log, and the revisions beside it, as a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bimvox.errors import InputError
+from bimvox_pipeline.progress import Progress
+from bimvox_pipeline.render.revisions import read_revisions, revisions_of
+
+if TYPE_CHECKING:
+    from bimvox.records.proof import Verification
+    from bimvox.render.page.source import PageSource
+
+REVISIONS = 10
+"""How many revisions a page carries at most: the newest."""
+
+
+def page_of_log(log: Path, *, proven: bool, progress: Progress) -> bytes:
+    """Return the page of a log; see ``source_of_log``."""
+    from bimvox.render.page.page import page_of
+
+    source = source_of_log(log, proven=proven, progress=progress)
+    progress.stage("page")
+    return page_of(source)
+
+
+def source_of_log(
+    log: Path, *, proven: bool, progress: Progress, known: dict[str, Verification] | None = None
+) -> PageSource:
+    """Return what the page of a log shows.
+
+    Args:
+        log: A log. Where ``bimvox watch`` keeps revisions beside it, they are in the page as well.
+        proven: Whether every revision is proven again now; else the page says that it is not.
+        progress: Told of the stages.
+        known: Proofs made before, by the SHA-256 of their log; new ones are added.
+
+    Raises:
+        LogFileError: If it is damaged or not ours.
+        InputError: If it carries no lifts.
+    """
+    from bimvox.render.page.source import PageSource
+
+    found = read_revisions(log, progress)
+    if not found[-1].record.all_lifts:
+        raise InputError(f"{log}: it holds no lifts", hint="bimvox plan SITE writes a log with lifts")
+    left_out = max(0, len(found) - REVISIONS)
+    revisions = tuple(revisions_of(found[left_out:], proven, progress, known))
+    return PageSource(revisions, left_out=left_out)

@@ -1,0 +1,147 @@
+"""``bimvox render``: a picture, an animation or a page of what a file holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+from bimvox.errors import InputError
+from bimvox_pipeline.artifacts import check_output, default_output, write_atomically
+from bimvox_pipeline.inspect.kinds import Kind, kind_of
+from bimvox_pipeline.progress import Progress
+from bimvox_pipeline.render.scene import SceneOptions, is_experiment, moment_of, picture_scene
+
+PICTURE_PX = (1280, 800)
+FILM_PX = (640, 400)
+
+_FILMS: dict[str, Literal["gif", "webp"]] = {".gif": "gif", ".webp": "webp"}
+_PAGES = frozenset((".html", ".htm"))
+_DRAWN = "bimvox render draws logs, site files, grids, IFC and mesh files, and folders of experiments"
+
+
+def render(
+    source: Path,
+    out: Path | None = None,
+    *,
+    size: tuple[int, int] | None = None,
+    lift: str | None = None,
+    time: str | None = None,
+    share: float = 0.5,
+    azimuth_deg: float | None = None,
+    elevation_deg: float | None = None,
+    focus: str | None = None,
+    hide: tuple[str, ...] = (),
+    voxel_size_m: float | None = None,
+    fps: float = 10.0,
+    seconds: float | None = None,
+    proven: bool = True,
+    progress: Progress,
+) -> dict[str, Any]:
+    """Draw a picture, or make an animation or a page.
+
+    Args:
+        source: A log, a site file, a grid, an IFC or a mesh; or the folder of an experiment.
+        out: The picture, ``.png`` (of an experiment also ``.svg``); of a log the animation, ``.gif`` or ``.webp``, or
+            the page, ``.html``. Default: the input's name with ``.png``, in the current folder.
+        size: Width and height in pixels; default 1280x800, of an animation 640x400.
+        lift: Show this lift of a log under way: the id, GlobalId or name of its component. Of an animation: only it.
+        time: Show a log at this time of its clock: ``1:23:45``, seconds, or ``40%`` of the lift, else of the whole.
+        share: Without a time, how much of that lift's carrying time is over, 0..1.
+        azimuth_deg: Where the eye stands, counter-clockwise from +x; default: the yard before the building.
+        elevation_deg: How high the eye stands.
+        focus: Fill the picture with this part or obstruction.
+        hide: Layers to leave out.
+        voxel_size_m: Edge of a cell of a model that is voxelized for its picture; default as ``bimvox voxelize``.
+        fps: Frames a second of an animation.
+        seconds: Its length; default by the number of lifts.
+        proven: Whether the log is proven again for its page; else the page says that it is not.
+        progress: Told of the stages.
+
+    Returns:
+        The document of ``bimvox render --json``.
+
+    Raises:
+        InputError: If the file cannot be read or drawn, or holds no such lift or part.
+    """
+    if source.is_dir() and is_experiment(source):
+        from bimvox_pipeline.render.experiment import render_experiment
+
+        return render_experiment(source, out, progress)
+    kind = kind_of(source)
+    target = out or default_output(source, ".png")
+    suffix = target.suffix.lower()
+    if suffix in _PAGES:
+        return _render_page(source, kind, target, proven, progress)
+    if suffix not in _FILMS and suffix != ".png":
+        raise InputError(
+            f"{target}: pictures are written as PNG, animations as GIF or WebP, pages of logs as HTML",
+            hint=f"-o {target.with_suffix('.png')}",
+        )
+    check_output(target, inputs=[source])
+    if kind is not Kind.LOG:
+        for given, what in ((lift, "lift"), (time, "time")):
+            if given is not None:
+                raise InputError(f"{source}: only a log holds lifts", hint=f"leave --{what} out, or name a log")
+        if suffix in _FILMS:
+            raise InputError(f"{source}: only a log is animated", hint="bimvox plan SITE writes a log")
+    options = SceneOptions(
+        lift=lift,
+        time=time,
+        share=share,
+        azimuth_deg=azimuth_deg,
+        elevation_deg=elevation_deg,
+        focus=focus,
+        hide=hide,
+        voxel_size_m=voxel_size_m,
+    )
+    if suffix in _FILMS:
+        from bimvox_pipeline.render.film import render_film
+
+        return render_film(source, target, _FILMS[suffix], size or FILM_PX, options, fps, seconds, progress)
+    return _render_picture(source, kind, target, size or PICTURE_PX, options, progress)
+
+
+def _render_picture(
+    source: Path, kind: Kind, target: Path, size: tuple[int, int], wanted: SceneOptions, progress: Progress
+) -> dict[str, Any]:
+    from bimvox.render.picture import PictureOptions
+    from bimvox.render.png import png_of
+    from bimvox.render.scene.layers import Layer, layers_named, without
+
+    # What cannot be is said before the work.
+    PictureOptions(size_px=size)
+    hidden = layers_named(wanted.hide)
+    if wanted.time is not None:
+        moment_of(wanted.time, 0, 1)
+    if kind in (Kind.OBSTRUCTIONS, Kind.POLICY):
+        raise InputError(f"{source}: a file of the kind {kind.value!r} has no picture", hint=_DRAWN)
+    scene, view = picture_scene(source, kind, wanted, progress)
+    progress.stage("draw")
+    options = PictureOptions(size_px=size, view=view, annotated=Layer.WORDS not in hidden)
+    picture = png_of(without(scene, hidden), options)
+    progress.stage("write")
+    write_atomically(target, picture, inputs=[source])
+    progress.finish()
+    return {
+        "out": str(target),
+        "kind": kind.value,
+        "size": list(size),
+        "azimuth_deg": round(view.azimuth_deg, 3),
+        "elevation_deg": round(view.elevation_deg, 3),
+        "hidden": sorted(layer.value for layer in hidden),
+        "bytes": len(picture),
+        "seconds": progress.seconds,
+    }
+
+
+def _render_page(source: Path, kind: Kind, target: Path, proven: bool, progress: Progress) -> dict[str, Any]:
+    from bimvox_pipeline.render.page import page_of_log
+
+    if kind is not Kind.LOG:
+        raise InputError(f"{source}: only a log has a page", hint="bimvox plan SITE writes a log")
+    check_output(target, inputs=[source])
+    page = page_of_log(source, proven=proven, progress=progress)
+    progress.stage("write")
+    write_atomically(target, page, inputs=[source])
+    progress.finish()
+    return {"out": str(target), "kind": kind.value, "bytes": len(page), "seconds": progress.seconds}

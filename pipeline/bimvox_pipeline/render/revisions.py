@@ -1,0 +1,178 @@
+"""The revisions of a plan that a page shows: what a watch left on disk, each as the whole plan that it was.
+
+A watch writes a segment per revision, with the lifts that are new in it (``bimvox.log.segments``). The whole plan of a
+revision is the last whole segment and those after it, put together.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bimvox.errors import LogFileError
+from bimvox_pipeline.progress import Progress
+from bimvox_pipeline.verify import prove, prove_plan
+from bimvox_pipeline.watch.log import segments_on_disk
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from bimvox.log.mcap.reader import Contents
+    from bimvox.log.plan_log import PlanLog
+    from bimvox.records.proof import Verification
+    from bimvox.render.page.source import Revision
+
+_NUMBER = re.compile(r"\.r(\d{4,})$")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Read:
+    """A revision as read.
+
+    Attributes:
+        file: The log that it ends with.
+        sha256: Of that file's bytes.
+        contents: Of that file, where the revision is all in it; None where it was put together from several.
+        record: The revision's whole plan.
+    """
+
+    file: Path
+    sha256: str
+    contents: Contents | None
+    record: PlanLog
+
+
+def read_revision(file: Path, progress: Progress) -> Read:
+    """Read a log.
+
+    Raises:
+        LogFileError: If it is damaged or not ours.
+    """
+    from bimvox.log.check import USED_TOPICS
+    from bimvox.log.mcap.reader import read_contents, read_file
+    from bimvox.log.reader import log_of
+
+    progress.stage("read")
+    data = read_file(file)
+    contents = read_contents(data, file, USED_TOPICS)
+    return Read(file, hashlib.sha256(data).hexdigest(), contents, log_of(contents, file))
+
+
+def read_revisions(log: Path, progress: Progress) -> list[Read]:
+    """Read a log and the revisions of its plan that lie beside it.
+
+    Args:
+        log: A whole log, a segment of a watch, or an extract.
+        progress: Told of what is left out.
+
+    Returns:
+        Revisions of one site, obstructions aside, ascending. The last one is that of ``log``, or, where a watch is
+        ahead of its whole log, the newest segment's.
+
+    Raises:
+        LogFileError: If ``log`` is damaged or not ours.
+    """
+    own = read_revision(log, progress)
+    number = _NUMBER.search(log.stem)
+    whole = log.with_name(_NUMBER.sub("", log.stem) + log.suffix)
+    limit = int(number.group(1)) if number else None
+    files = {n: file for n, file in segments_on_disk(whole).items() if limit is None or n <= limit}
+    chain = _Chain(own.record.plan.site.fixed_digest)
+    found: dict[int, Read] = {}
+    for revision, file in files.items():
+        try:
+            read = own if file.name == log.name else read_revision(file, progress)
+        except LogFileError as error:
+            progress.note(f"{file.name} is left out: {error.message}")
+            chain.cut()
+            continue
+        joined = chain.put(read)
+        if joined is not None:
+            found[revision] = joined
+    if limit is None or own.record.revision not in found:
+        found[own.record.revision] = own
+    return [found[revision] for revision in sorted(found)]
+
+
+def read_whole_plan(log: Path, progress: Progress) -> Read:
+    """Read a log; where it is a segment of a watch, the whole plan of its revision.
+
+    Raises:
+        LogFileError: If it is damaged or not ours.
+    """
+    own = read_revision(log, progress)
+    if not own.record.context or _NUMBER.search(log.stem) is None:
+        return own
+    return read_revisions(log, progress)[-1]
+
+
+class _Chain:
+    """Segments, put together one after the other."""
+
+    def __init__(self, fixed_digest: str) -> None:
+        self._digest = fixed_digest
+        self._newest: PlanLog | None = None
+
+    def cut(self) -> None:
+        """What comes after a segment that cannot be used rests on it."""
+        self._newest = None
+
+    def put(self, read: Read) -> Read | None:
+        """Return the whole plan of a segment's revision; None where what it rests on is not there."""
+        from bimvox.log.segments import first_plan_of, newest
+
+        record = read.record
+        if record.plan.site.fixed_digest != self._digest:
+            self.cut()
+            return None
+        if not record.context:
+            self._newest = record
+            return read
+        if self._newest is None or first_plan_of(record) != first_plan_of(self._newest):
+            return None
+        self._newest = newest(self._newest, [record])
+        return Read(read.file, read.sha256, None, _without_pending(self._newest))
+
+
+def _without_pending(record: PlanLog) -> PlanLog:
+    """Return a plan with those lifts as context that only a later segment proves: they have no path yet."""
+    orders = {lift.order for lift in record.planned if lift.path_vox is None}
+    return record.extract({lift.order for lift in record.plan.lifts} - orders) if orders else record
+
+
+def revisions_of(
+    found: list[Read], proven: bool, progress: Progress, known: dict[str, Verification] | None = None
+) -> Iterator[Revision]:
+    """Yield what was read as revisions of a plan.
+
+    Args:
+        found: What was read.
+        proven: Whether they are proven again now.
+        progress: Told of the stages.
+        known: Proofs made before, by the SHA-256 of their log; new ones are added.
+    """
+    from bimvox.log.recorder import tracks_of
+    from bimvox.log.schema import METADATA
+    from bimvox.render.page.source import Revision
+
+    for read in found:
+        record = read.record
+        proof = (known or {}).get(read.sha256) if proven else None
+        if proven and proof is None:
+            proof = prove_plan(record, progress) if read.contents is None else prove(read.contents, record, progress)
+            if known is not None:
+                known[read.sha256] = proof
+        yield Revision(
+            number=record.revision,
+            log=read.file.name,
+            sha256=read.sha256,
+            plan=record.plan,
+            context=record.context,
+            motions=record.motions,
+            tracks=tracks_of(record),
+            proof=proof,
+            metadata=record.metadata if read.contents is None else read.contents.metadata.get(METADATA, {}),
+        )

@@ -1,0 +1,251 @@
+"""From a file to the scene of its picture."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bimvox.errors import InputError, SelectionError
+from bimvox_pipeline.inspect.kinds import Kind
+from bimvox_pipeline.progress import Progress
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from bimvox.grid.voxel_grid import VoxelGrid
+    from bimvox.log.plan_log import PlanLog
+    from bimvox.render.camera import View
+    from bimvox.render.film.scene import Film
+    from bimvox.render.scene.scene import Scene
+    from bimvox.site.site import Site
+
+_ROOM = 0.6
+"""What is shown around a thing in focus, as a share of its longest side."""
+_LEAST_ROOM_M = 1.5
+_CLOCK = re.compile(r"(?:(\d+):)?(\d{1,2}):(\d{2}(?:\.\d+)?)")
+_FIRST_PART = 2
+"""Number of a grid's first part among the solids of its scene."""
+
+
+@dataclass(frozen=True, slots=True)
+class SceneOptions:
+    """What a picture shows; see ``bimvox_pipeline.render.render.render``."""
+
+    lift: str | None = None
+    time: str | None = None
+    share: float = 0.5
+    azimuth_deg: float | None = None
+    elevation_deg: float | None = None
+    focus: str | None = None
+    hide: tuple[str, ...] = ()
+    voxel_size_m: float | None = None
+
+
+def picture_scene(source: Path, kind: Kind, options: SceneOptions, progress: Progress) -> tuple[Scene, View]:
+    """Return the scene of a file, and from where it is looked at."""
+    from bimvox.render.camera import View
+    from bimvox.render.scene.site import scene_of_site, view_of_site
+
+    if kind is Kind.LOG:
+        return _log_scene(source, options, progress)
+    if kind is Kind.SITE:
+        from bimvox_pipeline.load_site import load_site
+
+        site = load_site(source, progress).site
+        scene = _focused(scene_of_site(site), site, options.focus)
+        return scene, view_of_site(site, options.azimuth_deg, options.elevation_deg)
+    default = View()
+    view = View(
+        default.azimuth_deg if options.azimuth_deg is None else options.azimuth_deg,
+        default.elevation_deg if options.elevation_deg is None else options.elevation_deg,
+    )
+    if kind is Kind.GRID:
+        from bimvox.grid.storage import read_grid
+
+        progress.stage("read")
+        with source.open("rb") as stream:
+            grid = read_grid(stream, source.name)
+    else:
+        grid = _voxelized(source, options.voxel_size_m, progress)
+    return _grid_scene(grid, source.name, options.focus), view
+
+
+def film_of(log: PlanLog) -> Film:
+    """Return the scenes of a log over time."""
+    from bimvox.log.recorder import tracks_of
+    from bimvox.render.film.scene import Film
+
+    return Film(log.plan.site, log.all_lifts, log.motions, tracks_of(log))
+
+
+def moment_of(words: str, start_ns: int, end_ns: int) -> int:
+    """Return the time on the site's clock that is meant: ``1:23:45``, ``12:30``, seconds, or a share such as ``40%``.
+
+    Args:
+        words: As given.
+        start_ns: What 0 % is.
+        end_ns: What 100 % is.
+
+    Raises:
+        InputError: If it is no time, or lies outside.
+    """
+    text = words.strip()
+    found = _CLOCK.fullmatch(text)
+    try:
+        if found:
+            hours, minutes, seconds = (float(part or 0) for part in found.groups())
+            at_ns = round((3600.0 * hours + 60.0 * minutes + seconds) * 1e9)
+        elif text.endswith("%"):
+            share = float(text[:-1]) / 100.0
+            if not 0.0 <= share <= 1.0:
+                raise InputError(f"{words!r} is not a share of the time", hint="give 0% to 100%")
+            return start_ns + round(share * (end_ns - start_ns))
+        else:
+            at_ns = round(float(text) * 1e9)
+    except (ValueError, OverflowError) as error:
+        raise InputError(f"{words!r} is not a time", hint="give 1:23:45, seconds, or a share such as 40%") from error
+    return at_ns
+
+
+def orders_of(log: PlanLog, name: str) -> int:
+    """Return the order of the lift that has this number, or whose component has this id, GlobalId or name.
+
+    Raises:
+        SelectionError: If there is none, or more than one.
+    """
+    components = log.plan.site.components
+    orders = {str(lift.order): lift.order for lift in log.all_lifts}
+    orders |= {components[lift.component].id: lift.order for lift in log.all_lifts}
+    if name in orders:
+        return orders[name]
+    same = [component for component in components if name in (component.global_id, component.name)]
+    found = [component.id for component in same if component.id in orders]
+    if len(found) == 1:
+        return orders[found[0]]
+    if found:
+        raise SelectionError(
+            f"{len(found)} components are called {name!r}", hint=f"name one by its id, for example {found[0]}"
+        )
+    near = difflib.get_close_matches(name, [*orders, *(component.name for component in components)], n=1)
+    raise SelectionError(
+        f"the log holds no lift of {name!r}",
+        hint=f"did you mean {near[0]}?" if near else "bimvox inspect LOG lists its lifts",
+    )
+
+
+def is_experiment(folder: Path) -> bool:
+    """Whether a folder is that of ``bimvox experiment``."""
+    from bimvox_pipeline.paper.results import MANIFEST
+
+    return (folder / MANIFEST).is_file()
+
+
+def _log_scene(source: Path, options: SceneOptions, progress: Progress) -> tuple[Scene, View]:
+    from bimvox.log.reader import read_log
+    from bimvox.render.scene.plan import Moment, scene_of_plan
+    from bimvox.render.scene.site import view_of_site
+
+    progress.stage("read")
+    log = read_log(source)
+    site = log.plan.site
+    if options.time is None:
+        moment = None if options.lift is None else Moment(orders_of(log, options.lift), options.share)
+        scene = scene_of_plan(site, log.all_lifts, log.motions, moment)
+    else:
+        film = film_of(log)
+        start_ns, end_ns = film.start_ns, film.end_ns
+        if options.lift is not None:
+            track = film.track_of(orders_of(log, options.lift))
+            start_ns, end_ns = track.start_ns, track.end_ns
+        at_ns = moment_of(options.time, start_ns, end_ns)
+        if not film.start_ns <= at_ns <= film.end_ns:
+            ends = " to ".join(f"{ns / 1e9:.0f}" for ns in (film.start_ns, film.end_ns))
+            raise InputError(f"the time {options.time} is not in the plan", hint=f"its clock goes from {ends} s")
+        scene = film.scene(at_ns)
+    return _focused(scene, site, options.focus), view_of_site(site, options.azimuth_deg, options.elevation_deg)
+
+
+def _focused(scene: Scene, site: Site, name: str | None) -> Scene:
+    """Return a scene that is filled by a part at its place, or by something that stands there."""
+    if name is None:
+        return scene
+    from bimvox.render.scene.site import target_cells
+
+    things = {blocker.id: blocker.cells for blocker in site.blockers if len(blocker.cells)}
+    parts = [part for part in site.components if name in (part.id, part.global_id, part.name)]
+    if len(parts) > 1 and name not in {part.id for part in parts}:
+        raise SelectionError(
+            f"{len(parts)} parts are called {name!r}", hint=f"name one by its id, such as {parts[0].id}"
+        )
+    if parts:
+        cells = target_cells(next((part for part in parts if part.id == name), parts[0]))
+    elif name in things:
+        cells = things[name]
+    else:
+        known = [*things, *(part.id for part in site.components), *(part.name for part in site.components)]
+        raise _unknown(name, known)
+    return _with_focus(scene, cells)
+
+
+def _grid_scene(grid: VoxelGrid, title: str, name: str | None) -> Scene:
+    import numpy as np
+
+    from bimvox.render.scene.grid import scene_of_grid
+
+    scene = scene_of_grid(grid, title=title)
+    if name is None:
+        return scene
+    found = [n for n, part in enumerate(grid.parts) if name in (part.id, part.global_id, part.name)]
+    exact = [n for n in found if grid.parts[n].id == name] or found
+    if len(exact) != 1:
+        if exact:
+            one = grid.parts[exact[0]].id
+            raise SelectionError(f"{len(exact)} parts are called {name!r}", hint=f"name one by its id, such as {one}")
+        raise _unknown(name, [*(part.id for part in grid.parts), *(part.name for part in grid.parts)])
+    cells = np.argwhere(scene.solids == exact[0] + _FIRST_PART)
+    if not len(cells):
+        raise SelectionError(f"{name!r} owns no cell of this grid", hint="voxelize with smaller cells")
+    return _with_focus(scene, cells)
+
+
+def _with_focus(scene: Scene, cells: NDArray[np.integer]) -> Scene:
+    """Return a scene cut to some cells with room around them, in a box that is seen through what hides it."""
+    import numpy as np
+
+    from bimvox.render.colours import INK
+    from bimvox.render.scene.layers import Layer
+    from bimvox.render.scene.scene import Strokes, box_edges
+
+    ends = scene.frame.corner_of(np.stack([cells.min(axis=0), cells.max(axis=0) + 1]))
+    room = max(_LEAST_ROOM_M, _ROOM * float((ends[1] - ends[0]).max()))
+    grow = 0.1 * scene.frame.voxel_size_m
+    box = Strokes(box_edges(ends[0] - grow, ends[1] + grow), INK, 2.0, hidden_opacity=0.8, layer=Layer.BOXES)
+    around = np.stack([ends[0] - room, ends[1] + room])
+    return replace(scene, strokes=(*scene.strokes, box), focus_m=around)
+
+
+def _unknown(name: str, known: list[str]) -> SelectionError:
+    near = difflib.get_close_matches(name, known, n=1)
+    hint = f"did you mean {near[0]}?" if near else "bimvox inspect lists what there is"
+    return SelectionError(f"there is no part or obstruction {name!r}", hint=hint)
+
+
+def _voxelized(source: Path, voxel_size_m: float | None, progress: Progress) -> VoxelGrid:
+    from bimvox.bim.options import default_processes
+    from bimvox.bim.read import ReadOptions, read_building
+    from bimvox.voxelize.building import voxelize_building
+    from bimvox.voxelize.limits import default_voxel_size_m
+    from bimvox_pipeline.load_site import say_notes
+
+    progress.stage("read")
+    building = read_building(source, ReadOptions(processes=default_processes()), progress.report)
+    say_notes(building, progress)
+    if not building.elements:
+        raise SelectionError(f"{source}: nothing in it has a shape to draw")
+    progress.stage("voxelize")
+    size_m = default_voxel_size_m(building.bounds_m) if voxel_size_m is None else voxel_size_m
+    return voxelize_building(building, size_m, progress=progress.report)

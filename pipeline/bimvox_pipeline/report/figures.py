@@ -1,0 +1,95 @@
+"""The figures of a report as files of their own, and the numbers that they show as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+from bimvox.errors import FileError
+from bimvox_pipeline.artifacts import reason_of, write_atomically
+
+DATA_FILE = "lifts.csv"
+COLUMNS = (
+    "order",
+    "id",
+    "global_id",
+    "name",
+    "ifc_class",
+    "status",
+    "method",
+    "moves",
+    "shortest_moves",
+    "mass_kg",
+    "load_kg",
+    "radius_m",
+    "capacity_kg",
+    "utilisation",
+    "governing_time_s",
+    "begins_s",
+    "ends_s",
+    "duration_s",
+    "bound_s",
+    "hook_travel_m",
+    "critical",
+    "proven",
+)
+"""Of ``lifts.csv``: the names of the record, units in them."""
+
+
+def write_figures(folder: Path, record: dict[str, Any]) -> list[str]:
+    """Write the figures of a plan as PNG and SVG, and their data.
+
+    Args:
+        folder: Where to; made where it is missing.
+        record: Of the plan, as ``bimvox.render.report.record.record_of`` gives it.
+
+    Returns:
+        The names of the files, sorted.
+
+    Raises:
+        FileError: If the folder cannot be used.
+    """
+    from bimvox.render.plots.plan_figures import draw_hook_travel, draw_methods, draw_path_ratios, draw_utilisation
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(
+            folder, f"no folder for figures: {reason_of(error)}", hint="choose another --figures"
+        ) from error
+    lifts, files = record["lifts"], {DATA_FILE: lifts_csv(record)}
+    for suffix in ("png", "svg"):
+        if any(lift["moves"] for lift in lifts):
+            files[f"path-lengths.{suffix}"] = draw_path_ratios(lifts, file_format=suffix)
+            files[f"methods.{suffix}"] = draw_methods(lifts, file_format=suffix)
+        if any(lift["governs"] for lift in lifts):
+            drawn = draw_utilisation(lifts, record["critical_share"], file_format=suffix)
+            files[f"utilisation.{suffix}"] = drawn
+            files[f"hook-travel.{suffix}"] = draw_hook_travel(lifts, file_format=suffix)
+    for name, data in files.items():
+        write_atomically(folder / name, data)
+    return sorted(files)
+
+
+def lifts_csv(record: dict[str, Any]) -> bytes:
+    """Return every lift as a row of CSV, in order; what is not known is empty."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    for lift in record["lifts"]:
+        governs = lift["governs"] or {}
+        known = {**{name: lift.get(name) for name in COLUMNS}, **{name: governs.get(name) for name in _GOVERNED}}
+        known["governing_time_s"] = governs.get("time_s")
+        writer.writerow({name: _written(value) for name, value in known.items()})
+    return text.getvalue().encode()
+
+
+_GOVERNED = ("load_kg", "radius_m", "capacity_kg", "utilisation")
+
+
+def _written(value: object) -> object:
+    if value is None:
+        return ""
+    return str(value).lower() if isinstance(value, bool) else value

@@ -1,0 +1,173 @@
+"""``bimvox report``: the lift plan record of a log, as a page that prints, or as PDF."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bimvox.errors import InputError
+from bimvox_pipeline.artifacts import check_output, default_output, write_atomically
+from bimvox_pipeline.inspect.kinds import Kind, kind_of
+from bimvox_pipeline.progress import Progress
+
+if TYPE_CHECKING:
+    from bimvox.records.lift import Lift
+    from bimvox.render.page.source import Revision
+    from bimvox.render.report.page import Figure, Figures
+
+PICTURES = 12
+"""Pictures of what blocks infeasible parts, at most."""
+
+_OVERVIEW_PX = (1200, 700)
+_BLOCKED_PX = (640, 420)
+_HTML, _PDF = frozenset((".html", ".htm")), ".pdf"
+
+
+def report(
+    log: Path,
+    out: Path | None = None,
+    *,
+    proven: bool = True,
+    critical_share: float | None = None,
+    pictures: int = PICTURES,
+    figures: Path | None = None,
+    progress: Progress,
+) -> dict[str, Any]:
+    """Write the lift plan record of a log.
+
+    Args:
+        log: The log.
+        out: ``.html``, or ``.pdf`` where a browser is installed; default: the log's name with ``.report.html``, in the
+            current folder.
+        proven: Whether the log is proven again now; else the report says that it is not.
+        critical_share: From which share of the capacity on a lift is critical; default: as the site's rules say.
+        pictures: How many pictures of what blocks infeasible parts, at most; 0 leaves out every picture.
+        figures: Folder for the figures as PNG and SVG, and every lift as CSV; None for none.
+        progress: Told of the stages.
+
+    Returns:
+        The document of ``bimvox report --json``: ``out, bytes, verified, figures, seconds`` and the whole ``record``.
+
+    Raises:
+        InputError: If it is not a log, or carries no lifts, or no browser is there for a PDF.
+        LogFileError: If it is damaged.
+    """
+    from bimvox.render.report.record import record_of
+
+    target = out or default_output(log, ".report.html")
+    suffix = target.suffix.lower()
+    if suffix not in _HTML and suffix != _PDF:
+        raise InputError(f"{target}: a report is written as HTML or PDF", hint=f"-o {target.with_suffix('.html')}")
+    if kind_of(log) is not Kind.LOG:
+        raise InputError(f"{log}: only a log has a report", hint="bimvox plan SITE writes a log")
+    check_output(target, inputs=[log])
+    browser = None
+    if suffix == _PDF:
+        from bimvox_pipeline.report.pdf import find_browser
+
+        browser = find_browser()
+    if critical_share is not None and not 0.0 < critical_share <= 1.0:
+        raise InputError(
+            f"a lift cannot be critical from {critical_share:g} of the capacity on", hint="give a share from 0 to 1"
+        )
+    revision = _revision(log, proven, progress)
+    progress.stage("figures")
+    record = record_of(revision, critical_share=critical_share)
+    page = _page(revision, record, pictures, progress)
+    if browser is not None:
+        from bimvox_pipeline.report.pdf import pdf_of
+
+        progress.stage("print")
+        page = pdf_of(page, browser)
+    progress.stage("write")
+    write_atomically(target, page, inputs=[log])
+    written: list[str] = []
+    if figures is not None:
+        from bimvox_pipeline.report.figures import write_figures
+
+        written = [str(figures / name) for name in write_figures(figures, record)]
+    progress.finish()
+    verified = record["proof"]["verified"] if record["proof"] else None
+    return {
+        "out": str(target),
+        "bytes": len(page),
+        "verified": verified,
+        "figures": written,
+        "record": record,
+        "seconds": progress.seconds,
+    }
+
+
+def _revision(log: Path, proven: bool, progress: Progress) -> Revision:
+    from bimvox_pipeline.render.revisions import read_whole_plan, revisions_of
+
+    read = read_whole_plan(log, progress)
+    if not read.record.all_lifts:
+        raise InputError(f"{log}: it holds no lifts", hint="bimvox plan SITE writes a log with lifts")
+    (revision,) = revisions_of([read], proven, progress)
+    return revision
+
+
+def _page(revision: Revision, record: dict[str, Any], pictures: int, progress: Progress) -> bytes:
+    from bimvox.render.report.page import Figures, report_page
+
+    figures = _figures(revision, record, pictures, progress) if pictures else Figures()
+    return report_page(record, revision.plan.site.cranes, figures)
+
+
+def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress: Progress) -> Figures:
+    from bimvox.render.picture import PictureOptions
+    from bimvox.render.plots.plan_figures import draw_path_ratios, draw_utilisation
+    from bimvox.render.png import small_png_of
+    from bimvox.render.report.page import Figure, Figures
+    from bimvox.render.scene.plan import scene_of_plan
+    from bimvox.render.scene.site import view_of_site
+
+    site, lifts = revision.plan.site, record["lifts"]
+    options = PictureOptions(size_px=_OVERVIEW_PX, view=view_of_site(site))
+    overview = small_png_of(scene_of_plan(site, revision.lifts, revision.motions), options)
+    plots = []
+    if record["crane"] and any(lift["governs"] for lift in lifts):
+        drawn = draw_utilisation(lifts, record["critical_share"], file_format="svg")
+        plots.append(Figure(drawn, "image/svg+xml", "How many lifts use which share of the crane's capacity"))
+    if any(lift["moves"] for lift in lifts):
+        drawn = draw_path_ratios(lifts, file_format="svg")
+        plots.append(Figure(drawn, "image/svg+xml", "Moves of each path over the fewest possible under the same rules"))
+    return Figures(
+        overview=Figure(overview, "image/png", "The building when all planned lifts are done"),
+        blocked=_blocked(revision, record["infeasible"], pictures, progress),
+        plots=tuple(plots),
+    )
+
+
+def _blocked(revision: Revision, orders: list[int], most: int, progress: Progress) -> tuple[Figure, ...]:
+    """Pictures of what blocks the lifts of these orders, one for all that the same things block."""
+    from bimvox.render.picture import PictureOptions
+    from bimvox.render.png import small_png_of
+    from bimvox.render.report.page import Figure
+    from bimvox.render.report.words import named
+    from bimvox.render.scene.blocked import scene_of_blocked
+
+    site = revision.plan.site
+    groups: dict[tuple[str, ...], list[Lift]] = {}
+    by_order = {lift.order: lift for lift in revision.lifts}
+    for order in orders:
+        lift = by_order[order]
+        groups.setdefault(lift.blocked_by or (site.components[lift.component].id,), []).append(lift)
+    figures = []
+    chosen = list(groups.values())[:most]
+    for n, group in enumerate(chosen):
+        progress.report("pictures", n, len(chosen))
+        scene, view = scene_of_blocked(site, revision.lifts, group)
+        picture = small_png_of(scene, PictureOptions(size_px=_BLOCKED_PX, view=view))
+        names = ", ".join(
+            f"lift {lift.order + 1} {named(_names(site.components[lift.component]))}" for lift in group[:4]
+        )
+        more = f" and {len(group) - 4} more" if len(group) > 4 else ""
+        caption = f"{names}{more}: what is in the way"
+        figures.append(Figure(picture, "image/png", caption, tuple(lift.order for lift in group)))
+    return tuple(figures)
+
+
+def _names(component: Any) -> dict[str, str]:
+    return {"name": component.name, "global_id": component.global_id, "id": component.id}

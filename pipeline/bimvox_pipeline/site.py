@@ -1,0 +1,99 @@
+"""``bimvox init``: a site file with everything guessed that can be guessed."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, Literal, cast
+
+from bimvox.errors import FileError
+from bimvox_pipeline.artifacts import check_output, default_output, require_input, write_atomically
+from bimvox_pipeline.load_site import say_notes
+from bimvox_pipeline.progress import Progress
+
+
+def init(
+    model: Path,
+    out: Path | None = None,
+    *,
+    select: str | None = None,
+    unit: str | None = None,
+    up: Literal["y", "z"] | None = None,
+    voxel_size_m: float | None = None,
+    assemblies: str = "whole",
+    crane: str | None = None,
+    force: bool = False,
+    progress: Progress,
+) -> dict[str, Any]:
+    """Write a commented site file for a model.
+
+    Args:
+        model: IFC or mesh file.
+        out: Site file; default: the model's name with ``.site.toml``, in the current folder.
+        select: What is to be lifted; default: by class.
+        unit: Length unit of a mesh file.
+        up: Axis of a mesh file that points up.
+        voxel_size_m: Cell size for planning; default: guessed.
+        assemblies: ``whole`` or ``parts``.
+        crane: A kind of crane or a built-in machine to propose; default: a hammerhead.
+        force: Whether an existing site file, which may hold the planner's edits, is replaced.
+        progress: Told of the stages.
+
+    Returns:
+        The document of ``bimvox init --json``.
+
+    Raises:
+        FileError: If the site file exists and ``force`` is not given.
+        InputError: If no built-in crane is called so.
+    """
+    from bimvox.bim.building import Role
+    from bimvox.bim.read import ReadOptions, read_building
+    from bimvox.crane.catalogue import machines_called
+    from bimvox.site.guess import cranes_that_fit, guess_site
+    from bimvox.site.template import site_toml
+
+    machines = () if crane is None else machines_called(crane)
+    require_input(model)
+    target = out or default_output(model, ".site.toml")
+    check_output(target, inputs=[model])
+    if target.exists() and not force:
+        raise FileError(target, "exists already and may hold edits", hint="--force replaces it, -o names another file")
+    mode = cast("Literal['whole', 'parts']", assemblies)
+    options = ReadOptions(select=select, unit=unit, up=up, assemblies=mode)
+    building = read_building(model, options, progress.report)
+    say_notes(building, progress)
+    progress.stage("guess")
+    config = guess_site(
+        building,
+        Path(os.path.relpath(model.resolve(), target.resolve().parent)),
+        name=model.stem,
+        select=select,
+        unit=cast("Any", unit),
+        up=up,
+        assemblies=mode,
+        voxel_size_m=voxel_size_m,
+        machines=machines,
+    )
+    chosen = config.one_crane
+    others = [name for name in cranes_that_fit(config, building) if chosen is None or name != chosen.name]
+    examples = [element.id for element in building.elements if element.role is Role.COMPONENT][:2]
+    write_atomically(target, site_toml(config, example_ids=examples).encode(), inputs=[model])
+    progress.finish()
+    pinned = [entry.global_id for entry in config.component if entry.pinned]
+    if pinned:
+        progress.note(
+            f"{len(pinned)} parts on the ground are taken as cast in place, not lifted: slabs that no built-in crane "
+            "lifts, and what lies under them ([[component]] pinned = true in the site file)"
+        )
+    roles = [element.role for element in building.elements]
+    return {
+        "site": str(target),
+        "model": str(model),
+        "voxel_size_m": config.model.voxel_size_m,
+        "components": roles.count(Role.COMPONENT) - len(pinned),
+        "structure": roles.count(Role.STRUCTURE) + len(pinned),
+        "crane": chosen.name if chosen is not None and chosen.kind != "none" else None,
+        "other_cranes": others,
+        "notes": list(building.notes),
+        "seconds": progress.seconds,
+    }

@@ -1,0 +1,1 @@
+"""``bimvox train``."""

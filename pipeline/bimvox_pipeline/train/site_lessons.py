@@ -1,0 +1,99 @@
+"""What a site's policy learns from and is tested on: its own lifts, at stages spread over its assembly."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bimvox_pipeline.progress import Progress
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from numpy.typing import NDArray
+
+    from bimvox.env.problem import LiftProblem
+    from bimvox.planning.assembly import Preparation, Stage
+    from bimvox.site.site import Site
+
+_PROBLEMS = 20
+_PROBLEM_BYTES = 600_000_000  # tables and distance fields of all training problems together
+_BYTES_A_CELL = 6  # int32 table, int16 distance
+_STARTS = 256
+_MOST_BOXES = 6
+
+
+def training_problems(
+    site: Site,
+    preparation: Preparation,
+    seed: int,
+    progress: Progress,
+    *,
+    as_it_is: bool = False,
+    surely: Collection[int] = (),
+) -> list[LiftProblem]:
+    """Return lifts to learn from, spread evenly over the order, each with starts all over the yard.
+
+    The site's own obstructions are left out, because the policy's key is its geometry; half of the lifts have random
+    boxes in their way instead.
+
+    Args:
+        site: The site.
+        preparation: What was prepared for it.
+        seed: Chooses the starts and the boxes.
+        progress: Told of the stage.
+        as_it_is: Learn the site with its own obstructions, and no other.
+        surely: Components whose lifts must be among them, as far as the memory reaches.
+    """
+    from dataclasses import replace
+
+    from bimvox.env.problem import is_learnable, training_problem
+    from bimvox.planning.assembly import Assembly, Stage
+    from bimvox.policy.generalist.problems import with_boxes
+
+    clear = site if as_it_is else replace(site, blockers=tuple(b for b in site.blockers if b.kind != "obstruction"))
+    order = preparation.sequence.order
+    most = max(2, _PROBLEM_BYTES // (_BYTES_A_CELL * int(np.prod(site.shape))))
+    first = [number for number, index in enumerate(order) if index in surely][:most]
+    rest = np.linspace(0, len(order) - 1, min(len(order), max(0, most - len(first)), _PROBLEMS)).round().astype(int)
+    chosen = {*first, *rest.tolist()}
+    rng = np.random.default_rng(seed)
+    assembly = Assembly(clear, preparation)
+    problems: list[LiftProblem] = []
+    progress.stage("lessons", len(order))
+    for number, index in enumerate(order):
+        if number in chosen:
+            stage = assembly.begin(index)
+            if isinstance(stage, Stage):
+                starts = _starts(clear, stage, rng)
+                gate = stage.insertion.gate_vox
+                lift = training_problem(stage.clearance, stage.start_vox, gate, starts)
+                if index in surely:
+                    lift = replace(lift, starts_vox=_own_start_first(lift))
+                if len(problems) % 2 and not as_it_is:
+                    boxed = with_boxes(rng, stage.clearance, int(rng.integers(1, _MOST_BOXES + 1)))
+                    other = training_problem(boxed, stage.start_vox, gate, starts)
+                    lift = other if is_learnable(other) else lift
+                problems.append(lift)
+        else:
+            assembly.skip(index)
+        assembly.finish(index, placed=preparation.places[index] is not None)
+        progress.advance()
+    return problems
+
+
+def _starts(site: Site, stage: Stage, rng: np.random.Generator) -> NDArray[np.int32]:
+    """Places over the whole yard, at the height at which transits start."""
+    columns = np.argwhere(site.yard)
+    if len(columns) > _STARTS:
+        columns = columns[np.sort(rng.choice(len(columns), _STARTS, replace=False))]
+    heights = np.full((len(columns), 1), stage.start_vox[2])
+    starts: NDArray[np.int32] = np.concatenate([columns, heights], axis=1).astype(np.int32)
+    return starts
+
+
+def _own_start_first(lift: LiftProblem) -> NDArray[np.int32]:
+    """Return the starts with the lift's own, if it is one, as the first: then every test begins there too."""
+    own = (lift.starts_vox == np.array(lift.start_vox)).all(axis=1)
+    return np.concatenate([lift.starts_vox[own], lift.starts_vox[~own]])

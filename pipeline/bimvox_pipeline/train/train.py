@@ -1,0 +1,122 @@
+"""``bimvox train``: the site's policy, trained and stored (initialization layer)."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bimvox_pipeline.load_site import load_site
+from bimvox_pipeline.plan import prepared, seed_of
+from bimvox_pipeline.policy.choice import DEFAULT_START, DEFAULT_STEPS, choose_policy
+from bimvox_pipeline.progress import Progress
+
+if TYPE_CHECKING:
+    from bimvox.policy.tensorboard import TensorBoard
+    from bimvox.policy.trained import CurvePoint
+
+
+def train(
+    site: Path,
+    *,
+    steps: int | None = None,
+    seed: int | None = None,
+    start_from: str = DEFAULT_START,
+    seconds: float | None = None,
+    curve: Path | None = None,
+    tensorboard: Path | None = None,
+    progress: Progress,
+) -> dict[str, Any]:
+    """Adapt a policy to a site and store it.
+
+    Args:
+        site: The site file.
+        steps: Budget in environment steps; default: the site file's, else the built-in one.
+        seed: Seed; default: the site file's.
+        start_from: ``default`` (the policy that ships with bimvox), ``none`` (from scratch), or the id of a policy.
+        seconds: End the training at the first test after that.
+        curve: CSV file for the curve.
+        tensorboard: Folder for a TensorBoard log.
+        progress: Told of the stages, and of every test: rate, steps a second, time left.
+
+    Returns:
+        The document of ``bimvox train --json``.
+    """
+    from bimvox_pipeline.train.record import write_curve
+
+    board = _board(tensorboard)
+    loaded = load_site(site, progress)
+    preparation = prepared(loaded.site, progress)
+    wanted = loaded.config.policy
+    budget = steps if steps is not None else wanted.steps
+    said = _Said(progress, budget if budget is not None else DEFAULT_STEPS)
+
+    def tested(point: CurvePoint) -> None:
+        said.test(point)
+        if board is not None:
+            board.point(point)
+
+    policy = choose_policy(
+        loaded.site,
+        preparation,
+        policy_id=None,
+        seed=seed_of(loaded, seed),
+        steps=budget,
+        required_success=wanted.required_success,
+        progress=progress,
+        retrain=True,
+        start_from=start_from,
+        seconds=seconds,
+        tested=tested,
+    )
+    if board is not None:
+        board.close()
+    made = (start_from, seconds, said.budget, seed_of(loaded, seed))
+    asked = (DEFAULT_START, None, DEFAULT_STEPS if wanted.steps is None else wanted.steps, wanted.seed)
+    if policy.steps > 0 and made != asked:
+        progress.note(
+            f"a plan takes it where it is named (--policy {policy.id}): the site file asks for another training"
+        )
+    if curve is not None:
+        write_curve(curve, policy.curve)
+    return {
+        "policy": policy.id,
+        "from": policy.parent,
+        "steps": policy.steps,
+        "success_rate": policy.success_rate,
+        "tested": policy.tested,
+        "success_at_least": round(policy.success_at_least, 4),
+        "curve": [[point.steps, point.success_rate] for point in policy.curve],
+        "seconds": sum(progress.seconds.values()),
+        "stages": progress.seconds,
+    }
+
+
+def _board(folder: Path | None) -> TensorBoard | None:
+    if folder is None:
+        return None
+    from bimvox.policy.tensorboard import TensorBoard
+
+    return TensorBoard(folder)
+
+
+class _Said:
+    """Turns tests into sentences."""
+
+    def __init__(self, progress: Progress, budget: int) -> None:
+        self._progress = progress
+        self.budget = budget
+        self._last: tuple[int, float] | None = None
+
+    def test(self, point: CurvePoint) -> None:
+        now = time.monotonic()
+        pace = ""
+        if self._last is not None and point.steps > self._last[0]:
+            rate = (point.steps - self._last[0]) / max(1e-9, now - self._last[1])
+            left = (self.budget - point.steps) / rate
+            pace = f", {rate:,.0f} steps a second, {left:,.0f} s left of the budget"
+        self._last = (point.steps, now)
+        self._progress.note(
+            f"after {point.steps:,} steps: {point.success_rate:.1%} of the test lifts arrive, "
+            f"{point.length_ratio:.3f} times the shortest way{pace}"
+        )

@@ -1,0 +1,213 @@
+"""What a watch writes: a segment per revision at once, and the whole newest log when there is time for it.
+
+The segment of a revision is on disk, synced, before the revision counts. The whole log is written again by a thread
+that waits until nothing has changed for a moment; a change stops it, and it begins anew later. So at any moment the
+newest plan is in the whole log and the segments after it, whatever kills the process.
+"""
+
+from __future__ import annotations
+
+import re
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO, cast
+
+from bimvox.errors import FileError, LogFileError
+from bimvox_pipeline.artifacts import write_atomically
+from bimvox_pipeline.progress import Progress
+
+if TYPE_CHECKING:
+    from bimvox.log.plan_log import PlanLog
+
+_QUIET_S = 0.5
+_RETRY_S = 5.0
+
+
+def segment_file(log: Path, revision: int) -> Path:
+    """Return where the segment of a revision is kept: beside the log's name, also where that is a link."""
+    return log.with_name(f"{log.stem}.r{revision:04d}{log.suffix}")
+
+
+def segments_on_disk(log: Path) -> dict[int, Path]:
+    """Return the segments of a log by revision, ascending."""
+    pattern = re.compile(re.escape(log.stem) + r"\.r(\d{4,})" + re.escape(log.suffix))
+    found = {int(m.group(1)): p for p in log.parent.iterdir() if (m := pattern.fullmatch(p.name))}
+    return dict(sorted(found.items()))
+
+
+def keep_as_segment(log: Path, revision: int) -> None:
+    """Keep a whole log that was taken up: the segments to come rest on it, and the whole log will be newer."""
+    kept = segment_file(log, revision)
+    if not kept.exists():
+        write_atomically(kept, log.read_bytes())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Newest:
+    """The newest plan on disk.
+
+    Attributes:
+        log: The plan.
+        behind: Whether the whole log is missing or older than that.
+    """
+
+    log: PlanLog
+    behind: bool
+
+
+def read_newest(log: Path, fixed_digest: str, progress: Progress) -> Newest | None:
+    """Return the newest plan on disk that belongs to a site, obstructions aside; None where there is none.
+
+    Args:
+        log: The whole log; where it is missing or damaged, the last whole segment stands in for it.
+        fixed_digest: Of the site.
+        progress: Told of what is passed over.
+    """
+    from bimvox.log.segments import first_plan_of, newest
+
+    segments = segments_on_disk(log)
+    base = _read(log, fixed_digest, progress) if log.exists() else None
+    no_whole = base is None
+    after: list[PlanLog] = []
+    for revision in sorted(segments, reverse=True):
+        if base is not None and revision <= base.revision:
+            break
+        segment = _read(segments[revision], fixed_digest, progress)
+        if segment is None:
+            # What comes after a segment that cannot be used rests on it.
+            after.clear()
+        elif base is None and not segment.context:
+            base = segment
+        else:
+            after.append(segment)
+    if base is None:
+        return None
+    first = first_plan_of(base)
+    own = [segment for segment in after[::-1] if first_plan_of(segment) == first]
+    if len(own) < len(after):
+        progress.note(f"{len(after) - len(own)} segments beside {log} are of an earlier plan, they are not taken up")
+    return Newest(newest(base, own), no_whole or bool(own))
+
+
+def _read(path: Path, fixed_digest: str, progress: Progress) -> PlanLog | None:
+    from bimvox.log.reader import read_log
+
+    try:
+        record = read_log(path)
+    except LogFileError as error:
+        progress.note(f"{path} is not taken up: {error.message}")
+        return None
+    if record.plan.site.fixed_digest != fixed_digest:
+        progress.note(f"{path} is of another site, it is not taken up")
+        return None
+    return record
+
+
+class WholeLog:
+    """Writes the whole newest log in the background.
+
+    Args:
+        target: The log.
+        progress: Told of failures.
+    """
+
+    def __init__(self, target: Path, progress: Progress) -> None:
+        self._target, self._progress = target, progress
+        self._wanted: PlanLog | None = None
+        self._changed = threading.Condition()
+        self._interrupted = threading.Event()
+        self._closed = False
+        self._thread: threading.Thread | None = None
+
+    def hold(self) -> None:
+        """Stop writing: there is something more urgent."""
+        self._interrupted.set()
+
+    def offer(self, record: PlanLog) -> None:
+        """Write this one when there is time, instead of any other that was offered."""
+        with self._changed:
+            self._wanted = record
+            self._interrupted.clear()
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, name="whole log", daemon=True)
+                self._thread.start()
+            self._changed.notify()
+
+    def resume(self) -> None:
+        """Go on after ``hold`` with what was offered last."""
+        with self._changed:
+            self._interrupted.clear()
+            self._changed.notify()
+
+    def close(self) -> None:
+        """Write what was offered last, if it is not written yet, and end; where that fails, the segments hold it."""
+        with self._changed:
+            self._closed = True
+            self._interrupted.set()
+            self._changed.notify()
+        if self._thread is not None:
+            self._thread.join()
+        if self._wanted is not None:
+            try:
+                self._write(self._wanted, None)
+            except FileError as error:
+                self._progress.note(f"{error.message}; the segments hold the newest plan")
+                return
+            self._wanted = None
+
+    def _run(self) -> None:
+        wait_s = _QUIET_S
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._closed or self._may_write())
+                record = self._wanted
+                # Another change within a moment is likely: files come in bursts.
+                if not self._closed and self._changed.wait(wait_s):
+                    continue
+                if self._closed:
+                    return
+                if record is None or not self._may_write():
+                    continue
+            wait_s = _QUIET_S
+            try:
+                self._write(record, self._interrupted)
+            except _Interrupted:
+                continue
+            except FileError as error:
+                self._progress.note(error.message)
+                wait_s = _RETRY_S
+                continue
+            with self._changed:
+                if self._wanted is record:
+                    self._wanted = None
+
+    def _may_write(self) -> bool:
+        return self._wanted is not None and not self._interrupted.is_set()
+
+    def _write(self, record: PlanLog, interrupted: threading.Event | None) -> None:
+        from bimvox.log.recorder import write_log
+
+        def write(stream: BinaryIO) -> None:
+            write_log(stream if interrupted is None else cast(BinaryIO, _Stoppable(stream, interrupted)), record)
+
+        write_atomically(self._target, write)
+
+
+class _Interrupted(Exception):  # noqa: N818 (no error: something more urgent came)
+    """Writing was stopped."""
+
+
+class _Stoppable:
+    """A stream that can be stopped from another thread."""
+
+    def __init__(self, stream: BinaryIO, stopped: threading.Event) -> None:
+        self._stream, self._stopped = stream, stopped
+
+    def write(self, data: bytes) -> int:
+        if self._stopped.is_set():
+            raise _Interrupted
+        return self._stream.write(data)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)

@@ -1,0 +1,183 @@
+"""The plan that a watch keeps: what stands, its number, what it was made from, and the logs that say so."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bimvox_pipeline.load_site import LoadedSite
+from bimvox_pipeline.plan import log_of
+from bimvox_pipeline.policy.choice import PolicyInUse
+from bimvox_pipeline.prove import Planned
+from bimvox_pipeline.watch.documents import blocked, outcome
+from bimvox_pipeline.watch.log import segments_on_disk
+from bimvox_pipeline.watch.simulate import NOW_NS
+
+if TYPE_CHECKING:
+    from bimvox.log.plan_log import LogEvent, PlanLog
+    from bimvox.records.lift import LiftPlan
+    from bimvox.revise.standing import Part, Standing
+
+
+class WatchedPlan:
+    """What stands.
+
+    Args:
+        loaded: The site as loaded.
+        policy: What proposes paths.
+        target: The whole log.
+        seed: Seed of the training, for the log.
+        is_carried_out: Whether it is carried out against a clock.
+
+    Attributes:
+        target: The whole log.
+        revision: Number of the last revision; -1 before the first.
+        standing: The plan; None before the first.
+        content: The obstruction file's bytes, by the name that they have in the log.
+        first: Digest of the plan that it began with.
+        carried_out_ns: How far it was carried out when the last revision was made.
+    """
+
+    def __init__(
+        self, loaded: LoadedSite, policy: PolicyInUse, target: Path, seed: int, *, is_carried_out: bool
+    ) -> None:
+        self._loaded, self._policy, self._seed = loaded, policy, seed
+        self._is_carried_out = is_carried_out
+        self.target = target
+        self.revision = max(segments_on_disk(target), default=-1)
+        self.standing: Standing | None = None
+        self.content: Mapping[str, bytes] = {}
+        self.first = ""
+        self.carried_out_ns = 0
+
+    @property
+    def is_left_over(self) -> bool:
+        """Whether lifts are still to be planned that nothing keeps from being planned."""
+        standing = self.standing
+        return standing is not None and bool(standing.pending) and not standing.waits
+
+    def take_up(self, log: PlanLog) -> None:
+        """Let the plan of a log stand."""
+        from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_cranes_from_bytes, held_from_bytes
+        from bimvox.log.segments import first_plan_of
+        from bimvox.revise.standing import standing_of
+
+        self.revision, self.first = max(self.revision, log.revision), first_plan_of(log)
+        self.standing = standing_of(log.plan, log.motions)
+        self.carried_out_ns = int(log.metadata.get(NOW_NS, 0))
+        if self._is_carried_out and HELD_FILE in log.attachments:
+            self.standing = replace(self.standing, held=held_from_bytes(log.attachments[HELD_FILE]))
+        if self._is_carried_out and HELD_CRANES_FILE in log.attachments:
+            held = held_cranes_from_bytes(log.attachments[HELD_CRANES_FILE])
+            self.standing = replace(self.standing, held_cranes=held)
+        known = {*self._loaded.files, HELD_FILE, HELD_CRANES_FILE}
+        self.content = {name: log.attachments[name] for name in log.attachments if name not in known}
+
+    def first_log(self, planned: Planned, content: Mapping[str, bytes]) -> PlanLog:
+        """Return the whole log of a first plan, which is the next revision."""
+        from bimvox.log.segments import first_plan_of
+
+        files = self._loaded.files | dict(content)
+        log = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=self.revision + 1)
+        self.first = first_plan_of(log)
+        return log
+
+    def whole_log(self) -> PlanLog:
+        """Return the whole log of what stands."""
+        assert self.standing is not None
+        planned = Planned(self.standing.plan, self.standing.chain)
+        files = self._loaded.files | dict(self.content) | _held(self.standing)
+        record = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=self.revision)
+        return replace(record, metadata={**record.metadata, **self._about(self.carried_out_ns)})
+
+    def segment(
+        self,
+        part: Part,
+        content: Mapping[str, bytes],
+        fields: dict[str, str],
+        more: Sequence[LogEvent] = (),
+        now_ns: int = 0,
+    ) -> PlanLog:
+        """Return the segment of the next revision.
+
+        Args:
+            part: What stands then.
+            content: The obstruction file's bytes.
+            fields: What its event says.
+            more: Other events.
+            now_ns: How far the plan is carried out.
+        """
+        from bimvox.log.segments import segment_of
+
+        planned, revision = Planned(part.standing.plan, ()), self.revision + 1
+        files = self._loaded.files | dict(content) | _held(part.standing)
+        bare = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=revision)
+        return segment_of(
+            part.standing.plan,
+            part.standing.motions,
+            part.made,
+            part.standing.pending,
+            revision=revision,
+            event=fields,
+            attachments=bare.attachments,
+            metadata={**bare.metadata, **self._about(now_ns)},
+            more=more,
+        )
+
+    def document(
+        self,
+        event: str,
+        plan: LiftPlan | None,
+        before: LiftPlan | None,
+        started_s: float,
+        retimed: set[int] | None = None,
+    ) -> dict[str, Any]:
+        """Return what is said of a change.
+
+        Args:
+            event: What happened.
+            plan: The plan now; None where there is none.
+            before: The plan before.
+            started_s: When the change was noticed, on the monotonic clock.
+            retimed: Orders of the lifts with a new motion.
+        """
+        document: dict[str, Any] = {"event": event, "revision": self.revision, "changed_cells": 0}
+        if plan is None:
+            document |= {"kept": [], "replanned": [], "infeasible": [], "retimed": []}
+        else:
+            document |= outcome(plan, before, retimed or ()) | {"notes": list(plan.site.obstruction_notes)}
+        return document | {"log": str(self.target), "latency_ms": ms_since(started_s)}
+
+    def unchanged(
+        self, event: str, started_s: float, message: str | None = None, notes: Sequence[str] = ()
+    ) -> dict[str, Any]:
+        """Return what is said of a change that changes nothing about the plan."""
+        plan = self.standing.plan if self.standing is not None else None
+        document = self.document(event, plan, plan, started_s) | {"notes": list(notes)}
+        if plan is not None:
+            document["blocked"] = blocked(plan)
+        return document | ({"message": message} if message else {})
+
+    def _about(self, now_ns: int) -> dict[str, str]:
+        """Which plan it comes from, and how far it is carried out, for the log."""
+        from bimvox.log.segments import FIRST_PLAN
+
+        return {FIRST_PLAN: self.first} | ({NOW_NS: str(now_ns)} if self._is_carried_out else {})
+
+
+def _held(standing: Standing) -> dict[str, bytes]:
+    """The load that is held, for the log."""
+    from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_to_bytes
+
+    files = {} if standing.held is None else {HELD_FILE: held_to_bytes(standing.held)}
+    if standing.held_cranes is not None:
+        files[HELD_CRANES_FILE] = held_to_bytes(standing.held_cranes)
+    return files
+
+
+def ms_since(started_s: float, until_s: float | None = None) -> float:
+    """Return the milliseconds from one time on the monotonic clock to another, or to now."""
+    return round(((time.monotonic() if until_s is None else until_s) - started_s) * 1000.0, 1)

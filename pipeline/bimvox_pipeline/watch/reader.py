@@ -1,0 +1,122 @@
+"""The obstruction file of a watch, read; and when content that could not be used is looked at again."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bimvox.errors import FileError
+from bimvox.site.obstructions.obstruction_set import EMPTY, ObstructionSet
+from bimvox_pipeline.artifacts import reason_of
+from bimvox_pipeline.load_site import LoadedSite, load_obstructions
+from bimvox_pipeline.plan import obstructed
+from bimvox_pipeline.progress import Progress
+from bimvox_pipeline.watch.file_watch import FileState, state_of
+
+if TYPE_CHECKING:
+    from bimvox.site.site import Site
+
+_MOST_BYTES = 512 << 20
+"""A larger obstruction file is refused: reading it would take all memory."""
+_SETTLE_S = 0.05
+"""A file that cannot be used may be half written: it is looked at again after this time before it is refused."""
+_RETRY_S = (1.0, 30.0)
+"""Shortest and longest wait before what could not be read or written is tried again."""
+
+
+class ObstructionReader:
+    """Reads the file.
+
+    Args:
+        file: The obstruction file.
+        loaded: The site that it belongs to.
+
+    Attributes:
+        file: The obstruction file.
+        files: What it refers to.
+        refused: Why its content was refused last; None where it was not.
+    """
+
+    def __init__(self, file: Path, loaded: LoadedSite) -> None:
+        self.file, self._loaded = file, loaded
+        self.files: tuple[Path, ...] = ()
+        self.refused: str | None = None
+        self._retry_at_s: float | None = None
+
+    @property
+    def waits(self) -> bool:
+        """Whether content that could not be used is to be looked at again some time."""
+        return self._retry_at_s is not None
+
+    @property
+    def is_due(self) -> bool:
+        """Whether it is time for that."""
+        return self._retry_at_s is not None and time.monotonic() >= self._retry_at_s
+
+    def read(self, state: FileState, progress: Progress) -> tuple[Site, dict[str, bytes]]:
+        """Return the site with the obstructions, and the file's bytes for the log.
+
+        Raises:
+            BimvoxError: If the content cannot be used.
+        """
+        wanted, content = self._read(state, progress)
+        return obstructed(self._loaded.site, wanted, progress), content
+
+    def settles(self, state: FileState) -> bool:
+        """Wait a moment, and return whether the file still holds what could not be used."""
+        time.sleep(_SETTLE_S)
+        return bool(self.files) or state_of(self.file).digest == state.digest
+
+    def holds_other_than(self, content: Mapping[str, bytes]) -> bool:
+        """Return whether the file holds something else than what is being planned."""
+        try:
+            return self.file.read_bytes() not in content.values()
+        except OSError:
+            return False
+
+    def why_missing(self) -> FileError | None:
+        """Return why a file that is there cannot be read; None where it is not there."""
+        try:
+            with self.file.open("rb"):
+                return None  # it came back meanwhile
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            hint = "where nothing is in the way, write an empty list of obstructions"
+            return FileError(self.file, f"cannot be read: {reason_of(error)}", hint=hint)
+
+    def accept(self) -> None:
+        """What it holds was taken."""
+        self.refused, self._retry_at_s = None, None
+
+    def forget(self) -> None:
+        """It is gone: there is nothing to look at again."""
+        self._retry_at_s = None
+
+    def try_again(self, started_s: float) -> None:
+        """A disk may have room again, a file that is referred to may come: look again, more seldom if that is dear."""
+        now_s = time.monotonic()
+        self._retry_at_s = now_s + min(max(_RETRY_S[0], 10.0 * (now_s - started_s)), _RETRY_S[1])
+
+    def _read(self, state: FileState, progress: Progress) -> tuple[ObstructionSet, dict[str, bytes]]:
+        if state.digest is None:
+            if (error := self.why_missing()) is not None:
+                raise error
+            progress.note(f"{self.file} does not exist yet: nothing is in the way")
+            return EMPTY, {}
+        try:
+            size = self.file.stat().st_size
+            if size > _MOST_BYTES:
+                raise FileError(
+                    self.file,
+                    f"is too large ({size >> 20} MiB, at most {_MOST_BYTES >> 20})",
+                    hint="give cells or boxes",
+                )
+            content = self.file.read_bytes()
+            found = load_obstructions(self.file, self._loaded.site)
+        except OSError as error:
+            raise FileError(self.file, f"cannot be read: {reason_of(error)}") from error
+        self.files = found.files
+        return found, {f"obstructions{self.file.suffix.lower()}": content}

@@ -1,0 +1,230 @@
+"""A revision of the watched plan: planned, proven, written, told of; part by part, the first lifts first."""
+
+from __future__ import annotations
+
+import io
+import time
+from collections.abc import Callable, Generator, Mapping
+from dataclasses import dataclass
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any
+
+from bimvox_pipeline.artifacts import write_atomically
+from bimvox_pipeline.watch.beside import Beside
+from bimvox_pipeline.watch.documents import blocked, event_fields, stop_events, transit
+from bimvox_pipeline.watch.log import segment_file
+from bimvox_pipeline.watch.plan import WatchedPlan, ms_since
+
+if TYPE_CHECKING:
+    from bimvox.log.bundle import SiteWriter
+    from bimvox.planning.assembly import Preparation
+    from bimvox.planning.propose import Propose
+    from bimvox.records.lift import LiftPlan
+    from bimvox.revise.standing import Better, Part
+    from bimvox.site.site import Site
+    from bimvox_pipeline.watch.simulate import PlanClock
+
+_STAGES = ("read", "plan", "prove", "write")
+_FIRST = 20
+"""Lifts made anew that are written first."""
+_APART_NS = 1_000_000
+"""Changes are at least so far apart on the site's clock, which stands while a plan is taken up."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Change:
+    """What a revision is made for.
+
+    Attributes:
+        site: The site with its obstructions now.
+        content: The obstruction file's bytes, for the log.
+        started_s: When it was noticed, on the monotonic clock.
+        better: A policy that was trained further.
+        policy: Its id.
+    """
+
+    site: Site
+    content: Mapping[str, bytes]
+    started_s: float
+    better: Better | None = None
+    policy: str | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Revised:
+    """A part of a revision that is on disk.
+
+    Attributes:
+        part: What stands now.
+        document: What is said of it.
+    """
+
+    part: Part
+    document: dict[str, Any]
+
+
+class Reviser:
+    """Makes revisions.
+
+    Args:
+        plan: The plan that stands; it is brought forward.
+        preparation: What was prepared for its site.
+        clock: The site's clock, where the plan is carried out.
+
+    Attributes:
+        propose: The policy; None for search alone.
+        known_shapes: See ``verify_plan``.
+    """
+
+    def __init__(self, plan: WatchedPlan, preparation: Preparation, clock: PlanClock | None) -> None:
+        self._plan, self._preparation, self._clock = plan, preparation, clock
+        self._beside = Beside()
+        self.propose: Propose | None = None
+        self.known_shapes: set[int] = set()
+        self._sites: SiteWriter | None = None
+
+    def know(self, site: Site) -> None:
+        """Encode the site: what later ones have in common with it need not be encoded again."""
+        from bimvox.log.bundle import SiteWriter
+
+        self._sites = SiteWriter(site)
+
+    def revise(self, change: Change) -> Generator[Revised, None, None]:
+        """Revise the plan part by part; a part is on disk before it is yielded.
+
+        Raises:
+            BimvoxError: If a part cannot be made or written; those before it stand.
+        """
+        from bimvox.revise.revise import revise
+        from bimvox.stop.underway import HOLD_S
+
+        plan = self._plan
+        assert plan.standing is not None
+        before = plan.standing.plan
+        now_ns = None if self._clock is None else max(self._clock.at_ns(change.started_s), _after_all(before))
+        making = _Making(plan, change, before, now_ns, self._site_bytes(change.site))
+        parts = revise(
+            plan.standing,
+            change.site,
+            self._preparation,
+            propose=self.propose,
+            first=_FIRST,
+            known_shapes=self.known_shapes,
+            on_verdict=making.note_verdict,
+            now_ns=now_ns,
+            better=change.better,
+            hold_s=HOLD_S if self._clock is None else max(HOLD_S, self._clock.hold_s(len(change.site.cranes))),
+            on_draft=making.draft,
+            beside=self._beside.share,
+        )
+        try:
+            for part in parts:
+                yield Revised(part, making.write(part))
+        finally:
+            self._beside.close()
+
+    def _site_bytes(self, site: Site) -> Callable[[], bytes]:
+        if self._sites is None:
+            self.know(site)
+        assert self._sites is not None
+        return partial(self._sites.to_bytes, site)
+
+    def close(self) -> None:
+        """End what goes on beside."""
+        self._beside.close()
+
+
+class _Making:
+    """One revision as it is made.
+
+    While a part is being proven its segment is put into bytes already; they are written once it is proven.
+    """
+
+    def __init__(
+        self,
+        plan: WatchedPlan,
+        change: Change,
+        before: LiftPlan,
+        now_ns: int | None,
+        site_bytes: Callable[[], bytes],
+    ) -> None:
+        self._site_bytes = cache(site_bytes)
+        self._plan, self._change, self._before, self._now_ns = plan, change, before, now_ns
+        self._event = "replanned" if change.better is None else "retrained"
+        self._marks = [change.started_s, time.monotonic()]  # noticed, read
+        self._verdicts_s: list[float] = []
+        self._retimed: set[int] = set()
+        self._cells, self._ids = 0, frozenset[str]()
+        self._number = 0
+        self._document: dict[str, Any] = {}
+        self._segment = b""
+
+    def note_verdict(self) -> None:
+        """It is known which lifts can be planned."""
+        self._verdicts_s.append(time.monotonic())
+
+    def draft(self, part: Part) -> None:
+        """Make the segment of a part, and what is said of it, while it is being proven."""
+        from bimvox.log.plan_log import LogEvent
+        from bimvox.log.recorder import write_log
+
+        plan, now_ns = part.standing.plan, self._now_ns
+        event = self._event if self._number == 0 else "continued"
+        retimed = self._retimed | set(part.retimed)
+        document = self._plan.document(event, plan, self._before, self._change.started_s, retimed)
+        document |= {
+            "revision": self._plan.revision + 1,
+            "changed_cells": self._cells + part.change.cells,
+            "obstructions": sorted(self._ids | part.change.ids),
+            "pending": [_name(plan, order) for order in sorted(part.standing.pending)],
+            "blocked": blocked(plan),
+        }
+        if self._change.policy is not None:
+            document["policy"] = self._change.policy
+        stops: list[LogEvent] = []
+        if now_ns is not None:
+            document |= transit(part, now_ns)
+            stops = stop_events(part, document, now_ns)
+        record = self._plan.segment(part, self._change.content, event_fields(document), stops, now_ns or 0)
+        stream = io.BytesIO()
+        write_log(stream, record, self._site_bytes())
+        self._document, self._segment = document, stream.getvalue()
+
+    def write(self, part: Part) -> dict[str, Any]:
+        """Write the segment of the part that was proven last, let it stand, and return what is said of it."""
+        self._marks += [self._verdicts_s[-1], time.monotonic()]
+        plan, document = self._plan, self._document
+        target = segment_file(plan.target, plan.revision + 1)
+        write_atomically(target, self._segment)
+        plan.revision, plan.standing, plan.content = plan.revision + 1, part.standing, self._change.content
+        if self._now_ns is not None:
+            plan.carried_out_ns = self._now_ns
+        self._marks.append(time.monotonic())
+        started_s = self._change.started_s
+        verdict_s = self._verdicts_s[-1] if self._number == 0 else self._verdicts_s[0]
+        document |= {
+            "verdict_ms": ms_since(started_s, verdict_s),
+            "segment": str(target),
+            "latency_ms": ms_since(started_s, self._marks[-1]),
+        }
+        document["stages_ms"] = {
+            stage: round(1000.0 * (after - at), 1)
+            for stage, at, after in zip(_STAGES, self._marks[:-1], self._marks[1:], strict=True)
+        }
+        if not part.standing.pending:
+            document["all_ms"] = document["latency_ms"]
+        self._marks = [self._marks[-1], self._marks[-1]]
+        self._retimed |= set(part.retimed)
+        self._cells += part.change.cells
+        self._ids |= part.change.ids
+        self._number += 1
+        return document
+
+
+def _after_all(plan: LiftPlan) -> int:
+    """The earliest time on the site's clock at which another change counts: after those that were before it."""
+    return plan.history[-1].until_ns + _APART_NS if plan.history else 0
+
+
+def _name(plan: LiftPlan, order: int) -> str:
+    return next(plan.site.components[lift.component].id for lift in plan.lifts if lift.order == order)

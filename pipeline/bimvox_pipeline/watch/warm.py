@@ -1,0 +1,62 @@
+"""A revision in vain, so that the first real one is as quick as the others.
+
+Compiled code is loaded when it is first called, schemas are built when they are first written: a second and more, which
+a watch had better spend before it says that it is ready.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from bimvox.log.plan_log import PlanLog
+    from bimvox.planning.assembly import Preparation
+    from bimvox.planning.propose import Propose
+    from bimvox.revise.standing import Part, Standing
+    from bimvox.site.site import Site
+
+_TRIES = 3
+
+
+def revise_in_vain(
+    standing: Standing,
+    preparation: Preparation,
+    propose: Propose | None,
+    known_shapes: set[int],
+    record_of: Callable[[Part, dict[str, bytes], dict[str, str]], PlanLog],
+) -> None:
+    """Put an obstruction of one cell on the middle of some lifts' paths, revise, write to memory, and forget it all.
+
+    Args:
+        standing: The plan that stands; it is not changed.
+        preparation: What was prepared for its site.
+        propose: The policy.
+        known_shapes: See ``verify_plan``.
+        record_of: Makes the record of a part: part, files, event.
+    """
+    from bimvox.log.recorder import write_log
+    from bimvox.revise.revise import revise
+
+    planned = [lift for lift in standing.plan.lifts if lift.path_vox is not None]
+    if not planned or standing.pending:
+        return
+    for n in range(_TRIES):
+        lift = planned[n * (len(planned) - 1) // max(1, _TRIES - 1)]
+        assert lift.path_vox is not None
+        site = _with_cell(standing.plan.site, lift.path_vox[len(lift.path_vox) // 2])
+        part = next(revise(standing, site, preparation, propose=propose, first=1, known_shapes=known_shapes))
+        write_log(io.BytesIO(), record_of(part, {}, {}))
+
+
+def _with_cell(site: Site, cell: object) -> Site:
+    from bimvox.site.build import with_obstructions
+    from bimvox.site.obstructions.obstruction_set import Obstruction, ObstructionSet, Voxels
+    from bimvox_pipeline.load_site import rasterise
+
+    x, y, z = (int(n) for n in cell)  # type: ignore[attr-defined]
+    there = tuple(b for b in site.blockers if b.kind == "obstruction")
+    one = with_obstructions(site, ObstructionSet.of([Obstruction("warm-up", Voxels(((x, y, z),)))]), rasterise)
+    return replace(one, blockers=(*one.blockers, *there))

@@ -1,0 +1,395 @@
+"""``bimvox watch``: a plan kept true to an obstruction file.
+
+Every accepted content of the file makes a revision: a segment of the log, ``LOG.rNNNN.mcap``, with the lifts that are
+new in it; ``LOG.mcap`` is the whole newest plan, written again when nothing is going on and at the end. Lifts that the
+change does not meet are kept as they are. Content that cannot be used changes nothing: the last good plan stands and
+the next good content is taken.
+"""
+
+from __future__ import annotations
+
+import gc
+import threading
+from collections.abc import Generator, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bimvox.errors import BimvoxError, FileError, InputError, PolicyError
+from bimvox_pipeline.artifacts import check_output, default_output, write_atomically
+from bimvox_pipeline.load_site import LoadedSite, load_site
+from bimvox_pipeline.plan import document_of, policy_of, prepared, seed_of, write_log_file
+from bimvox_pipeline.policy.choice import PolicyInUse
+from bimvox_pipeline.progress import Progress, SilentProgress
+from bimvox_pipeline.prove import plan_and_prove
+from bimvox_pipeline.watch.documents import left_to_search, revision_events
+from bimvox_pipeline.watch.file_watch import FileState, changes, state_of
+from bimvox_pipeline.watch.live import DrivenLog, LiveView, Sink, driven_until_ns, server_at
+from bimvox_pipeline.watch.log import WholeLog, keep_as_segment, read_newest, segment_file
+from bimvox_pipeline.watch.plan import WatchedPlan
+from bimvox_pipeline.watch.reader import ObstructionReader
+from bimvox_pipeline.watch.retrain import Retraining
+from bimvox_pipeline.watch.revise import Change, Reviser
+from bimvox_pipeline.watch.simulate import Execution, PlanClock
+
+if TYPE_CHECKING:
+    from bimvox.log.plan_log import LogEvent
+    from bimvox.planning.assembly import Preparation
+    from bimvox.revise.standing import Standing
+    from bimvox.site.site import Site
+
+
+def watch(
+    obstructions: Path,
+    *,
+    site: Path,
+    out: Path | None = None,
+    once: bool = False,
+    seed: int | None = None,
+    policy: str | None = None,
+    steps: int | None = None,
+    poll_s: float | None = None,
+    speed: float | None = None,
+    retrain: int = 0,
+    serve: str | None = None,
+    progress: Progress,
+    stop: threading.Event | None = None,
+) -> Generator[dict[str, Any], None, None]:
+    """Plan a site, and plan it again whenever the obstruction file changes.
+
+    Args:
+        obstructions: The file; where it does not exist, nothing is in the way.
+        site: The site file.
+        out: The log; default: the site's name with ``.mcap``, in the current folder. Where it exists and belongs to
+            this site, its plan is taken up, with the segments after it.
+        once: Look once and leave.
+        seed: Seed of the training; default: the site file's.
+        policy: Id of a policy of the store.
+        steps: Training budget in environment steps.
+        poll_s: Look at the file this often instead of waiting for events: for network shares.
+        speed: Carry the plan out against a clock that goes so many times as fast as the wall's.
+        retrain: Budget, in environment steps, of more training beside the watch, where the policy fails lifts; 0: none.
+        serve: ``[HOST:]PORT`` of a websocket on which viewers follow.
+        progress: Told of the stages of the first plan.
+        stop: Ends the watch.
+
+    Yields:
+        One document per change, see ``bimvox watch --json``.
+    """
+    target = out or default_output(site, ".mcap")
+    server = None if serve is None else server_at(serve, progress)
+    check_output(target, inputs=[site, obstructions])
+    loaded = load_site(site, progress)
+    check_output(target, inputs=[site, obstructions, loaded.config.model.path])
+    preparation = prepared(loaded.site, progress)
+    chosen = policy_of(loaded, loaded.site, preparation, policy=policy, seed=seed, steps=steps, progress=progress)
+    if speed is not None and loaded.site.crane is None:
+        raise InputError("without a crane there is no motion to carry out", hint="leave --simulate out")
+    clock = None if speed is None else PlanClock(speed)
+    watcher = Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress, clock)
+    watcher.retrain(retrain)
+    if server is not None:
+        server.advertise(len(loaded.site.cranes))
+    ending, viewers = stop or threading.Event(), () if server is None else (server,)
+    yield from follow(watcher, once=once, poll_s=poll_s, stop=ending, viewers=viewers)
+
+
+def follow(
+    watcher: Watcher, *, once: bool, poll_s: float | None, stop: threading.Event, viewers: Sequence[Sink] = ()
+) -> Iterator[dict[str, Any]]:
+    """Take up or make the first plan, then revise it at every change of the file; see ``watch``."""
+    file, start = watcher.file, state_of(watcher.file)
+    try:
+        yield from watcher.take_up(start)
+        if once:
+            return
+        watcher.warm()
+        watcher.show_to(viewers)
+        watcher.begin()
+        watcher.progress.note(f"watching {file}")
+        watcher.progress = SilentProgress()
+        start = state_of(file, watcher.files) if watcher.files else start
+        for state in changes(file, lambda: watcher.files, stop, start, poll_s=poll_s, again=watcher.wants_another_look):
+            yield from watcher.change(state)
+    except KeyboardInterrupt:
+        watcher.told.note("stopped; the last revision stands")
+    finally:
+        watcher.close()
+        for viewer in viewers if watcher.live is None else ():
+            viewer.close()
+
+
+class Watcher:
+    """Keeps the plan that stands, and revises it.
+
+    Args:
+        loaded: The site as loaded.
+        preparation: What was prepared for it.
+        policy: What proposes paths.
+        file: The obstruction file.
+        target: The log.
+        seed: Seed of the training, for the log.
+        progress: Told of the stages.
+        clock: The site's clock, where the plan is carried out.
+
+    Attributes:
+        file: The obstruction file.
+        told: Told of what a user should know.
+        progress: Told of the stages of a change.
+        is_cold: Whether the first change would be slower than the others.
+        live: Shows the plan to viewers, where there are any.
+    """
+
+    def __init__(
+        self,
+        loaded: LoadedSite,
+        preparation: Preparation,
+        policy: PolicyInUse,
+        file: Path,
+        target: Path,
+        seed: int,
+        progress: Progress,
+        clock: PlanClock | None = None,
+    ) -> None:
+        self._loaded, self._preparation, self._policy, self._seed = loaded, preparation, policy, seed
+        self.file, self.progress, self.told = file, progress, progress
+        self.live: LiveView | None = None
+        self.is_cold = True
+        self._reader = ObstructionReader(file, loaded)
+        self._plan = WatchedPlan(loaded, policy, target, seed, is_carried_out=clock is not None)
+        self._reviser = Reviser(self._plan, preparation, clock)
+        self._whole = WholeLog(target, progress)
+        self._clock = clock
+        self._execution = None if clock is None else Execution(clock)
+        self._retraining: Retraining | None = None
+        self._taken: str | None = None
+        self._known_files: tuple[Path, ...] = ()
+        self._driven_ns = 0
+
+    @property
+    def standing(self) -> Standing | None:
+        """The plan that stands."""
+        return self._plan.standing
+
+    @property
+    def revision(self) -> int:
+        """Number of the last revision."""
+        return self._plan.revision
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """What the obstruction file refers to."""
+        return self._reader.files
+
+    def take_up(self, state: FileState) -> Iterator[dict[str, Any]]:
+        """The first plan: the one on disk where it is of this site and of these obstructions, else a new one."""
+        from bimvox.planning.rollout import proposer
+
+        self._taken = state.digest
+        network, plan = self._policy.network, self._plan
+        self._reviser.propose = None if network is None else proposer(network)
+        before = read_newest(plan.target, self._loaded.site.fixed_digest, self.progress)
+        if before is not None:
+            plan.take_up(before.log)
+            if self._execution is not None:
+                self._driven_ns = driven_until_ns(plan.target, plan.first)
+                self._execution.clock.stand_at(max(plan.carried_out_ns, self._driven_ns))
+            if not before.behind:
+                keep_as_segment(plan.target, before.log.revision)
+        if state.digest is None:
+            self._reader.refused = "missing"
+            if plan.standing is not None and plan.standing.plan.site.is_obstructed:
+                yield self._missing(state)
+                return
+        try:
+            site, content = self._reader.read(state, self.progress)
+        except BimvoxError as error:
+            if plan.standing is None:
+                raise
+            yield self._refused("rejected", state.seen_s, error)
+            return
+        if plan.standing is None:
+            yield self._first_plan(site, content, state.seen_s)
+        elif plan.standing.plan.site.digest == site.digest and not plan.standing.pending:
+            yield plan.unchanged("unchanged", state.seen_s)
+            if before is not None and before.behind:
+                self._whole.offer(plan.whole_log())
+        else:
+            yield from self._revise(Change(site, content, state.seen_s))
+
+    def change(self, state: FileState) -> Iterator[dict[str, Any]]:
+        """What the file holds now, planned; or why the last good plan stands."""
+        self._whole.hold()
+        try:
+            yield from self._change(state)
+            if self._retraining is not None and self._retraining.is_done:
+                yield from self._retrained(state.seen_s)
+        finally:
+            self._whole.resume()
+
+    def wants_another_look(self) -> bool:
+        """Whether the last content could not be taken for a reason that may pass without a change of the file."""
+        news = self._execution is not None and self._execution.has_news(self.standing)
+        trained = self._retraining is not None and self._retraining.is_done
+        return self._plan.is_left_over or news or trained or self._reader.is_due
+
+    def warm(self) -> None:
+        """Revise once in vain: compiled code is loaded and whatever is built once is there before the first change."""
+        from bimvox_pipeline.watch.warm import revise_in_vain
+
+        # A plan of several cranes is revised as a whole: that takes longer than it saves.
+        if self.standing is not None and not self.standing.plan.site.other_cranes:
+            reviser = self._reviser
+            reviser.know(self.standing.plan.site)
+            revise_in_vain(self.standing, self._preparation, reviser.propose, reviser.known_shapes, self._plan.segment)
+        # What is there now stays: the collector need not look through it at every change.
+        gc.collect()
+        gc.freeze()
+        self.is_cold = False
+
+    def retrain(self, steps: int) -> None:
+        """From now on, train the policy further beside the watch where it fails lifts; with 0 steps, do not."""
+        if steps and self._policy.network is None:
+            self.told.note("--retrain: there is no policy that could be trained further; the search's paths stay")
+        elif steps:
+            self._retraining = Retraining(self._preparation, self._policy, self._seed, steps)
+
+    def show_to(self, viewers: Sequence[Sink]) -> None:
+        """Show the plan to viewers; what is driven goes into a log that grows meanwhile, too."""
+        if self._clock is None:
+            sinks = list(viewers)
+        else:
+            cranes = len(self._loaded.site.cranes)
+            sinks = [*viewers, DrivenLog(self._plan.target, self.told, cranes, self._plan.first)]
+        if sinks:
+            self.live = LiveView(sinks, self._clock)
+
+    def begin(self) -> None:
+        """Begin to carry the plan out, where it is; from where it was left."""
+        if self._execution is not None:
+            self._execution.clock.start(max(self._plan.carried_out_ns, self._driven_ns))
+        self._show()
+
+    def close(self) -> None:
+        """End what goes on beside, and write the whole log if it is behind."""
+        if self.live is not None:
+            self.live.close()
+        if self._retraining is not None:
+            self._retraining.cancel()
+        self._reviser.close()
+        self._whole.close()
+
+    def _change(self, state: FileState) -> Iterator[dict[str, Any]]:
+        plan, reader = self._plan, self._reader
+        if self._execution is not None:
+            passed = self._execution.news(plan.standing)
+            if passed:
+                self._show()
+            for news in passed:
+                yield news | {"revision": plan.revision, "log": str(plan.target)}
+            same = state.digest == self._taken and self._taken is not None
+            if same and not plan.is_left_over and not reader.waits:
+                return
+        elif self._retraining is not None and self._retraining.is_done and state.digest == self._taken:
+            return
+        self._taken = state.digest
+        known, self._known_files = self._known_files, reader.files
+        if state.digest is None:
+            reader.forget()
+            if reader.refused != "missing":
+                yield self._missing(state)
+            return
+        try:
+            site, content = reader.read(state, self.progress)
+        except BimvoxError as error:
+            if not reader.settles(state):
+                return  # it was being written: what it holds now is looked at next
+            if reader.refused != str(error):
+                yield self._refused("rejected", state.seen_s, error)
+            reader.try_again(state.seen_s)
+            return
+        standing = plan.standing
+        if standing is not None and standing.plan.site.digest == site.digest and not plan.is_left_over:
+            reader.accept()
+            if known == reader.files:  # else only the files that it refers to are looked at now too
+                yield plan.unchanged("unchanged", state.seen_s, notes=site.obstruction_notes)
+            return
+        yield from self._revise(Change(site, content, state.seen_s))
+
+    def _first_plan(self, site: Site, content: dict[str, bytes], started_s: float) -> dict[str, Any]:
+        from bimvox.revise.standing import standing_of
+
+        plan = self._plan
+        planned = plan_and_prove(site, self._preparation, self._policy, progress=self.progress)
+        self._reviser.known_shapes = set(range(len(site.components)))
+        segment = segment_file(plan.target, plan.revision + 1)
+        write_log_file(segment, plan.first_log(planned, content), inputs=[])
+        write_atomically(plan.target, segment.read_bytes())
+        plan.revision, plan.content = plan.revision + 1, content
+        plan.standing = standing_of(planned.plan, planned.motions)
+        document = plan.document("planned", planned.plan, None, started_s)
+        return document | {"segment": str(segment), "blocked": document_of(planned, self._policy)["infeasible"]}
+
+    def _retrained(self, started_s: float) -> Iterator[dict[str, Any]]:
+        """Ask the policy that came of a training for the lifts that it was trained for."""
+        from bimvox.planning.rollout import proposer
+        from bimvox.revise.standing import Better
+
+        assert self._retraining is not None
+        assert self.standing is not None
+        components = frozenset(self._retraining.components)
+        try:
+            found = self._retraining.result()
+        except PolicyError as error:
+            yield self._refused("failed", started_s, error)
+            return
+        if found is None or found.network is None:
+            message = "no retrained policy was better: the search's paths stand"
+            yield self._plan.unchanged("retrained", started_s, message)
+            return
+        better = Better(components, proposer(found.network))
+        yield from self._revise(Change(self.standing.plan.site, self._plan.content, started_s, better, found.id))
+
+    def _revise(self, change: Change) -> Iterator[dict[str, Any]]:
+        """Revise the plan, and say what came of it; a part is on disk before it is told of."""
+        if self._retraining is not None:
+            self._retraining.cancel()
+        searched: set[int] = set()
+        revised = self._reviser.revise(change)
+        try:
+            for one in revised:
+                self._reader.accept()
+                searched |= left_to_search(one.part)
+                if not one.part.standing.pending and one.part.standing.held_cranes is None:
+                    self._whole.offer(self._plan.whole_log())
+                    if self._retraining is not None and change.better is None:
+                        self._retraining.begin(change.site, searched)
+                self._show(revision_events(one.part, one.document, self._plan.carried_out_ns))
+                yield one.document
+                if one.part.standing.waits:
+                    return  # it waits for a change
+                if one.part.standing.pending and self._reader.holds_other_than(self._plan.content):
+                    return  # what is pending goes with the next change
+        except BimvoxError as error:
+            if self._reader.refused != str(error):
+                yield self._refused("failed", change.started_s, error)
+            if isinstance(error, FileError):
+                self._reader.try_again(change.started_s)
+        finally:
+            revised.close()
+
+    def _show(self, events: tuple[LogEvent, ...] = ()) -> None:
+        """Show viewers what stands, and what happened to it."""
+        from bimvox.log.plan_log import PlanLog
+
+        if self.live is not None and (now := self.standing) is not None:
+            motions = tuple(now.on_the_clock[order] for order in sorted(now.on_the_clock))
+            self.live.show(PlanLog(now.plan, motions, revision=self.revision, events=events), now.held_loads)
+
+    def _missing(self, state: FileState) -> dict[str, Any]:
+        self._reader.refused = "missing"
+        why = f"{self._reader.why_missing() or f'{self.file} does not exist'}; the last good plan stands"
+        return self._plan.unchanged("missing", state.seen_s, f"{why}, with its obstructions")
+
+    def _refused(self, event: str, started_s: float, error: BimvoxError) -> dict[str, Any]:
+        self._reader.refused = str(error)
+        return self._plan.unchanged(event, started_s, str(error))

@@ -1,0 +1,159 @@
+"""The workers: hangs, crashes and failures of the kernel cost one shape, not the file; and they leave with us."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bimvox.bim.ifc.geometry import FAST_LIBRARY, GeometryPool
+from bimvox.errors import IfcError
+
+_SERVER = f"""
+import os, signal, sys, time
+import numpy as np
+from multiprocessing.connection import Connection
+from bimvox.bim.ifc.shape import clean_shape
+from bimvox.bim.ifc.worker import serve
+
+def mesh(step_ids, library):
+    step_id, fast = step_ids[0], library == "{FAST_LIBRARY}"
+    if step_id == 1 or (step_id == 2 and fast):
+        time.sleep(60)
+    if step_id == 3 or (step_id == 4 and fast):
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if step_id == 5:
+        return "no geometry"
+    if step_id == 6:
+        os._exit(3)
+    if step_id == 9:
+        return str(len(bytearray(40 << 30)))
+    if step_id == 7 and fast:
+        return clean_shape(np.zeros((3, 3)), np.array([[0, 1, 2]], dtype=np.int32))
+    shape = clean_shape(np.eye(3) * (step_id + 1), np.array([[0, 1, 2]], dtype=np.int32))
+    return shape, [np.eye(4) * member for member in step_ids]
+
+serve(Connection(int(sys.argv[1])), mesh)
+"""
+
+
+def pool(script: str, timeout_s: float = 0.7, processes: int = 1) -> GeometryPool:
+    return GeometryPool(Path("a.ifc"), timeout_s=timeout_s, processes=processes, command=[sys.executable, "-c", script])
+
+
+@pytest.mark.parametrize("processes", [1, 2, 3])
+def test_everything_else_survives(processes: int) -> None:
+    done: list[int] = []
+    work: list[int] = []
+    ids = [*range(9), *range(10, 200)]
+    groups = [(step_id,) for step_id in ids[:100]] + [tuple(ids[100:150]), tuple(ids[150:])]
+    with pool(_SERVER, processes=processes) as workers:
+        meshed = workers.mesh(groups, done.append, meanwhile=map(work.append, range(5)))
+    assert sorted([*meshed.shapes, *meshed.failures]) == ids
+    assert sorted(meshed.failures) == [1, 3, 5, 6]
+    assert "within 0.7 s" in meshed.failures[1]
+    assert "signal 11" in meshed.failures[3]
+    assert meshed.failures[5] == "no geometry"
+    assert "exit status 3" in meshed.failures[6]
+    assert meshed.retried == (2, 4, 7)
+    assert done == sorted(done)
+    assert done[-1] == len(ids)
+    assert work == list(range(5))
+    for step_id, placed in meshed.shapes.items():
+        assert placed.shape.mesh.vertices_m.max() == next(group[0] for group in groups if step_id in group) + 1
+        assert placed.placement[0, 0] == step_id
+
+
+def test_a_kernel_that_takes_all_memory_is_stopped() -> None:
+    with pool(_SERVER) as workers:
+        meshed = workers.mesh([(9,), (10,)])
+    assert "crashed" in meshed.failures[9]
+    assert sorted(meshed.shapes) == [10]
+
+
+def test_the_plain_library_may_come_first() -> None:
+    with pool(_SERVER) as workers:
+        meshed = workers.mesh([(2,), (4,), (7,), (5,)], plain={2, 4, 5})
+    assert sorted(meshed.shapes) == [2, 4, 7]
+    assert meshed.retried == (7,)
+    assert meshed.failures == {5: "no geometry"}
+
+
+def test_a_group_that_fails_fails_as_a_whole() -> None:
+    with pool(_SERVER) as workers:
+        meshed = workers.mesh([(5, 50, 51), (8, 9)])
+    assert meshed.failures == dict.fromkeys((5, 50, 51), "no geometry")
+    assert sorted(meshed.shapes) == [8, 9]
+
+
+def test_a_server_that_cannot_start_is_an_error_with_its_last_words() -> None:
+    with pool("raise SystemExit('numpy is broken')") as workers, pytest.raises(IfcError, match="numpy is broken"):
+        workers.mesh([(7,)])
+
+
+def test_no_products_no_wait() -> None:
+    started_s = time.monotonic()
+    with pool("import time; time.sleep(60)") as workers:
+        assert workers.mesh([]).shapes == {}
+    assert time.monotonic() - started_s < 30
+
+
+_CALLER = """
+import sys
+from pathlib import Path
+from bimvox.bim.ifc.geometry import GeometryPool
+
+with GeometryPool(Path("a.ifc"), timeout_s=60.0, command=[sys.executable, "-c", sys.argv[1]]) as workers:
+    worker = workers._server.fork()
+    worker.give(((1,), "opencascade"), lambda task: 60.0)
+    print(workers._server._process.pid, worker.pid, flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_when_the_caller_dies_a_hung_worker_goes_too(number: signal.Signals) -> None:
+    caller = subprocess.Popen(
+        [sys.executable, "-c", _CALLER, _SERVER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert caller.stdout is not None
+    pids = [int(word) for word in caller.stdout.readline().split()]
+    assert len(pids) == 2
+    caller.send_signal(number)
+    caller.communicate()
+    patience_s = time.monotonic() + 30.0
+    while any(map(_runs, pids)) and time.monotonic() < patience_s:
+        time.sleep(0.02)
+    assert not any(map(_runs, pids))
+
+
+def _runs(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+        # A zombie that nobody has reaped yet is no process that runs.
+        return "zombie" not in Path(f"/proc/{pid}/status").read_text() if Path("/proc/self").exists() else True
+    except (ProcessLookupError, FileNotFoundError):
+        return False
+
+
+def test_what_the_workers_return_is_read_only_the_same_however_many(frame_file: Path) -> None:
+    import ifcopenshell
+
+    file = ifcopenshell.open(frame_file)
+    groups = [(product.id(),) for product in file.by_type("IfcElement")]
+    found = []
+    for processes in (1, 2):
+        with GeometryPool(frame_file, timeout_s=60.0, processes=processes) as workers:
+            found.append(workers.mesh(groups))
+    assert not found[0].failures
+    for step_id, one in found[0].shapes.items():
+        other = found[1].shapes[step_id]
+        assert np.array_equal(one.shape.mesh.vertices_m, other.shape.mesh.vertices_m)
+        assert np.array_equal(one.shape.mesh.faces, other.shape.mesh.faces)
+        assert np.array_equal(one.placement, other.placement)

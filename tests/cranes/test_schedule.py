@@ -1,0 +1,125 @@
+"""Lifts of two cranes on one clock."""
+
+import dataclasses
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from two_cranes import two_crane_site
+
+from bimvox.cranes.schedule import time_lifts
+from bimvox.errors import MotionError
+from bimvox.motion.figures import plan_figures
+from bimvox.motion.time_plan import time_plan
+from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.planner import plan_lifts
+from bimvox.proof.motion import verify_motions
+from bimvox.proof.plan import verify_plan
+from bimvox.records.lift import Status
+from bimvox.records.motion import PhaseName
+
+
+def planned(site):
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    return plan, time_lifts(plan, replay(site, preparation, plan))
+
+
+@cache
+def two():
+    return planned(two_crane_site())
+
+
+def phase(motion, name):
+    return next(phase for phase in motion.phases if phase.name is name)
+
+
+def test_everything_is_planned_and_proven():
+    plan, motions = two()
+    assert all(lift.status is Status.PLANNED for lift in plan.lifts)
+    assert {motion.crane for motion in motions} == {0, 1}
+    assert verify_plan(plan).verified
+    proof = verify_motions(plan, motions)
+    assert proof.verified, proof.failures
+    assert {"cranes", "turns"} <= {check.name for check in proof.checks}
+
+
+def test_every_crane_drives_its_own_parts_without_gaps_from_the_start():
+    plan, motions = two()
+    for number in (0, 1):
+        own = [motion for motion in motions if motion.crane == number]
+        assert all(plan.site.components[motion.component].crane == number for motion in own)
+        assert own[0].start_ns == 0
+        assert all(one.end_ns == other.start_ns for one, other in pairwise(own))
+        turns = [float(np.abs(np.diff(motion.samples()[1][:, 0])).max()) for motion in own]
+        assert max(turns) < 0.5  # no jump by a whole turn between two ways
+
+
+def test_the_order_holds_where_it_must():
+    plan, motions = two()
+    delivery = {lift.order: lift.place.delivery for lift in plan.lifts}
+    for motion in motions:
+        for earlier in motions:
+            if earlier.order < motion.order:
+                hooked_ns = phase(motion, PhaseName.HOOK_ON).start_ns
+                assert hooked_ns >= earlier.raised_ns
+                assert motion.set_ns >= earlier.released_ns
+                assert delivery[earlier.order] == delivery[motion.order] or hooked_ns >= earlier.released_ns
+
+
+def test_the_cranes_work_at_the_same_time():
+    plan, motions = two()
+    busy_ns = sum(p.end_ns - p.start_ns for m in motions for p in m.phases if p.name is not PhaseName.WAIT)
+    whole_ns = max(motion.end_ns for motion in motions)
+    assert whole_ns < 0.9 * busy_ns
+    cranes = plan_figures(plan, motions).cranes
+    assert [crane.lifts for crane in cranes] == [4, 3]
+    assert sum(crane.busy_s for crane in cranes) == pytest.approx(busy_ns / 1e9)
+    assert all(0.0 < crane.share <= 1.0 for crane in cranes)
+
+
+def test_no_load_waits_in_the_air():
+    for motion in two()[1]:
+        for one in motion.phases:
+            if one.name is PhaseName.WAIT:
+                hooked_ns = phase(motion, PhaseName.HOOK_ON).start_ns
+                assert one.end_ns <= hooked_ns or one.start_ns >= motion.released_ns
+
+
+def test_the_same_site_gives_the_same_motions():
+    again = planned(two_crane_site())[1]
+    for one, other in zip(two()[1], again, strict=True):
+        assert one.phases == other.phases
+        assert all(np.array_equal(a, b) for a, b in zip(one.samples(), other.samples(), strict=True))
+
+
+def test_a_larger_separation_costs_time_and_is_kept():
+    plan, motions = planned(two_crane_site(crane_separation_m=4.0))
+    assert verify_motions(plan, motions).verified
+    assert max(motion.end_ns for motion in motions) >= max(motion.end_ns for motion in two()[1])
+
+
+def test_a_crane_without_parts_is_no_obstacle():
+    site = two_crane_site()
+    # West reaches everything with a longer jib; east stands there and does nothing.
+    west = dataclasses.replace(site.crane, jib_length_m=14.0)
+    components = tuple(dataclasses.replace(one, crane=0) for one in site.components if one.id.startswith("west"))
+    components = tuple(
+        dataclasses.replace(one, index=n, after=()) for n, one in enumerate(components) if "bridge" not in one.id
+    )
+    alone = dataclasses.replace(site, crane=west, components=components)
+    plan, motions = planned(alone)
+    assert verify_motions(plan, motions).verified
+    single = dataclasses.replace(alone, other_cranes=())
+    preparation = prepare(single)
+    one_plan = plan_lifts(single, preparation)
+    serial = time_plan(one_plan, replay(single, preparation, one_plan))
+    assert max(motion.end_ns for motion in motions) <= max(motion.end_ns for motion in serial) + len(serial)
+
+
+def test_cranes_that_are_always_in_each_others_way_are_told_of():
+    with pytest.raises(MotionError) as caught:
+        planned(two_crane_site(crane_separation_m=15.0))
+    assert "beside the other cranes" in str(caught.value)
+    assert "crane" in str(caught.value.hint)

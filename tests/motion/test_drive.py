@@ -1,0 +1,198 @@
+import dataclasses
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from crane_rooms import FRAME, crane_room, load_is_clear
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bimvox.errors import PlanningError
+from bimvox.grid.summed_area import summed_area_table
+from bimvox.motion.drive import drive_free, drive_path
+from bimvox.motion.load_frame import axes_of_cells, cells_of_axes
+from bimvox.motion.move import Line
+from bimvox.motion.shortcut import along_the_path, follow, move_is_free, over_the_top
+from bimvox.motion.timeline import in_sequence
+from bimvox.motion.timing import sampled
+from bimvox.planning.search import shortest_path
+
+HALF_CELL_M = FRAME.voxel_size_m / 2
+
+
+def driven(room, contact_moves=0, slew_rad=0.0):
+    timeline, needed_m = drive_path(room.crane, room.clearance, room.load, room.path, contact_moves, slew_rad)
+    return timeline, sampled(timeline, needed_m, 0.5, FRAME.voxel_size_m)
+
+
+def axes_of(trajectory):
+    return np.stack([trajectory.slew_rad, trajectory.radius_m, trajectory.height_m], axis=1)
+
+
+def assert_keeps_limits(crane, trajectory):
+    time = (trajectory.time_ns - trajectory.time_ns[0]) / 1e9
+    axes = axes_of(trajectory)
+    rate = np.diff(axes, axis=0) / np.diff(time)[:, None]
+    # Newton's divided differences are derivatives somewhere in between.
+    acceleration = 2.0 * (np.diff(rate, axis=0) / (time[2:] - time[:-2])[:, None])
+    for axis, limits in enumerate((crane.slewing, crane.trolley, crane.hoist)):
+        assert np.abs(rate[:, axis]).max() <= limits.rate * (1 + 1e-6)
+        assert np.abs(acceleration[:, axis]).max() <= limits.acceleration * (1 + 1e-3)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 300), st.booleans())
+def test_every_sample_of_a_motion_is_clear_close_to_the_next_and_within_the_limits(seed, rope):
+    room = crane_room(seed, rope=rope)
+    path = room.path
+    timeline, trajectory = driven(room)
+    axes = axes_of(trajectory)
+    cells = cells_of_axes(room.load, axes)
+    assert cells[0] == pytest.approx(path[0], abs=1e-6)
+    assert cells[-1] == pytest.approx(path[-1], abs=1e-6)
+    assert np.linalg.norm(np.diff(cells, axis=0), axis=1).max() < 0.5
+    assert (np.diff(trajectory.time_ns) > 0).all()
+    assert np.diff(trajectory.time_ns).max() <= 500_000_000
+    assert_keeps_limits(room.crane, trajectory)
+    dense = timeline.axes_at(np.linspace(0.0, timeline.duration_s, 1500))
+    assert all(load_is_clear(room, at) for at in cells_of_axes(room.load, dense))
+    assert trajectory.bound_s <= trajectory.duration_s + 1e-6
+    rates = np.gradient(dense, timeline.duration_s / 1499, axis=0)
+    assert np.abs(rates[[0, -1]]).max() < 0.01
+    for i in trajectory.corner:
+        t = trajectory.time_ns[i] / 1e9
+        assert np.abs(np.diff(timeline.axes_at(np.array([t - 1e-3, t + 1e-3])), axis=0)).max() < 1e-6
+
+
+def test_free_space_takes_hardly_longer_than_the_bound():
+    ratios = [driven(crane_room(seed, blocks=0))[1] for seed in range(12)]
+    ratios = [trajectory.duration_s / trajectory.bound_s for trajectory in ratios]
+    assert max(ratios) <= 1.3
+
+
+def test_a_part_comes_down_on_its_place_straight_from_above():
+    for seed in range(8):
+        room = crane_room(seed, blocks=0)
+        timeline, trajectory = driven(room)
+        cells = cells_of_axes(room.load, axes_of(trajectory))
+        last = cells[cells[:, 2] < room.goal[2] + 1 - 1e-6][-3:]
+        assert len(last) == 3
+        assert np.abs(last[:, :2] - room.goal[:2]).max() < 1e-6
+        assert timeline.moves[-1].is_vertical
+
+
+def test_a_path_whose_last_way_is_in_the_column_of_its_place_ends_there():
+    """The way up over the place and down again was cut where the way up began, not at the place."""
+    tried = 0
+    for seed in (64, 65, 66, 67):
+        room = crane_room(seed, blocks=8, rope=False)
+        above = room.goal + np.array([0, 0, 1])
+        found = shortest_path(room.clearance, tuple(room.start.tolist()), tuple(above.tolist())).path_vox
+        if found is None:
+            continue
+        tried += 1
+        path = np.concatenate([found, room.goal[None]]).astype(np.int32)
+        timeline, _ = drive_path(room.crane, room.clearance, room.load, path, 0, 0.0)
+        ends = cells_of_axes(room.load, timeline.axes_at(np.array([0.0, timeline.duration_s])))
+        np.testing.assert_allclose(ends, path[[0, -1]], atol=1e-6)
+        dense = timeline.axes_at(np.linspace(0.0, timeline.duration_s, 1500))
+        assert all(load_is_clear(room, at) for at in cells_of_axes(room.load, dense))
+    assert tried
+
+
+def test_it_is_quicker_than_driving_the_stairs():
+    room = crane_room(3)
+    timeline, _ = driven(room)
+    stairs = in_sequence(room.crane, follow(room.load, room.path, 0.0))
+    assert timeline.duration_s < 0.6 * stairs.duration_s
+
+
+def test_the_same_input_gives_the_same_bytes():
+    one, other = (driven(crane_room(5))[1] for _ in range(2))
+    assert axes_of(one).tobytes() == axes_of(other).tobytes()
+    assert one.time_ns.tobytes() == other.time_ns.tobytes()
+
+
+def test_moves_in_contact_are_driven_exactly():
+    # The last seven placements are inside what only the narrow phase can judge: along, down and sideways.
+    room = crane_room(1, blocks=0)
+    along = [[x, 30, 5] for x in range(4, 13)]
+    path = np.array([*along, [12, 30, 4], [12, 30, 3], [12, 29, 3], [12, 28, 3]], np.int32)
+    occupied = room.occupied.copy()
+    occupied[16:19, 27:32, 1:6] = True
+    contact = path[path[:, 0] + 6 > 16]
+    low = contact.min(axis=0)
+    cleared = np.zeros(contact.max(axis=0) - low + 1, bool)
+    cleared[tuple((contact - low).T)] = True
+    clearance = room.clearance._replace(
+        table=summed_area_table(occupied), cleared_low=low.astype(np.int32), cleared=cleared
+    )
+    timeline, _ = drive_path(room.crane, clearance, room.load, path, len(contact), 0.0)
+    dense = cells_of_axes(room.load, timeline.axes_at(np.linspace(0.0, timeline.duration_s, 5000)))
+    inside = dense[dense[:, 0] > contact[0, 0] - 1 + 1e-6]
+    off = [
+        np.linalg.norm(inside - np.clip(inside, np.minimum(a, b), np.maximum(a, b)), axis=1) for a, b in pairwise(path)
+    ]
+    assert len(inside) > 500
+    assert np.min(off, axis=0).max() < 1e-6
+    assert [move.line for move in timeline.moves[-3:]] == [Line.SITE, Line.JOINT, Line.SITE]
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 300))
+def test_both_ways_of_shortcutting_are_free_and_join_up(seed):
+    room = crane_room(seed)
+    routes = [along_the_path(room.crane, room.clearance, room.load, room.path, 0.0)]
+    over = over_the_top(room.crane, room.clearance, room.load, room.start, room.goal, 0.0)
+    routes += [over] if over else []
+    for route in routes:
+        assert all(move_is_free(room.clearance, room.load, move) for move in route.moves)
+        for a, b in pairwise(route.moves):
+            assert a.end == b.start
+        ends = np.array([[m.slew_rad, m.radius_m, m.height_m] for m in (route.moves[0].start, route.moves[-1].end)])
+        assert cells_of_axes(room.load, ends) == pytest.approx(np.array([room.start, room.goal]), abs=1e-6)
+
+
+def test_it_starts_at_the_turn_nearest_to_the_last_one():
+    room = crane_room(2)
+    plain, turned = (driven(room, slew_rad=slew)[1] for slew in (0.0, 4 * np.pi))
+    assert turned.slew_rad - plain.slew_rad == pytest.approx(4 * np.pi)
+
+
+def test_the_jib_is_not_passed():
+    room = crane_room(2)
+    low = dataclasses.replace(room.crane, jib_height_m=float(axes_of_cells(room.load, room.start)[2]) - 0.1)
+    with pytest.raises(PlanningError, match="above the jib"):
+        drive_path(low, room.clearance, room.load, room.path, 0, 0.0)
+
+
+def test_the_highest_cell_is_in_reach_where_its_height_is_the_highest_hook_but_for_rounding():
+    room = crane_room(2, blocks=0)
+    top_m = float(axes_of_cells(room.load, room.start + np.array([0, 0, 8]))[2])
+    a_bit_lower = dataclasses.replace(room.crane, jib_height_m=float(np.nextafter(top_m, 0.0)))
+    path = np.array([room.start + np.array([0, 0, k]) for k in range(9)], np.int32)
+    timeline, needed_m = drive_path(a_bit_lower, room.clearance, room.load, path, 0, 0.0)
+    assert needed_m == pytest.approx(top_m)
+    assert timeline.moves[-1].end.height_m == pytest.approx(top_m)
+    over = over_the_top(a_bit_lower, room.clearance, room.load, path[-1], path[-1] + [4, 0, 0], 0.0)
+    assert over is not None
+
+
+def test_a_path_that_is_not_free_or_jumps_is_refused():
+    room = crane_room(2)
+    path = room.path.copy()
+    path[1] += 5
+    with pytest.raises(PlanningError, match="jumps"):
+        drive_path(room.crane, room.clearance, room.load, path, 0, 0.0)
+    down = np.array([room.start - [0, 0, i] for i in range(int(room.start[2]) + 1)])
+    with pytest.raises(PlanningError, match="not free"):
+        drive_path(room.crane, room.clearance, room.load, down.astype(np.int32), 0, 0.0)
+
+
+def test_no_way_for_the_empty_hook_is_said():
+    room = crane_room(2, blocks=0, rope=False)
+    occupied = room.occupied.copy()
+    occupied[:, 25, :] = True
+    clearance = room.clearance._replace(table=summed_area_table(occupied))
+    with pytest.raises(PlanningError, match="no free way for the empty hook"):
+        drive_free(room.crane, clearance, room.load, np.array([5, 10, 5]), np.array([5, 30, 5]), 0.0)

@@ -1,0 +1,50 @@
+"""The figures of a plan."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from drawn_plans import motions_by_hand, plan_by_hand
+
+from bimvox.crane.kinematics import hook_of
+from bimvox.motion.figures import capacity_used, plan_figures
+from bimvox.records.lift import Method
+
+
+def test_counts_shares_and_lengths_are_those_of_the_lifts():
+    plan = plan_by_hand(crane=True, infeasible=("beam-a",))
+    motions = motions_by_hand(plan)
+    first = next(lift for lift in plan.lifts if lift.path_vox is not None)
+    lifts = [dataclasses.replace(lift, method=Method.POLICY) if lift is first else lift for lift in plan.lifts]
+    figures = plan_figures(dataclasses.replace(plan, lifts=tuple(lifts)), motions)
+    planned = [lift for lift in lifts if lift.path_vox is not None]
+    assert (figures.lifts, figures.planned) == (len(lifts), len(planned))
+    assert figures.methods == {"policy": 1, "retrained": 0, "search": len(planned) - 1}
+    assert sum(figures.share(method) for method in figures.methods) == pytest.approx(1.0)
+    assert figures.moves == sum(len(lift.path_vox) - 1 for lift in planned)
+    assert figures.length_ratio == figures.moves / sum(lift.shortest_moves for lift in planned)
+    assert figures.crane_s == pytest.approx((motions[-1].end_ns - motions[0].start_ns) / 1e9)
+
+
+def test_the_hook_travels_no_less_than_from_end_to_end():
+    plan = plan_by_hand(crane=True)
+    motions = motions_by_hand(plan)
+    crane = plan.site.crane
+    straight_m = 0.0
+    for motion in motions:
+        for part in motion.trajectories:
+            ends = hook_of(crane, part.slew_rad[[0, -1]], part.radius_m[[0, -1]], part.height_m[[0, -1]])
+            straight_m += float(np.linalg.norm(ends[1] - ends[0]))
+    figures = plan_figures(plan, motions)
+    assert figures.hook_travel_m >= straight_m - 1e-9
+    used = [capacity_used(plan.site, motion) for motion in motions]
+    assert figures.critical == sum(share >= 0.75 for share in used)
+    assert plan_figures(plan, motions, critical_share=min(used)).critical == len(motions)
+
+
+def test_without_a_crane_there_is_nothing_of_a_crane():
+    figures = plan_figures(plan_by_hand(crane=False), ())
+    assert (figures.crane_s, figures.hook_travel_m, figures.critical) == (None, None, None)
+    assert figures.moves > 0

@@ -1,0 +1,186 @@
+"""Zones, limiters, gears, slings and wind: planned, driven and proven together, and caught where they are not held."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+from box_sites import box_site
+from planned_sites import PORTAL, all_planned, failures, planned, portal_crane, portal_site, rectangle
+
+from bimvox.crane.kinematics import hook_of
+from bimvox.crane.working_range import SlowZone, WorkingRange
+from bimvox.motion.load_frame import cells_of_axes, load_frame
+from bimvox.planning.refusal import place_radius_m, refused_by_crane
+from bimvox.proof.axes import axes_of_samples
+from bimvox.records.lift import Status
+from bimvox.site.component import Lifting
+from bimvox.site.site import HookHeights, Rules
+
+
+@pytest.fixture(scope="module")
+def free():
+    return planned(portal_site(portal_crane()))
+
+
+def test_the_plain_portal_is_planned_and_proven(free):
+    assert all_planned(free[0])
+    assert not failures(*free)
+
+
+def test_the_hoist_goes_in_the_gear_of_what_hangs_on_it(free):
+    # Columns weigh 1,800 kg, the slab 9,600 kg; rigging 500 kg.
+    crane = portal_crane(gears=((1000.0, 2.0), (3000.0, 1.0)))
+    plan, motions = planned(portal_site(crane))
+    assert not failures(plan, motions)
+    for motion in motions:
+        mass_kg = plan.site.components[motion.component].mass_kg
+        most = 1.0 if mass_kg + 500.0 <= 3000.0 else crane.hoist.rate
+        for part, limit in ((motion.approach, 2.0), (motion.raising, most), (motion.loaded, most)):
+            if part is not None:
+                rate = np.abs(np.diff(part.height_m) / np.diff(part.time_ns / 1e9)).max()
+                assert rate <= limit * 1.001
+    assert sum(m.end_ns - m.start_ns for m in motions) < sum(m.end_ns - m.start_ns for m in free[1])
+    slower = replace(crane, gears=((1000.0, 2.0),), hoist=replace(crane.hoist, rate=0.1))
+    assert failures(plan, motions, crane=slower) == {"axis_limits"}
+
+
+def test_slow_zones_are_driven_slowly(free):
+    zone = SlowZone(((6.0, -5.0), (14.0, -5.0), (14.0, 15.0), (6.0, 15.0)), 0.4)
+    crane = portal_crane(slow_zones=(zone,))
+    plan, motions = planned(portal_site(crane))
+    assert not failures(plan, motions)
+    seen = 0
+    for motion in motions:
+        time_ns, axes = motion.samples()
+        hook = hook_of(crane, *axes.T)
+        inside = (hook[:, 0] > 6.0) & (hook[:, 0] < 14.0) & (hook[:, 1] > -5.0) & (hook[:, 1] < 15.0)
+        both = inside[1:] & inside[:-1]
+        rate = np.abs(np.diff(axes, axis=0)) / (np.diff(time_ns) / 1e9)[:, None]
+        allowed = 0.4 * np.array([crane.slewing.rate, crane.trolley.rate, crane.hoist.rate]) * 1.001
+        assert (rate[both] <= allowed).all()
+        seen += int(both.sum())
+    assert seen > 50
+    assert failures(*free, crane=crane) == {"axis_limits"}
+
+
+def test_no_part_of_a_load_comes_over_a_public_area(free):
+    site = portal_site(portal_crane())
+    zone = rectangle(site, 6.0, 0.0, 8.0, 4.0)
+    assert {"reach", "zones"} <= failures(*free, no_load=zone, prohibited=zone)
+    plan, motions = planned(replace(site, no_load=zone, prohibited=zone))
+    assert all_planned(plan)
+    assert not failures(plan, motions)
+    for motion in motions:
+        component = site.components[motion.component]
+        load = load_frame(site.crane, site.frame, component.hook_offset_vox)
+        cells = cells_of_axes(load, axes_of_samples(motion.loaded))
+        for column in np.unique(component.shape.cells[:, :2], axis=0):
+            at = np.floor(cells[:, :2] + column + 0.5).astype(int)
+            assert not zone[at[:, 0], at[:, 1]].any()
+
+
+def test_the_empty_hook_may_cross_what_is_closed_to_loads():
+    site = portal_site(portal_crane())
+    zone = rectangle(site, 6.0, 0.0, 8.0, 3.0)
+    plan, motions = planned(replace(site, no_load=zone))
+    assert all_planned(plan)
+    assert not failures(plan, motions)
+    crossed = 0
+    for motion in motions:
+        if motion.approach is not None:
+            hook = hook_of(site.crane, *axes_of_samples(motion.approach).T)
+            at = np.floor(hook[:, :2] / site.frame.voxel_size_m).astype(int)
+            crossed += int(zone[at[:, 0], at[:, 1]].sum())
+    assert crossed
+
+
+def test_limiters_hold_the_hook_between_heights(free):
+    site = portal_site(portal_crane())
+    low, high = np.full(site.shape[:2], -np.inf), np.full(site.shape[:2], np.inf)
+    middle = rectangle(site, 6.0, 0.0, 9.0, 15.0)
+    low[middle], high[middle] = 7.0, 8.0
+    heights = HookHeights(low, high)
+    assert failures(*free, hook_heights=heights)
+    plan, motions = planned(replace(site, hook_heights=heights))
+    assert all_planned(plan)
+    assert not failures(plan, motions)
+    for motion in motions:
+        hook = hook_of(site.crane, *motion.samples()[1].T)
+        over = (hook[:, 0] > 6.3) & (hook[:, 0] < 8.7)
+        assert (hook[over, 2] >= 7.0 - 0.05).all() and (hook[over, 2] <= 8.0 + 0.05).all()
+
+
+def test_the_working_range_holds_for_every_sample(free):
+    crane = portal_crane(working_range=WorkingRange((pi / 4, pi + 0.1), (3.0, 20.0), 8.0))
+    assert {"axis_range"} <= failures(*free, crane=replace(crane, working_range=WorkingRange((0.1, 0.4))))
+    plan, motions = planned(portal_site(crane))
+    assert not failures(plan, motions)
+    driven = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
+    assert driven
+    for motion in motions:
+        axes = motion.samples()[1]
+        turned = np.remainder(axes[:, 0] - pi / 4, 2 * pi)
+        assert (turned <= pi * 3 / 4 + 0.1 + 1e-6).all()
+        assert axes[:, 1].min() >= 3.0 - 1e-6 and axes[:, 1].max() <= 20.0 + 1e-6
+        assert axes[:, 2].max() <= 8.0 + 1e-6
+
+
+def test_long_slings_put_the_hook_higher_and_nothing_else(free):
+    anchored = Lifting(((1.5, 1.25, 3.5), (4.5, 1.25, 3.5)), "anchors", 3)
+    plan, motions = planned(portal_site(portal_crane(), parts={"beam": {"lifting": anchored}}))
+    assert all_planned(plan)
+    assert not failures(plan, motions)
+    beam = next(c.index for c in plan.site.components if c.id == "beam")
+    for before, after in zip(free[1], motions, strict=True):
+        rise = 1.5 if after.component == beam else 0.0
+        assert after.loaded.height_m[-1] == pytest.approx(before.loaded.height_m[-1] + rise)
+        assert np.array_equal(free[0].lifts[after.order].path_vox, plan.lifts[after.order].path_vox)
+    assert "ends" in failures(*free, components=plan.site.components)
+
+
+def test_too_much_sail_for_the_wind_is_refused_with_the_figure():
+    site = portal_site(
+        portal_crane(),
+        rules=Rules(wind_speed_m_s=12.0),
+        parts={"beam": {"sail_area_m2": 40.0}, "slab": {"sail_area_m2": 2}},
+    )
+    plan, motions = planned(site)
+    status = {site.components[lift.component].id: lift for lift in plan.lifts}
+    assert status["left"].status is Status.PLANNED
+    assert status["beam"].status is Status.INFEASIBLE
+    assert "sail area of 40.0 m2" in status["beam"].reason and "12 m/s" in status["beam"].reason
+    windy = replace(site.rules, wind_speed_m_s=19.9)
+    assert "wind" in failures(plan, motions, rules=windy)
+    assert refused_by_crane(replace(site, rules=replace(site.rules, wind_speed_m_s=21.0)), site.components[2])
+
+
+def test_the_governing_radius_is_named():
+    site = portal_site(portal_crane())
+    heavy = replace(site.components[0], mass_kg=19_900.0)
+    radius = place_radius_m(site, site.crane, heavy)
+    reason = refused_by_crane(site, heavy)
+    assert f"governing radius {radius:.1f} m" in reason and "20400 kg" in reason
+    assert refused_by_crane(site, site.components[0]) is None
+    assert "nowhere" in reason
+    near = replace(site, crane=replace(site.crane, jib_length_m=5.0, chart=site.crane.chart))
+    assert "reaches from" in refused_by_crane(near, site.components[0])
+
+
+def test_hook_and_rope_keep_their_clearance_from_what_is_higher(free):
+    # A tower beside the straight way: at 4.5 m the rope passes it, with 1.5 m of clearance it goes round.
+    tower = [("tower", (6.0, 3.0, 0.0), (7.0, 4.0, 9.0))]
+    site = box_site(PORTAL, crane=portal_crane(), structure=tower)
+    plan, motions = planned(site)
+    assert not failures(plan, motions)
+    careful = replace(site, rules=replace(site.rules, rope_clearance_m=1.5))
+    other, driven = planned(careful)
+    assert all_planned(other)
+    assert not failures(other, driven)
+    wide = replace(site.rules, rope_clearance_m=4.0)
+    assert "rope_margin" in failures(plan, motions, rules=wide)
+    for motion in driven:
+        hook = hook_of(site.crane, *axes_of_samples(motion.loaded).T)
+        away = np.maximum(np.abs(hook[:, :2] - (6.5, 3.5)) - 0.5, 0.0).max(axis=1)
+        low = hook[:, 2] < 9.0 + site.crane.sling_m - 0.5
+        assert away[low].min() >= 1.5 - 0.5 - 1e-6

@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+from crane_rooms import BEAM_HOOK, FRAME, crane_room, load_is_clear
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bimvox.crane.kinematics import hook_of
+from bimvox.crane.tower_crane import CranePose
+from bimvox.grid.summed_area import summed_area_table
+from bimvox.motion.load_frame import axes_of_cells, cells_of_axes
+from bimvox.motion.move import Line, Move, axes_along, axes_of
+from bimvox.motion.swept import line_is_free, position_is_free, samples_are_free
+
+
+def random_move(room, seed):
+    rng = np.random.default_rng(seed)
+    axes = np.stack([rng.uniform(-1.5, 1.5, 2), rng.uniform(3.0, 9.0, 2), rng.uniform(3.5, 11.0, 2)], axis=1)
+    axes[1, 0] = axes[0, 0] + rng.uniform(-1.0, 1.0)
+    line = Line.SITE if rng.random() < 0.3 else Line.JOINT
+    return Move(CranePose(*axes[0].tolist()), CranePose(*axes[1].tolist()), line)
+
+
+def test_the_hook_is_over_the_hook_column_one_sling_above_the_load():
+    room = crane_room(0)
+    cell = np.array([5, 7, 3])
+    axes = axes_of_cells(room.load, cell)
+    hook_m = hook_of(room.crane, *axes)
+    assert hook_m[:2] == pytest.approx(FRAME.centre_of(cell + BEAM_HOOK)[:2])
+    assert hook_m[2] == pytest.approx(FRAME.corner_of(cell + BEAM_HOOK)[2] + room.crane.sling_m)
+    assert cells_of_axes(room.load, axes) == pytest.approx(cell)
+
+
+@settings(max_examples=120, deadline=None)
+@given(st.integers(0, 40), st.integers(0, 10_000))
+def test_a_line_is_free_exactly_where_a_dense_look_at_the_raw_cells_says_so(room_seed, seed):
+    room = crane_room(room_seed)
+    move = random_move(room, seed)
+    free = line_is_free(room.clearance, room.load, axes_of(move.start), axes_of(move.end), move.line is Line.SITE)
+    dense = cells_of_axes(room.load, axes_along(room.crane, move, np.linspace(0.0, 1.0, 1500)))
+    if free:
+        assert all(load_is_clear(room, at) for at in dense)
+    else:
+        # What is refused comes within a sixteenth of a cell (and the dense step) of something.
+        assert not all(load_is_clear(room, at, 1 / 16 + 0.02) for at in dense)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 40), st.integers(0, 10_000))
+def test_one_position_is_free_exactly_where_the_raw_cells_are(room_seed, seed):
+    room = crane_room(room_seed)
+    for share in np.linspace(0.0, 1.0, 25):
+        axes = axes_along(room.crane, random_move(room, seed), np.array([share]))
+        (at,) = cells_of_axes(room.load, axes)
+        assert position_is_free(room.clearance, room.load, *axes[0]) == load_is_clear(room, at)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 40), st.integers(0, 10_000))
+def test_between_samples_any_order_of_the_axes_is_covered(room_seed, seed):
+    room, rng = crane_room(room_seed), np.random.default_rng(seed)
+    first = axes_along(room.crane, random_move(room, seed), np.array([0.5]))[0]
+    pair = np.stack([first, first + rng.uniform(-1.0, 1.0, 3) * [0.01, 0.06, 0.06]])
+    if samples_are_free(room.clearance, room.load, pair):
+        for shares in rng.random((200, 3)):
+            (at,) = cells_of_axes(room.load, (pair[0] + shares * (pair[1] - pair[0]))[None])
+            assert load_is_clear(room, at)
+
+
+def test_straight_up_a_shaft_of_the_loads_own_width_is_free():
+    room = crane_room(0, blocks=0)
+    occupied = room.occupied.copy()
+    occupied[3:20, 3:10, 1:14] = True
+    occupied[6:12, 6:7, 1:] = False
+    clearance = room.clearance._replace(
+        table=summed_area_table(occupied), hook_floor=np.zeros(occupied.shape[:2], np.int32)
+    )
+    low, high = axes_of_cells(room.load, np.array([[6, 6, 1], [6, 6, 16]]))
+    assert line_is_free(clearance, room.load, low, high, False)
+    beside = axes_of_cells(room.load, np.array([6.05, 6.0, 16.0]))
+    assert not line_is_free(clearance, room.load, low, beside, False)

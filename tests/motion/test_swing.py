@@ -1,0 +1,187 @@
+"""Loads hang at rest when shaped moves end; what the planner believes of the swing is what the proof sees."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from box_sites import box_site, test_crane
+from crane_rooms import crane_room
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bimvox.crane.bound import point_to_point_s
+from bimvox.crane.defaults import default_crane
+from bimvox.crane.pendulum import GRAVITY_M_S2, half_period_s, pendulum_length_m
+from bimvox.crane.tower_crane import AxisLimits, CranePose
+from bimvox.errors import PlanningError
+from bimvox.motion.drive import drive_path
+from bimvox.motion.move import Line, Move
+from bimvox.motion.shaping import LADDER
+from bimvox.motion.steady import steadied, swaying
+from bimvox.motion.swing import PLANNED_RESIDUAL_M, RESIDUAL_M, Pendulum, pendulum_of, swing_of
+from bimvox.motion.time_plan import time_plan
+from bimvox.motion.timeline import in_sequence
+from bimvox.motion.timing import sampled
+from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.planner import plan_lifts
+from bimvox.proof.footprint import motion_footprint, path_footprint
+from bimvox.proof.motion import verify_motions
+from bimvox.proof.swing import swung_parts
+from bimvox.records.motion import LiftMotion
+from bimvox.site.site import Blocker, Rules, SwingRule
+
+COLUMNS = [("first", (1.0, 1.0, 0.0), (1.5, 1.5, 3.0)), ("second", (5.0, 3.0, 0.0), (5.5, 3.5, 3.0))]
+
+
+def run_of_30_m():
+    """A trolley run of 30 m under 30 m of rope, at 0.25 m/s^2."""
+    crane = default_crane("hammerhead-65", jib_height_m=35.0)
+    crane = dataclasses.replace(crane, trolley=AxisLimits(76.0 / 60.0, 0.25, 10.0))
+    return crane, [Move(CranePose(0.0, 10.0, 5.0), CranePose(0.0, 40.0, 5.0))], Pendulum(0.0)
+
+
+def test_a_trolley_run_swings_unless_it_is_shaped():
+    crane, moves, pendulum = run_of_30_m()
+    plain, shaped = in_sequence(crane, moves), in_sequence(crane, moves, pendulum)
+    swings = [swaying(timeline, pendulum, 1.0).swing for timeline in (plain, shaped)]
+    peaks = [float(np.linalg.norm(swing.offset_m, axis=1).max()) for swing in swings]
+    assert swings[0].amplitude_m[-1] > 1.0
+    assert swings[1].amplitude_m[-1] < 0.005
+    assert peaks[1] < 0.8 < peaks[0]
+    assert shaped.duration_s - plain.duration_s == pytest.approx(half_period_s(30.0)) == pytest.approx(5.49, abs=0.01)
+    # The line stays the line, and no axis goes over its limits.
+    time_s = np.linspace(0.0, shaped.duration_s, 4000)
+    axes = shaped.axes_at(time_s)
+    assert (axes[:, [0, 2]] == [0.0, 5.0]).all()
+    rate = np.diff(axes[:, 1]) / np.diff(time_s)
+    assert rate.max() <= crane.trolley.rate * (1 + 1e-9)
+    assert np.abs(np.diff(rate) / np.diff(time_s)[1:]).max() <= crane.trolley.acceleration * (1 + 1e-3)
+
+
+def test_a_pendulum_under_a_point_that_was_moved_swings_with_its_period():
+    crane = default_crane("hammerhead-30", jib_height_m=25.0)
+    step_s = 0.02
+    axes = np.tile([0.0, 10.0, 15.0], (3000, 1))
+    axes[:, 1] += np.minimum(np.arange(3000) * step_s, 0.1) * 10.0  # one metre, at once
+    swing = swing_of(crane, axes, step_s, Pendulum(2.0))
+    period_s = 2.0 * half_period_s(pendulum_length_m(crane, 15.0, 2.0))
+    assert 2.0 * half_period_s(12.0) == period_s == pytest.approx(2 * np.pi * np.sqrt(12.0 / GRAVITY_M_S2))
+    x = swing.offset_m[20:, 0]
+    crossings = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
+    assert np.diff(crossings).mean() * step_s == pytest.approx(period_s, rel=1e-3)
+    assert swing.amplitude_m[20:] == pytest.approx(1.0, abs=0.01)
+    assert np.abs(swing.beyond_m(0.05)).max() == pytest.approx(np.abs(swing.offset_m).max() - 0.05)
+
+
+def test_the_shortest_pendulum_is_half_a_metre():
+    crane = default_crane("hammerhead-30", jib_height_m=25.0)
+    assert pendulum_length_m(crane, 25.0, 0.1) == 0.5
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 300))
+def test_loads_hang_at_rest_at_the_end_by_both_pendulums(seed):
+    room = crane_room(seed)
+    pendulum = Pendulum(3.0)
+    timeline, needed_m = drive_path(room.crane, room.clearance, room.load, room.path, 0, 0.0, pendulum)
+    way = sampled(timeline, needed_m, 0.5, 0.5, pendulum)
+    motion = LiftMotion(0, 0, None, way, way, (), 0, int(way.time_ns[-1]))
+    (swung,) = swung_parts(room.crane, motion, way, pendulum)
+    planned = swaying(timeline, pendulum, 0.25)
+    assert planned.swing.amplitude_m[-1] <= PLANNED_RESIDUAL_M
+    assert swung.amplitude_m[-1] <= RESIDUAL_M
+    # One integrates the motion, the other its samples.
+    there = np.stack([np.interp(swung.time_s, planned.time_s, offset) for offset in planned.swing.offset_m.T], axis=1)
+    assert np.abs(there - swung.offset_m).max() < 0.012
+    assert way.bound_s <= way.duration_s + 1e-6
+
+
+def test_the_bound_knows_what_shaping_costs():
+    crane = default_crane("hammerhead-30")
+    start, end = CranePose(0.0, 10.0, 5.0), CranePose(1.5, 20.0, 5.0)
+    plain = point_to_point_s(crane, start, end, 6.0)
+    assert point_to_point_s(crane, start, end, 6.0, 4.0) == plain + 4.0
+    up = CranePose(0.0, 10.0, 25.0)
+    assert point_to_point_s(crane, start, up, 6.0, 4.0) == point_to_point_s(crane, start, up, 6.0)
+
+
+def test_only_moves_sideways_swing_and_a_part_that_stands_on_its_foot_does_not():
+    a, b = CranePose(0.0, 10.0, 5.0), CranePose(0.2, 10.0, 9.0)
+    assert Move(a, b).swings
+    assert Move(a, b, Line.SITE).swings
+    assert not Move(a, b, Line.ARC).swings
+    assert not Move(a, dataclasses.replace(a, height_m=9.0)).swings
+
+
+def made(rule):
+    crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
+    # A lively crane: its loads swing wider than a cell.
+    crane = dataclasses.replace(crane, slewing=AxisLimits(0.2, 0.03, 0.03))
+    site = box_site(COLUMNS, crane=crane, shape=(40, 30, 24), rules=Rules(swing=rule))
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    return plan, time_plan(plan, replay(site, preparation, plan))
+
+
+def with_site(plan, **changes):
+    return dataclasses.replace(plan, site=dataclasses.replace(plan.site, **changes))
+
+
+def failed(plan, motions):
+    return {check.name for check in verify_motions(plan, motions).checks if not check.passed}
+
+
+@pytest.fixture(scope="module")
+def shaped():
+    return made(SwingRule.SHAPED)
+
+
+def test_motions_made_without_shaping_fail_the_check_of_swing_alone_where_the_site_wants_it(shaped):
+    plan, motions = made(SwingRule.OFF)
+    assert pendulum_of(plan.site, None) is None
+    assert failed(plan, motions) == set()
+    assert failed(with_site(plan, rules=Rules()), motions) == {"swing"}
+    assert failed(*shaped) == set()
+    assert sum(m.loaded.duration_s for m in motions) < sum(m.loaded.duration_s for m in shaped[1])
+
+
+def test_something_where_only_the_swing_goes_is_seen_by_its_check_alone_and_is_in_the_footprint(shaped):
+    plan, motions = shaped
+    site = plan.site
+    off = dataclasses.replace(site, rules=Rules(swing=SwingRule.OFF))
+    every, plain = set(), set()
+    for lift, motion in zip(plan.lifts, motions, strict=True):
+        every |= _cells(motion_footprint(site, lift, motion))
+        plain |= _cells(motion_footprint(off, lift, motion)) | _cells(path_footprint(site, lift))
+    swept = {cell for cell in every - plain if (cell[0], cell[1], cell[2] + 1) not in plain}
+    assert swept, "the load swings into no cell of its own"
+    alone = []
+    for cell in sorted(swept)[::7]:
+        blocker = Blocker("lamp", "obstruction", np.array([cell], np.int32))
+        found = failed(with_site(plan, blockers=(*site.blockers, blocker)), motions)
+        alone.append(found == {"swing"})
+        assert found <= {"swing"}
+    assert any(alone)
+
+
+def _cells(footprint):
+    """(column, height) of every cell of a footprint, as cells of a grid of 40 x 30."""
+    found = set()
+    for column, words in zip(footprint.columns.tolist(), footprint.heights.tolist(), strict=True):
+        for word, bits in enumerate(words):
+            found |= {(column // 30, column % 30, word * 64 + k) for k in range(64) if bits >> k & 1}
+    return found
+
+
+def test_a_load_that_swings_too_far_at_any_pace_is_refused():
+    crane, moves, pendulum = run_of_30_m()
+    paces = []
+
+    def fault_s(timeline, sway):
+        paces.append(timeline.duration_s)
+        return timeline.duration_s
+
+    with pytest.raises(PlanningError, match="swings too far"):
+        steadied(crane, moves, pendulum, lambda timeline: timeline, fault_s, 1.0)
+    assert len(paces) == len(LADDER)
+    assert paces[-1] > 5 * paces[0]

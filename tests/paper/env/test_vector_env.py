@@ -1,0 +1,85 @@
+from __future__ import annotations
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+from bimvox.paper.env.presets import OBSTRUCTED, PAPER
+from bimvox.paper.env.vector_env import INFO_KEYS, PrefabVectorEnv
+
+
+def test_spaces_and_metadata():
+    env = PrefabVectorEnv(5, observation="paper")
+    assert env.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    assert env.observation_space.shape == (5, 15, 15, 6)
+    assert env.single_observation_space.shape == (15, 15, 6)
+    assert env.action_space == gymnasium.spaces.MultiDiscrete([6] * 5)
+    observations, infos = env.reset(seed=1)
+    assert env.observation_space.contains(observations)
+    assert all(infos[f"_{key}"].all() for key in INFO_KEYS)
+    assert infos["component"].tolist() == [1] * 5
+
+
+def test_ended_episodes_leave_their_last_observation_and_info():
+    env = PrefabVectorEnv(3, max_steps=2)
+    env.reset(seed=0)
+    *_, infos = env.step(np.array([4, 4, 4]))
+    assert "final_obs" not in infos
+    assert infos["bumped"].all()
+    observations, rewards, terminations, truncations, infos = env.step(np.array([4, 4, 4]))
+    assert truncations.all()
+    assert not terminations.any()
+    assert rewards.tolist() == [-1.0] * 3
+    assert infos["_final_obs"].all()
+    assert infos["final_info"]["steps"].tolist() == [2, 2, 2]
+    assert infos["final_info"]["bumped"].all()
+    assert not infos["final_info"]["is_success"].any()
+    assert infos["steps"].tolist() == [0, 0, 0]
+    assert not infos["bumped"].any()
+    assert all(np.asarray(final).shape == (1350,) for final in infos["final_obs"])
+    assert not np.array_equal(infos["final_obs"][0], observations[0])
+
+
+def test_copies_are_the_users_and_views_are_not():
+    kept, shared = PrefabVectorEnv(2), PrefabVectorEnv(2, copy=False)
+    actions = np.array([0, 3])
+    for env in (kept, shared):
+        env.reset(seed=3)
+    first, view = kept.step(actions)[0], shared.step(actions)[0]
+    before = first.copy()
+    np.testing.assert_array_equal(first, view)
+    for _ in range(3):
+        second = kept.step(actions)[0]
+        assert shared.step(actions)[0] is view
+        np.testing.assert_array_equal(second, view)
+    np.testing.assert_array_equal(first, before)
+
+
+def test_seeding():
+    first, second = PrefabVectorEnv(4, OBSTRUCTED), PrefabVectorEnv(4, OBSTRUCTED)
+    np.testing.assert_array_equal(first.reset(seed=7)[0], second.reset(seed=7)[0])
+    np.testing.assert_array_equal(first.reset()[0], second.reset()[0])
+    assert not np.array_equal(first.reset(seed=8)[0], second.reset(seed=7)[0])
+    assert not np.array_equal(PrefabVectorEnv(4).reset()[0], PrefabVectorEnv(4).reset()[0])
+
+
+def test_gymnasiums_wrappers_take_it():
+    env = gymnasium.wrappers.vector.RecordEpisodeStatistics(PrefabVectorEnv(3, max_steps=4))
+    env.reset(seed=0)
+    for _ in range(4):
+        *_, infos = env.step(np.array([4, 4, 4]))
+    episode = infos["episode"] if "episode" in infos else infos["final_info"]["episode"]
+    assert episode["l"].tolist() == [4, 4, 4]
+    assert episode["r"].tolist() == [-4.0] * 3
+    env.close()
+
+
+def test_text_of_every_site():
+    env = PrefabVectorEnv(2, render_mode="ansi")
+    env.reset(seed=0)
+    assert [text.startswith("step 0 of 36") for text in env.render()] == [True, True]
+    assert PrefabVectorEnv(2).render() is None
+    with pytest.raises(ValueError, match="render_mode"):
+        PrefabVectorEnv(2, render_mode="human")
+    assert env.batch.spec == PAPER.in_building_order()

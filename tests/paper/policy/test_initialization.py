@@ -1,0 +1,131 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from prefab_lessons import QUICK, SLOW, TINY, drawn_network
+
+from bimvox.paper.env.layout import yard_layouts
+from bimvox.paper.env.presets import PAPER
+from bimvox.paper.policy import initialization
+from bimvox.paper.policy.baselines import teacher_moves
+from bimvox.paper.policy.config import OUR_MODE
+from bimvox.paper.policy.episodes import replay, run_episodes
+from bimvox.paper.policy.initialization import greedy_layouts, greedy_success, initialize
+
+
+@pytest.fixture
+def fakes(monkeypatch):
+    """A training that only tests, and tests whose outcome is given."""
+
+    class Fakes:
+        rates: tuple[float, ...] = ()
+        greedy = 1.0
+        episodes = 0
+
+    fake = Fakes()
+    networks = [drawn_network(np.random.default_rng(n), 4, dueling=False) for n in range(9)]
+    fake.networks = networks
+
+    def learn(spec, config, test, *, seed, budget):
+        for n, steps in enumerate(range(config.test_every, budget + 1, config.test_every)):
+            if test(networks[n], steps):
+                return steps
+        return budget
+
+    def run(network, spec, layouts, *, exploration, **_):
+        number = next(n for n, known in enumerate(networks) if known is network)
+        rate = fake.greedy if exploration == 0.0 else fake.rates[number]
+        if exploration > 0.0:
+            fake.episodes = len(layouts)
+            assert exploration == 0.02
+        failed = replay(TINY, yard_layouts(TINY)[0], np.array([2]))
+        good = round(rate * len(layouts))
+        return (replace(failed, succeeded=True),) * good + (failed,) * (len(layouts) - good)
+
+    monkeypatch.setattr(initialization, "learn", learn)
+    monkeypatch.setattr(initialization, "run_episodes", run)
+    return fake
+
+
+def test_it_stops_at_the_first_test_in_which_every_episode_succeeds(fakes):
+    fakes.rates = (0.3, 0.99, 1.0, 1.0)
+    basic = initialize(TINY, replace(SLOW, test_episodes=100), seed=0, budget=1_000)
+    assert fakes.episodes == 100
+    assert [point.success_rate for point in basic.curve] == [0.3, 0.99, 1.0]
+    assert basic.reached
+    assert basic.steps_to_success == basic.steps == 600
+    assert basic.network is fakes.networks[2]
+
+
+def test_not_learned_within_the_budget_is_a_result(fakes):
+    fakes.rates = (0.3, 0.9, 0.5, 0.0)
+    basic = initialize(TINY, SLOW, seed=0, budget=800)
+    assert not basic.reached
+    assert basic.steps_to_success is None
+    assert basic.steps == 800
+    assert basic.network is fakes.networks[1]  # the best that was tested
+
+
+def test_our_mode_wants_every_start_without_random_actions_too(fakes):
+    fakes.rates, fakes.greedy = (1.0, 1.0), 0.9
+    assert not initialize(TINY, replace(SLOW, greedy_too=True), seed=0, budget=400).reached
+    assert initialize(TINY, SLOW, seed=0, budget=400).reached
+
+
+def test_every_network_is_saved_before_it_is_tested(fakes):
+    fakes.rates = (0.3, 1.0)
+    told, saved = [], []
+    initialize(TINY, SLOW, seed=0, progress=told.append, checkpoint=lambda network, steps: saved.append(steps))
+    assert saved == [point.steps for point in told] == [200, 400]
+
+
+def test_greedy_tests_take_every_distinct_start_where_nothing_else_is_drawn():
+    assert greedy_layouts(PAPER, OUR_MODE) == yard_layouts(PAPER)
+    drawn = greedy_layouts(replace(PAPER, random_targets=True), replace(OUR_MODE, greedy_layouts=30))
+    assert len(drawn) == 30
+    assert len({layout.targets for layout in drawn}) > 5
+
+
+@pytest.fixture(scope="module")
+def lessons():
+    return [initialize(TINY, QUICK, seed=seed, budget=3_000) for seed in range(5)]
+
+
+def test_a_tiny_site_is_learned_to_its_optimum(lessons):
+    starts = yard_layouts(TINY)
+    shortest = teacher_moves(TINY, starts)
+    for basic in lessons[:2]:
+        episodes = run_episodes(
+            basic.network, TINY, starts, observation="egocentric", reward="shaped", exploration=0.0, seed=0
+        )
+        assert all(episode.succeeded for episode in episodes)
+        assert sum(episode.steps for episode in episodes) <= 1.1 * shortest.sum()
+
+
+def test_a_fixed_small_budget_is_enough_for_every_seed(lessons):
+    assert all(basic.reached for basic in lessons)
+    assert max(basic.steps for basic in lessons) <= 2_000
+
+
+def test_training_twice_with_one_seed_is_identical(lessons):
+    again = initialize(TINY, QUICK, seed=0, budget=3_000)
+    assert again.curve == lessons[0].curve
+    for name, array in lessons[0].network.arrays().items():
+        np.testing.assert_array_equal(again.network.arrays()[name], array)
+    other = lessons[1].network.arrays()
+    assert any(not np.array_equal(array, other[name]) for name, array in again.network.arrays().items())
+
+
+def test_the_papers_mode_learns_the_tiny_site():
+    config = replace(SLOW, hidden=(32, 32), learning_rate=2e-3, test_every=500, budget=12_000, target_update=100)
+    basic = initialize(TINY, config, seed=0)
+    assert basic.curve[-1].success_rate >= 0.9
+    assert greedy_success(basic.network, TINY, config, yard_layouts(TINY)) >= 0.9
+
+
+def test_the_papers_site_within_the_papers_first_test():
+    basic = initialize(PAPER, OUR_MODE, seed=0, budget=2_000)
+    assert basic.reached
+    assert basic.curve[-1].greedy_rate == 1.0

@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+import pytest
+
+from bimvox.errors import PlanningError
+from bimvox.paper.env.component import YardPlace, overlap
+from bimvox.paper.env.layout import PrefabLayout, check_layout, random_layouts
+from bimvox.paper.env.presets import PAPER
+from bimvox.paper.policy.baselines import teacher_moves
+from bimvox.paper.policy.scenarios import make_scenarios
+
+TARGET = (7, 7, 1)
+
+
+def path_of(layout):
+    """Along x, then along y, then down."""
+    start = layout.starts[0]
+    x, y = start.x, start.y
+    cells = [(x, y, 2)]
+    while x != TARGET[0]:
+        x += 1 if x < TARGET[0] else -1
+        cells.append((x, y, 2))
+    while y != TARGET[1]:
+        y += 1 if y < TARGET[1] else -1
+        cells.append((x, y, 2))
+    return [*cells, TARGET]
+
+
+def long_enough(layout):
+    start = layout.starts[0]
+    return abs(start.x - 7) + abs(start.y - 7) >= 6
+
+
+LAYOUTS = [layout for layout in random_layouts(PAPER, 40, 0) if long_enough(layout)][:12]
+
+
+@pytest.mark.parametrize("layout", LAYOUTS, ids=lambda layout: "{0.x}-{0.y}-{0.axis}".format(*layout.starts))
+def test_obstructions_lie_on_the_path_and_leave_a_way(layout):
+    path = path_of(layout)
+    scenarios = make_scenarios(PAPER, layout, path)
+    assert list(scenarios) == ["a", "b", "c", "d"]
+    assert scenarios["a"].layout == layout
+    for name, count in (("b", 1), ("c", 2), ("d", 1)):
+        changed = scenarios[name].layout
+        check_layout(PAPER, changed)  # never on a start or a target
+        assert len(changed.obstructions) == count
+        for low, high in changed.obstructions:
+            assert sorted(high[a] - low[a] for a in range(3)) == [1, 2, 3]
+            assert (low[2], high[2]) == (1, 3)
+            assert min(low) >= 0
+            assert all(high[a] <= PAPER.shape[a] for a in range(3))
+        column = PAPER.components[0]
+        assert any(overlap(column.box_at(cell), box) for cell in path for box in changed.obstructions)
+        assert 0 < teacher_moves(PAPER, [changed])[0] <= PAPER.steps_allowed
+
+
+def test_close_to_the_start_and_close_to_the_target():
+    layout = PrefabLayout((YardPlace(0, 7, "y"),), (TARGET,))
+    path = path_of(layout)
+    scenarios = make_scenarios(PAPER, layout, path)
+    ((low, _),) = scenarios["b"].layout.obstructions
+    assert low == (1, 6, 1)  # across the first move, its middle on the path
+    ((low, _),) = scenarios["d"].layout.obstructions
+    assert low == (6, 6, 1)  # across the last move
+    first, second = scenarios["c"].layout.obstructions
+    assert first[0][0] == second[0][0] == 1
+    assert abs(first[0][1] - second[0][1]) == 3  # end to end
+
+
+def test_the_longest_way_round_counts():
+    layout = PrefabLayout((YardPlace(0, 6, "y"),), (TARGET,))
+    scenarios = make_scenarios(PAPER, layout, path_of(layout))
+    straight = teacher_moves(PAPER, [layout])[0]
+    assert teacher_moves(PAPER, [scenarios["b"].layout])[0] > straight
+    assert teacher_moves(PAPER, [scenarios["c"].layout])[0] > straight
+
+
+def test_a_path_too_short_for_two_places():
+    layout = PrefabLayout((YardPlace(4, 7, "y"),), (TARGET,))
+    with pytest.raises(PlanningError, match="too short"):
+        make_scenarios(PAPER, layout, path_of(layout))

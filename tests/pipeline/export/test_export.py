@@ -1,0 +1,72 @@
+import csv
+import json
+
+import pytest
+from bimvox_pipeline.export.export import export
+from bimvox_pipeline.progress import SilentProgress
+
+from bimvox.errors import InputError, LogFileError
+from bimvox.log.reader import read_log
+
+
+def run(folder, **options):
+    return export(folder / "frame.mcap", progress=SilentProgress(), **options)
+
+
+def test_mcap_of_chosen_lifts_holds_those_and_no_others(site_folder, planned):
+    names = [planned[1]["lifts"][n]["component"] for n in (2, 5)]
+    document = run(site_folder, lifts=names, out=site_folder / "two.mcap")
+    assert document["lifts"] == 2
+    log = read_log(site_folder / "two.mcap")
+    assert [log.plan.site.components[lift.component].id for lift in log.plan.lifts] == names
+    assert document["messages"] > 0
+
+
+def test_csv_has_a_row_a_sample_and_a_table_of_lifts(site_folder, planned):
+    document = run(site_folder, to="csv", out=site_folder / "path.csv")
+    rows = list(csv.DictReader((site_folder / "path.csv").open()))
+    assert len(rows) == document["messages"]
+    assert {row["component"] for row in rows} == {lift["component"] for lift in planned[1]["lifts"]}
+    lifts = list(csv.DictReader((site_folder / "path.lifts.csv").open()))
+    assert [int(row["moves"]) for row in lifts] == [lift["moves"] for lift in planned[1]["lifts"]]
+
+
+def test_json_holds_the_paths(site_folder):
+    run(site_folder, to="json", out=site_folder / "path.json")
+    document = json.loads((site_folder / "path.json").read_text())
+    plan = read_log(site_folder / "frame.mcap").plan
+    assert [lift["path_vox"] for lift in document["lifts"]] == [lift.path_vox.tolist() for lift in plan.lifts]
+
+
+@pytest.mark.parametrize(("options", "words"), [({"to": "pdf"}, "mcap, csv, json"), ({"lifts": ("nobody",)}, "nobody")])
+def test_what_is_not_there_is_refused(site_folder, options, words):
+    with pytest.raises(InputError, match=words):
+        run(site_folder, out=site_folder / "out.x", **options)
+    assert not (site_folder / "out.x").exists()
+
+
+def test_a_cut_off_log_is_refused_and_recovered(site_folder):
+    log = site_folder / "frame.mcap"
+    data = log.read_bytes()
+    log.write_bytes(data[: len(data) * 2 // 3])
+    with pytest.raises(LogFileError, match="recover"):
+        run(site_folder, out=site_folder / "out.mcap")
+    document = run(site_folder, recover=True, out=site_folder / "out.mcap")
+    assert document["lost"]
+    assert document["verified"] is True
+    assert 0 < len(read_log(site_folder / "out.mcap").plan.lifts) <= 8
+
+
+@pytest.mark.parametrize(("name", "proven"), [("site.toml", True), ("crane.urdf", True), ("motions.json", False)])
+def test_a_log_with_a_damaged_attachment_is_recovered_without_it_and_proven_again(site_folder, name, proven):
+    log = site_folder / "frame.mcap"
+    data = bytearray(log.read_bytes())
+    data[data.index(len(name).to_bytes(4, "little") + name.encode()) + len(name) + 90] ^= 4
+    log.write_bytes(data)
+    with pytest.raises(LogFileError, match="damaged"):
+        read_log(log)
+    document = run(site_folder, recover=True, out=site_folder / "out.mcap")
+    assert document["verified"] is proven
+    (lost,) = document["lost"]
+    assert lost.startswith(f"the attachment {name}: ")
+    assert len(read_log(site_folder / "out.mcap").planned) == 8

@@ -1,0 +1,252 @@
+"""Other people's formats: each is read back by a library other than the one that wrote it, where there is one."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import shutil
+import subprocess
+import sys
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import ifcopenshell
+import ifcopenshell.util.sequence
+import ifcopenshell.validate
+import numpy as np
+import pytest
+import trimesh
+from bimvox_pipeline.export.export import export
+from bimvox_pipeline.plan import plan
+from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.site import init
+from rosbags.highlevel import AnyReader
+
+from bimvox.errors import FileError, InputError
+from bimvox.log.reader import read_log
+from bimvox.log.recorder import tracks_of
+
+SAMPLES = Path(__file__).parents[3] / "sample_models"
+BEGIN = datetime(2026, 12, 1, 7, 0)
+
+
+def run(folder: Path, **options: Any) -> dict[str, Any]:
+    return export(folder / "frame.mcap", progress=SilentProgress(), **options)
+
+
+def text_of(iso: str) -> timedelta:
+    """PT1H2M3S."""
+    hours, rest = iso.removeprefix("PT").split("H")
+    minutes, rest = rest.split("M")
+    return timedelta(hours=int(hours), minutes=int(minutes), seconds=int(rest.removesuffix("S")))
+
+
+def issues(file: Any) -> list[Any]:
+    logger = ifcopenshell.validate.json_logger()
+    ifcopenshell.validate.validate(file, logger, express_rules=True)
+    return list(logger.statements)
+
+
+def test_ifc_holds_a_task_a_lift_to_the_second_and_all_that_it_held(site_folder: Path) -> None:
+    model = site_folder / "frame.ifc"
+    before = model.read_bytes()
+    out = site_folder / "out.ifc"
+    run(site_folder, to="ifc", model=model, start="2026-12-01T07:00", out=out)
+    assert model.read_bytes() == before
+    file, source = ifcopenshell.open(out), ifcopenshell.open(model)
+    assert issues(file) == []
+    for entity in source:
+        assert str(file.by_id(entity.id())) == str(entity)
+    log = read_log(site_folder / "frame.mcap")
+    (summary,) = [task for task in file.by_type("IfcTask") if task.PredefinedType == "CONSTRUCTION"]
+    tasks = ifcopenshell.util.sequence.get_nested_tasks(summary)
+    tracks = tracks_of(log)
+    assert len(tasks) == len(tracks) == 8
+    (crane,) = file.by_type("IfcTransportElement")
+    for task, track in zip(tasks, tracks, strict=True):
+        component = log.plan.site.components[track.lift.component]
+        (product,) = ifcopenshell.util.sequence.get_task_outputs(task)
+        assert product.GlobalId == component.global_id
+        assert ifcopenshell.util.sequence.get_task_inputs(task) == {crane}
+        start = datetime.fromisoformat(task.TaskTime.ScheduleStart)
+        finish = datetime.fromisoformat(task.TaskTime.ScheduleFinish)
+        assert abs((start - BEGIN).total_seconds() - track.start_ns / 1e9) <= 0.5
+        assert abs((finish - BEGIN).total_seconds() - track.end_ns / 1e9) <= 0.5
+        assert text_of(task.TaskTime.ScheduleDuration) == finish - start
+    for before_task, after_task in itertools.pairwise(tasks):
+        (link,) = before_task.IsPredecessorTo
+        assert (link.RelatedProcess, link.SequenceType) == (after_task, "FINISH_START")
+        assert before_task.TaskTime.ScheduleFinish <= after_task.TaskTime.ScheduleStart
+    first = out.read_bytes()
+    run(site_folder, to="ifc", model=model, start="2026-12-01T07:00", out=out)
+    assert out.read_bytes() == first
+
+
+def test_ifc2x3_has_no_task_times_and_gets_its_own(store: Path, tmp_path: Path) -> None:
+    model = tmp_path / "frame.ifc"
+    shutil.copy(SAMPLES / "frame_ifc2x3_mm.ifc", model)
+    init(model, tmp_path / "frame.site.toml", voxel_size_m=0.5, progress=SilentProgress())
+    plan(tmp_path / "frame.site.toml", tmp_path / "frame.mcap", steps=2_000, progress=SilentProgress())
+    run(tmp_path, to="ifc", model=model, start="2026-12-01T07:00", out=tmp_path / "out.ifc")
+    file = ifcopenshell.open(tmp_path / "out.ifc")
+    assert file.schema == "IFC2X3"
+    assert issues(file) == []
+    tracks = tracks_of(read_log(tmp_path / "frame.mcap"))
+    found = {}
+    for relation in file.by_type("IfcRelAssignsTasks"):
+        (task,) = relation.RelatedObjects
+        when = relation.TimeForTask.ScheduleStart
+        day, time = when.DateComponent, when.TimeComponent
+        found[int(task.TaskId)] = datetime(
+            day.YearComponent, day.MonthComponent, day.DayComponent, time.HourComponent, time.MinuteComponent
+        ) + timedelta(seconds=time.SecondComponent)
+    for track in tracks:
+        away_s = (found[track.lift.order] - BEGIN).total_seconds() - track.start_ns / 1e9
+        assert abs(away_s) <= 0.5
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({}, "--model"),
+        ({"model": SAMPLES / "prefab.ifc"}, "not the file that the plan was made from"),
+        ({"model": SAMPLES / "frame.ifc", "start": "soon"}, "no date and time"),
+        ({"model": SAMPLES / "frame.ifc", "start": "2026-12-01T07:00+01:00"}, "without a zone"),
+    ],
+)
+def test_what_cannot_be_dated_is_refused(site_folder: Path, options: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError) as caught:
+        run(site_folder, to="ifc", out=site_folder / "out.ifc", **options)
+    assert words in f"{caught.value} {caught.value.hint}"
+    assert not (site_folder / "out.ifc").exists()
+
+
+def test_ms_project_has_the_right_durations(site_folder: Path) -> None:
+    out = site_folder / "frame.xml"
+    run(site_folder, start="2026-12-01T07:00", out=out)
+    space = "{http://schemas.microsoft.com/project}"
+    root = ElementTree.fromstring(out.read_bytes())
+    tasks = root.findall(f"{space}Tasks/{space}Task")
+    log = read_log(site_folder / "frame.mcap")
+    assert len(tasks) == 1 + len(log.planned)
+
+    def said(task: ElementTree.Element, name: str) -> str:
+        return str(task.findtext(space + name))
+
+    assert said(tasks[0], "Summary") == "1"
+    for task, track in zip(tasks[1:], tracks_of(log), strict=True):
+        start, finish = (datetime.fromisoformat(said(task, name)) for name in ("Start", "Finish"))
+        assert abs((start - BEGIN).total_seconds() - track.start_ns / 1e9) <= 0.5
+        assert text_of(said(task, "Duration")) == finish - start
+        component = log.plan.site.components[track.lift.component]
+        assert task.findtext(f"{space}ExtendedAttribute/{space}Value") == component.global_id
+    resources = root.findall(f"{space}Assignments/{space}Assignment")
+    assert [said(one, "TaskUID") for one in resources] == [said(task, "UID") for task in tasks[1:]]
+
+
+def python_with_mpxj() -> str | None:
+    """A Python that has MPXJ: this one, or that of ``make check-log``."""
+    for python in (sys.executable, str(SAMPLES.parent / ".venv-viewers" / "bin" / "python")):
+        found = Path(python).exists() and subprocess.run(
+            [python, "-c", "import jpype, mpxj; jpype.getDefaultJVMPath()"], check=False, capture_output=True
+        )
+        if found and found.returncode == 0:
+            return python
+    return None
+
+
+def test_mpxj_reads_the_schedule_as_it_is(site_folder: Path) -> None:
+    python = python_with_mpxj()
+    if python is None:
+        pytest.skip("needs mpxj, jpype1 and a Java: make check-log installs the first two")
+    out = site_folder / "mpxj.xml"
+    run(site_folder, to="msproject", start="2026-12-01T07:00", out=out)
+    reader = SAMPLES.parent / "benchmarks" / "read_ms_project.py"
+    read = subprocess.run([python, reader, out], check=True, capture_output=True, text=True, timeout=60)
+    summary, *tasks = json.loads(read.stdout)
+    log = read_log(site_folder / "frame.mcap")
+    assert summary["is_summary"]
+    assert summary["finish"] == tasks[-1]["finish"]
+    assert len(tasks) == len(log.planned)
+    for task, track in zip(tasks, tracks_of(log), strict=True):
+        start, finish = (datetime.fromisoformat(task[key]) for key in ("start", "finish"))
+        assert abs((start - BEGIN).total_seconds() - track.start_ns / 1e9) <= 0.5
+        assert task["is_elapsed"]
+        assert timedelta(seconds=round(task["duration_s"], 3)) == finish - start
+        assert task["text1"] == log.plan.site.components[track.lift.component].global_id
+        assert task["resources"] == [log.plan.site.crane.name]
+    assert [task["after"] for task in tasks[1:]] == [[[task["id"], "FS"]] for task in tasks[:-1]]
+
+
+def test_the_animated_glb_moves_every_part_to_its_place(site_folder: Path) -> None:
+    out = site_folder / "frame.glb"
+    run(site_folder, out=out)
+    log = read_log(site_folder / "frame.mcap")
+    data = out.read_bytes()
+    length = int.from_bytes(data[12:16], "little")
+    document = json.loads(data[20 : 20 + length])
+    binary = data[20 + length + 8 :]
+
+    def values(number: int) -> np.ndarray:
+        accessor = document["accessors"][number]
+        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor["type"]]
+        start = document["bufferViews"][accessor["bufferView"]]["byteOffset"]
+        return np.frombuffer(binary, np.float32, accessor["count"] * width, start).reshape(-1, width)
+
+    (animation,) = document["animations"]
+    moves = {
+        document["nodes"][channel["target"]["node"]]["name"]: animation["samplers"][channel["sampler"]]
+        for channel in animation["channels"]
+        if channel["target"]["path"] == "translation"
+    }
+    for track in tracks_of(log):
+        component = log.plan.site.components[track.lift.component]
+        sampler = moves[component.id]
+        times, places = values(sampler["input"])[:, 0], values(sampler["output"])
+        assert (np.diff(times) > 0).all()
+        target_m = log.plan.site.frame.corner_of(np.array(component.target_vox))
+        np.testing.assert_allclose(places[-1], target_m, atol=1e-3)
+        drawn = np.stack([np.interp(track.time_ns / 1e9, times, places[:, axis]) for axis in range(3)], axis=1)
+        assert np.linalg.norm(drawn - track.corner_m, axis=1).max() < 0.006
+    scene = trimesh.load(out)
+    names = {component.id for component in log.plan.site.components}
+    assert names | {"jib", "mast"} <= set(scene.graph.nodes)
+
+
+def test_a_ros2_bag_holds_joints_paths_and_frames(site_folder: Path) -> None:
+    out = site_folder / "frame.ros2"
+    document = run(site_folder, to="ros2", out=out)
+    log = read_log(site_folder / "frame.mcap")
+    with AnyReader([out]) as reader:
+        kinds = {connection.topic: connection.msgtype for connection in reader.connections}
+        assert kinds == {
+            "/robot_description": "std_msgs/msg/String",
+            "/joint_states": "sensor_msgs/msg/JointState",
+            "/joint_trajectory": "trajectory_msgs/msg/JointTrajectory",
+            "/lift/path": "nav_msgs/msg/Path",
+            "/tf": "tf2_msgs/msg/TFMessage",
+        }
+        assert reader.message_count == document["messages"]
+        states, paths = [], []
+        for connection, time_ns, raw in reader.messages():
+            message = reader.deserialize(raw, connection.msgtype)
+            if connection.topic == "/joint_states":
+                states.append((time_ns, *message.position))
+            if connection.topic == "/lift/path":
+                paths.append(message)
+    assert len(paths) == len(log.planned)
+    end = paths[-1].poses[-1].pose.position
+    last = log.plan.site.components[log.planned[-1].component]
+    np.testing.assert_allclose(
+        (end.x, end.y, end.z), log.plan.site.frame.corner_of(np.array(last.target_vox)), atol=1e-6
+    )
+    crane = log.plan.site.crane
+    assert crane is not None
+    times, axes = log.motions[0].samples()
+    assert states[0][0] == times[0]
+    np.testing.assert_allclose(states[0][1:], (axes[0, 0], axes[0, 1], crane.jib_height_m - axes[0, 2]))
+    with pytest.raises(FileError, match="exists already"):
+        run(site_folder, to="ros2", out=out)
+    assert sorted(path.name for path in site_folder.iterdir() if path.name.startswith(".")) == []

@@ -1,0 +1,185 @@
+"""Which policy a plan uses: the shipped one, a stored one, the nearest one, one retrained on a change."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bimvox_pipeline.load_site import load_site
+from bimvox_pipeline.plan import plan
+from bimvox_pipeline.progress import SilentProgress
+
+from bimvox.env.actions import ACTION_COUNT
+from bimvox.env.observation import INPUT_SIZE
+from bimvox.errors import PolicyError
+from bimvox.log.reader import read_log
+from bimvox.policy import store as policies
+from bimvox.policy.config import DqnConfig, adapting
+from bimvox.policy.generalist.weights import generalist_record, load_generalist
+from bimvox.policy.network import QNetwork
+from bimvox.policy.site_outline import outline_of
+from bimvox.policy.store import _id_of
+from bimvox.policy.trained import TrainedPolicy
+
+WITHOUT_TORCH = """
+import sys
+from pathlib import Path
+sys.modules["torch"] = sys.modules["stable_baselines3"] = None
+from bimvox_pipeline.plan import plan
+from bimvox_pipeline.progress import SilentProgress
+document = plan(Path(sys.argv[1]), Path(sys.argv[2]), progress=SilentProgress())
+by_policy = sum(one["method"] == "policy" for one in document["lifts"])
+print(document["policy"]["steps"], document["policy"]["from"], by_policy)
+"""
+
+
+@pytest.fixture
+def site(site_folder: Path) -> Path:
+    """The frame's site file, content with what the shipped policy reaches there."""
+    file = site_folder / "frame.site.toml"
+    text = file.read_text()
+    assert "\nrequired_success = 1 " in text
+    file.write_text(text.replace("\nrequired_success = 1 ", "\nrequired_success = 0.9 "))
+    return file
+
+
+def stored(network: QNetwork, site: Path | None = None, *, key: str = "other") -> str:
+    """Store a network as if trained, for a site where one is given."""
+    outline = outline_of(load_site(site, SilentProgress()).site) if site is not None else None
+    policy = TrainedPolicy(network, (), 0, 0.5, 1.5, 10, DqnConfig(hidden=network.layer_sizes[1:-1]), seed=0)
+    return policies.save(policy, key, site=outline)
+
+
+def knows_nothing() -> QNetwork:
+    """Always west, if it can: the loop guard makes of it what it makes."""
+    weights = (np.zeros((INPUT_SIZE, 8), np.float32), np.zeros((8, ACTION_COUNT), np.float32))
+    return QNetwork(weights, (np.zeros(8, np.float32), np.arange(ACTION_COUNT, 0, -1).astype(np.float32)))
+
+
+def made(site: Path, **options) -> dict:
+    return plan(site, site.with_name("made.mcap"), progress=options.pop("progress", SilentProgress()), **options)
+
+
+def test_a_plan_takes_the_shipped_policy_without_training_and_without_torch(site, own_store):
+    out = site.with_name("without.mcap")
+    done = subprocess.run([sys.executable, "-c", WITHOUT_TORCH, site, out], capture_output=True, text=True, check=True)
+    steps, parent, by_policy = done.stdout.split()
+    assert (int(steps), parent) == (0, generalist_record()["id"])
+    assert int(by_policy) >= 7  # of 8
+    (manifest,) = policies.list_policies()
+    assert manifest.site is not None
+
+
+def test_the_nearest_policy_is_taken_where_it_is_asked_for(site, own_store):
+    with pytest.raises(PolicyError, match="no policy of any site"):
+        made(site, policy="nearest")
+    stored(load_generalist())  # of no site: never the nearest
+    near = stored(load_generalist(), site, key="a little different")
+    progress = SilentProgress()
+    assert made(site, policy="nearest", progress=progress)["policy"]["id"] == near
+    assert any("nearest site: 0.00 away" in note for note in progress.notes)
+
+
+def test_a_policy_that_sees_something_else_is_refused_by_name_and_replaced_unasked(site, own_store):
+    old = own_store / stored(load_generalist(), key=load_site(site, SilentProgress()).site.geometry_digest)
+    manifest = json.loads((old / policies.MANIFEST_FILE).read_text())
+    manifest["observation"], manifest["observation_size"] = "window-7x7x5-v1", 263
+    del manifest["config"]["both_ways"]
+    manifest["id"] = _id_of(manifest)
+    (old / policies.MANIFEST_FILE).write_text(json.dumps(manifest, sort_keys=True, indent=2) + "\n")
+    old = old.rename(own_store / manifest["id"])
+    with pytest.raises(PolicyError, match="does not fit: observation 'window-7x7x5-v1' instead of") as refusal:
+        made(site, policy=old.name)
+    assert refusal.value.differs["observation_size"][0] == 263
+    document = made(site)
+    assert document["policy"]["id"] != old.name
+    assert document["policy"]["loaded"] is False
+
+
+class TrainedError(Exception):
+    """A training would have begun."""
+
+
+@pytest.mark.parametrize(
+    ("steps", "budget", "rate", "asked", "serves"),
+    [
+        (4_000, 4_000, 0.5, 4_000, True),  # it used its budget up
+        (8_000, 8_000, 0.5, 4_000, False),  # half of it would have ended elsewhere
+        (2_000, 8_000, 1.0, 4_000, False),  # so it would where it was good enough: the learning rate falls otherwise
+        (2_000, 8_000, 1.0, 8_000, True),
+        (0, 8_000, 1.0, 4_000, True),  # good enough untrained
+        (0, 0, 0.5, 4_000, False),
+        (4_000, None, 1.0, 4_000, False),  # ended by the clock, resumed, or trained on other lessons
+    ],
+)
+def test_a_stored_policy_serves_only_where_training_would_give_it(
+    site, own_store, monkeypatch, steps, budget, rate, asked, serves
+):
+    def trains(*_, **__):
+        raise TrainedError
+
+    network = load_generalist()
+    config = adapting(DqnConfig(required_success=0.9), network.layer_sizes[1:-1])
+    parent = generalist_record()["id"]
+    built = load_site(site, SilentProgress()).site
+    policy = TrainedPolicy(network, (), steps, rate, 1.0, 20, config, 0, parent, budget)
+    held = policies.save(policy, built.geometry_digest)
+    monkeypatch.setattr("bimvox.policy.train.train", trains)
+    if serves:
+        assert made(site, steps=asked)["policy"]["id"] == held
+    else:
+        with pytest.raises(TrainedError):
+            made(site, steps=asked)
+
+
+def test_lifts_that_the_policy_fails_are_retrained_on(site, own_store, monkeypatch):
+    weak = stored(knows_nothing())
+    without = made(site, policy=weak)
+    failed = {lift["component"] for lift in without["lifts"] if lift["method"] == "search"}
+    assert failed
+    assert "retrained" not in without
+
+    def trained(problems, config, *, seed, steps, initial, parent, **rest) -> TrainedPolicy:
+        """Stands for the training itself, which tests/policy looks at."""
+        assert (steps, parent) == (4_000, weak)
+        np.testing.assert_array_equal(initial.biases[-1], knows_nothing().biases[-1])
+        assert len(problems) >= len(failed)
+        return TrainedPolicy(load_generalist(), (), 1_234, 1.0, 1.0, 20, config, seed, parent)
+
+    monkeypatch.setattr("bimvox.policy.train.train", trained)
+    progress = SilentProgress()
+    document = made(site, policy=weak, retrain=4_000, progress=progress)
+    better = document["retrained"]
+    assert (better["from"], better["steps"]) == (weak, 1_234)
+    assert policies.load(better["id"]).manifest.parent == weak
+    found = {lift["component"]: lift["method"] for lift in document["lifts"]}
+    assert {name for name, method in found.items() if method != "policy"} == failed
+    assert "retrained" in found.values()
+    kept = {lift.method for lift in read_log(site.with_name("made.mcap")).plan.lifts}
+    assert "retrained" in kept
+    assert any("is asked next" in note for note in progress.notes)
+
+
+def test_nothing_is_retrained_where_the_policy_finds_every_lift(site, own_store, monkeypatch):
+    monkeypatch.setattr("bimvox_pipeline.plan.retrained", None)  # calling it would fail
+    document = made(site, retrain=4_000)
+    if any(lift["method"] == "search" for lift in document["lifts"]):
+        pytest.fail("the shipped policy should find all lifts of the frame")
+    assert "retrained" not in document
+
+
+def test_the_old_policy_is_kept_where_none_is_better(site, own_store):
+    weak = stored(knows_nothing())
+    progress = SilentProgress()
+    from bimvox_pipeline.plan import prepared
+    from bimvox_pipeline.policy.choice import choose_policy, retrained
+
+    built = load_site(site, progress).site
+    preparation = prepared(built, progress)
+    policy = choose_policy(
+        built, preparation, policy_id=weak, seed=0, steps=None, required_success=1.0, progress=progress
+    )
+    assert retrained(built, preparation, policy, seed=0, steps=0, progress=progress) is policy
+    assert [manifest.id for manifest in policies.list_policies()] == [weak]

@@ -1,0 +1,179 @@
+"""Policies as files: ours, ONNX, stable-baselines3."""
+
+from __future__ import annotations
+
+import io
+import itertools
+import json
+import pickle
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import onnxruntime
+import pytest
+import torch
+from bimvox_pipeline.policy.files import export_policy, import_policy
+from stable_baselines3 import DQN
+
+from bimvox.env.observation import INPUT_SIZE, VIEW_SIZE
+from bimvox.errors import InputError, PolicyError
+from bimvox.policy import store
+from bimvox.policy.bundle import pack, unpack
+from bimvox.policy.config import DqnConfig
+from bimvox.policy.network import QNetwork
+from bimvox.policy.sb3_file import read_sb3_zip
+from bimvox.policy.trained import CurvePoint, TrainedPolicy
+
+_SIZES = (INPUT_SIZE, 12, 8, 6)
+
+
+def network(seed: int = 0) -> QNetwork:
+    random = np.random.default_rng(seed)
+    return QNetwork(
+        tuple(random.standard_normal((a, b)).astype(np.float32) for a, b in itertools.pairwise(_SIZES)),
+        tuple(random.standard_normal(b).astype(np.float32) for b in _SIZES[1:]),
+    )
+
+
+def observations(seed: int = 1) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(-1, 1, (50, VIEW_SIZE)).astype(np.float32)
+
+
+@pytest.fixture
+def stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.setenv(store.STORE_VARIABLE, str(tmp_path / "store"))
+    curve = (CurvePoint(2000, 1.0, 1.01),)
+    return store.save(TrainedPolicy(network(), curve, 2000, 1.0, 1.01, 50, DqnConfig(hidden=(12, 8)), 3), "key")
+
+
+def test_a_policy_goes_to_another_store_and_is_the_same(
+    stored: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "mine.policy.zip"
+    assert export_policy(stored[:6], out=out) == {"id": stored, "out": str(out), "format": "bimvox"}
+    first = out.read_bytes()
+    export_policy(stored, out=out)
+    assert out.read_bytes() == first
+    before = store.load(stored)
+    monkeypatch.setenv(store.STORE_VARIABLE, str(tmp_path / "other"))
+    assert import_policy(out)["id"] == stored
+    assert import_policy(out)["id"] == stored
+    after = store.load(stored)
+    assert after.manifest == before.manifest
+    np.testing.assert_array_equal(after.network(observations()), before.network(observations()))
+
+
+def test_an_onnx_file_computes_what_the_network_does(stored: str, tmp_path: Path) -> None:
+    out = tmp_path / "policy.onnx"
+    assert export_policy(stored, out=out)["format"] == "onnx"
+    session = onnxruntime.InferenceSession(out.read_bytes(), providers=["CPUExecutionProvider"])
+    assert session.get_modelmeta().custom_metadata_map["policy"] == stored
+    asked = observations()
+    (found,) = session.run(["action_values"], {"observation": asked})
+    np.testing.assert_allclose(found, network()(asked), rtol=1e-4, atol=1e-4)
+    (one,) = session.run(None, {"observation": asked[:1]})
+    np.testing.assert_allclose(one, found[:1], rtol=1e-5, atol=1e-5)
+    first = out.read_bytes()
+    export_policy(stored, out=out)
+    assert out.read_bytes() == first
+
+
+def test_a_stable_baselines3_file_goes_there_and_back(stored: str, tmp_path: Path) -> None:
+    out = tmp_path / "policy.sb3.zip"
+    assert export_policy(stored, out=out)["format"] == "sb3"
+    dqn = DQN.load(out, device="cpu")
+    asked = observations()
+    with torch.no_grad():
+        values = dqn.q_net(torch.from_numpy(asked)).numpy()
+    np.testing.assert_allclose(values, network()(asked), rtol=1e-4, atol=1e-4)
+    with pytest.raises(PolicyError, match=r"policy\.sb3\.zip: this is a file of stable-baselines3") as caught:
+        import_policy(out)
+    assert "--trust" in (caught.value.hint or "")
+    identity = import_policy(out, trust=True)["id"]
+    loaded = store.load(identity)
+    np.testing.assert_array_equal(loaded.network(asked), network()(asked))
+    assert loaded.manifest.geometry_key.startswith("imported:")
+    assert store.find("key")[0].id == stored
+
+
+class _Bomb:
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return (Path.touch, (Path("exploded"),))
+
+
+def test_nothing_in_a_hostile_file_runs(stored: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    whole = tmp_path / "policy.sb3.zip"
+    export_policy(stored, out=whole)
+    for member in ("data", "policy.pth", "pytorch_variables.pth"):
+        with zipfile.ZipFile(whole) as archive:
+            files = {name: archive.read(name) for name in archive.namelist()}
+        if member == "data":
+            files["data"] = pickle.dumps(_Bomb())
+        else:
+            held = io.BytesIO()
+            torch.save(_Bomb(), held)
+            files[member] = held.getvalue()
+        bad = tmp_path / "bad.zip"
+        bad.write_bytes(pack(files))
+        if member == "policy.pth":
+            with pytest.raises(PolicyError, match="holds more than tensors"):
+                import_policy(bad, trust=True)
+        else:
+            import_policy(bad, trust=True)
+        assert not (tmp_path / "exploded").exists()
+
+
+def test_damaged_files_are_refused_and_nothing_is_stored(stored: str, tmp_path: Path) -> None:
+    out = tmp_path / "mine.policy.zip"
+    export_policy(stored, out=out)
+    whole = out.read_bytes()
+    files = unpack(whole, (store.MANIFEST_FILE, store.WEIGHTS_FILE), 10**8)
+    manifest = json.loads(files[store.MANIFEST_FILE])
+    changed = {**files, store.MANIFEST_FILE: json.dumps({**manifest, "steps": 1}).encode()}
+    escaping = {**files, store.MANIFEST_FILE: json.dumps({**manifest, "id": "../../evil"}).encode()}
+    weights = {**files, store.WEIGHTS_FILE: files[store.WEIGHTS_FILE][:-4] + b"\0\0\0\0"}
+    cases = {
+        "changed since": pack(changed),
+        "not 16 hexadecimal digits": pack(escaping),
+        "weights are not those": pack(weights),
+        "holds .*, not manifest": pack({**files, "more": b""}),
+        "not a manifest": pack({**files, store.MANIFEST_FILE: b"[" * 100_000}),
+        "not a whole zip": whole[:-10],
+    }
+    store.remove(stored)
+    for said, content in cases.items():
+        out.write_bytes(content)
+        with pytest.raises(PolicyError, match=f"(?s)mine.*{said}"):
+            import_policy(out)
+    assert store.list_policies() == ()
+    assert not (tmp_path / "evil").exists()
+
+
+def test_spoilt_deflated_members_are_refused(stored: str, tmp_path: Path) -> None:
+    files = store.files_of(stored)
+    for make, reader in ((files, {}), ({"policy.pth": b"x" * 5000, "data": b"{}"}, {"trust": True})):
+        held = io.BytesIO()
+        with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, content in make.items():
+                archive.writestr(name, content)
+            at = min(info.header_offset + 30 + len(info.filename) for info in archive.infolist())
+        content = held.getvalue()
+        bad = tmp_path / "bad.zip"
+        bad.write_bytes(content[:at] + b"\xff" * 8 + content[at + 8 :])
+        with pytest.raises(PolicyError, match="bad"):
+            import_policy(bad, **reader)
+
+
+@pytest.mark.parametrize("content", [b"", b"PK", b"no zip at all"])
+def test_other_files_are_no_stable_baselines3_files(content: bytes) -> None:
+    with pytest.raises(PolicyError, match="no zip file of stable-baselines3"):
+        read_sb3_zip(content)
+
+
+def test_unknown_forms_and_missing_folders(stored: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such form"):
+        export_policy(stored, to="pickle")
+    with pytest.raises(InputError, match="does not exist"):
+        export_policy(stored, out=tmp_path / "nowhere" / "x.onnx")

@@ -1,0 +1,15 @@
+from __future__ import annotations
+
+import pytest
+from bimvox_pipeline.train.generalist import main
+
+
+@pytest.mark.parametrize("device", ["cuda:99", "auto"])
+def test_a_device_that_is_not_there_ends_before_a_lesson_is_made(device, tmp_path, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(["train", "--device", device, "--out", str(tmp_path / "weights")])
+    assert caught.value.code == 2
+    told = capsys.readouterr()
+    assert f"device '{device}' cannot be trained on" in told.err
+    assert told.out == ""
+    assert not (tmp_path / "weights").exists()

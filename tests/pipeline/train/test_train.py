@@ -1,0 +1,78 @@
+"""Training a site's policy by the pipeline, and going on where a killed one was."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+
+from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.train.train import train
+
+from bimvox.policy import store as policies
+from bimvox.policy.tensorboard import FILE_NAME
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.train.train import train
+train(Path(sys.argv[1]), start_from="none", steps=int(sys.argv[2]), seed=5, progress=SilentProgress())
+"""
+
+
+def test_a_policy_is_stored_with_its_outline_and_its_curve_goes_where_it_is_wanted(site_folder, own_store, tmp_path):
+    progress = SilentProgress()
+    document = train(
+        site_folder / "frame.site.toml",
+        start_from="none",
+        steps=2_500,
+        curve=tmp_path / "curve.csv",
+        tensorboard=tmp_path / "runs",
+        progress=progress,
+    )
+    stored = policies.load(document["policy"]).manifest
+    assert stored.site is not None
+    assert stored.parent is None
+    assert document["from"] is None
+    assert document["tested"] == stored.tested > 0
+    assert 0.0 < document["success_at_least"] < document["success_rate"] or document["success_rate"] == 0.0
+    with (tmp_path / "curve.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert [int(row["steps"]) for row in rows] == [steps for steps, _ in document["curve"]]
+    assert (tmp_path / "runs" / FILE_NAME).stat().st_size > 100
+    assert any("steps a second" in note and "left" in note for note in progress.notes)
+
+
+def test_training_begins_with_the_policy_that_ships(site_folder, own_store):
+    from bimvox.policy.generalist.weights import generalist_record
+
+    document = train(site_folder / "frame.site.toml", steps=0, progress=SilentProgress())
+    assert document["from"] == generalist_record()["id"]
+    assert document["curve"][0][0] == 0
+    assert document["curve"][0][1] > 0.9  # on a site that it has never seen
+
+
+def test_a_killed_training_goes_on_where_it_was(site_folder, own_store):
+    site = site_folder / "frame.site.toml"
+    steps = 60_000  # more than it gets
+    unfinished = own_store.with_name(f"{own_store.name}-unfinished")
+    running = subprocess.Popen([sys.executable, "-c", SCRIPT, str(site), str(steps)], env=os.environ)
+    try:
+        give_up = time.monotonic() + 500
+        while not list(unfinished.glob("*/*/manifest.json")):
+            assert running.poll() is None, "it ended before its first test"
+            assert time.monotonic() < give_up
+            time.sleep(0.05)
+    finally:
+        running.send_signal(signal.SIGKILL)
+        running.wait()
+    assert policies.list_policies() == ()
+    kept = max(m.steps for place in unfinished.iterdir() for m in policies.list_policies(folder=place))
+
+    progress = SilentProgress()
+    document = train(site, start_from="none", steps=steps, seed=5, seconds=0.0, progress=progress)
+    assert any(note.startswith("resumed a training that was cut off after") for note in progress.notes)
+    assert document["curve"][0][0] <= kept < document["steps"]
+    assert list(unfinished.iterdir()) == []  # it has ended

@@ -1,0 +1,674 @@
+"""What a watch writes and takes up again: segments, the whole log, disks without room, files of every kind."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import bimvox_pipeline.watch.reader
+import bimvox_pipeline.watch.revise
+import numpy as np
+import pytest
+import trimesh
+from bimvox_pipeline.load_site import load_site
+from bimvox_pipeline.plan import policy_of, prepared
+from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.render.render import render
+from bimvox_pipeline.report.report import report
+from bimvox_pipeline.verify import verify
+from bimvox_pipeline.watch.file_watch import changes, state_of
+from bimvox_pipeline.watch.log import WholeLog, read_newest, segment_file, segments_on_disk
+from bimvox_pipeline.watch.watch import Watcher, follow
+from opened_pages import Opened
+
+from bimvox.errors import FileError
+from bimvox.log.reader import read_log
+from bimvox.log.recorder import write_log
+from bimvox.records.lift import Status
+
+STEPS = 2_000
+EMPTY = {"version": 1, "unit": "m", "obstructions": []}
+
+
+@pytest.fixture(scope="module")
+def parts(planned) -> tuple[Any, Any, Any]:
+    """The sample frame's site, what was prepared for it, and its policy."""
+    quiet = SilentProgress()
+    loaded = load_site(planned[0] / "frame.site.toml", quiet)
+    preparation = prepared(loaded.site, quiet)
+    policy = policy_of(loaded, loaded.site, preparation, policy=None, seed=None, steps=STEPS, progress=quiet)
+    return loaded, preparation, policy
+
+
+@pytest.fixture
+def watcher(parts, site_folder) -> Watcher:
+    return watcher_in(site_folder, parts)
+
+
+def watcher_in(folder: Path, parts: tuple[Any, Any, Any]) -> Watcher:
+    loaded, preparation, policy = parts
+    file = folder / "obstructions.json"
+    return Watcher(loaded, preparation, policy, file, folder / "frame.mcap", 0, SilentProgress())
+
+
+def box_on(watcher: Watcher, number: int, name: str = "box") -> dict[str, Any]:
+    """An obstruction of less than a cell in the middle of a lift's path."""
+    assert watcher.standing is not None
+    plan = watcher.standing.plan
+    path = plan.lifts[number].path_vox
+    low = plan.site.frame.corner_of(path[len(path) // 2]) + 0.1
+    return {"id": name, "box": {"min": low.tolist(), "max": (low + 0.2).tolist()}}
+
+
+def put(watcher: Watcher, *entries: dict[str, Any]) -> None:
+    watcher.file.write_text(json.dumps(EMPTY | {"obstructions": list(entries)}))
+
+
+def taken_up(watcher: Watcher) -> list[dict[str, Any]]:
+    put(watcher)
+    return list(watcher.take_up(state_of(watcher.file)))
+
+
+def change(watcher: Watcher) -> list[dict[str, Any]]:
+    return list(watcher.change(state_of(watcher.file)))
+
+
+def test_a_segment_carries_what_is_new_and_is_proven_like_any_log(watcher):
+    assert taken_up(watcher)[0]["event"] == "unchanged"
+    put(watcher, box_on(watcher, 5))
+    (document,) = change(watcher)
+    segment = Path(document["segment"])
+    log = read_log(segment)
+    new = {log.plan.site.components[lift.component].id for lift in log.plan.lifts}
+    assert new == {*document["replanned"], *document["retimed"]}
+    assert len(log.plan.lifts) + len(log.context) == len(watcher.standing.plan.lifts)
+    assert log.events[0].kind == "replan"
+    assert log.events[0].fields["obstructions"] == "box"
+    assert verify(segment, progress=SilentProgress())["verified"]
+    assert set(document["stages_ms"]) == {"read", "plan", "prove", "write"}
+    assert document["verdict_ms"] <= document["latency_ms"] == document["all_ms"]
+    watcher.close()
+
+
+def test_a_change_that_meets_nothing_is_a_revision_of_its_own(watcher):
+    taken_up(watcher)
+    put(watcher, {"id": "far", "voxels": [[0, 0, 1]]})
+    (document,) = change(watcher)
+    assert document["event"] == "replanned"
+    assert document["replanned"] == document["infeasible"] == document["retimed"] == []
+    segment = read_log(Path(document["segment"]))
+    assert segment.plan.lifts == ()
+    assert verify(Path(document["segment"]), progress=SilentProgress())["verified"]
+    watcher.close()
+
+
+def test_after_a_kill_the_newest_plan_comes_from_the_segments(watcher, parts):
+    taken_up(watcher)
+    for number in (5, 2):
+        put(watcher, box_on(watcher, number))
+        change(watcher)
+    watcher._whole.hold()  # killed before the whole log was written
+    assert read_log(watcher._plan.target).revision == 0
+    again = watcher_in(watcher.file.parent, parts)
+    (document,) = again.take_up(state_of(again.file))
+    assert document["event"] == "unchanged"
+    assert document["revision"] == watcher.revision
+    assert again.standing.plan.site.digest == watcher.standing.plan.site.digest
+    for one, other in zip(again.standing.plan.lifts, watcher.standing.plan.lifts, strict=True):
+        assert (one.path_vox == other.path_vox).all()
+    again.close()
+    whole = read_log(again._plan.target)
+    assert whole.revision == watcher.revision
+    assert verify(again._plan.target, progress=SilentProgress())["verified"]
+    assert [m.end_ns for m in whole.motions] == [m.end_ns for m in watcher.standing.chain]
+
+
+def test_the_page_of_a_watched_plan_has_every_revision_whole(watcher):
+    taken_up(watcher)
+    put(watcher, box_on(watcher, 5))
+    change(watcher)
+    place = watcher.standing.plan.lifts[2].place
+    low = watcher.standing.plan.site.frame.corner_of(place.cell_vox) + 0.1
+    put(watcher, {"id": "on-the-yard", "box": {"min": low.tolist(), "max": (low + 0.2).tolist()}})
+    (lost,) = change(watcher)
+    watcher._whole.hold()
+    count = len(watcher.standing.plan.lifts)
+
+    def revisions(log: Path) -> list[dict[str, Any]]:
+        out = log.with_suffix(".html")
+        render(log, out, proven=True, progress=SilentProgress())
+        return Opened(out.read_bytes()).document["revisions"]
+
+    # The whole log is behind: the page is ahead of it.
+    ahead = revisions(watcher._plan.target)
+    assert [r["number"] for r in ahead] == [0, 1, 2]
+    watcher.close()
+    found = revisions(watcher._plan.target)
+    assert [r["number"] for r in found] == [0, 1, 2]
+    assert [r["carried"] for r in found] == [count] * 3
+    assert all(r["proof"]["verified"] for r in found)
+    assert [r["infeasible"] for r in found] == [0, 0, len(lost["infeasible"])]
+    assert found[2]["lifts"] == ahead[2]["lifts"]
+    for revision in found:
+        for lift in revision["lifts"]:
+            assert (lift["motion"] is not None) == (lift["status"] == "planned")
+    # A segment's own page and report are those of the whole plan that it made.
+    segment = segment_file(watcher._plan.target, 1)
+    assert [r["carried"] for r in revisions(segment)] == [count] * 2
+    record = report(segment, segment.with_suffix(".html"), pictures=0, progress=SilentProgress())["record"]
+    assert len(record["lifts"]) == count
+    assert record["proof"]["verified"]
+    # What rests on a damaged segment is left out.
+    segment.write_bytes(segment.read_bytes()[:500])
+    assert [r["number"] for r in revisions(watcher._plan.target)] == [0, 2]
+
+
+def test_without_the_whole_log_or_with_a_damaged_segment_what_is_sound_is_taken_up(watcher):
+    taken_up(watcher)
+    for number in (5, 2):
+        put(watcher, box_on(watcher, number))
+        change(watcher)
+    digest, target = watcher.standing.plan.site.fixed_digest, watcher._plan.target
+    segments = segments_on_disk(target)
+    newest = read_newest(target, digest, SilentProgress())
+    assert newest.behind
+    assert newest.log.revision == max(segments)
+    last = segments[max(segments)]
+    last.write_bytes(last.read_bytes()[:500])
+    assert read_newest(target, digest, SilentProgress()).log.revision == max(segments) - 1
+    assert read_newest(target, "another site", SilentProgress()) is None
+
+
+def test_segments_of_an_earlier_plan_are_not_taken_for_those_of_a_new_one(watcher, parts):
+    """``bimvox plan`` wrote another plan over the log: what the segments say is not proven of that one."""
+    taken_up(watcher)
+    put(watcher, box_on(watcher, 5))
+    change(watcher)
+    watcher._whole.hold()  # killed before the whole log was written
+    target = watcher._plan.target
+    first = read_log(target)
+    lost = first.plan.lifts[-1]
+    unplanned = replace(
+        lost, status=Status.INFEASIBLE, reason="left out", method=None, path_vox=None, shortest_moves=None
+    )
+    other = replace(
+        first, plan=replace(first.plan, lifts=(*first.plan.lifts[:-1], unplanned)), motions=first.motions[:-1]
+    )
+    with target.open("wb") as stream:
+        write_log(stream, other)
+    quiet = SilentProgress()
+    newest = read_newest(target, first.plan.site.fixed_digest, quiet)
+    assert (newest.log.revision, newest.behind) == (0, False)
+    assert [lift.status for lift in newest.log.plan.lifts][-1] is Status.INFEASIBLE
+    assert any("earlier plan" in note for note in quiet.notes)
+    again = watcher_in(watcher.file.parent, parts)
+    (document,) = again.take_up(state_of(again.file))
+    assert document["event"] == "replanned"
+    assert document["revision"] == watcher.revision + 1
+    killed = read_newest(target, first.plan.site.fixed_digest, quiet)
+    assert killed.log.revision == document["revision"]
+    again.close()
+    assert verify(target, progress=quiet)["verified"]
+
+
+def test_a_file_that_is_gone_when_the_watch_begins_takes_no_obstruction_away(watcher, parts):
+    """As when it goes while the watch is there: editors delete and write anew, networks fail."""
+    taken_up(watcher)
+    put(watcher, box_on(watcher, 5))
+    change(watcher)
+    watcher.close()
+    watcher.file.unlink()
+    again = watcher_in(watcher.file.parent, parts)
+    (document,) = again.take_up(state_of(again.file))
+    assert document["event"] == "missing"
+    assert "does not exist; the last good plan stands, with its obstructions" in document["message"]
+    assert again.standing.plan.site.digest == watcher.standing.plan.site.digest
+    assert list(again.change(state_of(again.file))) == []
+    put(again)
+    (document,) = change(again)
+    assert document["event"] == "replanned"
+    again.close()
+
+
+def test_a_disk_without_room_loses_nothing(watcher, monkeypatch):
+    taken_up(watcher)
+    before = watcher.standing
+    put(watcher, box_on(watcher, 5))
+    write = bimvox_pipeline.watch.revise.write_atomically
+
+    def full(path, data):
+        raise FileError(path, "cannot be written: no space left on device; nothing was changed")
+
+    monkeypatch.setattr(bimvox_pipeline.watch.revise, "write_atomically", full)
+    (document,) = change(watcher)
+    assert document["event"] == "failed"
+    assert "no space" in document["message"]
+    assert watcher.standing is before
+    assert change(watcher) == []  # the same again is not told again
+    monkeypatch.setattr(bimvox_pipeline.watch.revise, "write_atomically", write)
+    until = time.monotonic() + 60.0
+    while not watcher.wants_another_look() and time.monotonic() < until:
+        time.sleep(0.05)
+    (document,) = change(watcher)
+    assert document["event"] == "replanned"
+    assert document["revision"] == watcher.revision == 1
+    assert not watcher.wants_another_look()
+    watcher.close()
+
+
+def test_a_jump_of_the_systems_clock_changes_nothing(watcher, monkeypatch):
+    taken_up(watcher)
+    now_s = iter([1e10, 0.0, 5e9] * 1000)
+    monkeypatch.setattr(time, "time", lambda: next(now_s))
+    monkeypatch.setattr(time, "time_ns", lambda: int(next(now_s) * 1e9))
+    put(watcher, box_on(watcher, 5))
+    (document,) = change(watcher)
+    assert document["event"] == "replanned"
+    assert 0.0 < document["verdict_ms"] <= document["latency_ms"] < 1e6
+    assert all(0.0 <= value < 1e6 for value in document["stages_ms"].values())
+    watcher.file.write_text("{")
+    assert change(watcher)[-1]["event"] == "rejected"
+    assert not watcher.wants_another_look()
+    watcher.close()
+
+
+def test_many_lifts_come_in_parts_the_first_ones_first(watcher, monkeypatch):
+    taken_up(watcher)
+    monkeypatch.setattr(bimvox_pipeline.watch.revise, "_FIRST", 1)
+    put(watcher, box_on(watcher, 2, "a"), box_on(watcher, 5, "b"))
+    documents = change(watcher)
+    assert [d["event"] for d in documents] == ["replanned", *["continued"] * (len(documents) - 1)]
+    assert len(documents) > 1
+    assert documents[0]["pending"]
+    assert not documents[-1]["pending"]
+    assert documents[-1]["all_ms"] >= documents[0]["latency_ms"]
+    for document in documents:
+        assert verify(Path(document["segment"]), progress=SilentProgress())["verified"]
+    watcher.close()
+    assert verify(watcher._plan.target, progress=SilentProgress())["verified"]
+
+
+def test_a_newer_change_goes_first_and_nothing_is_forgotten(watcher, monkeypatch):
+    taken_up(watcher)
+    monkeypatch.setattr(bimvox_pipeline.watch.revise, "_FIRST", 1)
+    entries = [box_on(watcher, 2, "a"), box_on(watcher, 5, "b")]
+    put(watcher, *entries)
+    parts = watcher.change(state_of(watcher.file))
+    first = next(parts)
+    assert first["pending"]
+    put(watcher, entries[0])
+    assert list(parts) == []
+    assert watcher.wants_another_look()
+    monkeypatch.undo()
+    documents = change(watcher)
+    assert not documents[-1]["pending"]
+    watcher.close()
+    assert verify(watcher._plan.target, progress=SilentProgress())["verified"]
+
+
+def test_warming_up_changes_nothing(watcher):
+    taken_up(watcher)
+    before, on_disk = watcher.standing, sorted(watcher.file.parent.iterdir())
+    watcher.warm()
+    assert watcher.standing is before
+    assert not watcher.is_cold
+    assert sorted(watcher.file.parent.iterdir()) == on_disk
+
+
+def test_what_is_there_and_cannot_be_read_is_not_said_to_be_gone(watcher, parts):
+    taken_up(watcher)
+    watcher.file.unlink()
+    watcher.file.mkdir()
+    (document,) = change(watcher)
+    assert document["event"] == "missing"
+    assert "obstructions.json: cannot be read: is a directory" in document["message"]
+    assert "the last good plan stands" in document["message"]
+    watcher.close()
+    again = watcher_in(watcher.file.parent, parts)
+    (document,) = again.take_up(state_of(again.file))
+    assert document["event"] == "rejected"
+    assert "is a directory" in document["message"]
+    again.close()
+
+
+def test_an_obstruction_beside_the_site_is_taken_and_said(watcher):
+    """Most likely its author meant other units, or another origin."""
+    taken_up(watcher)
+    watcher.progress = SilentProgress()  # as when it watches
+    far = {"id": "far", "box": {"min": [500.0, 500.0, 0.0], "max": [502.0, 502.0, 2.0]}}
+    for entry in (far, box_on(watcher, 5)):
+        put(watcher, far, entry) if entry is not far else put(watcher, far)
+        (document,) = change(watcher)
+        (note,) = document["notes"]
+        assert "far" in note
+        assert "outside" in note
+    put(watcher)
+    (document,) = change(watcher)
+    assert document["notes"] == []
+    watcher.close()
+
+
+def test_files_that_are_referred_to_for_the_first_time_are_no_change_of_their_own(watcher):
+    taken_up(watcher)
+    trimesh.creation.box(extents=(1.0, 1.0, 1.0)).export(watcher.file.parent / "works.stl")
+    put(watcher, {"id": "works", "mesh": "works.stl"})
+    (document,) = change(watcher)
+    assert document["event"] == "replanned"
+    with_mesh = state_of(watcher.file, watcher.files)
+    assert list(watcher.change(with_mesh)) == []
+    put(watcher, {"mesh": "works.stl", "id": "works"})
+    (document,) = watcher.change(state_of(watcher.file, watcher.files))
+    assert document["event"] == "unchanged"
+    watcher.close()
+
+
+def test_segments_lie_beside_a_log_that_is_a_link_and_are_found_again(watcher, parts):
+    """The whole log goes where the link leads; the segments are beside the name that was given."""
+    target = watcher._plan.target
+    elsewhere = target.parent / "elsewhere"
+    elsewhere.mkdir()
+    target.rename(elsewhere / target.name)
+    target.symlink_to(elsewhere / target.name)
+    taken_up(watcher)
+    put(watcher, box_on(watcher, 5))
+    change(watcher)
+    watcher._whole.hold()  # killed before the whole log was written
+    again = watcher_in(watcher.file.parent, parts)
+    (document,) = again.take_up(state_of(again.file))
+    assert (document["event"], document["revision"]) == ("unchanged", watcher.revision)
+    again.close()
+    assert target.is_symlink()
+
+
+def test_a_file_that_is_too_large_is_refused(watcher, monkeypatch):
+    taken_up(watcher)
+    monkeypatch.setattr(bimvox_pipeline.watch.reader, "_MOST_BYTES", 100)
+    watcher.file.write_text(" " * 200 + json.dumps(EMPTY))
+    (document,) = change(watcher)
+    assert document["event"] == "rejected"
+    assert "too large" in document["message"]
+
+
+def test_a_mesh_and_a_scan_that_come_later_are_taken(watcher):
+    taken_up(watcher)
+    watcher.file.write_text(json.dumps(EMPTY | {"obstructions": [{"id": "scan", "points": "scan.ply"}]}))
+    (document,) = change(watcher)
+    assert document["event"] == "rejected"
+    assert "scan.ply" in document["message"]
+    low = box_on(watcher, 5)["box"]["min"]
+    head = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+    (watcher.file.parent / "scan.ply").write_text(head + " ".join(map(str, low)) + "\n")
+    (document,) = change(watcher)
+    assert document["event"] == "replanned"
+    assert document["obstructions"] == ["scan"]
+    assert [path.name for path in watcher.files] == ["scan.ply"]
+    watcher.close()
+
+
+def cell_box(watcher: Watcher, cell: Any, name: str, size_vox: float = 1.0) -> dict[str, Any]:
+    """An obstruction that fills a cell, or some."""
+    assert watcher.standing is not None
+    frame = watcher.standing.plan.site.frame
+    low = frame.corner_of(cell) + 0.01
+    high = low + size_vox * frame.voxel_size_m - 0.02
+    return {"id": name, "box": {"min": low.tolist(), "max": high.tolist()}}
+
+
+def own_cell(plan: Any, component: Any) -> Any:
+    """A cell of a part at its place that no other part shares."""
+    others = {
+        tuple(cell)
+        for other in plan.site.components
+        if other is not component
+        for cell in (other.shape.cells + np.array(other.target_vox)).tolist()
+    }
+    own = (component.shape.cells + np.array(component.target_vox)).tolist()
+    return next(cell for cell in own if tuple(cell) not in others)
+
+
+@pytest.mark.parametrize("where", ["yard slot", "start", "target"])
+def test_on_a_yard_slot_a_start_or_a_target_the_lift_is_named_and_the_others_go_on(watcher, where):
+    taken_up(watcher)
+    plan = watcher.standing.plan
+    lift = plan.lifts[-1]
+    component = plan.site.components[lift.component]
+    cell = {
+        "yard slot": lift.place.cell_vox,
+        "start": lift.place.transit_start_vox,
+        "target": own_cell(plan, component),
+    }[where]
+    put(watcher, cell_box(watcher, cell, "pallet"))
+    told = change(watcher)[-1]
+    assert component.id in told["infeasible"]
+    (why,) = [one for one in told["blocked"] if one["component"] == component.id]
+    assert why["blocked_by"] == ["pallet"]
+    assert why["reason"]
+    assert told["kept"]
+    assert verify(Path(told["segment"]), progress=SilentProgress())["verified"]
+    put(watcher)
+    told = change(watcher)[-1]
+    assert told["infeasible"] == []
+    assert component.id in told["replanned"]
+
+
+def test_boxes_around_a_component_close_it_in(watcher):
+    taken_up(watcher)
+    plan = watcher.standing.plan
+    lift = plan.lifts[-1]
+    component = plan.site.components[lift.component]
+    size = plan.site.frame.voxel_size_m
+    low = plan.site.frame.corner_of(lift.place.cell_vox)
+    high = low + size * np.array(lift.place.shape.size_vox)
+    top = size * plan.site.shape[2]
+    walls = [
+        {"min": [low[0] - size, low[1] - size, 0.0], "max": [low[0] - 0.01, high[1] + size, top]},
+        {"min": [high[0] + 0.01, low[1] - size, 0.0], "max": [high[0] + size, high[1] + size, top]},
+        {"min": [low[0] - size, low[1] - size, 0.0], "max": [high[0] + size, low[1] - 0.01, top]},
+        {"min": [low[0] - size, high[1] + 0.01, 0.0], "max": [high[0] + size, high[1] + size, top]},
+    ]
+    put(watcher, *({"id": f"wall {n}", "box": wall} for n, wall in enumerate(walls)))
+    told = change(watcher)[-1]
+    assert component.id in told["infeasible"]
+    (why,) = [one for one in told["blocked"] if one["component"] == component.id]
+    assert set(why["blocked_by"]) & {f"wall {n}" for n in range(4)}
+
+
+def test_a_moved_box_is_a_change_of_that_box_alone(watcher):
+    taken_up(watcher)
+    put(watcher, box_on(watcher, 5, "truck"), box_on(watcher, 2, "stack"))
+    change(watcher)
+    put(watcher, box_on(watcher, 6, "truck"), box_on(watcher, 2, "stack"))
+    told = change(watcher)[0]
+    assert "truck" in told["obstructions"]
+
+
+def test_obstructions_everywhere_make_every_lift_infeasible_and_none_afterwards(watcher):
+    taken_up(watcher)
+    frame, shape = watcher.standing.plan.site.frame, watcher.standing.plan.site.shape
+    low, high = frame.corner_of([0, 0, 1]), frame.corner_of(list(shape))
+    put(watcher, {"id": "flood", "box": {"min": low.tolist(), "max": high.tolist()}})
+    (document,) = change(watcher)
+    assert len(document["infeasible"]) == len(watcher.standing.plan.lifts)
+    assert all("flood" in entry["blocked_by"] or entry["reason"] for entry in document["blocked"])
+    put(watcher)
+    (document,) = change(watcher)
+    assert document["infeasible"] == []
+    assert len(document["replanned"]) == len(watcher.standing.plan.lifts)
+    watcher.close()
+    assert verify(watcher._plan.target, progress=SilentProgress())["verified"]
+
+
+def test_a_whole_watch_ends_well_and_leaves_the_newest_log(watcher):
+    put(watcher)
+    stop, heard = threading.Event(), []
+
+    def run() -> None:
+        heard.extend(follow(watcher, once=False, poll_s=0.05, stop=stop))
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    until = time.monotonic() + 120.0
+    while watcher.is_cold and time.monotonic() < until:
+        time.sleep(0.05)
+    watcher.file.write_text("{")
+    put(watcher, box_on(watcher, 5))
+    while watcher.revision < 1 and time.monotonic() < until:
+        time.sleep(0.05)
+    stop.set()
+    thread.join(timeout=60.0)
+    assert not thread.is_alive()
+    assert read_log(watcher._plan.target).revision == watcher.revision == 1
+
+
+def test_polling_sees_every_content(tmp_path):
+    file = tmp_path / "o.json"
+    file.write_text("one")
+    stop = threading.Event()
+    found: Iterator[Any] = changes(file, tuple, stop, state_of(file), poll_s=0.02)
+    threading.Timer(0.2, file.write_text, ["two"]).start()
+    assert next(found).digest == state_of(file).digest
+    stop.set()
+    assert list(found) == []
+
+
+def test_a_link_that_is_led_elsewhere_is_followed(tmp_path):
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "o.json").write_text(name)
+    link = tmp_path / "o.json"
+    link.symlink_to(tmp_path / "one" / "o.json")
+    stop = threading.Event()
+    found = changes(link, tuple, stop, state_of(link))
+
+    def lead_elsewhere() -> None:
+        new = tmp_path / "new"
+        new.symlink_to(tmp_path / "two" / "o.json")
+        new.replace(link)
+
+    threading.Timer(0.3, lead_elsewhere).start()
+    first = next(found)
+    threading.Timer(0.3, (tmp_path / "two" / "o.json").write_text, ["three"]).start()
+    assert next(found).digest != first.digest
+    stop.set()
+
+
+def test_the_whole_log_is_stopped_by_a_change_and_written_at_the_end(watcher, monkeypatch):
+    taken_up(watcher)
+    written: list[int] = []
+
+    def slow(stream, record) -> None:
+        for _ in range(200):
+            stream.write(b"x" * 10)
+            time.sleep(0.01)
+        written.append(record)
+
+    monkeypatch.setattr("bimvox.log.recorder.write_log", slow)
+    whole = WholeLog(watcher.file.parent / "whole.mcap", SilentProgress())
+    whole.offer(1)
+    time.sleep(1.0)
+    whole.hold()
+    time.sleep(0.3)
+    assert not written
+    assert not (watcher.file.parent / "whole.mcap").exists()
+    whole.offer(2)
+    whole.close()
+    assert written == [2]
+    assert (watcher.file.parent / "whole.mcap").stat().st_size == 2000
+    assert not list(watcher.file.parent.glob(".bimvox-*"))
+
+
+def test_segment_names_sort_and_are_found(tmp_path):
+    log = tmp_path / "a.site.mcap"
+    for revision in (2, 10_000, 0):
+        segment_file(log, revision).write_bytes(b"")
+    (tmp_path / "a.site.rx.mcap").write_bytes(b"")
+    assert list(segments_on_disk(log)) == [0, 2, 10_000]
+
+
+def wait_for_training(watcher: Watcher, limit_s: float = 120.0) -> None:
+    until = time.monotonic() + limit_s
+    while not watcher.wants_another_look():
+        assert time.monotonic() < until
+        time.sleep(0.05)
+
+
+def fails(transits: Any) -> list[None]:
+    """A policy that finds nothing."""
+    return [None for _ in transits]
+
+
+def test_retraining_goes_on_beside_and_its_path_is_taken_where_it_is_no_longer(watcher, monkeypatch):
+    monkeypatch.setattr(
+        "bimvox_pipeline.policy.choice.retrained", lambda site, preparation, policy, **_: replace(policy, id="better")
+    )
+    watcher.retrain(100)
+    taken_up(watcher)
+    watcher._reviser.propose = fails
+    put(watcher, box_on(watcher, 5))
+    told = change(watcher)[-1]
+    assert told["event"] == "replanned"
+    searched = {name for name in told["replanned"] if method_of(watcher, name) == "search"}
+    assert searched
+    before = {lift.component: lift.moves for lift in watcher.standing.plan.lifts}
+    wait_for_training(watcher)
+    (told,) = change(watcher)
+    assert told["event"] == "retrained"
+    assert told["policy"] == "better"
+    assert set(told["replanned"]) <= searched
+    for lift in watcher.standing.plan.lifts:
+        assert lift.moves <= before[lift.component]
+    assert {name for name in searched if method_of(watcher, name) == "retrained"}
+    assert verify(Path(told["segment"]), progress=SilentProgress())["verified"]
+    assert change(watcher)[-1]["event"] == "unchanged"
+    watcher.close()
+    assert read_log(watcher._plan.target).revision == watcher.revision
+
+
+def method_of(watcher: Watcher, name: str) -> str:
+    plan = watcher.standing.plan
+    return next(lift.method.value for lift in plan.lifts if plan.site.components[lift.component].id == name)
+
+
+def test_retraining_that_brings_nothing_or_fails_changes_nothing(watcher, monkeypatch):
+    def broken(*_: Any, **__: Any) -> Any:
+        raise ValueError("no lessons")
+
+    watcher.retrain(100)
+    taken_up(watcher)
+    watcher._reviser.propose = fails
+    for number, (outcome, event, said) in enumerate(
+        (
+            (lambda site, preparation, policy, **_: policy, "retrained", "no retrained policy was better"),
+            (broken, "failed", "no lessons"),
+        )
+    ):
+        monkeypatch.setattr("bimvox_pipeline.policy.choice.retrained", outcome)
+        put(watcher, box_on(watcher, 5 + number))
+        revision = change(watcher)[-1]["revision"]
+        lifts = watcher.standing.plan.lifts
+        wait_for_training(watcher)
+        (told,) = change(watcher)
+        assert told["event"] == event
+        assert said in told["message"]
+        assert told["revision"] == watcher.revision == revision
+        assert watcher.standing.plan.lifts is lifts
+
+
+def test_a_newer_change_ends_the_training(watcher, monkeypatch):
+    monkeypatch.setattr("bimvox_pipeline.policy.choice.retrained", lambda *_, **__: time.sleep(600.0))
+    watcher.retrain(100)
+    taken_up(watcher)
+    watcher._reviser.propose = fails
+    put(watcher, box_on(watcher, 5))
+    change(watcher)
+    process = watcher._retraining._process
+    assert process.is_alive()
+    put(watcher)
+    change(watcher)
+    assert not process.is_alive()
+    watcher.close()

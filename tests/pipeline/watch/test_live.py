@@ -1,0 +1,168 @@
+"""Live logs; the live server, whose tests need foxglove-sdk (the extra ``live``) and a websocket client."""
+
+from __future__ import annotations
+
+import errno
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.watch.live import DrivenLog, LiveView, address_of, driven_until_ns, live_logs
+from foxglove_schemas_protobuf.Log_pb2 import Log
+
+from bimvox.errors import InputError, LogFileError
+from bimvox.log import schema as topics
+from bimvox.log.live.log import LiveLog
+from bimvox.log.reader import read_log
+
+
+@pytest.mark.parametrize(
+    ("text", "address"), [("8765", ("127.0.0.1", 8765)), ("0.0.0.0:1", ("0.0.0.0", 1)), ("::1:80", ("::1", 80))]
+)
+def test_an_address_is_a_port_or_a_host_and_a_port(text, address):
+    assert address_of(text) == address
+
+
+@pytest.mark.parametrize("text", ["", "x", "host:", "99999", "1.5"])
+def test_what_is_no_address_is_said(text):
+    with pytest.raises(InputError, match="not a port"):
+        address_of(text)
+
+
+def driven(target: Path, time_ns: int | None) -> SilentProgress:
+    """A run of a watch that drives until a time; where None, it is killed before anything is written."""
+    quiet = SilentProgress()
+    log = DrivenLog(target, quiet, 1, "plan")
+    if time_ns is not None:
+        log.send(topics.LOG, time_ns, Log(message="driven").SerializeToString())
+    log.close()
+    return quiet
+
+
+def test_the_newest_live_logs_that_hold_something_are_kept(tmp_path):
+    target = tmp_path / "frame.mcap"
+    other = tmp_path / "other.live0000.mcap"
+    other.write_bytes(b"")
+    times_ns: list[int | None] = [1, None, 2, 3, None, 4, None, None, None, 5]
+    for number, time_ns in enumerate(times_ns):
+        assert not driven(target, time_ns).notes
+        assert list(live_logs(target)) == list(range(number + 1))
+    (note,) = driven(target, 6).notes
+    assert "newest 5" in note
+    assert list(live_logs(target)) == list(range(2, 11)), "runs that left nothing do not push out those that did"
+    assert driven_until_ns(target, "plan") == 6
+    assert driven_until_ns(target, "another") == 0
+    assert other.exists()
+
+
+def test_a_live_log_says_that_it_is_one_where_a_plan_is_asked_for(tmp_path):
+    driven(tmp_path / "frame.mcap", 5)
+    with pytest.raises(LogFileError, match="is a live log"):
+        read_log(tmp_path / "frame.live0000.mcap")
+
+
+def test_a_disk_without_room_removes_no_live_log(tmp_path, monkeypatch):
+    target = tmp_path / "frame.mcap"
+    for time_ns in range(1, 6):
+        driven(target, time_ns)
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "no space left on device")
+
+    monkeypatch.setattr("bimvox.log.live.log.LiveLog.__init__", full)
+    quiet = driven(target, 6)
+    (note,) = quiet.notes
+    assert note.startswith("the live log ends here: no space left on device")
+    assert list(live_logs(target)) == list(range(5))
+
+
+def test_after_a_disk_was_full_a_live_log_goes_on_with_the_next_change(tmp_path, monkeypatch):
+    """Else the clock would go back to the last revision when the watch begins again."""
+    target = tmp_path / "frame.mcap"
+    log = DrivenLog(target, SilentProgress(), 1, "plan")
+    log.send(topics.LOG, 5, Log(message="before").SerializeToString())
+    save = LiveLog._save
+
+    def full(_: LiveLog) -> None:
+        raise OSError(errno.ENOSPC, "no space left on device")
+
+    monkeypatch.setattr(LiveLog, "_save", full)
+    assert log._log is not None
+    log._log._failure = OSError(errno.ENOSPC, "no space left on device")
+    for time_ns in (6, 7):
+        log.keep([(topics.LOG, time_ns, Log(message="lost").SerializeToString())])
+    assert list(live_logs(target)) == [0], "an attempt leaves nothing behind"
+    monkeypatch.setattr(LiveLog, "_save", save)
+    log.send(topics.LOG, 8, Log(message="lost").SerializeToString())
+    log.keep([(topics.LOG, 9, Log(message="after").SerializeToString())])
+    log.close()
+    assert list(live_logs(target)) == [0, 1]
+    assert driven_until_ns(target, "plan") == 9
+
+
+def test_a_viewer_gets_what_stands_and_what_moves(planned):
+    pytest.importorskip("foxglove")
+    client = pytest.importorskip("websockets.sync.client")
+    from bimvox.log.live.server import LiveServer
+    from bimvox.log.reader import read_log
+
+    record = read_log(planned[0] / "frame.mcap")
+    server = LiveServer("127.0.0.1", 0)
+    server.advertise(1)
+    view = LiveView([server], None)
+    view.show(record)
+    try:
+        with client.connect(f"ws://{server.address}", subprotocols=["foxglove.sdk.v1"], max_size=None) as viewer:
+            advertised: dict[str, Any] = {}
+            while len(advertised) < len(topics.TOPICS):
+                said = viewer.recv(timeout=20)
+                if isinstance(said, str) and json.loads(said)["op"] == "advertise":
+                    advertised |= {channel["topic"]: channel for channel in json.loads(said)["channels"]}
+            assert set(advertised) == {topic.name for topic in topics.TOPICS}
+            assert {channel["encoding"] for channel in advertised.values()} == {"protobuf"}
+            names = [topics.VOXELS, topics.SCENE, topics.PLANNED, topics.TF, topics.JOINTS]
+            numbers = {n: advertised[topic]["id"] for n, topic in enumerate(names)}
+            subscriptions = [{"id": n, "channelId": channel} for n, channel in numbers.items()]
+            viewer.send(json.dumps({"op": "subscribe", "subscriptions": subscriptions}))
+            got: set[str] = set()
+            while not set(names) <= got:  # where nothing moves, the crane is shown as it stands
+                said = viewer.recv(timeout=20)
+                if isinstance(said, bytes) and said[0] == 1:
+                    got.add(names[int.from_bytes(said[1:5], "little")])
+    finally:
+        view.close()
+
+
+def test_each_cranes_topics_reach_a_viewer():
+    """A log of one crane knows no topics of a second one; the server has as many as the site has cranes."""
+    pytest.importorskip("foxglove")
+    client = pytest.importorskip("websockets.sync.client")
+    from two_cranes import two_crane_plan
+
+    from bimvox.log.live.server import LiveServer
+    from bimvox.log.plan_log import PlanLog
+
+    plan, motions = two_crane_plan()
+    server = LiveServer("127.0.0.1", 0)
+    server.advertise(2)
+    view = LiveView([server], None)
+    view.show(PlanLog(plan=plan, motions=motions))
+    second = {topics.of_crane(topic, 1) for topic in (topics.PLANNED, topics.JOINTS, topics.COMMAND)}
+    try:
+        with client.connect(f"ws://{server.address}", subprotocols=["foxglove.sdk.v1"], max_size=None) as viewer:
+            topic_of: dict[int, str] = {}
+            got: set[str] = set()
+            while not second <= got:
+                said = viewer.recv(timeout=20)
+                if isinstance(said, str) and json.loads(said)["op"] == "advertise":
+                    new = {channel["id"]: channel["topic"] for channel in json.loads(said)["channels"]}
+                    topic_of |= new
+                    subscriptions = [{"id": number, "channelId": number} for number in new]
+                    viewer.send(json.dumps({"op": "subscribe", "subscriptions": subscriptions}))
+                elif isinstance(said, bytes) and said[0] == 1:
+                    got.add(topic_of[int.from_bytes(said[1:5], "little")])
+            assert set(topic_of.values()) == {topic.name for topic in topics.topics_of(2)}
+    finally:
+        view.close()

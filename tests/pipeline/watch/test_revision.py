@@ -1,0 +1,363 @@
+"""Revising a plan step by step: the whole proof accepts the result, and the same lifts are possible as from scratch."""
+
+from __future__ import annotations
+
+import io
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from bimvox_pipeline.load_site import rasterise
+from bimvox_pipeline.plan import prepared
+from bimvox_pipeline.policy.choice import NO_POLICY
+from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.prove import plan_and_prove
+from bimvox_pipeline.watch.beside import Beside
+
+from bimvox.errors import MotionError
+from bimvox.log.reader import read_log
+from bimvox.log.recorder import write_log
+from bimvox.log.segments import newest, pending_of, segment_of
+from bimvox.motion.time_plan import time_lift
+from bimvox.proof.motion import verify_motions
+from bimvox.proof.plan import verify_plan
+from bimvox.records.lift import Status
+from bimvox.revise.revise import revise
+from bimvox.revise.standing import Standing, standing_of
+from bimvox.site.build import with_obstructions
+from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
+
+
+@pytest.fixture(scope="module")
+def frame(planned) -> tuple[Any, Any]:
+    """The plan of the sample frame, and what was prepared for its site."""
+    log = read_log(planned[0] / "frame.mcap")
+    return log, prepared(log.plan.site, SilentProgress())
+
+
+def random_set(rng: np.random.Generator, standing: Standing) -> ObstructionSet:
+    """Some boxes: on paths, on starts and targets, anywhere, now and then a wall or everything."""
+    site = standing.plan.site
+    size_m = site.frame.voxel_size_m
+    found = []
+    for number in range(int(rng.integers(0, 4))):
+        paths = [lift.path_vox for lift in standing.plan.lifts if lift.path_vox is not None]
+        kind = rng.random()
+        cell = rng.integers((0, 0, 1), site.shape)
+        if paths and kind < 0.6:
+            path = paths[int(rng.integers(len(paths)))]
+            cell = path[int(rng.integers(len(path)))]
+        elif kind < 0.75:
+            target = site.components[int(rng.integers(len(site.components)))]
+            cell = np.array(target.target_vox) + target.shape.cells[0]
+        low = site.frame.corner_of(cell) + 0.1 * size_m
+        high = low + size_m * rng.uniform(0.3, 4.0 if kind < 0.9 else 30.0, size=3)
+        found.append(Obstruction(f"box {number}", Box(tuple(low), tuple(high))))
+    return ObstructionSet.of(found)
+
+
+def without_clock(motion: Any) -> tuple[Any, ...]:
+    """A motion apart from when it starts and from whole turns."""
+    parts = motion.trajectories
+    turns = 2.0 * np.pi * np.round(parts[0].slew_rad[0] / (2.0 * np.pi))
+    return tuple(
+        (part.time_ns.tolist(), part.radius_m.tolist(), part.height_m.tolist(), np.round(part.slew_rad - turns, 9))
+        for part in parts
+    )
+
+
+def check_kept(before: Standing, after: Standing, made: set[int]) -> None:
+    for was, now in zip(before.plan.lifts, after.plan.lifts, strict=True):
+        if was.order in made:
+            continue
+        assert now is was
+        if was.status is Status.PLANNED:
+            old, new = before.motions[was.order], after.motions[was.order]
+            assert new.end_ns - new.start_ns == old.end_ns - old.start_ns
+            for one, other in zip(without_clock(old), without_clock(new), strict=True):
+                assert one[:3] == other[:3]
+                turned = one[3] - other[3]
+                assert np.allclose(turned, turned[0])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_changes_end_in_a_plan_that_the_whole_proof_accepts(frame, seed):
+    log, preparation = frame
+    rng = np.random.default_rng(seed)
+    standing = standing_of(log.plan, log.motions)
+    for _ in range(6):
+        site = with_obstructions(standing.plan.site, random_set(rng, standing), rasterise)
+        first = standing
+        made: set[int] = set()
+        for part in revise(standing, site, preparation, first=2):
+            standing = part.standing
+            made |= set(part.made)
+        assert not standing.pending
+        assert standing.plan.site is site
+        check_kept(first, standing, made)
+    plan = standing.plan
+    proof = verify_plan(plan)
+    assert proof.verified, proof.failures
+    proof = verify_motions(plan, standing.chain)
+    assert proof.verified, proof.failures
+
+
+@pytest.mark.parametrize("seed", range(10, 14))
+def test_the_same_lifts_are_infeasible_as_when_planned_from_scratch(frame, seed):
+    log, preparation = frame
+    rng = np.random.default_rng(seed)
+    standing = standing_of(log.plan, log.motions)
+    for _ in range(4):
+        obstructions = random_set(rng, standing)
+        site = with_obstructions(standing.plan.site, obstructions, rasterise)
+        if not obstructions.obstructions:
+            continue
+        before = standing.plan
+        for part in revise(standing, site, preparation):
+            standing = part.standing
+        statuses = [lift.status for lift in standing.plan.lifts]
+        if Status.PLANNED not in statuses:
+            standing = standing_of(log.plan, log.motions)
+            continue
+        scratch = plan_and_prove(site, preparation, NO_POLICY, previous=before, progress=SilentProgress())
+        assert statuses == [lift.status for lift in scratch.plan.lifts]
+
+
+def test_a_removal_brings_infeasible_lifts_back_and_keeps_the_others(frame):
+    log, preparation = frame
+    start = standing_of(log.plan, log.motions)
+    component = log.plan.site.components[log.plan.lifts[0].component]
+    low = log.plan.site.frame.corner_of(component.target_vox) + 0.1
+    on_target = ObstructionSet.of([Obstruction("truck", Box(tuple(low), tuple(low + 0.2)))])
+    *_, blocked = revise(start, with_obstructions(log.plan.site, on_target, rasterise), preparation)
+    lifts = blocked.standing.plan.lifts
+    assert lifts[0].status is Status.INFEASIBLE
+    assert lifts[0].blocked_by == ("truck",)
+    rests_on_it = [lift for lift in lifts if component.id in lift.blocked_by]
+    assert rests_on_it
+    assert blocked.standing.chain[0].start_ns == 0
+    assert blocked.standing.chain[0].approach is None
+    *_, free = revise(blocked.standing, with_obstructions(log.plan.site, EMPTY, rasterise), preparation)
+    assert all(lift.status is Status.PLANNED for lift in free.standing.plan.lifts)
+    assert verify_motions(free.standing.plan, free.standing.chain).verified
+
+
+def test_nothing_met_is_nothing_made(frame):
+    log, preparation = frame
+    start = standing_of(log.plan, log.motions)
+    site = log.plan.site
+    nowhere = site.frame.corner_of(np.array([0, 0, 1])) + 0.1
+    far = ObstructionSet.of([Obstruction("far", Box(tuple(nowhere), tuple(nowhere + 0.2)))])
+    (part,) = revise(start, with_obstructions(site, far, rasterise), preparation)
+    assert part.made == ()
+    assert part.change.cells > 0
+    assert all(a is b for a, b in zip(start.plan.lifts, part.standing.plan.lifts, strict=True))
+    assert all(start.motions[order] is motion for order, motion in part.standing.motions.items())
+
+
+def test_segments_on_top_of_a_log_give_the_newest_plan(frame, tmp_path: Path):
+    log, preparation = frame
+    rng = np.random.default_rng(3)
+    standing = standing_of(log.plan, log.motions)
+    segments = []
+    for _ in range(3):
+        site = with_obstructions(standing.plan.site, random_set(rng, standing), rasterise)
+        for part in revise(standing, site, preparation, first=1):
+            standing = part.standing
+            record = segment_of(
+                standing.plan,
+                standing.motions,
+                part.made,
+                standing.pending,
+                revision=len(segments) + 1,
+                event={"why": "test"},
+                attachments={},
+                metadata={},
+            )
+            path = tmp_path / f"{len(segments)}.mcap"
+            with path.open("wb") as stream:
+                write_log(stream, record)
+            segments.append(read_log(path))
+            assert segments[-1].events[0].fields["why"] == "test"
+            assert pending_of(segments[-1]) == standing.pending
+            proof = verify_plan(segments[-1].plan, segments[-1].context)
+            assert proof.verified, proof.failures
+            proof = verify_motions(segments[-1].plan, segments[-1].motions, segments[-1].context)
+            assert proof.verified, proof.failures
+    found = newest(log, segments)
+    assert found.revision == len(segments)
+    assert found.plan.site.digest == standing.plan.site.digest
+    assert [lift.status for lift in found.plan.lifts] == [lift.status for lift in standing.plan.lifts]
+    stream = io.BytesIO()
+    write_log(stream, found)
+    assert verify_motions(found.plan, found.motions).verified
+    for one, other in zip(found.motions, standing.chain, strict=True):
+        assert (one.start_ns, one.end_ns) == (other.start_ns, other.end_ns)
+
+
+def test_a_plan_taken_up_halfway_is_finished(frame):
+    log, preparation = frame
+    standing = standing_of(log.plan, log.motions)
+    rng = np.random.default_rng(5)
+    parts = []
+    while len(parts) < 2:
+        site = with_obstructions(standing.plan.site, random_set(rng, standing), rasterise)
+        parts = list(revise(standing, site, preparation, first=1))
+    half = parts[0].standing
+    orders = half.pending
+    cut = [lift for lift in half.plan.lifts if lift.order not in orders]
+    assert orders
+    assert len(cut) + len(orders) == len(half.plan.lifts)
+    # As it is read back from disk: pending lifts have neither path nor motion.
+    record = segment_of(
+        half.plan, half.motions, parts[0].made, orders, revision=1, event={}, attachments={}, metadata={}
+    )
+    again = newest(log, [record])
+    taken_up = standing_of(again.plan, again.motions)
+    assert taken_up.pending == orders
+    *_, last = revise(taken_up, again.plan.site, preparation)
+    assert not last.standing.pending
+    assert verify_plan(last.standing.plan).verified
+    assert verify_motions(last.standing.plan, last.standing.chain).verified
+
+
+def test_what_is_taken_back_is_known_and_proven_still(frame, monkeypatch):
+    log, preparation = frame
+    first = standing_of(log.plan, log.motions)
+    site = first.plan.site
+    low = site.frame.corner_of(np.array(site.components[0].target_vox)) + 0.1
+    blocked = with_obstructions(
+        site, ObstructionSet.of([Obstruction("box", Box(tuple(low), tuple(low + 0.3)))]), rasterise
+    )
+    *_, with_box = revise(first, blocked, preparation)
+    lost = {lift.order for lift in with_box.standing.plan.lifts if lift.status is Status.INFEASIBLE}
+    assert lost, "what rests on the blocked part is impossible, too"
+
+    def never(*_: Any, **__: Any) -> Any:
+        raise AssertionError("it is known already")
+
+    free = with_obstructions(site, EMPTY, rasterise)
+    with monkeypatch.context() as known:
+        known.setattr("bimvox.revise.walk.plan_lift", never)
+        known.setattr("bimvox.revise.motions.time_lift", never)
+        parts = list(revise(with_box.standing, free, preparation, first=3))
+    last = parts[-1].standing
+    assert lost <= {order for part in parts for order in part.made}
+    assert all(one is other for one, other in zip(last.plan.lifts, first.plan.lifts, strict=True))
+    assert verify_plan(last.plan).verified
+    assert verify_motions(last.plan, last.chain).verified
+    assert [motion.end_ns for motion in last.chain] == [motion.end_ns for motion in first.chain]
+
+
+def test_a_version_is_not_taken_where_something_else_is_in_its_way(frame):
+    log, preparation = frame
+    first = standing_of(log.plan, log.motions)
+    site, path = first.plan.site, first.plan.lifts[0].path_vox
+    assert path is not None
+
+    def box(name: str, cell: Any) -> Obstruction:
+        low = site.frame.corner_of(np.array(cell)) + 0.1
+        return Obstruction(name, Box(tuple(low), tuple(low + 0.3)))
+
+    on_target = box("on target", site.components[first.plan.lifts[0].component].target_vox)
+    on_path = box("on path", path[len(path) // 2])
+    *_, blocked = revise(first, with_obstructions(site, ObstructionSet.of([on_target]), rasterise), preparation)
+    *_, other = revise(blocked.standing, with_obstructions(site, ObstructionSet.of([on_path]), rasterise), preparation)
+    lift = other.standing.plan.lifts[0]
+    assert lift.status is Status.PLANNED
+    assert not np.array_equal(lift.path_vox, path)
+    assert verify_plan(other.standing.plan).verified
+    assert verify_motions(other.standing.plan, other.standing.chain).verified
+
+
+@pytest.fixture(scope="module")
+def in_the_way(frame) -> Any:
+    """The frame's site with a box on the middle of every path."""
+    log, _ = frame
+    boxes = [
+        Obstruction(f"box {n}", Box(tuple(low), tuple(low + 0.4)))
+        for n, lift in enumerate(log.plan.lifts)
+        if lift.path_vox is not None
+        for low in [log.plan.site.frame.corner_of(lift.path_vox[len(lift.path_vox) // 2])]
+    ]
+    return with_obstructions(log.plan.site, ObstructionSet.of(boxes), rasterise)
+
+
+class OneSide:
+    """This side of shared work, as it may come about: it does all, some, or nothing of it."""
+
+    def __init__(self, side, counts, share) -> None:
+        self._side, self._left = side, [round(share * count) for count in counts]
+        self.give, self.take = side.give, side.take
+
+    def claim(self, kind):
+        self._left[kind] -= 1
+        return self._side.claim(kind) if self._left[kind] >= 0 else None
+
+
+def shared_so(share, works=lambda work, side: work(side)):
+    def begin(counts, work):
+        return OneSide(Beside().share(counts, lambda side: works(work, side)), counts, share)
+
+    return begin
+
+
+def dies_with_a_piece_of_each_kind(_, side):
+    side.claim(0)
+    side.claim(1)
+    os._exit(1)
+
+
+@pytest.mark.parametrize(
+    "beside",
+    [
+        Beside().share,
+        shared_so(0.0),
+        shared_so(0.4),
+        shared_so(1.0),
+        shared_so(1.0, dies_with_a_piece_of_each_kind),
+    ],
+    ids=["as it comes", "all there", "some here", "all here", "the copy dies"],
+)
+def test_what_a_copy_does_its_share_of_is_what_is_done_here(frame, in_the_way, beside):
+    """The same paths and motions to the last bit, and the same proof."""
+    log, preparation = frame
+    standing = standing_of(log.plan, log.motions)
+    alone, shared = (next(revise(standing, in_the_way, preparation, first=6, **so)) for so in ({}, {"beside": beside}))
+    assert len(alone.replanned) > 3
+    assert (shared.made, shared.replanned, shared.retimed) == (alone.made, alone.replanned, alone.retimed)
+    assert shared.standing.motions.keys() == alone.standing.motions.keys()
+    for motion, other in zip(alone.standing.chain, shared.standing.chain, strict=True):
+        assert motion.phases == other.phases
+        for part, same in zip(motion.trajectories, other.trajectories, strict=True):
+            for field in ("time_ns", "slew_rad", "radius_m", "height_m"):
+                assert np.array_equal(getattr(part, field), getattr(same, field))
+    for footprints, others in (
+        (alone.standing.ways, shared.standing.ways),
+        (alone.standing.paths, shared.standing.paths),
+    ):
+        assert footprints.keys() == others.keys()
+        assert all(np.array_equal(found.heights, others[order].heights) for order, found in footprints.items())
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0], ids=["all there", "some here", "all here"])
+def test_a_lift_that_the_crane_cannot_drive_is_named_and_the_others_are_planned(frame, in_the_way, share, monkeypatch):
+    log, preparation = frame
+    standing = standing_of(log.plan, log.motions)
+    whole = next(revise(standing, in_the_way, preparation, first=6))
+    bad = whole.replanned[1]
+    component = log.plan.site.components[standing.plan.lifts[bad].component].id
+
+    def timed(site, crane, lift, *more):
+        if lift.order == bad:
+            raise MotionError(component, "the rope is too short")
+        return time_lift(site, crane, lift, *more)
+
+    monkeypatch.setattr("bimvox.revise.motions.time_lift", timed)
+    part = next(revise(standing, in_the_way, preparation, first=6, beside=shared_so(share)))
+    refused = part.standing.plan.lifts[bad]
+    assert refused.status is Status.INFEASIBLE
+    assert refused.reason == f"the crane cannot drive its path: {component}: the rope is too short"
+    assert set(part.replanned) >= {order for order in whole.replanned if order < bad}

@@ -1,0 +1,241 @@
+"""A watch that carries its plan out, by a clock that the test turns."""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from bimvox_pipeline.load_site import load_site
+from bimvox_pipeline.plan import policy_of, prepared
+from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.verify import verify
+from bimvox_pipeline.watch.file_watch import state_of
+from bimvox_pipeline.watch.live import driven_until_ns, live_logs
+from bimvox_pipeline.watch.simulate import NOW_NS, PlanClock
+from bimvox_pipeline.watch.watch import Watcher
+
+from bimvox.crane.kinematics import hook_of
+from bimvox.log import schema as topics
+from bimvox.log.mcap.reader import read_contents, salvage_contents
+from bimvox.log.reader import read_log
+from bimvox.revise.in_transit import behind, motion_under_way
+
+EMPTY = {"version": 1, "unit": "m", "obstructions": []}
+
+
+@pytest.fixture(scope="module")
+def parts(planned) -> tuple[Any, Any, Any]:
+    quiet = SilentProgress()
+    loaded = load_site(planned[0] / "frame.site.toml", quiet)
+    preparation = prepared(loaded.site, quiet)
+    policy = policy_of(loaded, loaded.site, preparation, policy="none", seed=None, steps=None, progress=quiet)
+    return loaded, preparation, policy
+
+
+class Hand:
+    """A wall clock that is turned by hand."""
+
+    def __init__(self) -> None:
+        self.now_s = 0.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+class Simulated:
+    """A watcher of an empty file that carries the plan on disk out, ten times as fast as the wall's clock."""
+
+    def __init__(self, folder: Path, parts: tuple[Any, Any, Any]) -> None:
+        loaded, preparation, policy = parts
+        self.hand = Hand()
+        self.file = folder / "obstructions.json"
+        clock = PlanClock(10.0, self.hand)
+        self.watcher = Watcher(
+            loaded, preparation, policy, self.file, folder / "frame.mcap", 0, SilentProgress(), clock
+        )
+        self.put()
+        self.taken_up = list(self.watcher.take_up(state_of(self.file)))
+        self.watcher.begin()
+
+    def put(self, *entries: dict[str, Any]) -> None:
+        self.file.write_text(json.dumps(EMPTY | {"obstructions": list(entries)}))
+
+    def at(self, time_ns: int) -> None:
+        self.hand.now_s = (time_ns - self.watcher._plan.carried_out_ns) / 1e10
+
+    def look(self) -> list[dict[str, Any]]:
+        return list(self.watcher.change(replace(state_of(self.file), seen_s=self.hand.now_s)))
+
+    def box_ahead(self, order: int, share: float) -> dict[str, Any]:
+        """A box where the load of a lift comes later, below the hook."""
+        standing = self.watcher.standing
+        assert standing is not None
+        loaded = standing.motions[order].loaded
+        at = int(share * (len(loaded.time_ns) - 1))
+        crane, frame = standing.plan.site.crane, standing.plan.site.frame
+        hook_m = hook_of(crane, loaded.slew_rad[at], loaded.radius_m[at], loaded.height_m[at])
+        low = hook_m - [0.05, 0.05, crane.sling_m + 0.5 * frame.voxel_size_m]
+        return {"id": "drone", "box": {"min": low.tolist(), "max": (low + 0.1).tolist()}}
+
+
+@pytest.fixture
+def simulated(site_folder, parts) -> Simulated:
+    return Simulated(site_folder, parts)
+
+
+def test_every_part_goes_through_its_states_in_order(simulated):
+    standing = simulated.watcher.standing
+    simulated.at(standing.motions[2].start_ns)
+    assert simulated.watcher.wants_another_look()
+    told = simulated.look()
+    first = standing.plan.site.components[standing.plan.lifts[0].component].id
+    assert [one["state"] for one in told if one["component"] == first] == ["in_transit", "arrived", "assembled"]
+    assert [one["time_s"] for one in told] == sorted(one["time_s"] for one in told)
+    assert {one["event"] for one in told} == {"state"}
+    assert len(told) == 6
+    assert simulated.look() == []
+    assert not simulated.watcher.wants_another_look()
+
+
+def test_a_load_in_the_air_is_stopped_and_the_segment_proves_it(simulated):
+    standing = simulated.watcher.standing
+    motion = standing.motions[3]
+    first, last = (motion.start_ns + int(motion.loaded.time_ns[n]) for n in (0, -1))
+    simulated.at(int(first + 0.3 * (last - first)))
+    simulated.look()
+    simulated.put(simulated.box_ahead(3, 0.6))
+    *_, told = [one for one in simulated.look() if one["event"] != "state"]
+    assert told["event"] == "replanned"
+    stopped = told["stopped"]
+    assert stopped["safe"]
+    assert not stopped["held"]
+    assert stopped["component"] == standing.plan.site.components[motion.component].id
+    assert told["time_s"] < stopped["rest_s"] < stopped["goes_on_s"]
+    assert stopped["goes_on_s"] - told["time_s"] >= 30.0, "ten times as fast: a plan takes seconds, so minutes go by"
+    assert stopped["component"] in told["replanned"]
+    segment = Path(told["segment"])
+    assert verify(segment, progress=SilentProgress())["verified"]
+    (event,) = [event for event in read_log(segment).events if event.kind == "stop"]
+    assert event.fields["how"] == stopped["how"]
+    simulated.watcher.close()
+    whole = simulated.watcher._plan.target
+    assert verify(whole, progress=SilentProgress())["verified"]
+    assert len(read_log(whole).plan.history) == 1
+
+
+def test_after_a_kill_it_goes_on_where_the_last_revision_left_it(simulated, site_folder, parts):
+    standing = simulated.watcher.standing
+    now_ns = standing.motions[4].start_ns + 10**9
+    simulated.at(now_ns)
+    simulated.look()
+    simulated.put(simulated.box_ahead(6, 0.5))
+    told = simulated.look()[-1]
+    assert int(read_log(Path(told["segment"])).metadata[NOW_NS]) == pytest.approx(now_ns, abs=100)
+    done = simulated.watcher.standing.motions[2]
+    again = Watcher(
+        *parts, simulated.file, site_folder / "frame.mcap", 0, SilentProgress(), PlanClock(1.0, simulated.hand)
+    )
+    found = list(again.take_up(state_of(simulated.file)))
+    assert [one["event"] for one in found] == ["unchanged"], [
+        {k: v for k, v in one.items() if k in ("stopped", "blocked")} for one in (told, *found)
+    ]
+    again.begin()
+    assert again._execution.clock.now_ns == pytest.approx(now_ns, abs=100)
+    assert np.array_equal(again.standing.motions[2].loaded.slew_rad, done.loaded.slew_rad)
+    simulated.put()
+    list(again.change(replace(state_of(simulated.file), seen_s=simulated.hand.now_s)))
+    assert len(again.standing.plan.history) == 2
+
+
+def test_a_load_that_is_held_is_known_after_a_kill_and_goes_on_when_it_can(simulated, site_folder, parts):
+    standing = simulated.watcher.standing
+    loaded = standing.motions[5].loaded
+    simulated.at(standing.motions[5].start_ns + int(loaded.time_ns[len(loaded.time_ns) // 2]))
+    simulated.look()
+    target = standing.plan.site.components[standing.motions[5].component]
+    low = standing.plan.site.frame.corner_of(np.array(target.target_vox) + target.shape.cells[0]) + 0.1
+    simulated.put({"id": "on its place", "box": {"min": list(low), "max": list(low + 0.2)}})
+    told = simulated.look()[-1]
+    assert told["stopped"]["held"], told
+    held = simulated.watcher.standing.held
+    again = Watcher(
+        *parts, simulated.file, site_folder / "frame.mcap", 0, SilentProgress(), PlanClock(10.0, simulated.hand)
+    )
+    list(again.take_up(replace(state_of(simulated.file), seen_s=simulated.hand.now_s)))
+    known = again.standing.held
+    assert known.lift.component == held.lift.component
+    assert (known.how, known.is_safe, known.stop.end_ns) == (held.how, held.is_safe, held.stop.end_ns)
+    assert np.array_equal(known.stop.trajectory.slew_rad, held.stop.trajectory.slew_rad)
+    simulated.put()
+    again.begin()
+    (stopped,) = [d["stopped"] for d in again.change(replace(state_of(simulated.file), seen_s=0.0)) if "stopped" in d][
+        :1
+    ]
+    assert not stopped["held"]
+    assert again.standing.held is None
+    assert held.lift.order in again.standing.motions
+    again.close()
+
+
+def test_what_is_driven_is_in_a_log_that_grows_and_the_clock_goes_on_from_there(simulated, site_folder, parts):
+    target = site_folder / "frame.mcap"
+    simulated.watcher.show_to(())
+    simulated.watcher._show()
+    motion = simulated.watcher.standing.motions[3]
+    now_ns = motion.start_ns + int(motion.loaded.time_ns[len(motion.loaded.time_ns) // 2])
+    simulated.at(now_ns)
+    simulated.look()
+    (path,) = live_logs(target).values()
+    until, there = time.monotonic() + 30.0, set()
+    while not {topics.SCENE, topics.JOINTS, topics.LOAD, topics.TF} <= there:
+        assert time.monotonic() < until
+        time.sleep(0.1)
+        there = {message.topic for message in salvage_contents(path.read_bytes(), path).messages}
+    first = simulated.watcher._plan.first
+    assert driven_until_ns(target, first) >= now_ns - 100
+    assert driven_until_ns(target, "another plan") == 0
+    again = Watcher(*parts, simulated.file, target, 0, SilentProgress(), PlanClock(10.0, simulated.hand))
+    list(again.take_up(state_of(simulated.file)))
+    again.show_to(())
+    again.begin()
+    assert again._execution.clock.now_ns == pytest.approx(now_ns, abs=100)
+    assert len(live_logs(target)) == 2
+    again.close()
+    simulated.put(simulated.box_ahead(3, 0.9))
+    assert [one["event"] for one in simulated.look() if one["event"] != "state"] == ["replanned"]
+    simulated.watcher.close()
+    happened = [m.data for m in read_contents(path.read_bytes(), path).messages if m.topic == topics.EVENTS]
+    assert [b"replan" in data for data in happened] == [True, False]
+    assert b"stop" in happened[1]
+
+
+def test_behind_a_pending_lift_no_time_is_known(simulated):
+    standing = simulated.watcher.standing
+    gap = replace(standing, motions={o: m for o, m in standing.motions.items() if o != 3}, pending=frozenset({3}))
+    now_ns = standing.motions[5].start_ns + 10**9
+    assert behind(standing, now_ns) == 4
+    assert behind(gap, now_ns) == 2
+    assert motion_under_way(gap, standing.plan.lifts[5], now_ns) is None
+    assert motion_under_way(standing, standing.plan.lifts[5], now_ns) is standing.motions[5]
+
+
+def test_a_run_that_was_killed_at_once_takes_nothing_from_the_clock(simulated, site_folder, parts):
+    """Its live log is there, and holds nothing: the one before it says how far the plan was carried out."""
+    target = site_folder / "frame.mcap"
+    simulated.watcher.show_to(())
+    simulated.at(300 * 10**9)
+    simulated.watcher._show()
+    simulated.watcher.close()
+    (path,) = live_logs(target).values()
+    path.with_name("frame.live0001.mcap").write_bytes(path.read_bytes()[:100])
+    path.with_name("frame.live0002.mcap").write_bytes(b"")
+    again = Watcher(*parts, simulated.file, target, 0, SilentProgress(), PlanClock(10.0, simulated.hand))
+    list(again.take_up(state_of(simulated.file)))
+    again.begin()
+    assert again._execution.clock.now_ns == pytest.approx(300 * 10**9, abs=100)
+    again.close()

@@ -1,0 +1,49 @@
+import numpy as np
+import pytest
+from box_sites import box_mesh
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bimvox.bim.building import TriangleMesh
+from bimvox.planning.contact.erosion import eroded_triangles_m
+
+sizes = st.floats(0.2, 5.0)
+
+
+@given(sizes, sizes, sizes, st.floats(0.001, 0.05))
+def test_a_box_shrinks_by_the_depth_on_every_side(x, y, z, depth):
+    eroded = eroded_triangles_m(box_mesh((0, 0, 0), (x, y, z)), depth)
+    assert eroded.min(axis=(0, 1)) == pytest.approx([depth] * 3, abs=1e-6)
+    assert eroded.max(axis=(0, 1)) == pytest.approx([x - depth, y - depth, z - depth], abs=1e-6)
+
+
+def test_an_inverted_box_shrinks_too():
+    box = box_mesh((0, 0, 0), (1, 1, 1))
+    inverted = TriangleMesh(box.vertices_m, box.faces[:, ::-1].copy())
+    eroded = eroded_triangles_m(inverted, 0.01)
+    assert eroded.min() == pytest.approx(0.01)
+    assert eroded.max() == pytest.approx(0.99)
+
+
+def test_the_inner_corner_of_an_l_moves_into_the_solid():
+    outline = np.array([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], float)
+    caps = np.array([(0, 1, 3), (1, 2, 3), (0, 3, 5), (3, 4, 5)])
+    bottom, top = np.c_[outline, np.zeros(6)], np.c_[outline, np.ones(6)]
+    sides = [((n, (n + 1) % 6, 6 + n), ((n + 1) % 6, 6 + (n + 1) % 6, 6 + n)) for n in range(6)]
+    faces = np.concatenate([caps[:, ::-1], caps + 6, np.array(sides).reshape(-1, 3)]).astype(np.int32)
+    mesh = TriangleMesh(np.concatenate([bottom, top]), faces)
+    assert mesh.signed_volume_m3 == pytest.approx(3.0)
+    eroded = eroded_triangles_m(mesh, 0.1)
+    corners = {tuple(round(float(v), 4) for v in corner) for corner in eroded.reshape(-1, 3)}
+    plan = [(0.1, 0.1), (1.9, 0.1), (1.9, 0.9), (0.9, 0.9), (0.9, 1.9), (0.1, 1.9)]
+    assert corners == {(x, y, z) for x, y in plan for z in (0.1, 0.9)}
+
+
+def test_no_vertex_moves_farther_than_a_mitre_allows():
+    needle = TriangleMesh(
+        np.array([(0, 0, 0), (1, 0, 0), (0.5, 0.02, 0), (0.5, 0.01, 3.0)]),
+        np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)], np.int32),
+    )
+    eroded = eroded_triangles_m(needle, 0.01)
+    original = needle.triangles_m
+    assert np.linalg.norm(eroded - original, axis=2).max() <= 0.03 + 1e-9

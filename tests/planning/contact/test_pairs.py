@@ -1,0 +1,54 @@
+import numpy as np
+import pytest
+from box_sites import box_site
+
+from bimvox.planning.contact.pairs import Contacts
+
+
+def test_parts_that_share_or_touch_cells_are_neighbours():
+    site = box_site(
+        [
+            ("left", (1.0, 1.0, 0.0), (2.1, 2.0, 1.0)),
+            ("right", (2.1, 1.0, 0.0), (3.0, 2.0, 1.0)),
+            ("far", (6.0, 1.0, 0.0), (7.0, 2.0, 1.0)),
+            ("corner", (3.0, 2.0, 1.0), (4.0, 3.0, 2.0)),
+        ],
+        structure=[("pad", (6.0, 1.0, 1.0), (7.0, 2.0, 1.2))],
+    )
+    contacts = Contacts(site)
+    assert contacts.neighbours == ((1,), (0, 3), (4,), (1,))
+    assert not contacts.clashes
+
+
+def test_parts_drawn_into_each_other_are_listed_with_their_depth():
+    site = box_site(
+        [
+            ("a", (1.0, 1.0, 0.0), (2.0, 2.0, 1.0)),
+            ("b", (1.95, 1.0, 0.0), (3.0, 2.0, 1.0)),
+            ("c", (2.995, 1, 0), (4, 2, 1)),
+        ]
+    )
+    contacts = Contacts(site)
+    (clash,) = contacts.clashes  # b and c overlap by 5 mm, which is within the tolerance
+    assert (clash.first, clash.second) == ("a", "b")
+    assert clash.depth_m == pytest.approx(0.05, abs=0.0015)
+    assert contacts.way_out_m(0, 1) == pytest.approx([-0.05, 0, 0], abs=0.0015)
+    assert contacts.way_out_m(1, 0) == pytest.approx([0.05, 0, 0], abs=0.0015)
+    assert contacts.way_out_m(1, 2) == pytest.approx([0, 0, 0])
+
+
+def test_a_part_drawn_right_through_another_has_no_short_way_out():
+    site = box_site([("wall", (1.0, 1.0, 0.0), (6.0, 1.2, 3.0)), ("cross", (3.0, -3.0, 0.0), (3.2, 4.0, 3.0))])
+    contacts = Contacts(site)
+    assert [(c.first, c.second, c.way_out_m) for c in contacts.clashes] == [("wall", "cross", None)]
+    assert contacts.way_out_m(0, 1) is None
+    assert contacts.way_out_m(1, 0) is None
+
+
+def test_moves_meet_only_beyond_the_tolerance():
+    site = box_site([("a", (1.0, 1.0, 0.0), (2.0, 2.0, 1.0)), ("b", (2.0, 1.0, 0.0), (3.0, 2.0, 1.0))])
+    contacts = Contacts(site)
+    assert not contacts.meets_on_move(0, np.zeros(3), 1, 2, 1, 0.5, 4).any()
+    assert contacts.meets_on_move(0, np.zeros(3), 1, 0, 1, 0.5, 4).any()
+    assert not contacts.meets_on_move(0, np.array([0.009, 0, 0]), 1, 2, 1, 0.5, 4).any()
+    assert contacts.meets_on_move(0, np.array([0.011, 0, 0]), 1, 2, 1, 0.5, 4).any()

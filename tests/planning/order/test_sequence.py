@@ -1,0 +1,177 @@
+import pytest
+from box_sites import box_site, test_crane
+
+from bimvox.errors import InputError, SequenceError
+from bimvox.planning.contact.pairs import Contacts
+from bimvox.planning.order.relations import _one_way, precedence
+from bimvox.planning.order.sequence import Sequencer
+from bimvox.site.component import OrderHints
+
+PORTAL = [
+    ("slab", (1.0, 1.0, 3.4), (5.0, 2.0, 3.6)),
+    ("beam", (1.0, 1.4, 3.0), (5.0, 1.6, 3.4)),
+    ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.98)),
+    ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.98)),
+]
+
+
+def order_of(site):
+    contacts = Contacts(site)
+    relations = precedence(site, contacts)
+    return relations, Sequencer(site, relations, contacts).lowest_first()
+
+
+def names(site, sequence):
+    return [site.components[i].id for i in sequence.order]
+
+
+def test_supports_stand_before_what_they_carry():
+    site = box_site(PORTAL)
+    relations, sequence = order_of(site)
+    assert relations.supports[1] == (2, 3)  # across a joint of 20 mm
+    assert relations.supports[0] == (1,)
+    assert relations.grounded == (False, False, True, True)
+    assert names(site, sequence) == ["left", "right", "beam", "slab"]
+    assert not sequence.notes
+
+
+def test_what_would_block_the_descent_comes_later():
+    site = box_site(PORTAL)
+    relations, _ = order_of(site)
+    assert set(relations.descent[2]) == {0, 1}
+    assert relations.descent[1] == (0,)
+    assert relations.descent[0] == ()
+
+
+def test_parts_side_by_side_do_not_order_each_other():
+    relations, _ = order_of(box_site([("a", (1, 1, 0), (2, 2, 3)), ("b", (2, 1, 0), (3, 2, 1))]))
+    assert relations.descent == ((), ())
+    assert relations.supports == ((), ())
+
+
+def test_the_planners_own_order_is_kept():
+    site = box_site([("a", (1, 1, 0), (2, 2, 1)), ("b", (4, 1, 0), (5, 2, 1), {"before": ("a",)})])
+    assert names(site, order_of(site)[1]) == ["b", "a"]
+
+
+def test_a_constraint_on_an_unknown_component_is_an_error():
+    site = box_site([("a", (1, 1, 0), (2, 2, 1), {"after": ("nobody",)})])
+    with pytest.raises(InputError, match="nobody"):
+        order_of(site)
+
+
+def test_a_hung_panel_waits_for_what_it_touches_and_is_noted():
+    site = box_site([("panel", (2.0, 1.0, 1.0), (2.2, 3.0, 2.0)), ("column", (1.0, 1.0, 0.0), (2.0, 2.0, 3.0))])
+    _, sequence = order_of(site)
+    assert names(site, sequence) == ["column", "panel"]
+    assert sequence.notes == ("panel: nothing supports it within 0.05 m; it is set after a part that it touches",)
+
+
+def test_wishes_that_go_round_in_a_circle_are_an_error_that_names_it():
+    site = box_site([("a", (1, 1, 0), (2, 2, 1), {"after": ("b",)}), ("b", (4, 1, 0), (5, 2, 1), {"after": ("a",)})])
+    with pytest.raises(SequenceError, match=r"b before a .the site file says so., a before b") as caught:
+        order_of(site)
+    assert sorted(caught.value.cycle) == ["a", "b"]
+
+
+def test_a_wish_against_support_is_an_error_that_names_both_reasons():
+    site = box_site([("slab", (1, 1, 1), (3, 3, 1.2), {"before": ("leg",)}), ("leg", (1.5, 1.5, 0), (2, 2, 0.98))])
+    with pytest.raises(
+        SequenceError, match=r"slab before leg .the site file says so., leg before slab .which rests on"
+    ):
+        order_of(site)
+
+
+def test_a_wish_against_a_straight_descent_is_kept_where_a_way_in_from_the_side_is_free():
+    """A post under a cantilevered slab that rests elsewhere: wished after the slab, it comes in from the side."""
+    parts = [
+        ("wall", (1.0, 1.0, 0.0), (1.5, 3.0, 2.0)),
+        ("slab", (1.0, 1.0, 2.0), (3.0, 3.0, 2.2)),
+        ("box", (2.0, 1.5, 0.0), (2.5, 2.0, 1.5), {"after": ("slab",)}),
+    ]
+    site = box_site(parts)
+    relations, sequence = order_of(site)
+    assert 1 in relations.descent[2]
+    assert names(site, sequence) == ["wall", "slab", "box"]
+    assert any("set sideways: box" in note for note in sequence.notes)
+
+
+def test_a_wish_that_no_way_in_allows_is_an_error():
+    """The same box, walled in: once the slab is there, it has no way."""
+    walls = [
+        ("west", (0.5, 0.5, 0.0), (1.0, 3.5, 2.0)),
+        ("east", (3.0, 0.5, 0.0), (3.5, 3.5, 2.0)),
+        ("south", (1.0, 0.5, 0.0), (3.0, 1.0, 2.0)),
+        ("north", (1.0, 3.0, 0.0), (3.0, 3.5, 2.0)),
+    ]
+    slab = ("slab", (0.5, 0.5, 2.0), (3.5, 3.5, 2.2))
+    site = box_site([*walls, slab, ("box", (1.5, 1.5, 0.0), (2.5, 2.5, 1.5), {"after": ("slab",)})])
+    with pytest.raises(SequenceError) as caught:
+        order_of(site)
+    assert set(caught.value.cycle) == {"slab", "box"}
+
+
+def hinted(name, x, rank, **more):
+    return (name, (x, 1, 0), (x + 1, 2, 1), {"hints": OrderHints(**{rank: more["at"]}, task=more.get("task"))})
+
+
+@pytest.mark.parametrize("rank", ["zone", "task_rank", "storey_rank"])
+def test_zones_tasks_and_storeys_order_what_geometry_leaves_free(rank):
+    site = box_site([hinted("c", 1, rank, at=2), hinted("a", 3, rank, at=0), hinted("b", 5, rank, at=1)])
+    assert names(site, order_of(site)[1]) == ["a", "b", "c"]
+
+
+def test_what_is_wanted_first_comes_with_what_it_needs_and_before_all_zones():
+    parts = [
+        ("other", (5, 1, 0), (6, 2, 1), {"hints": OrderHints(zone=0, zone_name="north")}),
+        ("slab", (1, 1, 1), (3, 3, 1.2), {"hints": OrderHints(first=True)}),
+        ("leg", (1.5, 1.5, 0), (2, 2, 0.98)),
+    ]
+    site = box_site(parts)
+    assert names(site, order_of(site)[1]) == ["leg", "slab", "other"]
+
+
+def test_a_schedule_that_contradicts_geometry_gives_way_and_both_are_named():
+    parts = [
+        ("slab", (1, 1, 1), (3, 3, 1.2), {"hints": OrderHints(task="set slabs", task_rank=0)}),
+        ("leg", (1.5, 1.5, 0), (2, 2, 0.98), {"hints": OrderHints(task="set columns", task_rank=1)}),
+    ]
+    site = box_site(parts)
+    _, sequence = order_of(site)
+    assert names(site, sequence) == ["leg", "slab"]
+    told = "leg (task 'set columns') is set before task 'set slabs', against the schedule in the building's file"
+    assert sequence.notes == (f"{told}: slab needs it",)
+
+
+def test_a_hung_part_waits_for_what_the_file_says_it_is_connected_to():
+    parts = [
+        ("panel", (2.0, 1.0, 1.0), (2.2, 3.0, 2.0), {"hints": OrderHints(connected=("post",))}),
+        ("column", (1.0, 1.0, 0.0), (2.0, 2.0, 3.0)),
+        ("post", (3.0, 3.2, 0.0), (3.2, 3.4, 3.0)),
+    ]
+    site = box_site(parts)
+    _, sequence = order_of(site)
+    assert names(site, sequence) == ["column", "post", "panel"]
+    assert "is connected to" in sequence.notes[0]
+
+
+def test_structure_below_counts_as_support():
+    site = box_site([("wall", (1, 1, 0.5), (4, 1.2, 3.0))], structure=[("footing", (1, 1, 0), (4, 2, 0.48))])
+    relations, sequence = order_of(site)
+    assert relations.grounded == (True,)
+    assert not sequence.notes
+
+
+def test_parts_that_rest_on_each_other_do_not_wait_for_each_other():
+    """Two parts with a hook each, the one's over the other's and the other way round."""
+    site = box_site([("a", (1, 1, 0), (2, 2, 1)), ("b", (4, 1, 0), (5, 2, 1))])
+    assert _one_way([(1,), (0,)]) == ((), ())
+    assert _one_way([(1,), (2,), (1, 3), ()]) == ((1,), (), (3,), ())
+    assert order_of(site)[1].order == (0, 1)
+
+
+def test_what_would_block_the_rope_comes_later():
+    """A cap over the middle of a ring does not touch the ring's way down, but its rope's."""
+    ring = ("frame", (1.0, 1.0, 0.0), (3.0, 3.0, 0.5))
+    site = box_site([ring, ("cap", (1.8, 1.8, 3.0), (2.6, 2.6, 3.2))], crane=test_crane(base=(8.0, 8.0, 0.0)))
+    assert order_of(site)[0].descent[0] == (1,)

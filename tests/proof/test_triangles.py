@@ -1,0 +1,66 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from box_sites import box_site
+
+from bimvox.proof import triangles as triangle_check
+from bimvox.proof.triangles import TriangleCheck
+from bimvox.records.lift import LiftPlan, ModelledClash
+from bimvox.records.proof import Check
+
+PARTS = [
+    ("below", (1.0, 1.0, 0.0), (2.0, 3.0, 1.0)),
+    ("above", (1.0, 1.0, 1.0), (2.0, 3.0, 2.0)),
+    ("aside", (1.95, 1.0, 0.0), (3.0, 3.0, 2.0)),
+]
+
+
+@pytest.fixture(scope="module")
+def plan():
+    clashes = tuple(ModelledClash(name, "aside", 0.05, (-0.05, 0.0, 0.0)) for name in ("below", "above"))
+    return LiftPlan(box_site(PARTS), (), clashes)
+
+
+def ways(rng):
+    """Ways to its place and across it, in every direction."""
+    for _ in range(40):
+        from_m, to_m = rng.normal(0.0, 0.6, 3) * rng.integers(0, 2, 3), rng.normal(0.0, 0.2, 3) * rng.integers(0, 2, 3)
+        yield np.array([from_m, to_m, (0.0, 0.0, 0.0)])
+
+
+def found(plan, moving, other):
+    check, triangles = Check("triangles"), TriangleCheck(plan)
+    for way in ways(np.random.default_rng(0)):
+        triangles.check_way(check, plan.site.components[moving], way, other)
+        triangles.check_apart(check, plan.site.components[moving], way, other)
+    return check
+
+
+@pytest.mark.parametrize(("moving", "other"), [(0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1)])
+def test_boxes_that_are_apart_say_what_the_collision_library_would(plan, monkeypatch, moving, other):
+    quick = found(plan, moving, other)
+    assert 0 < quick.failed < quick.samples
+    monkeypatch.setattr(triangle_check, "_ROUNDING_M", 1e9)
+    assert found(plan, moving, other) == quick
+
+
+def test_a_part_may_be_on_the_far_side_of_what_it_is_drawn_into(plan):
+    """Its way out of the clash would take it into the other there; it is not where the way out is looked at."""
+    check = Check("triangles")
+    beyond = np.array([[3.0, 0.0, 0.0], [2.03, 0.0, 0.0]])
+    TriangleCheck(plan).check_way(check, plan.site.components[0], beyond, 2)
+    assert check.passed
+
+
+def test_a_surface_that_loses_its_shape_is_found_once_for_each_side(plan, monkeypatch):
+    monkeypatch.setattr(triangle_check, "eroded_triangles_m", lambda mesh, depth_m: mesh.triangles_m * 0.5)
+    site = plan.site
+    parts = tuple(dataclasses.replace(c, mesh=dataclasses.replace(c.mesh)) for c in site.components)
+    forged = dataclasses.replace(plan, site=dataclasses.replace(site, components=parts), clashes=())
+    check, triangles = Check("triangles"), TriangleCheck(forged)
+    for _ in range(3):
+        triangles.check_way(check, parts[1], np.zeros((2, 3)), 0)
+    assert [text for text in check.failures if "lost its shape" in text] == [
+        "below: its surface moved inward by 0.010 m lost its shape"
+    ]

@@ -1,0 +1,155 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from box_sites import box_mesh
+
+from bimvox.bim.building import TriangleMesh
+from bimvox.errors import FileError, ObstructionFileError
+from bimvox.site.obstructions.file import FORMS, obstructions_json_schema, parse_obstructions
+from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Points, Voxels
+
+BOX = {"min": [0, 0, 0], "max": [1, 2, 3]}
+
+
+def parse(value, name="site.json", folder=Path("nowhere"), **more):
+    data = value if isinstance(value, bytes) else json.dumps(value).encode()
+    return parse_obstructions(data, name, folder, **more)
+
+
+def file_of(*entries, **more):
+    return {"version": 1, "unit": "m", "obstructions": list(entries), **more}
+
+
+def error_of(value, name="site.json", folder=Path("nowhere"), **more) -> ObstructionFileError:
+    with pytest.raises(ObstructionFileError) as caught:
+        parse(value, name, folder, **more)
+    return caught.value
+
+
+def test_every_form_is_read_in_metres(tmp_path):
+    (tmp_path / "spoil.ply").touch()
+    (tmp_path / "scan.xyz").write_text("1000 2000 0\n0 0 500\n")
+    asked = []
+
+    def read_mesh(path: Path, unit: str) -> TriangleMesh:
+        asked.append((path.name, unit))
+        return box_mesh((0, 0, 0), (1, 1, 1))
+
+    found = parse(
+        file_of(
+            {"id": "truck", "box": {"min": [0, 500, 0], "max": [1000, 2000, 3000]}},
+            {"id": "stack", "voxels": [[3, 5, 1], [3, 4, 1], [3, 5, 1]]},
+            {"id": "silo", "cylinder": {"base": [8000, 3000, 0], "radius": 1200, "height": 6000}},
+            {"id": "spoil", "mesh": "spoil.ply"},
+            {"id": "scan", "points": "scan.xyz"},
+            unit="mm",
+        ),
+        folder=tmp_path,
+        read_mesh=read_mesh,
+    )
+    forms = {one.id: one.form for one in found.obstructions}
+    assert forms["truck"] == Box((0.0, 0.5, 0.0), (1.0, 2.0, 3.0))
+    assert forms["stack"] == Voxels(((3, 4, 1), (3, 5, 1)))
+    assert forms["silo"] == Cylinder((8.0, 3.0, 0.0), 1.2, 6.0)
+    assert isinstance(forms["spoil"], TriangleMesh)
+    assert asked == [("spoil.ply", "mm")]
+    assert isinstance(forms["scan"], Points)
+    np.testing.assert_allclose(forms["scan"].points_m, [[1.0, 2.0, 0.0], [0.0, 0.0, 0.5]])
+    assert found.files == (tmp_path / "spoil.ply", tmp_path / "scan.xyz")
+
+
+def test_toml_and_feet():
+    text = b'version = 1\nunit = "ft"\n[[obstructions]]\nid = "t"\nbox = { min = [0, 0, 0], max = [10, 10, 10] }\n'
+    (one,) = parse(text, "site.TOML").obstructions
+    assert one.form.high_m == pytest.approx((3.048,) * 3)
+
+
+def test_the_digest_is_of_the_content_not_of_the_file():
+    one, two = {"id": "a", "box": BOX}, {"id": "b", "voxels": [[1, 1, 1]]}
+    digest = parse(file_of(one, two)).digest
+    assert parse(file_of(two, one)).digest == digest
+    assert parse(json.dumps(file_of(one, two), indent=3).encode(), "other.json").digest == digest
+    in_mm = {"id": "a", "box": {"min": [0, 0, 0], "max": [1000, 2000, 3000]}}
+    assert parse(file_of(in_mm, two, unit="mm")).digest == digest
+    for other in (
+        file_of(one),
+        file_of(one, {"id": "c", "voxels": [[1, 1, 1]]}),
+        file_of(one, {"id": "b", "voxels": [[1, 1, 2]]}),
+        file_of({"id": "a", "box": {"min": [0, 0, 0], "max": [1, 2, 3.0001]}}, two),
+    ):
+        assert parse(other).digest != digest
+
+
+@pytest.mark.parametrize(
+    ("value", "key", "said"),
+    [
+        ({"version": 1}, "obstructions", "missing"),
+        ({"obstructions": []}, "version", "missing"),
+        (file_of(version=2), "version", "1"),
+        (file_of(unit="yd"), "unit", "'m', 'mm' or 'ft'"),
+        (file_of(obstruction=[]), "obstruction", "did you mean 'obstructions'"),
+        (file_of({"box": BOX}), "obstructions[0].id", "missing"),
+        (file_of({"id": "a"}), "obstructions[0]", "exactly one of"),
+        (file_of({"id": "a", "box": BOX, "mesh": "x.ply"}), "obstructions[0]", "box and mesh"),
+        (file_of({"id": "a", "bx": BOX}), "obstructions[0].bx", "did you mean 'box'"),
+        (file_of({"id": "a", "box": {"min": [0, 0, 0]}}), "obstructions[0].box.max", "missing"),
+        (file_of({"id": "a", "box": {"min": [0, 0, 0], "max": [1, 0, 1]}}), "obstructions[0].box", "larger than min"),
+        (file_of({"id": "a", "box": {"min": [0, 0, "0"], "max": [1, 1, 1]}}), "obstructions[0].box.min[2]", "number"),
+        (file_of({"id": "a", "voxels": []}), "obstructions[0].voxels", "at least 1"),
+        (file_of({"id": "a", "voxels": [[1, 2, 0.5]]}), "obstructions[0].voxels[0][2]", "whole number"),
+        (file_of({"id": "a", "voxels": [[1, 2, 10**20]]}), "obstructions[0].voxels[0][2]", "less than"),
+        (file_of({"id": "a", "cylinder": {"base": [0, 0, 0], "radius": 0, "height": 1}}),
+         "obstructions[0].cylinder.radius", "greater than 0"),
+        (file_of({"id": "crane", "box": BOX}), "obstructions[0].id", "site's own"),
+        (file_of({"id": "a", "points": "none.ply"}), "obstructions[0].points", "no such file"),
+        (file_of({"id": "a", "mesh": "none.ply"}), "obstructions[0].mesh", "no such file"),
+        ([1, 2], None, "a table"),
+    ],
+)  # fmt: skip
+def test_a_wrong_entry_is_named_by_its_key(value, key, said):
+    error = error_of(value)
+    assert error.key == key
+    assert said in str(error)
+
+
+def test_ids_are_unique():
+    error = error_of(file_of({"id": "a", "box": BOX}, {"id": "b", "box": BOX}, {"id": "a", "box": BOX}))
+    assert "obstructions[2].id" in str(error)
+    assert "'a' is already the id of obstructions[0]" in str(error)
+
+
+@pytest.mark.parametrize(
+    ("data", "name", "said"),
+    [
+        (b'{"version": 1,\n "obstructions": [\n  {"id" "a"}]}', "a.json", "line 3, column 9"),
+        (b'{"version": 1, "obstr', "a.json", "line 1"),
+        (b"version = 1\nunit = m\n", "a.toml", "line 2"),
+        (b'{"version": 1,\n "x": "\xff"}', "a.json", "line 2"),
+        (b"", "a.json", "empty"),
+        (b"[" * 100_000, "a.json", "nested too deeply"),
+        (b'{"version": 1, "obstructions": [{"id": "a", "id": "b"}]}', "a.json", "'id' is given twice"),
+        (b'{"version": 1, "obstructions": [{"id":"a","box":{"min":[NaN,0,0],"max":[1,1,1]}}]}', "a.json", "finite"),
+    ],
+)
+def test_a_broken_file_says_where(data, name, said):
+    assert said in str(error_of(data, name))
+
+
+def test_a_broken_mesh_is_an_error_of_the_entry(tmp_path):
+    (tmp_path / "spoil.stl").write_bytes(b"nothing")
+
+    def read_mesh(path: Path, unit: str) -> TriangleMesh:
+        raise FileError(path, "garbage")
+
+    error = error_of(file_of({"id": "a", "mesh": "spoil.stl"}), folder=tmp_path, read_mesh=read_mesh)
+    assert error.key == "obstructions[0].mesh"
+    assert "garbage" in str(error)
+
+
+def test_the_schema_describes_the_file():
+    schema = json.loads(json.dumps(obstructions_json_schema()))
+    entry = schema["$defs"]["ObstructionEntry"]
+    assert set(entry["properties"]) == {"id", *FORMS}
+    assert len(entry["oneOf"]) == len(FORMS)

@@ -1,0 +1,185 @@
+"""Stopping from anywhere: within the limits, at rest, and on from there."""
+
+import dataclasses
+from math import degrees, pi
+
+import numpy as np
+import pytest
+from box_sites import box_site, test_crane
+from crane_rooms import FRAME, crane_room
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from ruckig import ControlInterface, InputParameter, Ruckig
+from ruckig import Trajectory as RuckigTrajectory
+
+from bimvox.crane.defaults import SLEWING, default_crane
+from bimvox.crane.tower_crane import AxisLimits, CranePose
+from bimvox.errors import InputError, PlanningError
+from bimvox.motion.drive import drive_path
+from bimvox.motion.load_frame import load_frame
+from bimvox.motion.swing import pendulum_of
+from bimvox.motion.time_plan import time_plan
+from bimvox.planning.assembly import prepare, replay
+from bimvox.planning.planner import plan_lifts
+from bimvox.planning.search import shortest_path
+from bimvox.proof.axes import check_limits
+from bimvox.proof.motion import verify_motions
+from bimvox.records.motion import PhaseName
+from bimvox.records.proof import Check
+from bimvox.stop.braking import brake
+from bimvox.stop.interrupt import cut_short, interrupted
+from bimvox.stop.stop import (
+    AxisState,
+    go_on,
+    go_on_cells,
+    stop_commands,
+    stop_from,
+    stop_is_free,
+    stop_motion,
+    stop_timeline,
+)
+
+SAMPLING = {"sample_period_s": 0.5, "voxel_size_m": 0.5}
+
+number = st.floats(0.05, 5.0)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), number, number, number)
+def test_an_axis_brakes_as_ruckig_does_and_never_exceeds_its_limits(rate, acceleration, top, most, jerk):
+    limits = AxisLimits(top, most, jerk)
+    braking = brake(3.0, rate * top, acceleration * most, limits)
+    state = InputParameter(1)
+    state.control_interface = ControlInterface.Velocity
+    state.current_position, state.current_velocity = [3.0], [rate * top]
+    state.current_acceleration, state.target_velocity, state.target_acceleration = [acceleration * most], [0.0], [0.0]
+    state.max_acceleration, state.max_jerk = [most], [jerk]
+    known = RuckigTrajectory(1)
+    Ruckig(1).calculate(state, known)
+    assert braking.duration_s == pytest.approx(known.duration, abs=1e-6)
+    assert braking.end == pytest.approx(known.at_time(known.duration)[0][0], abs=1e-6)
+    _, _, a, j = braking.state.T
+    assert np.abs(a).max() <= most * (1 + 1e-9)
+    assert np.abs(j).max() <= jerk * (1 + 1e-9)
+    assert braking.at(np.array([braking.duration_s + 1.0]))[0] == braking.end
+
+
+def test_slewing_at_full_rate_needs_the_degrees_and_seconds_that_its_own_figures_say():
+    braking = brake(0.0, SLEWING.rate, 0.0, SLEWING)
+    # v / a + a / j, and half of it at full rate.
+    wanted_s = SLEWING.rate / SLEWING.acceleration + SLEWING.acceleration / SLEWING.jerk
+    assert braking.duration_s == pytest.approx(wanted_s) == pytest.approx(17.0)
+    assert degrees(braking.distance) == pytest.approx(40.8)
+    # Without the second in which the deceleration is built up: 38 degrees and 16 s.
+    sudden = brake(0.0, 0.8 * 2 * pi / 60, 0.0, AxisLimits(1.0, SLEWING.acceleration, 1e6))
+    assert (degrees(sudden.distance), sudden.duration_s) == (
+        pytest.approx(38.4, abs=0.01),
+        pytest.approx(16.0, abs=0.01),
+    )
+
+
+def test_an_axis_at_rest_stays():
+    braking = brake(2.0, 0.0, 0.0, SLEWING)
+    assert (braking.duration_s, braking.distance) == (0.0, 0.0)
+    crane = default_crane("hammerhead-30")
+    stop = stop_from(crane, AxisState(np.array([1.0, 9.0, 5.0]), np.zeros(3), np.zeros(3)), **SAMPLING)
+    assert stop.pose == CranePose(1.0, 9.0, 5.0)
+    assert stop.duration_s == 0.0
+
+
+@pytest.fixture(scope="module")
+def lifts():
+    crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=14.0)
+    columns = [("first", (1.0, 1.0, 0.0), (1.5, 1.5, 3.0)), ("second", (5.0, 3.0, 0.0), (5.5, 3.5, 3.0))]
+    site = box_site(columns, crane=crane, shape=(40, 30, 24))
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    return plan, preparation, time_plan(plan, replay(site, preparation, plan))
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.5, 0.62, 0.8, 0.95])
+def test_a_lift_stopped_anywhere_keeps_the_limits_holds_and_goes_on_as_one_proven_motion(lifts, share):
+    plan, preparation, motions = lifts
+    site, motion = plan.site, motions[0]
+    size_m = site.frame.voxel_size_m
+    sampling = {"sample_period_s": site.rules.sample_period_s, "voxel_size_m": size_m}
+    first, last = motion.loaded.time_ns[[0, -1]]
+    told_ns = motion.start_ns + int(first + share * (last - first))
+    stop = stop_motion(site.crane, motion, told_ns, **sampling)
+    assert told_ns <= stop.start_ns <= told_ns + 1_500_000_000
+    lift, (_, clearance) = plan.lifts[0], next(iter(replay(site, preparation, plan)))
+    load = load_frame(site.crane, site.frame, site.components[lift.component].hook_offset_vox)
+    assert stop_is_free(clearance, load, stop)
+    hanging = pendulum_of(site, site.components[lift.component])
+    goal = tuple(int(n) for n in lift.path_vox[-1])
+    path = shortest_path(clearance, go_on_cells(clearance, load, stop.pose)[0], goal).path_vox
+    onward, needed_m = go_on(site.crane, clearance, load, stop.pose, path, 0, hanging)
+    resume_ns = stop.end_ns + 20_000_000_000
+    whole = interrupted(motion, stop, resume_ns, onward, needed_m, pendulum=hanging, **sampling)
+    assert [p.name for p in whole.phases].count(PhaseName.STOP) == 1
+    delay_ns = whole.end_ns - motion.end_ns
+    shifted = dataclasses.replace(
+        motions[1],
+        start_ns=motions[1].start_ns + delay_ns,
+        end_ns=motions[1].end_ns + delay_ns,
+        phases=tuple(
+            dataclasses.replace(p, start_ns=p.start_ns + delay_ns, end_ns=p.end_ns + delay_ns)
+            for p in motions[1].phases
+        ),
+    )
+    turned = whole.loaded.slew_rad[-1] - motion.loaded.slew_rad[-1]
+    assert abs(turned) < 1e-9
+    result = verify_motions(plan, [whole, shifted])
+    assert result.verified, result.failures
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_stop_told_soon_after_the_load_has_begun_to_move_keeps_the_limits(lifts, which):
+    plan, _, motions = lifts
+    site, motion = plan.site, motions[which]
+    sampling = {"sample_period_s": site.rules.sample_period_s, "voxel_size_m": site.frame.voxel_size_m}
+    check, begins_ns = Check("axis_limits"), motion.start_ns + int(motion.loaded.time_ns[0])
+    for told_ns in range(begins_ns + 10**7, begins_ns + 4 * 10**9, 10**8):
+        stop = stop_motion(site.crane, motion, told_ns, **sampling)
+        assert told_ns <= stop.start_ns <= told_ns + 2_500_000_000
+        check_limits(check, f"{told_ns}", site.crane, cut_short(motion, stop), 0.0)
+    assert check.passed, check.failures[:3]
+
+
+def test_a_stop_of_a_timeline_is_the_stop_of_its_samples():
+    room = crane_room(3)
+    timeline, _ = drive_path(room.crane, room.clearance, room.load, room.path, 0, 0.0)
+    stop = stop_timeline(timeline, timeline.duration_s / 2, 5, **SAMPLING)
+    assert stop.start_ns == 5
+    begins = timeline.axes_at(np.array([timeline.duration_s / 2]))[0]
+    t = stop.trajectory
+    assert (t.slew_rad[0], t.radius_m[0], t.height_m[0]) == pytest.approx(tuple(begins))
+    assert stop.duration_s == max(stop.durations_s) <= timeline.duration_s / 2 + 1.0
+    assert t.time_ns[-1] / 1e9 == pytest.approx(stop.duration_s, abs=1e-6)
+
+
+def test_commands_of_a_stop_end_with_zero_rates(lifts):
+    plan, _, motions = lifts
+    motion = motions[1]
+    middle_ns = motion.start_ns + int(motion.loaded.time_ns.mean())
+    stop = stop_motion(plan.site.crane, motion, middle_ns, **SAMPLING)
+    told = stop_commands(stop, 1, motion.component, 0.5, loaded=True)
+    assert {command.phase for command in told} == {PhaseName.STOP}
+    assert told[0].time_ns == stop.start_ns
+    assert told[-1].time_ns == stop.end_ns
+    assert told[-1].slew_rate_rad_s == told[-1].trolley_rate_m_s == told[-1].hoist_rate_m_s == 0.0
+    assert (told[-1].target_slew_rad, told[-1].target_radius_m) == pytest.approx(
+        (stop.pose.slew_rad, stop.pose.radius_m)
+    )
+
+
+def test_what_cannot_be_stopped_or_gone_on_from_is_refused(lifts):
+    plan, _, motions = lifts
+    with pytest.raises(InputError, match="not under way"):
+        stop_motion(plan.site.crane, motions[0], motions[0].end_ns + 1, **SAMPLING)
+    still = stop_motion(plan.site.crane, motions[0], motions[0].start_ns, **SAMPLING)
+    assert still.duration_s == 0.0
+    room = crane_room(3)
+    with pytest.raises(PlanningError, match="cannot be reached"):
+        go_on(room.crane, room.clearance, room.load, CranePose(0.0, 5.0, 0.6), room.path, 0)
+    assert FRAME.voxel_size_m == 0.5
