@@ -22,7 +22,7 @@ from bimvox.env.state import LiftState
 from bimvox.planning.rollout import roll_out
 from bimvox.policy.generalist.suite import held_out
 from bimvox.policy.generalist.weights import load_generalist
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 
 PROBLEMS = (("boxes", 2), ("slabs", 5), ("frames", 6), ("frames", 8))
 TOGETHER = 64
@@ -45,7 +45,7 @@ def main() -> None:
         path = roll_out(network, problem).path_vox
         views = np.zeros((TOGETHER, VIEW_SIZE), np.float32)
         target = np.array(problem.target_vox, np.int32)
-        seen = _spent(partial(_look_often, problem.clearance, target, path, views, _CALLS)) / _CALLS
+        seen = _spent(partial(_look_often, problem.space, target, path, views, _CALLS)) / _CALLS
         alone = _spent(partial(_ask_often, network, views[:1].copy())) / _CALLS
         together = _spent(partial(network, views)) / TOGETHER
         size = " x ".join(map(str, problem.grid_shape))
@@ -61,12 +61,12 @@ def main() -> None:
 
 @kernel
 def _look_often(
-    clearance: Clearance, target: NDArray[np.int32], path: NDArray[np.int32], out: NDArray[np.float32], count: int
+    space: CollisionSpace, target: NDArray[np.int32], path: NDArray[np.int32], out: NDArray[np.float32], count: int
 ) -> None:
     for n in range(count):
         row = n % path.shape[0]
         state = LiftState(int(path[row, 0]), int(path[row, 1]), int(path[row, 2]), 0, row)
-        look(clearance, target, state, path, out[n % out.shape[0]])
+        look(space, target, state, path, out[n % out.shape[0]])
 
 
 def _ask_often(network: Callable[[NDArray[np.float32]], object], view: NDArray[np.float32]) -> None:

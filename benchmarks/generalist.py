@@ -127,10 +127,10 @@ def _stages() -> list[BuildingStage]:
 
 def measure(network: QNetwork, problem: LiftProblem) -> Row:
     """Solve one problem in the three ways."""
-    bare = lift_problem(problem.clearance, problem.start_vox, problem.target_vox)
+    bare = lift_problem(problem.space, problem.start_vox, problem.target_vox)
     forth = roll_out_all(network, [bare], from_target=False)[0]
     shipped = forth if forth.arrived else roll_out(network, bare)
-    found = shipped.arrived or shortest_path(bare.clearance, bare.start_vox, bare.target_vox).path_vox is not None
+    found = shipped.arrived or shortest_path(bare.space, bare.start_vox, bare.target_vox).path_vox is not None
     return Row(
         problem.distance_from(problem.start_vox),
         int(np.abs(np.subtract(problem.start_vox, problem.target_vox)).sum()),

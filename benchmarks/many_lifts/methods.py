@@ -60,10 +60,10 @@ def search(problems: Problems, count: int) -> Result:
 
     result = Result("bimvox A*, one lift after the other", words="complete, shortest; one thread")
     first = problems.lifts[0]
-    shortest_path(first.clearance, first.start_vox, first.target_vox)
+    shortest_path(first.space, first.start_vox, first.target_vox)
     for lift in problems.lifts[:count]:
         started_s = time.perf_counter()
-        path = shortest_path(lift.clearance, lift.start_vox, lift.target_vox).path_vox
+        path = shortest_path(lift.space, lift.start_vox, lift.target_vox).path_vox
         result.seconds.append(time.perf_counter() - started_s)
         result.found.append(path is not None)
         result.moves.append(None if path is None else len(path) - 1)

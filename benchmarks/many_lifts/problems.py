@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.grid.summed_area import summed_area_table
-from bimvox.site.collision import NOTHING_CLEARED, Clearance
+from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
 
 SHAPE = (200, 200, 60)
 BOXES = 150
@@ -53,7 +53,7 @@ def make(count: int, seed: int) -> Problems:
     kinds, free = [], []
     for kind, part in enumerate(PARTS):
         boxes = np.array([[0, 0, 0, *part]], np.int32)
-        clearance = Clearance(table, boxes, np.zeros(3, np.int32), np.zeros(SHAPE[:2], np.int32), *NOTHING_CLEARED)
+        space = CollisionSpace(table, boxes, np.zeros(3, np.int32), np.zeros(SHAPE[:2], np.int32), *NOTHING_CLEARED)
         space = _free(occupied, part)
         free.append(space)
         wanted = count // len(PARTS) + (kind < count % len(PARTS))
@@ -61,11 +61,11 @@ def make(count: int, seed: int) -> Problems:
         targets = np.argwhere(space[60:]) + np.array((60, 0, 0))
         reach = np.zeros(SHAPE, np.bool_)
         while reach.sum() < 0.5 * space.sum():  # not from within a walled-in yard
-            reach = distance_field(clearance, starts[rng.integers(len(starts))].astype(np.int32)) >= 0
+            reach = distance_field(space, starts[rng.integers(len(starts))].astype(np.int32)) >= 0
         while wanted:
             start, target = (rows[rng.integers(len(rows))] for rows in (starts, targets))
             if reach[tuple(start)] and reach[tuple(target)]:
-                lifts.append(lift_problem(clearance, _cell(start), _cell(target)))
+                lifts.append(lift_problem(space, _cell(start), _cell(target)))
                 kinds.append(kind)
                 wanted -= 1
     return Problems(tuple(lifts), tuple(free), np.array(kinds))

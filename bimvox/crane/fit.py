@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.crane.defaults import DEFAULT_CRANES, HOOK_BLOCK_M
-from bimvox.crane.fit_luffing import Standing, highest_hooks_m, pivoted, places_closed
+from bimvox.crane.fit_luffing import BuiltHeights, highest_hooks_m, pivoted, places_closed
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
@@ -32,7 +32,7 @@ def fit_crane(
     keep_clear_m: Sequence[ArrayLike] = (),
     cranes: Sequence[TowerCrane] = DEFAULT_CRANES,
     margin_m: float = 0.5,
-    standing: Standing | None = None,
+    standing: BuiltHeights | None = None,
 ) -> TowerCrane:
     """Return the first crane that serves every point, on the base where it is used least.
 
@@ -82,7 +82,7 @@ def fit_crane(
 
 
 def _standing_best(
-    crane: TowerCrane, bases: NDArray[np.float64], points: NDArray[np.float64], standing: Standing | None
+    crane: TowerCrane, bases: NDArray[np.float64], points: NDArray[np.float64], standing: BuiltHeights | None
 ) -> TowerCrane:
     """The crane on the first of the bases ((B, 2)) from which its jib is over the most points."""
     best, fewest = replace(crane, base_m=(*bases[0].tolist(), 0.0)), len(points) + 1

@@ -15,7 +15,7 @@ from bimvox.crane.rigging import with_luffing_jib
 from bimvox.crane.tower_crane import TowerCrane
 
 
-class Standing(NamedTuple):
+class BuiltHeights(NamedTuple):
     """How high a site is built over, when all of it stands.
 
     Attributes:
@@ -29,7 +29,7 @@ class Standing(NamedTuple):
     top: NDArray[np.int32]
 
 
-def standing_of(boxes_m: ArrayLike, size_m: float = 0.5) -> Standing:
+def standing_of(boxes_m: ArrayLike, size_m: float = 0.5) -> BuiltHeights:
     """Return the height map of boxes ((N, 2, 3) lowest and highest corners)."""
     boxes = np.asarray(boxes_m, np.float64).reshape(-1, 2, 3)
     low = np.floor(boxes[:, 0, :2].min(axis=0) / size_m).astype(int)
@@ -39,7 +39,7 @@ def standing_of(boxes_m: ArrayLike, size_m: float = 0.5) -> Standing:
     top = np.zeros(last.max(axis=0), np.int32)
     for (i, j), (k, n), height in zip(first.tolist(), last.tolist(), heights.tolist(), strict=True):
         np.maximum(top[i:k, j:n], height, out=top[i:k, j:n])
-    return Standing((float(low[0] * size_m), float(low[1] * size_m)), size_m, top)
+    return BuiltHeights((float(low[0] * size_m), float(low[1] * size_m)), size_m, top)
 
 
 def pivoted(crane: TowerCrane, jib: LuffingJib, height_under_hook_m: float) -> TowerCrane:
@@ -61,7 +61,7 @@ def highest_hooks_m(jib: LuffingJib, radii_m: NDArray[np.float64]) -> NDArray[np
     return np.where((radii_m >= low_m) & (radii_m <= far_m), high, -np.inf)
 
 
-def places_closed(crane: TowerCrane, jib: LuffingJib, points_m: NDArray[np.float64], standing: Standing) -> int:
+def places_closed(crane: TowerCrane, jib: LuffingJib, points_m: NDArray[np.float64], standing: BuiltHeights) -> int:
     """Return over how many points ((N, 2)) the jib could not be with all of the site standing."""
     size = standing.size_m
     closed = jib_blocked(

@@ -35,7 +35,7 @@ from bimvox.motion.ways import one_after_another, shifted
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.records.trajectory import Trajectory
-from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
@@ -54,16 +54,16 @@ class LeftBehind:
 
     Attributes:
         lift: The lift.
-        clearance: The rule.
+        space: The rule.
         slew_rad: Slewing angle at its end, with the turns that it has.
     """
 
     lift: Lift
-    clearance: Clearance
+    space: CollisionSpace
     slew_rad: float
 
 
-def crane_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) -> tuple[CraneLift, ...]:
+def crane_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]) -> tuple[CraneLift, ...]:
     """Return what the cranes do for every planned lift, in order.
 
     Args:
@@ -78,8 +78,8 @@ def crane_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) ->
 
 def lifts_by(
     plan: LiftPlan,
-    clearances: Iterable[tuple[Lift, Clearance]],
-    make: Callable[[CraneLiftMaker, Clearance, LeftBehind | None], CraneLift],
+    clearances: Iterable[tuple[Lift, CollisionSpace]],
+    make: Callable[[CraneLiftMaker, CollisionSpace, LeftBehind | None], CraneLift],
 ) -> tuple[CraneLift, ...]:
     """Return what the cranes do for every planned lift, in order, each made by a function of its own.
 
@@ -90,16 +90,16 @@ def lifts_by(
     """
     done: list[CraneLift] = []
     left: dict[int, LeftBehind] = {}
-    for lift, clearance in clearances:
+    for lift, space in clearances:
         if lift.status is not Status.PLANNED or lift.path_vox is None or lift.place is None:
             continue
         number = plan.site.components[lift.component].crane
         before = left.get(number)
         between = [one for one in done if before is None or one.lift.order > before.lift.order]
         maker = CraneLiftMaker(plan, number, lift, lift.place, between, _last_of_others(done, number))
-        made = make(maker, clearance, before)
+        made = make(maker, space, before)
         done.append(made)
-        left[number] = LeftBehind(lift, clearance, float(made.carry.loaded.slew_rad[-1]))
+        left[number] = LeftBehind(lift, space, float(made.carry.loaded.slew_rad[-1]))
     for number, last in left.items():
         after = [one for one in done if one.lift.order > last.lift.order]
         n = next(n for n, one in enumerate(done) if one.lift is last.lift)
@@ -143,11 +143,11 @@ class CraneLiftMaker:
         self.site, self.crane = plan.site.for_crane(number), plan.site.cranes[number]
         self.component = self.site.components[lift.component]
 
-    def made(self, clearance: Clearance, before: LeftBehind | None) -> CraneLift:
+    def made(self, space: CollisionSpace, before: LeftBehind | None) -> CraneLift:
         """Return it, given the rule of its stage and what the crane did before."""
-        pick_vox = hook_on_cell(self.component, self.place, clearance)
+        pick_vox = hook_on_cell(self.component, self.place, space)
         lying = self.lying()
-        now = empty_hook_clearance(self.site, clearance, self.place, NO_CELLS, lying)
+        now = empty_hook_clearance(self.site, space, self.place, NO_CELLS, lying)
         early = late = None
         parkings: list[Parking] = []
         near = [pick_vox]
@@ -160,15 +160,15 @@ class CraneLiftMaker:
                 target_cells(self.site.components[before.lift.component]),
                 *self.arrived_since(before.lift, [self.lift]),
             ]
-            then = empty_hook_clearance(self.site, before.clearance, self.place, exit_vox, above)
+            then = empty_hook_clearance(self.site, before.space, self.place, exit_vox, above)
             early = self._early(then, exit_vox[-1], pick_vox, slew_rad)
             late = early
             if self.between or early is None:
-                late = self._late(clearance, exit_vox, pick_vox, slew_rad, lying)
+                late = self._late(space, exit_vox, pick_vox, slew_rad, lying)
         for parked_vox in self.parking_cells(now, near):
             back = self.leg(now, parked_vox, pick_vox, slew_rad)
             if back is None:
-                rule = empty_hook_clearance(self.site, clearance, self.place, NO_CELLS)
+                rule = empty_hook_clearance(self.site, space, self.place, NO_CELLS)
                 back = self.leg(rule, parked_vox, pick_vox, slew_rad, last=True)
             aside = self._early(then, exit_vox[-1], parked_vox, slew_rad) if before is not None else None
             if back is not None and (before is None or aside is not None):
@@ -180,17 +180,15 @@ class CraneLiftMaker:
         legs = (early, late, *(parking.back for parking in parkings))
         ends = next((float(leg.way.slew_rad[-1]) for leg in legs if leg is not None), slew_rad)
         free = placement_is_free(now, *(int(n) for n in pick_vox))
-        return replace(
-            self.carried(clearance, ends), early=early, late=late, parkings=tuple(parkings), starts_there=free
-        )
+        return replace(self.carried(space, ends), early=early, late=late, parkings=tuple(parkings), starts_there=free)
 
-    def carried(self, clearance: Clearance, slew_rad: float) -> CraneLift:
+    def carried(self, space: CollisionSpace, slew_rad: float) -> CraneLift:
         """Return it without ways of the empty hook, hooked on under a slewing angle."""
-        carry = replace(time_lift(self.site, self.crane, self.lift, clearance, None, 0, slew_rad), crane=self.number)
+        carry = replace(time_lift(self.site, self.crane, self.lift, space, None, 0, slew_rad), crane=self.number)
         track = carrying_track(self.site, self.crane, self.lift, carry)
         return CraneLift(self.lift, self.number, carry, None, None, (), track)
 
-    def parking_cells(self, rule: Clearance, near: Sequence[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
+    def parking_cells(self, rule: CollisionSpace, near: Sequence[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
         """Cells to wait at: in the way of as few as can be of the lifts in between, then the shortest turn.
 
         Args:
@@ -233,7 +231,7 @@ class CraneLiftMaker:
         """Return the crane's ways to a parking place after its last lift, given what it left."""
         exit_vox = left_cells(self.site, last.lift)
         above = [target_cells(self.component), *self.arrived_since(last.lift, self.between[-1:])]
-        rule = empty_hook_clearance(self.site, last.clearance, self.place, exit_vox, above)
+        rule = empty_hook_clearance(self.site, last.space, self.place, exit_vox, above)
         legs = (
             self._early(rule, exit_vox[-1], parked_vox, last.slew_rad)
             for parked_vox in self.parking_cells(rule, [exit_vox[-1]])[:_KEPT]
@@ -248,14 +246,14 @@ class CraneLiftMaker:
         return [stored_cells(one.place) for one in self.plan.lifts if one.place and one.place.delivery in late]
 
     def _early(
-        self, rule: Clearance, start_vox: NDArray[np.int32], end_vox: NDArray[np.int32], slew_rad: float
+        self, rule: CollisionSpace, start_vox: NDArray[np.int32], end_vox: NDArray[np.int32], slew_rad: float
     ) -> Leg | None:
         leg = self.leg(rule, start_vox, end_vox, slew_rad)
         return None if leg is None else replace(leg, before=frozenset(self.crossed(leg.way)))
 
     def _late(
         self,
-        clearance: Clearance,
+        space: CollisionSpace,
         exit_vox: NDArray[np.int32],
         pick_vox: NDArray[np.int32],
         slew_rad: float,
@@ -266,16 +264,16 @@ class CraneLiftMaker:
         kept = exit_vox[exit_vox[:, 2] >= tops[exit_vox[:, 0], exit_vox[:, 1]]]
         if not len(kept) or (kept[-1] != exit_vox[-1]).any():
             return None
-        rule = empty_hook_clearance(self.site, clearance, self.place, kept, lying)
+        rule = empty_hook_clearance(self.site, space, self.place, kept, lying)
         leg = self.leg(rule, exit_vox[-1], pick_vox, slew_rad)
         if leg is None and lying:
-            rule = empty_hook_clearance(self.site, clearance, self.place, kept)
+            rule = empty_hook_clearance(self.site, space, self.place, kept)
             leg = self.leg(rule, exit_vox[-1], pick_vox, slew_rad, last=True)
         return leg
 
     def leg(
         self,
-        rule: Clearance,
+        rule: CollisionSpace,
         start_vox: NDArray[np.int32],
         end_vox: NDArray[np.int32],
         slew_rad: float,
@@ -296,7 +294,7 @@ class CraneLiftMaker:
         found = [way for way in (straight, round_about) if way is not None]
         return Leg(min(found, key=lambda way: way.duration_s), last=last) if found else None
 
-    def _drawn_in(self, rule: Clearance, cell: NDArray[np.int32]) -> NDArray[np.int32] | None:
+    def _drawn_in(self, rule: CollisionSpace, cell: NDArray[np.int32]) -> NDArray[np.int32] | None:
         """The place nearest to the mast in about the direction of a cell, the hook drawn up."""
         hook = load_frame(crane_for(self.site, self.crane, None), self.site.frame, HOOK_OFFSET)
         wanted_rad = float(axes_of_cells(hook, cell)[0])
@@ -307,7 +305,7 @@ class CraneLiftMaker:
                 best = off_rad, place
         return None if best is None else best[1]
 
-    def _way(self, rule: Clearance, stops: Sequence[NDArray[np.int32]], slew_rad: float) -> Trajectory | None:
+    def _way(self, rule: CollisionSpace, stops: Sequence[NDArray[np.int32]], slew_rad: float) -> Trajectory | None:
         """From stop to stop, at rest at each."""
         ways: list[Trajectory] = []
         for start_vox, end_vox in pairwise(stops):

@@ -30,7 +30,7 @@ from bimvox.planning.occupancy import target_cells
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 from bimvox.site.lifting import crane_for
 from bimvox.stop.stop import go_on_cells, move_to_cell
 
@@ -55,7 +55,7 @@ class Stands:
 
 
 def crane_lifts_from(
-    plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]], stands: Mapping[int, Stands]
+    plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]], stands: Mapping[int, Stands]
 ) -> tuple[CraneLift, ...]:
     """Return what the cranes do for every planned lift, in order; of those that are hooked on only where they may be.
 
@@ -68,21 +68,21 @@ def crane_lifts_from(
         HookError: If a hook finds no way from where it is to its next part.
         MotionError: If a path is not free or cannot be driven, or the empty hook has no way to a part.
     """
-    last: list[tuple[Lift, Clearance]] = []
+    last: list[tuple[Lift, CollisionSpace]] = []
     come: set[int] = set()
 
-    def make(maker: CraneLiftMaker, clearance: Clearance, before: LeftBehind | None) -> CraneLift:
+    def make(maker: CraneLiftMaker, space: CollisionSpace, before: LeftBehind | None) -> CraneLift:
         crane = stands.get(maker.number)
         motion = None if crane is None else crane.motions.get(maker.lift.order)
         if motion is not None:
-            last[:] = [(maker.lift, clearance)]
+            last[:] = [(maker.lift, space)]
             track = carrying_track(maker.site, maker.crane, maker.lift, motion)
             return CraneLift(maker.lift, maker.number, motion, None, None, (), track)
         first = maker.number not in come
         come.add(maker.number)
         if crane is None or crane.axes is None or not first:
-            return maker.made(clearance, before)
-        return _from_there(maker, clearance, crane.axes, last)
+            return maker.made(space, before)
+        return _from_there(maker, space, crane.axes, last)
 
     made = lifts_by(plan, clearances, make)
     elsewhere = {number for number, crane in stands.items() if crane.axes is not None and number not in come}
@@ -90,23 +90,23 @@ def crane_lifts_from(
 
 
 def _from_there(
-    maker: CraneLiftMaker, clearance: Clearance, axes: NDArray[np.float64], last: list[tuple[Lift, Clearance]]
+    maker: CraneLiftMaker, space: CollisionSpace, axes: NDArray[np.float64], last: list[tuple[Lift, CollisionSpace]]
 ) -> CraneLift:
     """The crane's next lift, its hook at a pose.
 
     Args:
         maker: Makes it.
-        clearance: The rule of its stage.
+        space: The rule of its stage.
         axes: (3,) the pose.
         last: The last lift that is hooked on, of any crane, and the rule of its stage; none where there is none.
     """
     site, place, component = maker.site, maker.place, maker.component
     pose = CranePose(*(float(n) for n in axes))
     hook = load_frame(crane_for(site, maker.crane, None), site.frame, HOOK_OFFSET)
-    pick_vox = hook_on_cell(component, place, clearance)
+    pick_vox = hook_on_cell(component, place, space)
     at_vox = cells_of_axes(hook, axes)
     lying = maker.lying()
-    now = empty_hook_clearance(site, clearance, place, NO_CELLS, lying)
+    now = empty_hook_clearance(site, space, place, NO_CELLS, lying)
     there = bool(np.abs(at_vox - pick_vox).max() <= _THERE_VOX)
     early = None
     if last:
@@ -118,7 +118,7 @@ def _from_there(
     if not there:
         late = _way(maker, now, pose, pick_vox)
         if late is None:
-            late = _way(maker, empty_hook_clearance(site, clearance, place, NO_CELLS), pose, pick_vox, last=True)
+            late = _way(maker, empty_hook_clearance(site, space, place, NO_CELLS), pose, pick_vox, last=True)
     parkings: list[Parking] = []
     near = [pick_vox, np.round(at_vox).astype(np.int32)]
     for parked_vox in maker.parking_cells(now, near):
@@ -134,12 +134,12 @@ def _from_there(
         raise HookError(component.id, "the empty hook finds no free way to it from where it is")
     legs = (early, late, *(parking.back for parking in parkings))
     ends = next((float(leg.way.slew_rad[-1]) for leg in legs if leg is not None), pose.slew_rad)
-    carried = maker.carried(clearance, nearest_turn(ends, pose.slew_rad) if there else ends)
+    carried = maker.carried(space, nearest_turn(ends, pose.slew_rad) if there else ends)
     return replace(carried, early=early, late=late, parkings=tuple(parkings))
 
 
 def _early(
-    maker: CraneLiftMaker, rule: Clearance, pose: CranePose, end_vox: NDArray[np.int32], since: int
+    maker: CraneLiftMaker, rule: CollisionSpace, pose: CranePose, end_vox: NDArray[np.int32], since: int
 ) -> Leg | None:
     """A way past what is set later than a lift, while it is not."""
     leg = _way(maker, rule, pose, end_vox)
@@ -147,7 +147,7 @@ def _early(
 
 
 def _way(
-    maker: CraneLiftMaker, rule: Clearance, pose: CranePose, end_vox: NDArray[np.int32], *, last: bool = False
+    maker: CraneLiftMaker, rule: CollisionSpace, pose: CranePose, end_vox: NDArray[np.int32], *, last: bool = False
 ) -> Leg | None:
     """A way of the empty hook from rest at any pose to a cell."""
     site, crane = maker.site, crane_for(maker.site, maker.crane, None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.site.collision import HOOK_FORBIDDEN, Clearance
+from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace
 from bimvox.site.site import Site
 
 _SECTORS = 24
@@ -15,18 +15,18 @@ _OFF_VOX = 3.0
 """So far from the smallest radius that the hook can be turned there: columns near it are in reach here and there."""
 
 
-def drawn_up(site: Site, rule: Clearance, cell: NDArray[np.int32]) -> NDArray[np.int32]:
+def drawn_up(site: Site, rule: CollisionSpace, cell: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return the highest cell of the slings' lower end over a column."""
     x, y = int(cell[0]), int(cell[1])
     return np.array([x, y, _top(site, rule)[x, y]], np.int32)
 
 
-def _top(site: Site, rule: Clearance) -> NDArray[np.int32]:
+def _top(site: Site, rule: CollisionSpace) -> NDArray[np.int32]:
     top = np.full(rule.hook_floor.shape, site.shape[2] - 1, np.int32)
     return np.minimum(top, rule.hook_ceiling) if rule.hook_ceiling.size else top
 
 
-def parking_cells(site: Site, number: int, rule: Clearance) -> list[NDArray[np.int32]]:
+def parking_cells(site: Site, number: int, rule: CollisionSpace) -> list[NDArray[np.int32]]:
     """Return cells of the slings' lower end at which a crane may wait: in every direction, the hook drawn up.
 
     Args:

@@ -32,14 +32,14 @@ from bimvox.motion.time_plan import time_plan
 from bimvox.motion.timing import NS_PER_S
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 
 _STEP_NS = 5 * NS_PER_S
 _REST_NS = NS_PER_S
 """Between two ways of an empty hook."""
 
 
-def time_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) -> tuple[LiftMotion, ...]:
+def time_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]) -> tuple[LiftMotion, ...]:
     """Return the motion of every planned lift, in order, of a site with one crane or several; as ``time_plan``.
 
     Raises:

@@ -24,7 +24,7 @@ from bimvox.env.problem import LiftProblem, is_learnable
 from bimvox.env.reward import REWARDS, RewardWeights, reward
 from bimvox.env.starts import TRAINING_MIX, StartMix, draw_start, random_unit
 from bimvox.env.state import LiftState, initial_state
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 
 MEMORY = TRAIL_STEPS[-1] + 1
 """Reference cells that a lift of a batch remembers: as far back as its view does."""
@@ -239,9 +239,9 @@ def store_state(batch: BatchState, n: int, state: LiftState) -> None:
 
 
 @leaf_kernel
-def _look_around(pool: ProblemPool, clearance: Clearance, batch: BatchState, n: int, out: NDArray[np.float32]) -> None:
+def _look_around(pool: ProblemPool, space: CollisionSpace, batch: BatchState, n: int, out: NDArray[np.float32]) -> None:
     """Write the view of one lift of a batch."""
-    look(clearance, pool.target[batch.problem[n]], state_of(batch, n), batch.cells[n], out)
+    look(space, pool.target[batch.problem[n]], state_of(batch, n), batch.cells[n], out)
 
 
 @leaf_kernel
@@ -302,11 +302,11 @@ def _step_all(
     """Step every lift of a range; begin anew where an episode ended."""
     for n in range(first, last):
         p = batch.problem[n]
-        clearance = pooled_clearance(pool, p)
+        space = pooled_clearance(pool, p)
         state = state_of(batch, n)
         if teacher.shape[0] > 0:
-            _ask_teacher(pool, p, clearance, weights, teacher_discount, state, teacher[n])
-        following, bumped = transition(clearance, state, actions[n])
+            _ask_teacher(pool, p, space, weights, teacher_discount, state, teacher[n])
+        following, bumped = transition(space, state, actions[n])
         arrived[n] = has_arrived(following, pool.target[p])
         truncated[n] = not arrived[n] and following.steps >= batch.limit[n]
         rewards[n] = reward(
@@ -319,17 +319,17 @@ def _step_all(
         )
         store_state(batch, n, following)
         if arrived[n] or truncated[n]:
-            _look_around(pool, clearance, batch, n, final_observations[n])
+            _look_around(pool, space, batch, n, final_observations[n])
             _begin(pool, chances, mix, limit, batch, n)
-            clearance = pooled_clearance(pool, batch.problem[n])
-        _look_around(pool, clearance, batch, n, observations[n])
+            space = pooled_clearance(pool, batch.problem[n])
+        _look_around(pool, space, batch, n, observations[n])
 
 
 @leaf_kernel
 def _ask_teacher(
     pool: ProblemPool,
     p: int,
-    clearance: Clearance,
+    space: CollisionSpace,
     weights: RewardWeights,
     discount: float,
     state: LiftState,
@@ -342,7 +342,7 @@ def _ask_teacher(
     """
     here = pooled_distance(pool, p, state.x, state.y, state.z)
     for action in range(ACTION_COUNT):
-        following, bumped = transition(clearance, state, action)
+        following, bumped = transition(space, state, action)
         there = pooled_distance(pool, p, following.x, following.y, following.z)
         value = reward(weights, here, there, bumped, there == 0, False)
         if there > 0:
@@ -358,6 +358,6 @@ def _guard_all(
 ) -> None:
     """Choose the guard's move for every lift of a range."""
     for n in range(first, last):
-        clearance = pooled_clearance(pool, batch.problem[n])
+        space = pooled_clearance(pool, batch.problem[n])
         target = pool.target[batch.problem[n]]
-        actions[n] = max(0, guarded_action(clearance, target, batch.cells[n], batch.steps[n], values[n], CALM, False))
+        actions[n] = max(0, guarded_action(space, target, batch.cells[n], batch.steps[n], values[n], CALM, False))

@@ -6,7 +6,7 @@ import numpy as np
 
 from bimvox.env.problem import LiftProblem, training_problem
 from bimvox.grid.summed_area import summed_area_table
-from bimvox.site.collision import NOTHING_CLEARED, Clearance
+from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
 from bimvox.site.component import IntVec
 
 SITE_SHAPE: IntVec = (15, 15, 6)
@@ -30,7 +30,7 @@ def default_problem(column_length_vox: int = 4, obstructions: tuple[tuple[IntVec
     occupied[:, :, 0] = True
     for (x0, y0, z0), (x1, y1, z1) in obstructions:
         occupied[x0:x1, y0:y1, z0:z1] = True
-    clearance = Clearance(
+    space = CollisionSpace(
         summed_area_table(occupied),
         np.array([[0, 0, 0, 1, 1, column_length_vox]], np.int32),
         np.array([0, 0, column_length_vox], np.int32),
@@ -38,7 +38,7 @@ def default_problem(column_length_vox: int = 4, obstructions: tuple[tuple[IntVec
         *NOTHING_CLEARED,
     )
     starts = yard_starts(occupied, column_length_vox)
-    return training_problem(clearance, starts[0], TARGET_VOX, starts)
+    return training_problem(space, starts[0], TARGET_VOX, starts)
 
 
 def yard_starts(occupied: np.ndarray[tuple[int, int, int], np.dtype[np.bool_]], length_vox: int) -> list[IntVec]:

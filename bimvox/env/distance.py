@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.env.actions import ACTION_COUNT, MOVES
-from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 
 UNREACHABLE = -1
 """Entry of a distance field from which the target cannot be reached."""
@@ -17,21 +17,21 @@ FARTHEST = 2**15 - 1
 
 
 @kernel
-def distance_field(clearance: Clearance, target: NDArray[np.int32]) -> NDArray[np.int16]:
+def distance_field(space: CollisionSpace, target: NDArray[np.int32]) -> NDArray[np.int16]:
     """Return the breadth-first field of one lift.
 
     Args:
-        clearance: What decides whether a placement is free; its table gives the site's shape.
+        space: What decides whether a placement is free; its table gives the site's shape.
         target: (3,) int32 reference cell of the target.
 
     Returns:
         (X, Y, Z) int16 moves to the target, ``UNREACHABLE`` where there is no way or the placement is not free. All
         unreachable where the target itself is not free.
     """
-    nx, ny, nz = clearance.table.shape[0] - 1, clearance.table.shape[1] - 1, clearance.table.shape[2] - 1
+    nx, ny, nz = space.table.shape[0] - 1, space.table.shape[1] - 1, space.table.shape[2] - 1
     unseen, blocked = np.int16(-3), np.int16(-2)
     field = np.full((nx, ny, nz), unseen, np.int16)
-    if placement_is_free(clearance, target[0], target[1], target[2]):
+    if placement_is_free(space, target[0], target[1], target[2]):
         frontier = np.empty((1024, 3), np.int32)
         upcoming = np.empty((1024, 3), np.int32)
         frontier[0] = target
@@ -48,7 +48,7 @@ def distance_field(clearance: Clearance, target: NDArray[np.int32]) -> NDArray[n
                     x, y, z = frontier[c, 0] + MOVES[a, 0], frontier[c, 1] + MOVES[a, 1], frontier[c, 2] + MOVES[a, 2]
                     if x < 0 or y < 0 or z < 0 or x >= nx or y >= ny or z >= nz or field[x, y, z] != unseen:
                         continue
-                    if placement_is_free(clearance, x, y, z):
+                    if placement_is_free(space, x, y, z):
                         field[x, y, z] = distance
                         upcoming[found, 0], upcoming[found, 1], upcoming[found, 2] = x, y, z
                         found += 1

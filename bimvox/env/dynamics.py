@@ -8,15 +8,15 @@ from numpy.typing import NDArray
 from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import MOVES
 from bimvox.env.state import LiftState
-from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 
 
 @leaf_kernel
-def transition(clearance: Clearance, state: LiftState, action: int) -> tuple[LiftState, bool]:
+def transition(space: CollisionSpace, state: LiftState, action: int) -> tuple[LiftState, bool]:
     """Take one action.
 
     Args:
-        clearance: What decides whether a placement is free.
+        space: What decides whether a placement is free.
         state: Where the component is.
         action: An ``Action``.
 
@@ -26,7 +26,7 @@ def transition(clearance: Clearance, state: LiftState, action: int) -> tuple[Lif
     x = int(state.x + MOVES[action, 0])
     y = int(state.y + MOVES[action, 1])
     z = int(state.z + MOVES[action, 2])
-    if placement_is_free(clearance, x, y, z):
+    if placement_is_free(space, x, y, z):
         return LiftState(x, y, z, int(action), int(state.steps + 1)), False
     return LiftState(int(state.x), int(state.y), int(state.z), int(action), int(state.steps + 1)), True
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import ACTION_COUNT, MOVES
 from bimvox.env.state import NO_ACTION
-from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 
 VISIT_COST = 10.0
 """Against a move, per earlier visit of the cell that it leads to; values of actions differ by less than one."""
@@ -66,7 +66,7 @@ def is_lost(guard: Guard, steps: int, least_moves: int) -> bool:
 
 @leaf_kernel
 def guarded_action(
-    clearance: Clearance,
+    space: CollisionSpace,
     target: NDArray[np.int32],
     cells: NDArray[np.int32],
     steps: int,
@@ -77,7 +77,7 @@ def guarded_action(
     """Return the move that the guard lets a lift make, ``NO_ACTION`` where none is free.
 
     Args:
-        clearance: What decides whether a placement is free.
+        space: What decides whether a placement is free.
         target: (3,) int32 reference cell of the target.
         cells: (M, 3) int32 reference cells visited; step s is in row s % M, so the last M are remembered.
         steps: Moves made so far: the lift is at row ``steps % M``.
@@ -94,7 +94,7 @@ def guarded_action(
     best, best_score = NO_ACTION, 0.0
     for action in range(ACTION_COUNT):
         u, v, w = MOVES[action, 0], MOVES[action, 1], MOVES[action, 2]
-        if not placement_is_free(clearance, at[0] + u, at[1] + v, at[2] + w):
+        if not placement_is_free(space, at[0] + u, at[1] + v, at[2] + w):
             continue
         score = values[action] - visit_cost * visits[action] - guard.cost * near[action]
         score += guard.left * (dx * v - dy * u) / away + guard.up * w

@@ -107,7 +107,7 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     def step(self, action: np.int64) -> tuple[NDArray[np.float32], SupportsFloat, bool, bool, dict[str, Any]]:
         """Take one action; see Gymnasium."""
         before = self._state
-        self._state, bumped = transition(self.problem.clearance, before, int(action))
+        self._state, bumped = transition(self.problem.space, before, int(action))
         self._cells[self._state.steps % MEMORY] = self._state[:3]
         arrived = has_arrived(self._state, self._target)
         earned = reward(
@@ -130,7 +130,7 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         target = self.problem.target_vox
         rows = []
         for j in range(ny - 1, -1, -1):
-            row = ["." if placement_is_free(self.problem.clearance, i, j, z) else "#" for i in range(nx)]
+            row = ["." if placement_is_free(self.problem.space, i, j, z) else "#" for i in range(nx)]
             if j == target[1]:
                 row[target[0]] = "T"
             if j == y:
@@ -145,7 +145,7 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
 
     def _observation(self) -> NDArray[np.float32]:
         out = np.empty(VIEW_SIZE, np.float32)
-        look(self.problem.clearance, self._target, self._state, self._cells, out)
+        look(self.problem.space, self._target, self._state, self._cells, out)
         return out
 
     def _info(self, *, bumped: bool) -> dict[str, Any]:

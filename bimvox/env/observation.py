@@ -34,7 +34,7 @@ from bimvox.env.state import LiftState
 from bimvox.env.window import GOAL_SIZE as WAY_SIZE
 from bimvox.env.window import LOG_FARTHEST, bounding_box, write_goal
 from bimvox.grid.summed_area import box_sum
-from bimvox.site.collision import Clearance, hook_is_free, placement_is_free
+from bimvox.site.collision import CollisionSpace, hook_is_free, placement_is_free
 
 WINDOW = (7, 7, 5)
 """Cells of the window about the component; odd, so that it is in the middle."""
@@ -95,7 +95,7 @@ NEIGHBOURS: tuple[int, ...] = (
 
 @leaf_kernel
 def look(
-    clearance: Clearance,
+    space: CollisionSpace,
     target: NDArray[np.int32],
     state: LiftState,
     cells: NDArray[np.int32],
@@ -104,7 +104,7 @@ def look(
     """Write the view of one lift.
 
     Args:
-        clearance: What decides whether a placement is free.
+        space: What decides whether a placement is free.
         target: (3,) int32 reference cell of the target.
         state: Where the component is.
         cells: (M, 3) int32 reference cells visited; step s is in row s % M, M above the longest of ``TRAIL_STEPS``.
@@ -113,20 +113,18 @@ def look(
     x, y, z = state.x, state.y, state.z
     dx, dy, dz = target[0] - x, target[1] - y, target[2] - z
     frame = frame_of(dx, dy)
-    low, high = bounding_box(clearance.boxes)
+    low, high = bounding_box(space.boxes)
     n = 0
-    n = _write_level(clearance, low, high, frame, x, y, z, NEAREST_WINDOW, 1, 1, out, n)
+    n = _write_level(space, low, high, frame, x, y, z, NEAREST_WINDOW, 1, 1, out, n)
     for scale, rise in LEVELS:
-        n = _write_level(clearance, low, high, frame, x, y, z, WINDOW, scale, rise, out, n)
+        n = _write_level(space, low, high, frame, x, y, z, WINDOW, scale, rise, out, n)
     for scale, rise in TARGET_LEVELS:
-        n = _write_level(
-            clearance, low, high, frame, target[0], target[1], target[2], TARGET_WINDOW, scale, rise, out, n
-        )
+        n = _write_level(space, low, high, frame, target[0], target[1], target[2], TARGET_WINDOW, scale, rise, out, n)
     u, v = to_frame(frame, dx, dy)
     write_goal(u, v, dz, out[n : n + WAY_SIZE])
     out[n + WAY_SIZE] = min(1.0, np.log(1.0 + abs(u) + abs(v) + abs(dz)) / LOG_FARTHEST)
     n += GOAL_SIZE
-    n = _write_body(clearance, low, high, frame, x, y, z, out, n)
+    n = _write_body(space, low, high, frame, x, y, z, out, n)
     for action in range(ACTION_COUNT):
         out[n + action] = 0.0
     if state.last_action >= 0:
@@ -147,7 +145,7 @@ def look(
 
 @leaf_kernel
 def _write_level(
-    clearance: Clearance,
+    space: CollisionSpace,
     low: tuple[int, int, int],
     high: tuple[int, int, int],
     frame: int,
@@ -167,20 +165,18 @@ def _write_level(
             a, b = from_frame(frame, scale * i, scale * j)
             for k in range(-(window[2] // 2), window[2] // 2 + 1):
                 if scale == 1:
-                    out[n] = 0.0 if placement_is_free(clearance, x + a, y + b, z + k) else 1.0
+                    out[n] = 0.0 if placement_is_free(space, x + a, y + b, z + k) else 1.0
                 else:
-                    out[n] = _block_filled(
-                        clearance, low, high, frame, x + a, y + b, z + rise * k, scale // 2, rise // 2
-                    )
+                    out[n] = _block_filled(space, low, high, frame, x + a, y + b, z + rise * k, scale // 2, rise // 2)
                 n += 1
-            out[heights] = _clear_height(clearance, low, high, x + a, y + b, z, scale // 2)
+            out[heights] = _clear_height(space, low, high, x + a, y + b, z, scale // 2)
             heights += 1
     return heights
 
 
 @leaf_kernel
 def _block_filled(
-    clearance: Clearance,
+    space: CollisionSpace,
     low: tuple[int, int, int],
     high: tuple[int, int, int],
     frame: int,
@@ -191,12 +187,12 @@ def _block_filled(
     reach_z: int,
 ) -> float:
     """Return how blocked the placements within reach of (x, y, z) are: one cell of a coarse level."""
-    hook_x, hook_y = x + clearance.hook_offset[0], y + clearance.hook_offset[1]
-    on_site = 0 <= hook_x < clearance.hook_floor.shape[0] and 0 <= hook_y < clearance.hook_floor.shape[1]
+    hook_x, hook_y = x + space.hook_offset[0], y + space.hook_offset[1]
+    on_site = 0 <= hook_x < space.hook_floor.shape[0] and 0 <= hook_y < space.hook_floor.shape[1]
     # Beyond the border it is the share of filled cells that tells: a block may lie across it.
-    if on_site and not hook_is_free(clearance, x, y, max(z, 0)):
+    if on_site and not hook_is_free(space, x, y, max(z, 0)):
         return 1.0
-    table = clearance.table
+    table = space.table
     nx, ny, nz = table.shape[0] - 1, table.shape[1] - 1, table.shape[2] - 1
     x0, y0, z0 = x + low[0] - reach, y + low[1] - reach, z + low[2] - reach_z
     x1, y1, z1 = x + high[0] + reach, y + high[1] + reach, z + high[2] + reach_z
@@ -215,20 +211,20 @@ def _block_filled(
     if core_x0 < core_x1 and core_y0 < core_y1 and core_z0 < core_z1:
         if core_x0 < 0 or core_y0 < 0 or core_z0 < 0 or core_x1 > nx or core_y1 > ny or core_z1 > nz:
             return 1.0
-        if clearance.boxes.shape[0] == 1 and box_sum(table, core_x0, core_y0, core_z0, core_x1, core_y1, core_z1) != 0:
+        if space.boxes.shape[0] == 1 and box_sum(table, core_x0, core_y0, core_z0, core_x1, core_y1, core_z1) != 0:
             return 1.0
     h, hz = max(1, reach // 2), max(1, reach_z // 2)
     blocked = 0
     for u, v, w in ((0, 0, 0), (h, h, hz), (-h, -h, hz), (h, -h, -hz), (-h, h, -hz)):
         a, b = from_frame(frame, u, v)
-        if not placement_is_free(clearance, x + a, y + b, z + w):
+        if not placement_is_free(space, x + a, y + b, z + w):
             blocked += 1
     return float(PARTLY + 0.1 * filled / volume + 0.13 * blocked)
 
 
 @leaf_kernel
 def _clear_height(
-    clearance: Clearance,
+    space: CollisionSpace,
     low: tuple[int, int, int],
     high: tuple[int, int, int],
     x: int,
@@ -237,16 +233,16 @@ def _clear_height(
     reach: int,
 ) -> float:
     """Return how much higher than z the component hangs clear of the block's columns all the way up: 1 nowhere."""
-    table = clearance.table
+    table = space.table
     nx, ny, nz = table.shape[0] - 1, table.shape[1] - 1, table.shape[2] - 1
     x0, y0 = max(0, x + low[0] - reach), max(0, y + low[1] - reach)
     x1, y1 = min(nx, x + high[0] + reach), min(ny, y + high[1] + reach)
-    hook_x, hook_y = x + clearance.hook_offset[0], y + clearance.hook_offset[1]
+    hook_x, hook_y = x + space.hook_offset[0], y + space.hook_offset[1]
     outside = x + low[0] < 0 or y + low[1] < 0 or x + high[0] > nx or y + high[1] > ny
     if outside or hook_x < 0 or hook_y < 0 or hook_x >= nx or hook_y >= ny:
         return 1.0
-    highest = _highest(clearance, high, hook_x, hook_y)
-    lowest = max(-low[2], clearance.hook_floor[hook_x, hook_y] - clearance.hook_offset[2])
+    highest = _highest(space, high, hook_x, hook_y)
+    lowest = max(-low[2], space.hook_floor[hook_x, hook_y] - space.hook_offset[2])
     if lowest > highest or box_sum(table, x0, y0, highest + low[2], x1, y1, nz) != 0:
         return 1.0
     top = highest
@@ -262,17 +258,17 @@ def _clear_height(
 
 
 @leaf_kernel
-def _highest(clearance: Clearance, high: tuple[int, int, int], hook_x: int, hook_y: int) -> int:
+def _highest(space: CollisionSpace, high: tuple[int, int, int], hook_x: int, hook_y: int) -> int:
     """Return the highest reference cell of the component with its hook over a column: the site's top, or the hook's."""
-    highest = clearance.table.shape[2] - 1 - high[2]
-    if clearance.hook_ceiling.size > 0:
-        highest = min(highest, clearance.hook_ceiling[hook_x, hook_y] - clearance.hook_offset[2])
+    highest = space.table.shape[2] - 1 - high[2]
+    if space.hook_ceiling.size > 0:
+        highest = min(highest, space.hook_ceiling[hook_x, hook_y] - space.hook_offset[2])
     return int(highest)
 
 
 @leaf_kernel
 def _write_body(
-    clearance: Clearance,
+    space: CollisionSpace,
     low: tuple[int, int, int],
     high: tuple[int, int, int],
     frame: int,
@@ -284,12 +280,12 @@ def _write_body(
 ) -> int:
     """Write the component's extent, its height on the site, and whether a rope hangs above it."""
     u, v = to_frame(frame & 4, high[0] - low[0], high[1] - low[1])
-    hook_x, hook_y = x + clearance.hook_offset[0], y + clearance.hook_offset[1]
-    nx, ny = clearance.hook_floor.shape
+    hook_x, hook_y = x + space.hook_offset[0], y + space.hook_offset[1]
+    nx, ny = space.hook_floor.shape
     on_site = 0 <= hook_x < nx and 0 <= hook_y < ny
-    above = (_highest(clearance, high, hook_x, hook_y) if on_site else clearance.table.shape[2] - 1 - high[2]) - z
+    above = (_highest(space, high, hook_x, hook_y) if on_site else space.table.shape[2] - 1 - high[2]) - z
     for size in (u, v, high[2] - low[2], z + low[2], above):
         out[n] = min(1.0, np.log(1.0 + max(0, size)) / _LOG_HIGHEST)
         n += 1
-    out[n] = 1.0 if on_site and clearance.hook_floor[hook_x, hook_y] > 0 else 0.0
+    out[n] = 1.0 if on_site and space.hook_floor[hook_x, hook_y] > 0 else 0.0
     return n + 1

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.env.problem import LiftProblem
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 
 S = TypeVar("S", bound=np.generic)
 
@@ -77,7 +77,7 @@ def pool_of(problems: Sequence[LiftProblem], *, with_distances: bool) -> Problem
         raise ValueError("a pool needs at least one problem")
     if with_distances and any(problem.distance is None for problem in problems):
         raise ValueError("every problem needs a distance field: make it with training_problem()")
-    clearances = [problem.clearance for problem in problems]
+    clearances = [problem.space for problem in problems]
     tables, table_start = _packed([c.table for c in clearances], np.int32)
     floors, floor_start = _packed([c.hook_floor for c in clearances], np.int32)
     ceilings, ceiling_start = _packed([c.hook_ceiling for c in clearances], np.int32)
@@ -109,7 +109,7 @@ def pool_of(problems: Sequence[LiftProblem], *, with_distances: bool) -> Problem
 
 
 @kernel
-def pooled_clearance(pool: ProblemPool, p: int) -> Clearance:
+def pooled_clearance(pool: ProblemPool, p: int) -> CollisionSpace:
     """Return views of problem ``p``'s clearance."""
     nx, ny, nz = pool.table_shape[p]
     start = pool.table_start[p]
@@ -123,7 +123,7 @@ def pooled_clearance(pool: ProblemPool, p: int) -> Clearance:
     start = pool.hook_ceiling_start[p]
     hook_ceiling = pool.hook_ceilings[start : start + a * b].reshape((a, b))
     boxes = pool.boxes[pool.boxes_start[p] : pool.boxes_start[p + 1]]
-    return Clearance(table, boxes, pool.hook_offset[p], hook_floor, pool.cleared_low[p], cleared, hook_ceiling)
+    return CollisionSpace(table, boxes, pool.hook_offset[p], hook_floor, pool.cleared_low[p], cleared, hook_ceiling)
 
 
 @leaf_kernel

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.env.distance import UNREACHABLE, distance_field
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import IntVec
 
 S = TypeVar("S", bound=np.generic)
@@ -21,14 +21,14 @@ class LiftProblem:
     """One component to be brought from the yard to its place.
 
     Attributes:
-        clearance: What decides whether a placement is free. Problems of one stage of assembly share its table.
+        space: What decides whether a placement is free. Problems of one stage of assembly share its table.
         start_vox: Reference cell of the transit start.
         target_vox: Reference cell of the target.
         starts_vox: (S, 3) int32 all transit starts to learn from, ``start_vox`` among them.
         distance: (X, Y, Z) int16 moves to the target, the teacher's knowledge; None where nothing is to be learned.
     """
 
-    clearance: Clearance
+    space: CollisionSpace
     start_vox: IntVec
     target_vox: IntVec
     starts_vox: NDArray[np.int32]
@@ -37,7 +37,7 @@ class LiftProblem:
     @property
     def grid_shape(self) -> IntVec:
         """(X, Y, Z) of the site."""
-        x, y, z = self.clearance.table.shape
+        x, y, z = self.space.table.shape
         return (x - 1, y - 1, z - 1)
 
     def distance_from(self, cell_vox: ArrayLike) -> int:
@@ -48,20 +48,18 @@ class LiftProblem:
         return int(self.distance[x, y, z])
 
 
-def lift_problem(clearance: Clearance, start_vox: IntVec, target_vox: IntVec) -> LiftProblem:
+def lift_problem(space: CollisionSpace, start_vox: IntVec, target_vox: IntVec) -> LiftProblem:
     """Return a problem for a roll-out: no distance field, nothing to learn from."""
-    return LiftProblem(
-        plain_clearance(clearance), start_vox, target_vox, np.asarray([start_vox], np.int32), distance=None
-    )
+    return LiftProblem(plain_clearance(space), start_vox, target_vox, np.asarray([start_vox], np.int32), distance=None)
 
 
 def training_problem(
-    clearance: Clearance, start_vox: IntVec, target_vox: IntVec, starts_vox: Sequence[IntVec] | ArrayLike = ()
+    space: CollisionSpace, start_vox: IntVec, target_vox: IntVec, starts_vox: Sequence[IntVec] | ArrayLike = ()
 ) -> LiftProblem:
     """Return a problem to learn from, its distance field computed.
 
     Args:
-        clearance: What decides whether a placement is free.
+        space: What decides whether a placement is free.
         start_vox: Reference cell of the transit start.
         target_vox: Reference cell of the target.
         starts_vox: (S, 3) further transit starts in the yard; those that cannot reach the target are left out.
@@ -70,7 +68,7 @@ def training_problem(
         The problem. Where ``start_vox`` itself has no way to the target, ``starts_vox`` may be empty:
         :func:`is_learnable` tells.
     """
-    plain = plain_clearance(clearance)
+    plain = plain_clearance(space)
     distance = distance_field(plain, np.asarray(target_vox, np.int32))
     candidates = np.concatenate(
         [np.asarray([start_vox], np.int32), np.asarray(starts_vox, np.int32).reshape(-1, 3)], axis=0
@@ -90,19 +88,19 @@ def is_learnable(problem: LiftProblem) -> bool:
     )
 
 
-def plain_clearance(clearance: Clearance) -> Clearance:
+def plain_clearance(space: CollisionSpace) -> CollisionSpace:
     """Return a clearance whose arrays are contiguous and writable, copied only where they are not.
 
     Numba compiles a kernel once more for every combination of read-only and other arguments; this keeps it to one.
     """
-    return Clearance(
-        table=_plain(clearance.table, np.int32),
-        boxes=_plain(clearance.boxes, np.int32),
-        hook_offset=_plain(clearance.hook_offset, np.int32),
-        hook_floor=_plain(clearance.hook_floor, np.int32),
-        cleared_low=_plain(clearance.cleared_low, np.int32),
-        cleared=_plain(clearance.cleared, np.bool_),
-        hook_ceiling=_plain(clearance.hook_ceiling, np.int32),
+    return CollisionSpace(
+        table=_plain(space.table, np.int32),
+        boxes=_plain(space.boxes, np.int32),
+        hook_offset=_plain(space.hook_offset, np.int32),
+        hook_floor=_plain(space.hook_floor, np.int32),
+        cleared_low=_plain(space.cleared_low, np.int32),
+        cleared=_plain(space.cleared, np.bool_),
+        hook_ceiling=_plain(space.hook_ceiling, np.int32),
     )
 
 

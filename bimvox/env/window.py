@@ -22,7 +22,7 @@ from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.state import LiftState
 from bimvox.grid.summed_area import box_sum
-from bimvox.site.collision import Clearance, hook_is_free, placement_is_free
+from bimvox.site.collision import CollisionSpace, hook_is_free, placement_is_free
 
 WINDOW = (7, 7, 5)
 """Cells of the window along x, y, z; odd, so that the component is in the middle."""
@@ -45,17 +45,17 @@ LOG_FARTHEST = float(np.log(1024.0))
 
 
 @leaf_kernel
-def observe(clearance: Clearance, target: NDArray[np.int32], state: LiftState, out: NDArray[np.float32]) -> None:
+def observe(space: CollisionSpace, target: NDArray[np.int32], state: LiftState, out: NDArray[np.float32]) -> None:
     """Write the observation of one lift.
 
     Args:
-        clearance: What decides whether a placement is free.
+        space: What decides whether a placement is free.
         target: (3,) int32 reference cell of the target.
         state: Where the component is.
         out: (OBSERVATION_SIZE,) float32, overwritten; every entry in [-1, 1].
     """
     x, y, z = state.x, state.y, state.z
-    low, high = bounding_box(clearance.boxes)
+    low, high = bounding_box(space.boxes)
     n = 0
     for scale in SCALES:
         for i in range(-(WINDOW[0] // 2), WINDOW[0] // 2 + 1):
@@ -63,9 +63,9 @@ def observe(clearance: Clearance, target: NDArray[np.int32], state: LiftState, o
                 for k in range(-(WINDOW[2] // 2), WINDOW[2] // 2 + 1):
                     u, v, w = x + scale * i, y + scale * j, z + scale * k
                     if scale == 1:
-                        out[n] = 0.0 if placement_is_free(clearance, u, v, w) else 1.0
+                        out[n] = 0.0 if placement_is_free(space, u, v, w) else 1.0
                     else:
-                        out[n] = _block_filled(clearance, low, high, u, v, w, scale // 2)
+                        out[n] = _block_filled(space, low, high, u, v, w, scale // 2)
                     n += 1
     write_goal(target[0] - x, target[1] - y, target[2] - z, out[n : n + GOAL_SIZE])
     n += GOAL_SIZE
@@ -85,7 +85,7 @@ def bounding_box(boxes: NDArray[np.int32]) -> tuple[tuple[int, int, int], tuple[
 
 @leaf_kernel
 def _block_filled(
-    clearance: Clearance,
+    space: CollisionSpace,
     low: tuple[int, int, int],
     high: tuple[int, int, int],
     x: int,
@@ -94,12 +94,12 @@ def _block_filled(
     reach: int,
 ) -> float:
     """Return how blocked the placements within ``reach`` of (x, y, z) are: one cell of a coarse level."""
-    hook_x, hook_y = x + clearance.hook_offset[0], y + clearance.hook_offset[1]
-    on_site = 0 <= hook_x < clearance.hook_floor.shape[0] and 0 <= hook_y < clearance.hook_floor.shape[1]
+    hook_x, hook_y = x + space.hook_offset[0], y + space.hook_offset[1]
+    on_site = 0 <= hook_x < space.hook_floor.shape[0] and 0 <= hook_y < space.hook_floor.shape[1]
     # Beyond the border it is the share of filled cells that tells: a block may lie across it.
-    if on_site and not hook_is_free(clearance, x, y, max(z, 0)):
+    if on_site and not hook_is_free(space, x, y, max(z, 0)):
         return 1.0
-    table = clearance.table
+    table = space.table
     nx, ny, nz = table.shape[0] - 1, table.shape[1] - 1, table.shape[2] - 1
     x0, y0, z0 = x + low[0] - reach, y + low[1] - reach, z + low[2] - reach
     x1, y1, z1 = x + high[0] + reach, y + high[1] + reach, z + high[2] + reach

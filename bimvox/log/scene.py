@@ -81,7 +81,7 @@ def states_at(
 
 
 @dataclass(slots=True)
-class Scene:
+class SceneUpdates:
     """Makes the updates of ``/scene``; remembers what was sent.
 
     Attributes:
@@ -227,7 +227,7 @@ def scene_messages(
     """
     lifts = tuple(lifts)
     tracks = tuple(tracks)
-    scene = Scene(site, {lift.component: lift for lift in lifts}, {})
+    scene = SceneUpdates(site, {lift.component: lift for lift in lifts}, {})
     yield start_ns, topics.SCENE, scene.fixed(start_ns)
     changes = [(time_ns, track, state) for track in tracks for time_ns, state in track.states]
     states: dict[int, ConstructionState] = {}

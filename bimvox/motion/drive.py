@@ -16,7 +16,7 @@ from bimvox.motion.steady import Swaying, busiest_s, steadied, swing_fault_s
 from bimvox.motion.swing import Pendulum
 from bimvox.motion.timeline import Timeline, blended
 from bimvox.planning.search import shortest_path
-from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 
 # The other way is not looked for where going over the top takes no longer than this share of the slowest axis's time.
 _GOOD_ENOUGH = 1.05
@@ -27,7 +27,7 @@ SET_DOWN_M = 0.5
 
 def drive_path(
     crane: TowerCrane,
-    clearance: Clearance,
+    space: CollisionSpace,
     load: LoadFrame,
     path_vox: NDArray[np.int32],
     contact_moves: int,
@@ -41,7 +41,7 @@ def drive_path(
 
     Args:
         crane: The crane.
-        clearance: The collision rule.
+        space: The collision rule.
         load: How hook poses and reference cells correspond.
         path_vox: (N, 3) int32 reference cells, N >= 2, one unit move between neighbours.
         contact_moves: How many of the last placements were cleared by the narrow phase.
@@ -54,19 +54,19 @@ def drive_path(
     Raises:
         PlanningError: If the path is not free, or takes the hook above the jib.
     """
-    check_path(crane, clearance, load, path_vox)
-    head, tail = _with_set_down(crane, clearance, load, path_vox, contact_moves)
-    way = clearance
+    check_path(crane, space, load, path_vox)
+    head, tail = _with_set_down(crane, space, load, path_vox, contact_moves)
+    way = space
     if contact_moves > 0:
         # What the last moves clear is for them alone: no shorter way leads through it to where they begin. Only where
         # they lead straight down may lowering begin, from above their start, before the axes are at rest.
-        way = _without_cleared(clearance, tail[1:])
+        way = _without_cleared(space, tail[1:])
         if (tail[:, :2] != tail[0, :2]).any():
-            clearance = way
+            space = way
     over = over_the_top(crane, way, load, head[0], head[-1], slew_rad)
     best = None
     if over is not None:
-        best = _finished(crane, way, clearance, load, over.moves, tail, slew_rad, pendulum)
+        best = _finished(crane, way, space, load, over.moves, tail, slew_rad, pendulum)
         assert best is not None
         if best.duration_s <= _GOOD_ENOUGH * busiest_s(best.moves, [profile.duration_s for profile in best.profiles]):
             return best, over.clearance_height_m
@@ -78,7 +78,7 @@ def drive_path(
         begins = round((moves[-1].start.height_m - load.zero_height_m) / load.voxel_size_m)
         moves, tail = moves[:-1], _straight(path_vox[-1], begins)
     limit_s = np.inf if best is None else best.duration_s
-    other = _finished(crane, way, clearance, load, moves, tail, slew_rad, pendulum, limit_s)
+    other = _finished(crane, way, space, load, moves, tail, slew_rad, pendulum, limit_s)
     needed_m = min(route.clearance_height_m for route in (over, along) if route is not None)
     if best is None or (other is not None and other.duration_s < best.duration_s):
         best = other
@@ -86,18 +86,18 @@ def drive_path(
     return best, needed_m
 
 
-def _without_cleared(clearance: Clearance, placements_vox: NDArray[np.int32]) -> Clearance:
+def _without_cleared(space: CollisionSpace, placements_vox: NDArray[np.int32]) -> CollisionSpace:
     """Return a collision rule in which these placements ((N, 3)) are not cleared."""
-    cleared = clearance.cleared.copy()
-    local = placements_vox - clearance.cleared_low
+    cleared = space.cleared.copy()
+    local = placements_vox - space.cleared_low
     inside = ((local >= 0) & (local < cleared.shape)).all(axis=1)
     cleared[tuple(local[inside].T)] = False
-    return clearance._replace(cleared=cleared)
+    return space._replace(cleared=cleared)
 
 
 def _with_set_down(
     crane: TowerCrane,
-    clearance: Clearance,
+    space: CollisionSpace,
     load: LoadFrame,
     path_vox: NDArray[np.int32],
     contact_moves: int,
@@ -114,7 +114,7 @@ def _with_set_down(
     highest = int(np.floor((crane.highest_hook_m - load.zero_height_m) / load.voxel_size_m + 1e-6))
     above = z
     while above < min(highest, z + max(1, round(SET_DOWN_M / load.voxel_size_m))):
-        if not placement_is_free(clearance, x, y, above + 1):
+        if not placement_is_free(space, x, y, above + 1):
             break
         above += 1
     column = np.array([[x, y, k] for k in range(z, above + 1)], np.int32)
@@ -130,7 +130,7 @@ def _straight(place_vox: NDArray[np.int32], begins: int) -> NDArray[np.int32]:
 
 def drive_free(
     crane: TowerCrane,
-    clearance: Clearance,
+    space: CollisionSpace,
     load: LoadFrame,
     start_vox: NDArray[np.int32],
     end_vox: NDArray[np.int32],
@@ -143,7 +143,7 @@ def drive_free(
 
     Args:
         crane: The crane.
-        clearance: The collision rule.
+        space: The collision rule.
         load: How hook poses and reference cells correspond.
         start_vox: (3,) reference cell to start from.
         end_vox: (3,) reference cell to end at, another one.
@@ -156,26 +156,26 @@ def drive_free(
     Raises:
         PlanningError: If there is no free way.
     """
-    route: Route | None = over_the_top(crane, clearance, load, start_vox, end_vox, slew_rad)
+    route: Route | None = over_the_top(crane, space, load, start_vox, end_vox, slew_rad)
     if route is None:
         first, last = (tuple(int(n) for n in cell) for cell in (start_vox, end_vox))
-        found = shortest_path(clearance, (first[0], first[1], first[2]), (last[0], last[1], last[2])).path_vox
+        found = shortest_path(space, (first[0], first[1], first[2]), (last[0], last[1], last[2])).path_vox
         if found is None:
             raise PlanningError(
                 f"no free way for the empty hook from cell {list(first)} to cell {list(last)}",
                 hint="something stands over the set point or the pick point; look at the lift in the log",
             )
-        check_path(crane, clearance, load, found)
-        route = along_the_path(crane, clearance, load, found, slew_rad)
-    timeline = _steady(crane, clearance, clearance, load, joined(route.moves), 0, -np.inf, pendulum)
+        check_path(crane, space, load, found)
+        route = along_the_path(crane, space, load, found, slew_rad)
+    timeline = _steady(crane, space, space, load, joined(route.moves), 0, -np.inf, pendulum)
     assert timeline is not None
     return timeline, route.clearance_height_m
 
 
 def _finished(
     crane: TowerCrane,
-    way: Clearance,
-    last: Clearance,
+    way: CollisionSpace,
+    last: CollisionSpace,
     load: LoadFrame,
     moves: Sequence[Move],
     tail_vox: NDArray[np.int32],
@@ -191,8 +191,8 @@ def _finished(
 
 def _steady(
     crane: TowerCrane,
-    way: Clearance,
-    last: Clearance,
+    way: CollisionSpace,
+    last: CollisionSpace,
     load: LoadFrame,
     moves: Sequence[Move],
     tail_moves: int,

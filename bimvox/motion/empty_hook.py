@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.grid.summed_area import box_sum
 from bimvox.records.lift import YardPlace
-from bimvox.site.collision import NOTHING_CLEARED, Clearance
+from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
 from bimvox.site.hook_room import hook_room
 from bimvox.site.site import Site
 
@@ -26,22 +26,22 @@ _BLOCK = 8
 
 def empty_hook_clearance(
     site: Site,
-    clearance: Clearance,
+    space: CollisionSpace,
     place: YardPlace,
     left_vox: NDArray[np.int32],
     above: Sequence[NDArray[np.int32]] = (),
-) -> Clearance:
+) -> CollisionSpace:
     """Return the collision rule for the empty hook on its way to the next part.
 
     Args:
         site: The site; the hook alone may go as far as the jib does.
-        clearance: The rule for the next part's own lift: its table holds the part just set, not the next part itself.
+        space: The rule for the next part's own lift: its table holds the part just set, not the next part itself.
         place: Where the next part waits; the hook comes onto it from above.
         left_vox: (N, 3) cells of the slings' end on the last moves to the set point: the hook may leave by the way by
             which it came, also where neighbours share those cells.
         above: (N, 3) cells of more that is not in the table, or may still be there: the hook is kept above it too.
     """
-    top = _top_of_table(clearance.table)
+    top = _top_of_table(space.table)
     for cells in above:
         np.maximum.at(top, (cells[:, 0], cells[:, 1]), cells[:, 2] + np.int32(1))
     floor, ceiling = hook_room(site, top, None)
@@ -54,7 +54,7 @@ def empty_hook_clearance(
         low = left_vox.min(axis=0).astype(np.int32)
         cleared = np.zeros(left_vox.max(axis=0) - low + 1, np.bool_)
         cleared[tuple((left_vox - low).T)] = True
-    return Clearance(clearance.table, HOOK_CELL, HOOK_OFFSET, floor, low, cleared, ceiling)
+    return CollisionSpace(space.table, HOOK_CELL, HOOK_OFFSET, floor, low, cleared, ceiling)
 
 
 @kernel

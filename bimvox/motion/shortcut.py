@@ -25,7 +25,7 @@ from bimvox.motion.load_frame import LoadFrame, axes_of_cells
 from bimvox.motion.move import Line, Move, axes_of, move_time_s
 from bimvox.motion.swept import line_is_free
 from bimvox.planning.search import all_free
-from bimvox.site.collision import Clearance, free_up_to, placement_is_free
+from bimvox.site.collision import CollisionSpace, free_up_to, placement_is_free
 
 _HAIR_M = 1e-6
 """A cell whose height is the highest hook's, but for rounding, is within it: as the map of hook columns has it."""
@@ -44,14 +44,14 @@ class Route:
     clearance_height_m: float
 
 
-def move_is_free(clearance: Clearance, load: LoadFrame, move: Move) -> bool:
+def move_is_free(space: CollisionSpace, load: LoadFrame, move: Move) -> bool:
     """Return whether every position of the load along a joint or site line is free."""
-    return bool(line_is_free(clearance, load, axes_of(move.start), axes_of(move.end), move.line is Line.SITE))
+    return bool(line_is_free(space, load, axes_of(move.start), axes_of(move.end), move.line is Line.SITE))
 
 
 def over_the_top(
     crane: TowerCrane,
-    clearance: Clearance,
+    space: CollisionSpace,
     load: LoadFrame,
     start_vox: NDArray[np.int32],
     end_vox: NDArray[np.int32],
@@ -64,7 +64,7 @@ def over_the_top(
 
     Args:
         crane: The crane.
-        clearance: The collision rule.
+        space: The collision rule.
         load: How hook poses and reference cells correspond.
         start_vox: (3,) reference cell to start from.
         end_vox: (3,) reference cell to end at.
@@ -76,12 +76,12 @@ def over_the_top(
     start_axes, end_axes = axes_of_cells(load, start_vox), axes_of_cells(load, end_vox)
     start = CranePose(nearest_turn(float(start_axes[0]), slew_rad), float(start_axes[1]), float(start_axes[2]))
     end = CranePose(nearest_turn(float(end_axes[0]), start.slew_rad), float(end_axes[1]), float(end_axes[2]))
-    heights = list(_open_heights(crane, clearance, load, start_vox, end_vox))
+    heights = list(_open_heights(crane, space, load, start_vox, end_vox))
     for stops in _ways_across(crane, start, end):
         for height_m in heights:
             poses = [replace(stop, height_m=height_m) for stop in stops]
             across = [Move(a, b) for a, b in pairwise(poses)]
-            if all(move_is_free(clearance, load, move) for move in across):
+            if all(move_is_free(space, load, move) for move in across):
                 down = Move(poses[-1], replace(stops[-1], height_m=end.height_m))
                 return Route(tuple(_without_rests([Move(start, poses[0]), *across, down])), height_m)
     return None
@@ -89,13 +89,13 @@ def over_the_top(
 
 def _open_heights(
     crane: TowerCrane,
-    clearance: Clearance,
+    space: CollisionSpace,
     load: LoadFrame,
     start_vox: NDArray[np.int32],
     end_vox: NDArray[np.int32],
 ) -> Iterator[float]:
     """Hook heights, ascending, up to which the columns over both placements are free."""
-    until = min(free_up_to(clearance, int(x), int(y), int(z)) for x, y, z in (start_vox, end_vox))
+    until = min(free_up_to(space, int(x), int(y), int(z)) for x, y, z in (start_vox, end_vox))
     for z in range(max(int(start_vox[2]), int(end_vox[2])), until):
         height_m = load.zero_height_m + z * load.voxel_size_m
         if height_m > crane.highest_hook_m + _HAIR_M:
@@ -119,13 +119,13 @@ def _ways_across(crane: TowerCrane, start: CranePose, end: CranePose) -> Iterato
 
 
 def along_the_path(
-    crane: TowerCrane, clearance: Clearance, load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float
+    crane: TowerCrane, space: CollisionSpace, load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float
 ) -> Route:
     """Return the fastest chain of moves between corners of a voxel path, resting at each corner that it keeps.
 
     Args:
         crane: The crane.
-        clearance: The collision rule; every placement of the path must be free.
+        space: The collision rule; every placement of the path must be free.
         load: How hook poses and reference cells correspond.
         path_vox: (N, 3) reference cells, one unit move between neighbours.
         slew_rad: Slewing angle at the start, with the turns that it has.
@@ -142,12 +142,12 @@ def along_the_path(
             continue
         move = Move(poses[before], poses[node], line)
         # Neighbouring corners were looked at when their edge was put on the heap.
-        if node > before + 1 and not move_is_free(clearance, load, move):
+        if node > before + 1 and not move_is_free(space, load, move):
             continue
         came_by[node] = (before, move)
         for later in range(node + 1, goal + 1):
             onward = Move(poses[node], poses[later])
-            if later == node + 1 and not move_is_free(clearance, load, onward):
+            if later == node + 1 and not move_is_free(space, load, onward):
                 onward = replace(onward, line=Line.SITE)
             reached = cost + move_time_s(crane, onward)
             heapq.heappush(heap, (reached + left_s[later], reached, later, node, onward.line))
@@ -189,7 +189,7 @@ def poses_of_path(load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float)
     return [CranePose(float(s), float(r), float(h)) for s, r, h in zip(slew, plan[:, 1], height, strict=True)]
 
 
-def check_path(crane: TowerCrane, clearance: Clearance, load: LoadFrame, path_vox: NDArray[np.int32]) -> None:
+def check_path(crane: TowerCrane, space: CollisionSpace, load: LoadFrame, path_vox: NDArray[np.int32]) -> None:
     """Refuse a path that the crane cannot follow.
 
     Raises:
@@ -200,8 +200,8 @@ def check_path(crane: TowerCrane, clearance: Clearance, load: LoadFrame, path_vo
     if (steps != 1).any():
         i = int(np.flatnonzero(steps != 1)[0])
         raise PlanningError(f"the path jumps from {path_vox[i].tolist()} to {path_vox[i + 1].tolist()}")
-    if not all_free(clearance, path_vox):
-        cell = next(cell for cell in path_vox if not placement_is_free(clearance, cell[0], cell[1], cell[2]))
+    if not all_free(space, path_vox):
+        cell = next(cell for cell in path_vox if not placement_is_free(space, cell[0], cell[1], cell[2]))
         raise PlanningError(f"the path is not free at {cell.tolist()}", hint="plan the lift again")
     highest_m = load.zero_height_m + int(path_vox[:, 2].max()) * load.voxel_size_m
     if highest_m > crane.highest_hook_m + _HAIR_M:

@@ -18,7 +18,7 @@ from bimvox.motion.shaping import FIRST_SLOW, LADDER, TWO, Calm
 from bimvox.motion.swept import swaying_is_free
 from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, Swing, swing_of
 from bimvox.motion.timeline import Pacer, Timeline, evenly_s, overlapping_as
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 
 _FITS = 3
 """How often moves are shaped together before they are slowed: rounding the corners anew changes what they leave."""
@@ -210,8 +210,8 @@ def swing_fault_s(
     timeline: Timeline,
     sway: Swaying,
     load: LoadFrame,
-    way: Clearance,
-    last: Clearance,
+    way: CollisionSpace,
+    last: CollisionSpace,
     tail_moves: int,
     straight_below_m: float,
 ) -> float | None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, kernel, leaf_kernel
 from bimvox.motion.load_frame import LoadFrame
-from bimvox.site.collision import Clearance, placement_is_free, range_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free, range_is_free
 
 SNAP_VOX = 1e-6
 """Rounding noise: a coordinate this close to a cell is at it."""
@@ -24,9 +24,9 @@ _NOWHERE = (0, 0, 0, -1, -1, -1)
 
 
 @leaf_kernel
-def box_is_free(clearance: Clearance, x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> bool:
+def box_is_free(space: CollisionSpace, x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> bool:
     """Return whether every placement around the positions [x0, x1] x [y0, y1] x [z0, z1] (reference cells) is free."""
-    return _all_free(clearance, _around(x0, y0, z0, x1, y1, z1))
+    return _all_free(space, _around(x0, y0, z0, x1, y1, z1))
 
 
 @inline_kernel
@@ -43,24 +43,24 @@ def _around(x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) ->
 
 
 @leaf_kernel
-def _all_free(clearance: Clearance, around: tuple[int, int, int, int, int, int]) -> bool:
-    if range_is_free(clearance, around):
+def _all_free(space: CollisionSpace, around: tuple[int, int, int, int, int, int]) -> bool:
+    if range_is_free(space, around):
         return True
     for x in range(around[0], around[3] + 1):
         for y in range(around[1], around[4] + 1):
             for z in range(around[2], around[5] + 1):
-                if not placement_is_free(clearance, x, y, z):
+                if not placement_is_free(space, x, y, z):
                     return False
     return True
 
 
 @kernel
-def position_is_free(clearance: Clearance, load: LoadFrame, slew: float, radius: float, height: float) -> bool:
+def position_is_free(space: CollisionSpace, load: LoadFrame, slew: float, radius: float, height: float) -> bool:
     """Return whether the load may be under a hook pose."""
     x = load.axis_x + radius / load.voxel_size_m * np.cos(slew)
     y = load.axis_y + radius / load.voxel_size_m * np.sin(slew)
     z = (height - load.zero_height_m) / load.voxel_size_m
-    return box_is_free(clearance, x, y, z, x, y, z)
+    return box_is_free(space, x, y, z, x, y, z)
 
 
 @leaf_kernel
@@ -81,12 +81,12 @@ def _at(
 
 @kernel
 def line_is_free(
-    clearance: Clearance, load: LoadFrame, start: NDArray[np.float64], end: NDArray[np.float64], straight: bool
+    space: CollisionSpace, load: LoadFrame, start: NDArray[np.float64], end: NDArray[np.float64], straight: bool
 ) -> bool:
     """Return whether every position on a line is free.
 
     Args:
-        clearance: The collision rule.
+        space: The collision rule.
         load: How hook poses and reference cells correspond.
         start: (3,) slew, radius, height at the start.
         end: (3,) at the end; slew unwrapped.
@@ -110,7 +110,7 @@ def line_is_free(
             x1, y1, z1 = _at(load, start, end, straight, u1)
             bulge = bend * (u1 - u0) ** 2 / 8.0
             if box_is_free(
-                clearance,
+                space,
                 min(x0, x1) - bulge,
                 min(y0, y1) - bulge,
                 min(z0, z1),
@@ -121,7 +121,7 @@ def line_is_free(
                 continue
             middle = 0.5 * (u0 + u1)
             x, y, z = _at(load, start, end, straight, middle)
-            if (u1 - u0) * length < _FINEST_VOX or not box_is_free(clearance, x, y, z, x, y, z):
+            if (u1 - u0) * length < _FINEST_VOX or not box_is_free(space, x, y, z, x, y, z):
                 return False
             stack[depth, 0], stack[depth, 1] = middle, u1
             stack[depth + 1, 0], stack[depth + 1, 1] = u0, middle
@@ -130,14 +130,14 @@ def line_is_free(
 
 
 @kernel
-def samples_are_free(clearance: Clearance, load: LoadFrame, axes: NDArray[np.float64]) -> bool:
+def samples_are_free(space: CollisionSpace, load: LoadFrame, axes: NDArray[np.float64]) -> bool:
     """Return whether a motion between samples is free, whatever the axes do in between as long as none turns back.
 
     Between two samples the hook is inside the sector patch that their slews and radii span; the patch lies inside the
     box of its four corners, widened by the bulge of its outer arc.
 
     Args:
-        clearance: The collision rule.
+        space: The collision rule.
         load: How hook poses and reference cells correspond.
         axes: (N, 3) slew, radius, height; close together, each axis monotone from sample to sample.
     """
@@ -162,7 +162,7 @@ def samples_are_free(clearance: Clearance, load: LoadFrame, axes: NDArray[np.flo
         )
         # Samples are close together: most see the same placements as the one before.
         if around != last:
-            if not _all_free(clearance, around):
+            if not _all_free(space, around):
                 return False
             last = around
     return True
@@ -170,7 +170,7 @@ def samples_are_free(clearance: Clearance, load: LoadFrame, axes: NDArray[np.flo
 
 @kernel
 def swaying_is_free(
-    clearance: Clearance,
+    space: CollisionSpace,
     load: LoadFrame,
     axes: NDArray[np.float64],
     sway_vox: NDArray[np.float64],
@@ -183,7 +183,7 @@ def swaying_is_free(
     that side or to either; from one sample to the next in the box around both.
 
     Args:
-        clearance: The collision rule.
+        space: The collision rule.
         load: How hook poses and reference cells correspond.
         axes: (N, 3) slew, radius, height; close together.
         sway_vox: (N, 2) how far it swings on the plan, cells.
@@ -211,7 +211,7 @@ def swaying_is_free(
         was_x, was_y, was_z = x, y, z
         around = _around(x0, y0, z0, x1, y1, z1)
         if around != last:
-            if not _all_free(clearance, around):
+            if not _all_free(space, around):
                 return i
             last = around
     return -1

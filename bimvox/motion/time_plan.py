@@ -21,7 +21,7 @@ from bimvox.motion.timing import NS_PER_S, sampled
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.records.motion import LiftMotion, Phase, PhaseName, quarters_of
 from bimvox.records.trajectory import Trajectory
-from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
@@ -32,7 +32,7 @@ TRIAL_LIFT_S = 10.0
 """Holding the raised part to see that it hangs well."""
 
 
-def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) -> tuple[LiftMotion, ...]:
+def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]) -> tuple[LiftMotion, ...]:
     """Return the motion of every planned lift, in order.
 
     Args:
@@ -54,12 +54,12 @@ def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, Clearance]]) -> t
         )
     motions: list[LiftMotion] = []
     before: Lift | None = None
-    for lift, clearance in clearances:
+    for lift, space in clearances:
         if lift.status is not Status.PLANNED or lift.path_vox is None or lift.place is None:
             continue
         clock_ns = motions[-1].end_ns if motions else 0
         slew_rad = float(motions[-1].loaded.slew_rad[-1]) if motions else 0.0
-        motions.append(time_lift(site, site.crane, lift, clearance, before, clock_ns, slew_rad))
+        motions.append(time_lift(site, site.crane, lift, space, before, clock_ns, slew_rad))
         before = lift
     return tuple(motions)
 
@@ -68,7 +68,7 @@ def time_lift(
     site: Site,
     crane: TowerCrane,
     lift: Lift,
-    clearance: Clearance,
+    space: CollisionSpace,
     before: Lift | None,
     clock_ns: int,
     slew_rad: float,
@@ -79,7 +79,7 @@ def time_lift(
         site: The site.
         crane: Its crane.
         lift: The lift; it must have a path and a place in the yard.
-        clearance: The collision rule of its stage.
+        space: The collision rule of its stage.
         before: The planned lift before it; None for the first.
         clock_ns: When it starts on the site's clock.
         slew_rad: Slewing angle at which the lift before ended, with the turns that it has.
@@ -89,7 +89,7 @@ def time_lift(
     """
     assert lift.place is not None
     try:
-        return _motion(site, crane, lift, lift.place, clearance, before, clock_ns, slew_rad)
+        return _motion(site, crane, lift, lift.place, space, before, clock_ns, slew_rad)
     except PlanningError as error:
         raise MotionError(site.components[lift.component].id, error.message, hint=error.hint) from error
 
@@ -99,7 +99,7 @@ def _motion(
     crane: TowerCrane,
     lift: Lift,
     place: YardPlace,
-    clearance: Clearance,
+    space: CollisionSpace,
     before: Lift | None,
     clock_ns: int,
     slew_rad: float,
@@ -114,10 +114,10 @@ def _motion(
     hanging = pendulum_of(site, component)
     spans: list[tuple[PhaseName, int]] = []
     approach: Trajectory | None = None
-    hook_on_vox = hook_on_cell(component, place, clearance)
+    hook_on_vox = hook_on_cell(component, place, space)
     if before is not None:
         left_vox = left_cells(site, before)
-        rule = empty_hook_clearance(site, clearance, place, left_vox)
+        rule = empty_hook_clearance(site, space, place, left_vox)
         approach = empty_way(site, crane, rule, left_vox[-1], hook_on_vox, slew_rad)
         slew_rad = float(approach.slew_rad[-1])
         spans.append((PhaseName.APPROACH, int(approach.time_ns[-1])))
@@ -128,7 +128,7 @@ def _motion(
     spans.append((PhaseName.RAISE, _length_ns(raising) + round(TRIAL_LIFT_S * NS_PER_S)))
     spans.append((PhaseName.TURN, round(quarters_of(place.turn) * site.rules.turn_s * NS_PER_S)))
     timeline, needed_m = drive_path(
-        loaded_crane, clearance, load, lift.path_vox, lift.contact_moves, float(raising.slew_rad[-1]), hanging
+        loaded_crane, space, load, lift.path_vox, lift.contact_moves, float(raising.slew_rad[-1]), hanging
     )
     loaded = _later(sampled(timeline, needed_m, period_s, size_m, hanging), _total(spans))
     spans += carrying_phases(timeline, _length_ns(loaded))
@@ -146,7 +146,7 @@ def _motion(
 def empty_way(
     site: Site,
     crane: TowerCrane,
-    rule: Clearance,
+    rule: CollisionSpace,
     start_vox: NDArray[np.int32],
     end_vox: NDArray[np.int32],
     slew_rad: float,
@@ -187,7 +187,7 @@ def carrying_phases(timeline: Timeline, length_ns: int) -> list[tuple[PhaseName,
     ]
 
 
-def hook_on_cell(component: Component, place: YardPlace, clearance: Clearance) -> NDArray[np.int32]:
+def hook_on_cell(component: Component, place: YardPlace, space: CollisionSpace) -> NDArray[np.int32]:
     """Return the cell of the slings' lower end at hook on: above the part's top as it lies.
 
     A part that lies is hooked at its head, the end away from its foot, and tipped up; where the hook may not be over
@@ -202,9 +202,9 @@ def hook_on_cell(component: Component, place: YardPlace, clearance: Clearance) -
         head[0] = x + size_x - 1
     elif place.pose is StoredPose.LYING_Y:
         head[1] = y + size_y - 1
-    above = clearance._replace(boxes=np.array([[0, 0, 0, 1, 1, 1]], np.int32), hook_offset=HOOK_OFFSET)
+    above = space._replace(boxes=np.array([[0, 0, 0, 1, 1, 1]], np.int32), hook_offset=HOOK_OFFSET)
     way = foot + np.sign(head - foot) * np.arange(np.abs(head - foot).max() + 1, dtype=np.int32)[:, None]
-    inside = (way[:, :2] < clearance.hook_floor.shape).all()
+    inside = (way[:, :2] < space.hook_floor.shape).all()
     return head if inside and all(placement_is_free(above, *cell) for cell in way) else foot
 
 

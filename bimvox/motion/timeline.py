@@ -23,7 +23,7 @@ from bimvox.motion.shaping import Calm, ShapedProfile
 from bimvox.motion.slow import slow_shares
 from bimvox.motion.swept import samples_are_free, swaying_is_free
 from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, swing_of
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 
 _CHECK_SPACING_VOX = 0.125
 _HALVINGS = 6
@@ -171,10 +171,10 @@ def overlapping_as(timeline: Timeline, other: Timeline) -> Timeline:
 
 def blended(
     timeline: Timeline,
-    clearance: Clearance,
+    space: CollisionSpace,
     load: LoadFrame,
     straight_below_m: float = -np.inf,
-    last: Clearance | None = None,
+    last: CollisionSpace | None = None,
     pendulum: Pendulum | None = None,
 ) -> Timeline:
     """Return the timeline with every corner rounded as far as it stays free.
@@ -183,7 +183,7 @@ def blended(
 
     Args:
         timeline: Moves in sequence, each of them free.
-        clearance: The collision rule.
+        space: The collision rule.
         load: How hook poses and reference cells correspond.
         straight_below_m: Height of the hook below which it is lowered only when the axes before are at rest.
         last: The rule for the corner before the last move, where it is another one.
@@ -198,7 +198,7 @@ def blended(
         ends = timeline.end_s
         earliest = max(timeline.start_s[later - 1], ends[later - 2] if later > 1 else 0.0)
         longest = min(timeline.start_s[later] - earliest, timeline.profiles[later].duration_s)
-        rule = clearance if last is None or later + 1 < len(timeline.moves) else last
+        rule = space if last is None or later + 1 < len(timeline.moves) else last
         timeline = _advanced(
             timeline, later, _overlap_s(timeline, later, longest, rule, load, straight_below_m, pendulum)
         )
@@ -209,7 +209,7 @@ def _overlap_s(
     timeline: Timeline,
     later: int,
     longest_s: float,
-    clearance: Clearance,
+    space: CollisionSpace,
     load: LoadFrame,
     straight_below_m: float,
     pendulum: Pendulum | None,
@@ -218,7 +218,7 @@ def _overlap_s(
 
     def fits(overlap_s: float) -> bool:
         tried = _advanced(timeline, later, overlap_s)
-        return _stops_above(tried, later, straight_below_m) and _is_free(tried, later, clearance, load, pendulum)
+        return _stops_above(tried, later, straight_below_m) and _is_free(tried, later, space, load, pendulum)
 
     if longest_s <= 0.0:
         return 0.0
@@ -245,7 +245,7 @@ def _stops_above(timeline: Timeline, later: int, height_m: float) -> bool:
     return reached_m >= min(height_m, move.start.height_m)
 
 
-def _is_free(timeline: Timeline, later: int, clearance: Clearance, load: LoadFrame, pendulum: Pendulum | None) -> bool:
+def _is_free(timeline: Timeline, later: int, space: CollisionSpace, load: LoadFrame, pendulum: Pendulum | None) -> bool:
     """Return whether the motion is free from the start of the move before ``later`` to the end of ``later``."""
     course, begins_s = timeline.course, timeline.start_s
     start, end = begins_s[later - 1], max(timeline.end_s[later - 1 : later + 1])
@@ -254,13 +254,13 @@ def _is_free(timeline: Timeline, later: int, clearance: Clearance, load: LoadFra
     spacing_m = _CHECK_SPACING_VOX * load.voxel_size_m
     steps = int(np.ceil(max((end - start) * top_speed_m_s / spacing_m, (end - start) / STEP_S))) + 1
     axes = course.axes_at(evenly_s(start, end, steps), begins_s, later - 1, later + 1)
-    if not samples_are_free(clearance, load, axes):
+    if not samples_are_free(space, load, axes):
         return False
     if pendulum is None:
         return True
     sway_m = swing_of(timeline.crane, axes, (end - start) / steps, pendulum).beyond_m(PLANNED_RESIDUAL_M)
     swings = (sway_m[:, 0] != 0.0) | (sway_m[:, 1] != 0.0)
-    return bool(swaying_is_free(clearance, load, axes, sway_m / load.voxel_size_m, swings, True) < 0)
+    return bool(swaying_is_free(space, load, axes, sway_m / load.voxel_size_m, swings, True) < 0)
 
 
 def evenly_s(start_s: float, end_s: float, steps: int) -> NDArray[np.float64]:

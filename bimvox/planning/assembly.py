@@ -19,11 +19,11 @@ from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.insertion import Insertion, NoInsertion, find_insertion
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
 from bimvox.planning.order.relations import Precedence, precedence
-from bimvox.planning.order.sequence import Sequence, Sequencer
+from bimvox.planning.order.sequence import ErectionSequence, Sequencer
 from bimvox.planning.order.shorten import order_and_yard
 from bimvox.planning.refusal import refused_by_crane
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
-from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.margin import grown_cells, margin_vox
 from bimvox.site.site import GROUND_ID, Site
@@ -44,7 +44,7 @@ class Preparation:
 
     contacts: Contacts
     relations: Precedence
-    sequence: Sequence
+    sequence: ErectionSequence
     places: tuple[YardPlace | None, ...]
 
 
@@ -68,36 +68,36 @@ class Stage:
     Attributes:
         component: The part.
         place: Where it waits.
-        clearance: The collision rule for its transit now; its departure is cleared.
+        space: The collision rule for its transit now; its departure is cleared.
         start_vox: Where its transit starts.
         insertion: Its last moves.
     """
 
     component: Component
     place: YardPlace
-    clearance: Clearance
+    space: CollisionSpace
     start_vox: IntVec
     insertion: Insertion
 
     @property
-    def clearance_with_insertion(self) -> Clearance:
+    def clearance_with_insertion(self) -> CollisionSpace:
         """The collision rule with the placements of the last moves cleared: what the crane's motion is checked by."""
-        return with_cleared(self.clearance, self.insertion.path_vox)
+        return with_cleared(self.space, self.insertion.path_vox)
 
 
-def with_cleared(clearance: Clearance, path_vox: NDArray[np.int32]) -> Clearance:
+def with_cleared(space: CollisionSpace, path_vox: NDArray[np.int32]) -> CollisionSpace:
     """Return a collision rule with (N, 3) placements cleared beside those that are."""
     if not len(path_vox):
-        return clearance
+        return space
     low, high = path_vox.min(axis=0), path_vox.max(axis=0) + 1
-    if clearance.cleared.size:
-        low = np.minimum(low, clearance.cleared_low)
-        high = np.maximum(high, clearance.cleared_low + clearance.cleared.shape)
+    if space.cleared.size:
+        low = np.minimum(low, space.cleared_low)
+        high = np.maximum(high, space.cleared_low + space.cleared.shape)
     cleared = np.zeros(high - low, np.bool_)
     cleared[tuple((path_vox - low).T)] = True
-    before = np.argwhere(clearance.cleared) + clearance.cleared_low - low
+    before = np.argwhere(space.cleared) + space.cleared_low - low
     cleared[tuple(before.T)] = True
-    return clearance._replace(cleared_low=low.astype(np.int32), cleared=cleared)
+    return space._replace(cleared_low=low.astype(np.int32), cleared=cleared)
 
 
 def prepare(site: Site, progress: Progress | None = None) -> Preparation:
@@ -199,10 +199,10 @@ class Assembly:
             reason += f": {component.mass_kg:.0f} kg are carried from {low_m:.1f} to {high_m:.1f} m"
         return Obstacle(reason)
 
-    def clearance(self, index: int) -> Clearance:
+    def space(self, index: int) -> CollisionSpace:
         """Return the collision rule for the transit of component ``index`` now, its departure cleared."""
         component, place = self._site.components[index], self._preparation.places[index]
-        free = self._occupancy.clearance(component)
+        free = self._occupancy.space(component)
         transit = self._occupancy.transit(component, free)
         return (
             transit if place is None else with_cleared(transit, _departure(free, transit, place.transit_start_vox)[0])
@@ -229,7 +229,7 @@ class Assembly:
         return tuple(j for j in relations.holds[index] if self._position[j] < self._position[index])
 
     def _stage(self, component: Component, place: YardPlace) -> Stage | Obstacle:
-        clearance = self._occupancy.clearance(component)
+        space = self._occupancy.space(component)
         swept = place.raising_size_vox(component)
         box = np.argwhere(np.ones(swept, np.bool_)) + np.array(place.cell_vox)
         in_the_way = self.who_is_at(box.astype(np.int32)) if swept[2] else ()
@@ -241,13 +241,13 @@ class Assembly:
         if in_the_way := self.who_is_at(turning):
             return Obstacle("it cannot be turned above its place in the yard", in_the_way)
         start = place.transit_start_vox
-        if not placement_is_free(clearance, *start):
-            return self._blocked_start(component, clearance, start)
-        transit = self._occupancy.transit(component, clearance)
-        departure, is_out = _departure(clearance, transit, start)
+        if not placement_is_free(space, *start):
+            return self._blocked_start(component, space, start)
+        transit = self._occupancy.transit(component, space)
+        departure, is_out = _departure(space, transit, start)
         if not is_out:
             return self._too_near(component, departure)
-        insertion = self._insertion(component, clearance, transit)
+        insertion = self._insertion(component, space, transit)
         if isinstance(insertion, Obstacle):
             return insertion
         return Stage(component, place, with_cleared(transit, departure), start, insertion)
@@ -268,31 +268,31 @@ class Assembly:
         component, place = self._site.components[index], self._preparation.places[index]
         self.skip(index)
         assert place is not None
-        clearance = self._occupancy.clearance(component)
-        transit = self._occupancy.transit(component, clearance)
-        insertion = self._insertion(component, clearance, transit)
+        space = self._occupancy.space(component)
+        transit = self._occupancy.transit(component, space)
+        insertion = self._insertion(component, space, transit)
         blocked = insertion if isinstance(insertion, Obstacle) else None
         last = Insertion(last_vox) if isinstance(insertion, Obstacle) else insertion
         rule = (
-            with_cleared(transit, _departure(clearance, transit, place.transit_start_vox)[0])
+            with_cleared(transit, _departure(space, transit, place.transit_start_vox)[0])
             if self._margin or self._site.rules.rope_clearance_m > 0.0
             else transit
         )
         return Stage(component, place, rule, place.transit_start_vox, last), blocked
 
-    def _insertion(self, component: Component, clearance: Clearance, transit: Clearance) -> Insertion | Obstacle:
+    def _insertion(self, component: Component, space: CollisionSpace, transit: CollisionSpace) -> Insertion | Obstacle:
         found = find_insertion(
             self._site,
             self._preparation.contacts,
             self._occupancy.counts,
             component,
-            clearance,
+            space,
             self._standing,
             transit,
         )
         return self._blocked_target(found) if isinstance(found, NoInsertion) else found
 
-    def _blocked_start(self, component: Component, clearance: Clearance, start: IntVec) -> Obstacle:
+    def _blocked_start(self, component: Component, space: CollisionSpace, start: IntVec) -> Obstacle:
         who = self.who_is_at(component.shape.cells + np.array(start, np.int32))
         if who:
             return Obstacle("it is blocked above its place in the yard", who)
@@ -335,7 +335,7 @@ class Assembly:
             del self._present[self._site.components[index].id]
 
 
-def _departure(free: Clearance, transit: Clearance, start: IntVec) -> tuple[NDArray[np.int32], bool]:
+def _departure(free: CollisionSpace, transit: CollisionSpace, start: IntVec) -> tuple[NDArray[np.int32], bool]:
     """Return the (N, 3) placements straight up from the start that the transit's rule does not hold for yet.
 
     And whether one for which it holds comes after them.
@@ -350,7 +350,7 @@ def _departure(free: Clearance, transit: Clearance, start: IntVec) -> tuple[NDAr
     return np.array(places or [start], np.int32), False
 
 
-def replay(site: Site, preparation: Preparation, plan: LiftPlan) -> Iterator[tuple[Lift, Clearance]]:
+def replay(site: Site, preparation: Preparation, plan: LiftPlan) -> Iterator[tuple[Lift, CollisionSpace]]:
     """Walk through a finished plan: every planned lift with the collision rule of its stage, last moves cleared.
 
     Args:

@@ -29,7 +29,7 @@ from bimvox.grid.summed_area import summed_area_table
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.contact.sweep import rope_meets
 from bimvox.planning.search import room_around
-from bimvox.site.collision import HOOK_FORBIDDEN, Clearance, boxes_are_free, hook_is_free, placement_is_free
+from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.site import Site
 
@@ -89,9 +89,9 @@ def find_insertion(
     contacts: Contacts,
     counts: NDArray[np.uint16],
     component: Component,
-    clearance: Clearance,
+    space: CollisionSpace,
     present: Collection[int],
-    transit: Clearance | None = None,
+    transit: CollisionSpace | None = None,
 ) -> Insertion | NoInsertion:
     """Find the last moves of a component.
 
@@ -100,22 +100,20 @@ def find_insertion(
         contacts: Its contacts.
         counts: (X, Y, Z) how many things occupy each cell now.
         component: The part.
-        clearance: The collision rule for it now, nothing cleared.
+        space: The collision rule for it now, nothing cleared.
         present: Numbers of the solids that stand now.
         transit: The rule that holds up to the gate, where it is another one (see ``bimvox.site.margin``).
 
     Returns:
         The moves, or why there are none.
     """
-    by_cells = _Inserter(site, contacts, counts, component, clearance, present, transit or clearance)
+    by_cells = _Inserter(site, contacts, counts, component, space, present, transit or space)
     found = by_cells.find()
     if isinstance(found, Insertion) and not found.enclosed:
         return found
     if not by_cells.met_cells:
         return found
-    refined = _Inserter(
-        site, contacts, counts, component, clearance, present, transit or clearance, by_shapes=True
-    ).find()
+    refined = _Inserter(site, contacts, counts, component, space, present, transit or space, by_shapes=True).find()
     if isinstance(refined, Insertion) and not refined.enclosed:
         return refined
     if isinstance(found, Insertion):
@@ -155,13 +153,13 @@ class _Inserter:
         contacts: Contacts,
         counts: NDArray[np.uint16],
         component: Component,
-        clearance: Clearance,
+        space: CollisionSpace,
         present: Collection[int],
-        transit: Clearance,
+        transit: CollisionSpace,
         *,
         by_shapes: bool = False,
     ) -> None:
-        self.contacts, self.component, self.clearance, self.transit = contacts, component, clearance, transit
+        self.contacts, self.component, self.space, self.transit = contacts, component, space, transit
         self.step_m = site.frame.voxel_size_m
         self.target = np.array(component.target_vox)
         self.near = tuple(n for n in contacts.neighbours[component.index] if n in present)
@@ -178,13 +176,13 @@ class _Inserter:
             inside = ((cells >= self.low) & (cells < high)).all(axis=1)
             np.subtract.at(foreign, tuple((cells[inside] - self.low).T), 1)
         self.foreign = foreign > 0
-        self.rule = clearance._replace(table=summed_area_table(self.foreign))
+        self.rule = space._replace(table=summed_area_table(self.foreign))
         hook = self.target + np.array(component.hook_offset_vox)
         self.hook_m = site.frame.centre_of(hook)
         self.highest = site.shape[2] - int(transit.boxes[:, 5].max())
-        if clearance.hook_ceiling.size:
+        if space.hook_ceiling.size:
             # The sky begins where the crane can hold the part no higher.
-            most = int(clearance.hook_ceiling[hook[0], hook[1]]) - int(component.hook_offset_vox[2])
+            most = int(space.hook_ceiling[hook[0], hook[1]]) - int(component.hook_offset_vox[2])
             self.highest = min(self.highest, max(most, int(self.target[2])))
         origin = site.frame.origin_m
         self.hook_column = tuple(int(n) for n in (hook - self.low)[:2])
@@ -277,7 +275,7 @@ class _Inserter:
     def _is_free(self, place: IntVec) -> bool:
         """Whether a placement is free by cells, enclosed or not."""
         if self.rooms[place] == _UNKNOWN:
-            return boxes_are_free(self.clearance, *place) and hook_is_free(self.clearance, *place)
+            return boxes_are_free(self.space, *place) and hook_is_free(self.space, *place)
         return True
 
     def _is_gate(self, place: IntVec) -> bool:
@@ -302,13 +300,13 @@ class _Inserter:
         return self._rope_wrong_at(place)
 
     def _rope_wrong_at(self, place: IntVec) -> NoInsertion | None:
-        if hook_is_free(self.clearance, *place):
+        if hook_is_free(self.space, *place):
             return None
         offset = np.array(place) - self.target
         hook = np.array(place) + np.array(self.component.hook_offset_vox)
-        if self.clearance.hook_floor[hook[0], hook[1]] == HOOK_FORBIDDEN:
+        if self.space.hook_floor[hook[0], hook[1]] == HOOK_FORBIDDEN:
             return NoInsertion("the crane's hook is not allowed above its place (reach, capacity or zone)")
-        ceiling = self.clearance.hook_ceiling
+        ceiling = self.space.hook_ceiling
         if ceiling.size and hook[2] > ceiling[hook[0], hook[1]]:
             return NoInsertion("the crane cannot hold its hook that high above its place")
         column = (hook - self.low)[:2]

@@ -8,7 +8,7 @@ from scipy.ndimage import maximum_filter
 
 from bimvox.grid.summed_area import summed_area_table, top_of_columns, update_table
 from bimvox.records.lift import YardPlace
-from bimvox.site.collision import NOTHING_CLEARED, Clearance
+from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
 from bimvox.site.component import Component, IntVec
 from bimvox.site.hook_room import hook_room
 from bimvox.site.margin import in_transit, margin_vox, rope_margin_vox
@@ -55,11 +55,11 @@ class Occupancy:
         inside = ((cells >= 0) & (cells < self.counts.shape)).all(axis=1)
         return bool(self.counts[tuple(cells[inside].T)].any())
 
-    def clearance(self, component: Component) -> Clearance:
+    def space(self, component: Component) -> CollisionSpace:
         """Return the collision rule for lifting ``component`` now."""
         table, top = self._table_and_top()
         room = hook_room(self._site, top, component)
-        return Clearance(
+        return CollisionSpace(
             table,
             component.shape.boxes,
             np.array(component.hook_offset_vox, np.int32),
@@ -68,9 +68,9 @@ class Occupancy:
             room.ceiling,
         )
 
-    def transit(self, component: Component, clearance: Clearance) -> Clearance:
+    def transit(self, component: Component, space: CollisionSpace) -> CollisionSpace:
         """Return the rule that holds for ``component`` between departure and gate: its margins kept."""
-        grown, rope = in_transit(clearance, margin_vox(self._site)), rope_margin_vox(self._site)
+        grown, rope = in_transit(space, margin_vox(self._site)), rope_margin_vox(self._site)
         if rope == 0 or not self._site.rules.rope:
             return grown
         top = maximum_filter(self._table_and_top()[1], size=2 * rope + 1, mode="constant")

@@ -23,7 +23,7 @@ from bimvox.planning.propose import Propose, Transit
 from bimvox.planning.rollout import lifts_at_once
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
 from bimvox.records.lift import Lift, LiftPlan, Method, Status
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import IntVec
 from bimvox.site.site import Site
 
@@ -150,7 +150,7 @@ def _searched(
         return Lift(index, order, place, Status.INFEASIBLE, reason=stage.reason, blocked_by=stage.blocked_by)
     if before is not None and before.path_vox is not None and _still_holds(before.path_vox, stage):
         return before
-    shortest = shortest_path(stage.clearance, stage.start_vox, stage.insertion.gate_vox).path_vox
+    shortest = shortest_path(stage.space, stage.start_vox, stage.insertion.gate_vox).path_vox
     if shortest is None:
         found = _why_unreachable(assembly, stage)
         return Lift(index, order, place, Status.INFEASIBLE, reason=found.reason, blocked_by=found.blocked_by)
@@ -187,7 +187,7 @@ def _proposed(searched: Sequence[tuple[Stage, Lift]], policies: Sequence[tuple[P
 
 def _transit(stage: Stage, lift: Lift) -> Transit:
     shortest = None if lift.shortest_moves is None else lift.shortest_moves - stage.insertion.moves
-    return Transit(stage.clearance, stage.start_vox, stage.insertion.gate_vox, shortest)
+    return Transit(stage.space, stage.start_vox, stage.insertion.gate_vox, shortest)
 
 
 def _whole_path(transit_vox: NDArray[np.int32], stage: Stage) -> NDArray[np.int32]:
@@ -205,7 +205,7 @@ def is_valid_transit(stage: Stage, path_vox: NDArray[np.int32]) -> bool:
         and tuple(path_vox[0]) == stage.start_vox
         and tuple(path_vox[-1]) == stage.insertion.gate_vox
         and (steps == 1).all()
-        and all_free(stage.clearance, path_vox)
+        and all_free(stage.space, path_vox)
     )
 
 
@@ -218,12 +218,12 @@ def _still_holds(path_vox: NDArray[np.int32], stage: Stage) -> bool:
 
 def _why_unreachable(assembly: Assembly, stage: Stage) -> Obstacle:
     """Name what closes in the start or the place, whichever is the smaller room."""
-    from_start, from_gate = _smaller_room(stage.clearance, stage.start_vox, stage.insertion.gate_vox)
+    from_start, from_gate = _smaller_room(stage.space, stage.start_vox, stage.insertion.gate_vox)
     where, room = (
         ("its place in the yard", from_start) if len(from_start) <= len(from_gate) else ("its place", from_gate)
     )
     border = _around(room)[:_BORDER_LIMIT]
-    blocked = border[~which_free(stage.clearance, border)]
+    blocked = border[~which_free(stage.space, border)]
     cells = (blocked[:, None, :] + stage.component.shape.cells[None, :, :]).reshape(-1, 3)
     who = tuple(name for name in assembly.who_is_at(cells) if name != "ground")
     by = f"at cells of {assembly.voxel_size_m:g} m"
@@ -232,11 +232,11 @@ def _why_unreachable(assembly: Assembly, stage: Stage) -> Obstacle:
     return Obstacle(f"no way leads out of the room of {len(room)} placements around {where}, {by}", who)
 
 
-def _smaller_room(clearance: Clearance, start: IntVec, gate: IntVec) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+def _smaller_room(space: CollisionSpace, start: IntVec, gate: IntVec) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Return the placements around start and gate, the smaller room whole, the other one as far as it is no larger."""
     limit = _FIRST_LIMIT
     while True:
-        rooms = reachable(clearance, start, limit), reachable(clearance, gate, limit)
+        rooms = reachable(space, start, limit), reachable(space, gate, limit)
         if min(map(len, rooms)) < limit or limit >= _FLOOD_LIMIT:
             return rooms
         limit = min(8 * limit, _FLOOD_LIMIT)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import IntVec
 
 
@@ -17,14 +17,14 @@ class Transit:
     """A way to be found.
 
     Attributes:
-        clearance: The collision rule at its stage of assembly.
+        space: The collision rule at its stage of assembly.
         start_vox: Reference cell of the transit start.
         goal_vox: Reference cell of the gate.
         least_moves: The fewest moves possible, where known. A policy may stop looking once it has a way as short; what
             it proposes must not depend on it otherwise.
     """
 
-    clearance: Clearance
+    space: CollisionSpace
     start_vox: IntVec
     goal_vox: IntVec
     least_moves: int | None = None

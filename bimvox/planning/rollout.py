@@ -31,7 +31,7 @@ from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.env.state import NO_ACTION, LiftState
 from bimvox.planning.propose import Propose, Transit
-from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import IntVec
 
 Values = Callable[[NDArray[np.float32]], NDArray[np.float32]]
@@ -174,7 +174,7 @@ def _forth(values: Values, problems: Sequence[LiftProblem], limit: StepLimit, gu
     starts = np.array([problem.start_vox for problem in problems], np.int32).reshape(-1, 3)
     rollouts = roll_out_starts(values, problems, np.arange(len(problems)), starts, limit=limit, guard=guard)
     return [
-        Rollout(straightened(problem.clearance, rollout.path_vox), rollout.outcome, rollout.steps)
+        Rollout(straightened(problem.space, rollout.path_vox), rollout.outcome, rollout.steps)
         for problem, rollout in zip(problems, rollouts, strict=True)
     ]
 
@@ -243,7 +243,7 @@ def proposer(values: Values, *, limit: StepLimit = ROLLOUT_LIMIT) -> Propose:
     """
 
     def propose(transits: Sequence[Transit]) -> list[NDArray[np.int32] | None]:
-        problems = [lift_problem(transit.clearance, transit.start_vox, transit.goal_vox) for transit in transits]
+        problems = [lift_problem(transit.space, transit.start_vox, transit.goal_vox) for transit in transits]
         least = [transit.least_moves for transit in transits]
         rollouts = roll_out_all(values, problems, limit=limit, least_moves=least)
         return [rollout.path_vox if rollout.arrived else None for rollout in rollouts]
@@ -333,14 +333,14 @@ def shortest_of_visited(path_vox: NDArray[np.int32]) -> NDArray[np.int32]:
 
 
 @kernel
-def straightened(clearance: Clearance, path_vox: NDArray[np.int32]) -> NDArray[np.int32]:
+def straightened(space: CollisionSpace, path_vox: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return a path with its detours cut: from each cell straight on to the farthest that three legs reach.
 
     A cut runs along each axis once, in one of the six orders, over free placements; so it is as short as any way
     between its ends. It is taken where it is shorter than the path. Repeated until nothing is cut.
 
     Args:
-        clearance: What decides whether a placement is free.
+        space: What decides whether a placement is free.
         path_vox: (N, 3) int32, unit moves over free placements.
 
     Returns:
@@ -361,7 +361,7 @@ def straightened(clearance: Clearance, path_vox: NDArray[np.int32]) -> NDArray[n
                 away = 0
                 for axis in range(3):
                     away += abs(path[m, axis] - path[n, axis])
-                if away < m - n and _three_legs(clearance, path[n], path[m], legs):
+                if away < m - n and _three_legs(space, path[n], path[m], legs):
                     kept[count : count + away] = legs[:away]
                     count += away
                     far = m
@@ -377,7 +377,7 @@ def straightened(clearance: Clearance, path_vox: NDArray[np.int32]) -> NDArray[n
 
 @leaf_kernel
 def _three_legs(
-    clearance: Clearance, start: NDArray[np.int32], goal: NDArray[np.int32], out: NDArray[np.int32]
+    space: CollisionSpace, start: NDArray[np.int32], goal: NDArray[np.int32], out: NDArray[np.int32]
 ) -> bool:
     """Write the cells after ``start`` of a way that runs along each axis once, if one is free."""
     for first, second, third in ((2, 0, 1), (2, 1, 0), (0, 1, 2), (1, 0, 2), (0, 2, 1), (1, 2, 0)):
@@ -394,7 +394,7 @@ def _three_legs(
                     y += step
                 else:
                     z += step
-                if not placement_is_free(clearance, x, y, z):
+                if not placement_is_free(space, x, y, z):
                     free = False
                     break
                 out[count, 0], out[count, 1], out[count, 2] = x, y, z
@@ -457,11 +457,11 @@ def _move_running(
     for row in range(running.size):
         n = running[row]
         p = index[n]
-        clearance = pooled_clearance(pool, p)
+        space = pooled_clearance(pool, p)
         path = paths[n, : steps[n] + 1]
         at = path[steps[n]]
         lost = is_lost(guard, steps[n], least[n])
-        best = guarded_action(clearance, pool.target[p], path, steps[n], values[row], guard, lost)
+        best = guarded_action(space, pool.target[p], path, steps[n], values[row], guard, lost)
         if best == NO_ACTION:
             outcome[n] = _ENCLOSED
             continue

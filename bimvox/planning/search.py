@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.env.actions import MOVES
-from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import IntVec
 
 _UNKNOWN, _FREE, _BLOCKED, _CLOSED = 0, 1, 2, 3
@@ -37,35 +37,35 @@ class SearchResult:
     expanded: int
 
 
-def shortest_path(clearance: Clearance, start: IntVec, goal: IntVec) -> SearchResult:
+def shortest_path(space: CollisionSpace, start: IntVec, goal: IntVec) -> SearchResult:
     """Find a shortest path of unit moves, or show that there is none.
 
     There is none where every placement within reach of the start, or of the goal, was looked at: of the goal after a
     while, because a room around it is mostly small, and the site around the start large.
 
     Args:
-        clearance: The collision rule.
+        space: The collision rule.
         start: Reference cell to start from; must be free.
         goal: Reference cell to reach.
 
     Returns:
         The path, one of the shortest, always the same one; or no path.
     """
-    path, expanded = _a_star(clearance, np.array(start, np.int64), np.array(goal, np.int64), MOVES)
+    path, expanded = _a_star(space, np.array(start, np.int64), np.array(goal, np.int64), MOVES)
     return SearchResult(path if len(path) else None, int(expanded))
 
 
-def reachable(clearance: Clearance, cell: IntVec, limit: int) -> NDArray[np.int32]:
+def reachable(space: CollisionSpace, cell: IntVec, limit: int) -> NDArray[np.int32]:
     """Return the placements that can be reached from ``cell``, at most ``limit`` of them: (N, 3) int32."""
-    found: NDArray[np.int32] = _flood(clearance, np.array(cell, np.int64), MOVES, limit)
+    found: NDArray[np.int32] = _flood(space, np.array(cell, np.int64), MOVES, limit)
     return found
 
 
-def room_around(clearance: Clearance, cell: IntVec, top: int, limit: int) -> tuple[NDArray[np.int32], bool]:
+def room_around(space: CollisionSpace, cell: IntVec, top: int, limit: int) -> tuple[NDArray[np.int32], bool]:
     """Return placements that can be reached from a free one, upward first, until one at the height ``top`` is met.
 
     Args:
-        clearance: The collision rule.
+        space: The collision rule.
         cell: The placement to start from; must be free.
         top: Height, z of the reference cell, that counts as outside.
         limit: A room of more placements counts as open.
@@ -73,7 +73,7 @@ def room_around(clearance: Clearance, cell: IntVec, top: int, limit: int) -> tup
     Returns:
         (N, 3) int32 placements, and whether the room is open: the top was reached, or the limit.
     """
-    found, is_open = _room(clearance, np.array(cell, np.int64), MOVES, top, limit)
+    found, is_open = _room(space, np.array(cell, np.int64), MOVES, top, limit)
     return found, bool(is_open)
 
 
@@ -90,18 +90,18 @@ def _pushed(stack: NDArray[np.int64], size: int, value: int) -> NDArray[np.int64
 
 @kernel
 def _a_star(
-    clearance: Clearance, start: NDArray[np.int64], goal: NDArray[np.int64], moves: NDArray[np.int32]
+    space: CollisionSpace, start: NDArray[np.int64], goal: NDArray[np.int64], moves: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], int]:
-    nx, ny, nz = clearance.table.shape[0] - 1, clearance.table.shape[1] - 1, clearance.table.shape[2] - 1
+    nx, ny, nz = space.table.shape[0] - 1, space.table.shape[1] - 1, space.table.shape[2] - 1
     state = np.zeros(nx * ny * nz, np.uint8)
     cost = np.zeros(nx * ny * nz, np.int32)
     came_by = np.full(nx * ny * nz, -1, np.int8)
     this_f, next_f = np.empty(1024, np.int64), np.empty(1024, np.int64)
     this_size, next_size, expanded = 0, 0, 0
     no_path = np.empty((0, 3), np.int32)
-    if not placement_is_free(clearance, start[0], start[1], start[2]):
+    if not placement_is_free(space, start[0], start[1], start[2]):
         return no_path, expanded
-    if not placement_is_free(clearance, goal[0], goal[1], goal[2]):
+    if not placement_is_free(space, goal[0], goal[1], goal[2]):
         return no_path, expanded
     first = (start[0] * ny + start[1]) * nz + start[2]
     last = (goal[0] * ny + goal[1]) * nz + goal[2]
@@ -120,7 +120,7 @@ def _a_star(
         expanded += 1
         if here == last:
             break
-        if expanded == _PATIENCE and _is_closed_in(clearance, goal, start, moves):
+        if expanded == _PATIENCE and _is_closed_in(space, goal, start, moves):
             return no_path, expanded
         x, y, z = here // (ny * nz), here // nz % ny, here % nz
         away = abs(x - goal[0]) + abs(y - goal[1]) + abs(z - goal[2])
@@ -130,7 +130,7 @@ def _a_star(
                 continue
             there = (u * ny + v) * nz + w
             if state[there] == _UNKNOWN:
-                state[there] = _FREE if placement_is_free(clearance, u, v, w) else _BLOCKED
+                state[there] = _FREE if placement_is_free(space, u, v, w) else _BLOCKED
             elif state[there] != _FREE or cost[there] <= cost[here] + 1:
                 continue
             if state[there] == _BLOCKED:
@@ -157,10 +157,10 @@ def _a_star(
 
 @kernel
 def _is_closed_in(
-    clearance: Clearance, goal: NDArray[np.int64], start: NDArray[np.int64], moves: NDArray[np.int32]
+    space: CollisionSpace, goal: NDArray[np.int64], start: NDArray[np.int64], moves: NDArray[np.int32]
 ) -> bool:
     """Return whether the goal is in a small room that the start is not in."""
-    room = _flood(clearance, goal, moves, _ROOM)
+    room = _flood(space, goal, moves, _ROOM)
     if room.shape[0] == _ROOM:
         return False
     for n in range(room.shape[0]):
@@ -170,11 +170,11 @@ def _is_closed_in(
 
 
 @kernel
-def _flood(clearance: Clearance, start: NDArray[np.int64], moves: NDArray[np.int32], limit: int) -> NDArray[np.int32]:
-    nx, ny, nz = clearance.table.shape[0] - 1, clearance.table.shape[1] - 1, clearance.table.shape[2] - 1
+def _flood(space: CollisionSpace, start: NDArray[np.int64], moves: NDArray[np.int32], limit: int) -> NDArray[np.int32]:
+    nx, ny, nz = space.table.shape[0] - 1, space.table.shape[1] - 1, space.table.shape[2] - 1
     seen = np.zeros((nx, ny, nz), np.bool_)
     found = np.empty((limit, 3), np.int32)
-    if limit < 1 or not placement_is_free(clearance, start[0], start[1], start[2]):
+    if limit < 1 or not placement_is_free(space, start[0], start[1], start[2]):
         return found[:0].copy()
     seen[start[0], start[1], start[2]] = True
     found[0, 0], found[0, 1], found[0, 2] = start[0], start[1], start[2]
@@ -185,7 +185,7 @@ def _flood(clearance: Clearance, start: NDArray[np.int64], moves: NDArray[np.int
             if u < 0 or v < 0 or w < 0 or u >= nx or v >= ny or w >= nz or seen[u, v, w]:
                 continue
             seen[u, v, w] = True
-            if size < limit and placement_is_free(clearance, u, v, w):
+            if size < limit and placement_is_free(space, u, v, w):
                 found[size, 0], found[size, 1], found[size, 2] = u, v, w
                 size += 1
         at += 1
@@ -193,28 +193,28 @@ def _flood(clearance: Clearance, start: NDArray[np.int64], moves: NDArray[np.int
 
 
 @kernel
-def which_free(clearance: Clearance, placements_vox: NDArray[np.int32]) -> NDArray[np.bool_]:
+def which_free(space: CollisionSpace, placements_vox: NDArray[np.int32]) -> NDArray[np.bool_]:
     """Return which of (N, 3) placements are free: (N,) bool."""
     free = np.empty(placements_vox.shape[0], np.bool_)
     for n in range(placements_vox.shape[0]):
-        free[n] = placement_is_free(clearance, placements_vox[n, 0], placements_vox[n, 1], placements_vox[n, 2])
+        free[n] = placement_is_free(space, placements_vox[n, 0], placements_vox[n, 1], placements_vox[n, 2])
     return free
 
 
 @kernel
-def all_free(clearance: Clearance, path_vox: NDArray[np.int32]) -> bool:
+def all_free(space: CollisionSpace, path_vox: NDArray[np.int32]) -> bool:
     """Return whether every placement of a path is free."""
     for n in range(path_vox.shape[0]):
-        if not placement_is_free(clearance, path_vox[n, 0], path_vox[n, 1], path_vox[n, 2]):
+        if not placement_is_free(space, path_vox[n, 0], path_vox[n, 1], path_vox[n, 2]):
             return False
     return True
 
 
 @kernel
 def _room(
-    clearance: Clearance, start: NDArray[np.int64], moves: NDArray[np.int32], top: int, limit: int
+    space: CollisionSpace, start: NDArray[np.int64], moves: NDArray[np.int32], top: int, limit: int
 ) -> tuple[NDArray[np.int32], bool]:
-    nx, ny, nz = clearance.table.shape[0] - 1, clearance.table.shape[1] - 1, clearance.table.shape[2] - 1
+    nx, ny, nz = space.table.shape[0] - 1, space.table.shape[1] - 1, space.table.shape[2] - 1
     seen = np.zeros((nx, ny, nz), np.bool_)
     found = np.empty((1024, 3), np.int32)
     stack = np.empty(1024, np.int64)
@@ -244,7 +244,7 @@ def _room(
                 if u < 0 or v < 0 or w < 0 or u >= nx or v >= ny or w >= nz or seen[u, v, w]:
                     continue
                 seen[u, v, w] = True
-                if placement_is_free(clearance, u, v, w):
+                if placement_is_free(space, u, v, w):
                     stack = _pushed(stack, depth, (u * ny + v) * nz + w)
                     depth += 1
     return found[:size].copy(), False

@@ -22,7 +22,7 @@ from bimvox.records.lift import LiftPlan, same_path
 from bimvox.records.motion import LiftMotion
 from bimvox.revise.made import Wanted
 from bimvox.revise.obstruction_change import ObstructionChange
-from bimvox.revise.standing import Part, Standing, standing_of
+from bimvox.revise.standing import RevisedPart, Standing, standing_of
 
 _LOST = 1e-9
 """Radians and metres."""
@@ -34,7 +34,7 @@ def revised_together(
     change: ObstructionChange,
     known_shapes: set[int],
     on_verdict: Callable[[], None] | None,
-) -> Part:
+) -> RevisedPart:
     """Return a plan revised as a whole, proven.
 
     Args:
@@ -53,7 +53,7 @@ def revised_together(
         kept = tuple(lift for lift in previous.lifts if lift.component not in better.components)
         previous = replace(previous, lifts=kept)
 
-    def attempt(refused: Refused) -> Part | Refused:
+    def attempt(refused: Refused) -> RevisedPart | Refused:
         plan = plan_lifts(
             wanted.site,
             wanted.preparation,
@@ -80,7 +80,7 @@ def revised_together(
     return proven_in_rounds(attempt, "changed")
 
 
-def part_of(was: Standing, plan: LiftPlan, motions: tuple[LiftMotion, ...], change: ObstructionChange) -> Part:
+def part_of(was: Standing, plan: LiftPlan, motions: tuple[LiftMotion, ...], change: ObstructionChange) -> RevisedPart:
     """Return a plan of several cranes as what stands after another one; motions that are the same are kept."""
     kept = [
         was.motions[new.order] if new.order in was.motions and _same(was.motions[new.order], new) else new
@@ -96,7 +96,7 @@ def part_of(was: Standing, plan: LiftPlan, motions: tuple[LiftMotion, ...], chan
         for lift in plan.lifts
         if (lift.status, lift.reason) != (before[lift.component].status, before[lift.component].reason)
     }
-    return Part(
+    return RevisedPart(
         standing_of(plan, kept),
         made=tuple(sorted(replanned | timed | verdicts)),
         replanned=tuple(sorted(replanned)),

@@ -34,9 +34,9 @@ from bimvox.revise.cranes_now import CraneNow, cranes_at, is_met, motion_is_met
 from bimvox.revise.held_cranes import HeldCranes
 from bimvox.revise.made import Wanted, history_after
 from bimvox.revise.obstruction_change import ObstructionChange
-from bimvox.revise.standing import Part, Standing
+from bimvox.revise.standing import RevisedPart, Standing
 from bimvox.revise.stop_cranes import Loads, all_stopped
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 from bimvox.stop.interrupt import cut_short
 from bimvox.stop.underway import Held, Redirected, is_set
 
@@ -49,7 +49,7 @@ def revised_now(
     change: ObstructionChange,
     known_shapes: set[int],
     on_verdict: Callable[[], None] | None,
-) -> Part:
+) -> RevisedPart:
     """Return a plan revised while it is carried out, proven.
 
     Args:
@@ -93,7 +93,7 @@ class _Revision:
         # As they were when they were hooked on: what is held is called infeasible meanwhile.
         self.lifts = [self.held[lift.order].lift if lift.order in self.held else lift for lift in standing.plan.lifts]
 
-    def run(self) -> Part | Refused:
+    def run(self) -> RevisedPart | Refused:
         at_fault = self._refused(self.done)
         if at_fault:
             return self._of_what_is_left(at_fault[0])
@@ -139,7 +139,7 @@ class _Revision:
         reasons = (self.refused.get(names[lift.component].id) for lift in self.lifts if lift.order in orders)
         return [reason for reason in reasons if reason is not None]
 
-    def _of_what_is_left(self, reason: str) -> Part | Refused:
+    def _of_what_is_left(self, reason: str) -> RevisedPart | Refused:
         """Something came to where a hook is that was done with its part: what is left waits, or cannot be planned."""
         left = [self.site.components[lift.component].id for lift in self.lifts if lift.order > self.last]
         if self.under_way or self.held or not set(left) - self.refused.keys():
@@ -248,7 +248,7 @@ class _Revision:
             for one in crane.ways
         )
 
-    def _stages(self, plan: LiftPlan) -> Iterator[tuple[Lift, Clearance]]:
+    def _stages(self, plan: LiftPlan) -> Iterator[tuple[Lift, CollisionSpace]]:
         """Every planned lift with the rule of its stage; as ``replay``, but for what is hooked on already."""
         assembly = Assembly(self.site, self.wanted.preparation)
         for lift in plan.lifts:
@@ -256,7 +256,7 @@ class _Revision:
             if lift.order <= self.last:
                 assembly.skip(lift.component)
                 if planned:
-                    yield lift, assembly.clearance(lift.component)
+                    yield lift, assembly.space(lift.component)
             else:
                 stage = assembly.begin(lift.component)
                 if planned:
@@ -287,7 +287,7 @@ class _Revision:
                 refused |= dict.fromkeys(mine, refused[mine[0]])
         return refused
 
-    def _all_held(self, reason: str | None = None) -> Part:
+    def _all_held(self, reason: str | None = None) -> RevisedPart:
         """All cranes stand, and all that is left waits."""
         names = self.site.components
         without = [names[one.lift.component].id for one in self.stops if isinstance(one, Held)]

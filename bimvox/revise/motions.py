@@ -13,7 +13,7 @@ from bimvox.planning.assembly import Assembly, with_cleared
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.revise.made import Made, Wanted
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 
 
 class MotionMaker:
@@ -38,7 +38,7 @@ class MotionMaker:
             MotionError: If the crane cannot drive it.
         """
         lift = self._come(order)
-        rule = _with_last_moves(self._assembly.clearance(lift.component), lift)
+        rule = _with_last_moves(self._assembly.space(lift.component), lift)
         return time_lift(self._site, self._crane, lift, rule, self._before, 0, 0.0)
 
     def _come(self, order: int) -> Lift:
@@ -108,7 +108,7 @@ def _in_time(wanted: Wanted, motion: LiftMotion) -> LiftMotion:
     return waiting(motion, now_ns + round(wanted.hold_s * NS_PER_S) - motion.start_ns)
 
 
-def _with_last_moves(clearance: Clearance, lift: Lift) -> Clearance:
+def _with_last_moves(space: CollisionSpace, lift: Lift) -> CollisionSpace:
     """Return the collision rule with a lift's own last moves cleared."""
     assert lift.path_vox is not None
-    return with_cleared(clearance, lift.path_vox[len(lift.path_vox) - 1 - lift.contact_moves :])
+    return with_cleared(space, lift.path_vox[len(lift.path_vox) - 1 - lift.contact_moves :])

@@ -29,7 +29,7 @@ from bimvox.revise.made import Made, Wanted
 from bimvox.revise.obstruction_change import ObstructionChange, change_between
 from bimvox.revise.part_work import PartWork
 from bimvox.revise.sides import Side, Together, alone
-from bimvox.revise.standing import Better, Part, Standing
+from bimvox.revise.standing import Better, RevisedPart, Standing
 from bimvox.revise.walk import Walk
 from bimvox.site.site import Site
 from bimvox.stop.underway import HOLD_S
@@ -47,9 +47,9 @@ def revise(
     now_ns: int | None = None,
     hold_s: float = HOLD_S,
     better: Better | None = None,
-    on_draft: Callable[[Part], None] | None = None,
+    on_draft: Callable[[RevisedPart], None] | None = None,
     beside: Together = alone,
-) -> Iterator[Part]:
+) -> Iterator[RevisedPart]:
     """Revise a plan for a site with other obstructions.
 
     Args:
@@ -99,10 +99,10 @@ def _proven_part(
     change: ObstructionChange,
     known_shapes: set[int],
     on_verdict: Callable[[], None] | None,
-    on_draft: Callable[[Part], None] | None,
+    on_draft: Callable[[RevisedPart], None] | None,
     beside: Together,
-) -> Part:
-    def attempt(refused: Refused) -> Part | Refused:
+) -> RevisedPart:
+    def attempt(refused: Refused) -> RevisedPart | Refused:
         begun: list[tuple[PartWork, Side]] = []
 
         def begin(walk: Walk) -> None:
@@ -145,7 +145,7 @@ def _of_what_is_left(refused: Refused, standing: Standing, now_ns: int | None) -
     return dict.fromkeys(left, f"the hook cannot leave where the last part was set: {stuck}")
 
 
-def _draft(was: Standing, made: Made, plan: LiftPlan, change: ObstructionChange) -> Part:
+def _draft(was: Standing, made: Made, plan: LiftPlan, change: ObstructionChange) -> RevisedPart:
     """What stands after a walk if it is proven; the footprints of what is proven anew are still missing."""
     made_paths = made.new_paths - made.pending
     planned = {lift.order: lift for lift in made.lifts if lift.status is Status.PLANNED}
@@ -159,7 +159,7 @@ def _draft(was: Standing, made: Made, plan: LiftPlan, change: ObstructionChange)
             paths.pop(order, None)
     before = {lift.order: lift for lift in was.plan.lifts}
     replanned = {order for order in made_paths if not same_path(before[order], planned[order])}
-    return Part(
+    return RevisedPart(
         Standing(plan, made.motions, paths, ways, made.examined, frozenset(made.pending), made.memory, made.held),
         made=tuple(sorted(made_paths | made.new_motions | made.new_verdicts)),
         replanned=tuple(sorted(replanned)),

@@ -81,7 +81,7 @@ class Better:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class RevisedPart:
     """A plan revised as far as it is proven.
 
     Attributes:

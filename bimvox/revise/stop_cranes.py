@@ -23,7 +23,7 @@ from bimvox.records.trajectory import Trajectory
 from bimvox.revise.cranes_now import CraneNow, alone, load_is_met
 from bimvox.revise.held_cranes import HookWay
 from bimvox.revise.made import Wanted
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.stop.evade import STOPPED, manoeuvre
@@ -74,17 +74,17 @@ def all_stopped(
     assert wanted.now_ns is not None
     assembly = Assembly(wanted.site, wanted.preparation)
     found: list[Redirected | Held] = []
-    rule: tuple[Lift, Clearance] | None = None
+    rule: tuple[Lift, CollisionSpace] | None = None
     for lift in begun:
         assembly.skip(lift.component)
         if lift is begun[-1] and following is None:
-            rule = lift, assembly.clearance(lift.component)
+            rule = lift, assembly.space(lift.component)
         if lift.order in loads.under_way or lift.order in loads.held:
             found.append(_load(assembly, wanted, lift, loads))
         assembly.finish(lift.component, placed=lift.status is Status.PLANNED)
     if following is not None:
         assembly.skip(following.component)
-        rule = following, assembly.clearance(following.component)
+        rule = following, assembly.space(following.component)
     if rule is None or rule[0].place is None:
         return StoppedCranes(tuple(cranes), tuple(found))
     lifts = {lift.order: lift for lift in begun}
@@ -119,7 +119,7 @@ def _load(assembly: Assembly, wanted: Wanted, lift: Lift, loads: Loads) -> Redir
     return redirect(site, crane, lift, motion, None, rule, blocked, now_ns, hold_s)
 
 
-def _hook(own: Site, crane: CraneNow, free: Clearance, now_ns: int) -> CraneNow:
+def _hook(own: Site, crane: CraneNow, free: CollisionSpace, now_ns: int) -> CraneNow:
     """A crane whose empty hook is stopped where it is on its way.
 
     Args:

@@ -25,7 +25,7 @@ NO_CEILING = np.zeros((0, 0), np.int32)
 """``hook_ceiling`` where nothing but the grid's top limits the height."""
 
 
-class Clearance(NamedTuple):
+class CollisionSpace(NamedTuple):
     """Everything that decides whether a component may be somewhere; a plain tuple, so that kernels take it.
 
     Attributes:
@@ -54,9 +54,9 @@ NOTHING_CLEARED = (np.zeros(3, np.int32), np.zeros((0, 0, 0), np.bool_))
 
 
 @inline_kernel
-def _boxes_are_free_over(clearance: Clearance, x: int, y: int, z: int, last_x: int, last_y: int, last_z: int) -> bool:
+def _boxes_are_free_over(space: CollisionSpace, x: int, y: int, z: int, last_x: int, last_y: int, last_z: int) -> bool:
     """Return whether all that the shape takes up from one reference cell to another is free, and inside the grid."""
-    table, boxes = clearance.table, clearance.boxes
+    table, boxes = space.table, space.boxes
     for b in range(boxes.shape[0]):
         x0, y0, z0 = x + boxes[b, 0], y + boxes[b, 1], z + boxes[b, 2]
         x1, y1, z1 = last_x + boxes[b, 3], last_y + boxes[b, 4], last_z + boxes[b, 5]
@@ -68,57 +68,57 @@ def _boxes_are_free_over(clearance: Clearance, x: int, y: int, z: int, last_x: i
 
 
 @leaf_kernel
-def boxes_are_free(clearance: Clearance, x: int, y: int, z: int) -> bool:
+def boxes_are_free(space: CollisionSpace, x: int, y: int, z: int) -> bool:
     """Return whether the shape at reference cell (x, y, z) lies inside the grid and meets no occupied cell."""
-    return _boxes_are_free_over(clearance, x, y, z, x, y, z)
+    return _boxes_are_free_over(space, x, y, z, x, y, z)
 
 
 @leaf_kernel
-def hook_is_free(clearance: Clearance, x: int, y: int, z: int) -> bool:
+def hook_is_free(space: CollisionSpace, x: int, y: int, z: int) -> bool:
     """Return whether the hook line above a component at reference cell (x, y, z) is free and allowed."""
-    hook_x, hook_y = x + clearance.hook_offset[0], y + clearance.hook_offset[1]
-    floor = clearance.hook_floor
+    hook_x, hook_y = x + space.hook_offset[0], y + space.hook_offset[1]
+    floor = space.hook_floor
     if hook_x < 0 or hook_y < 0 or hook_x >= floor.shape[0] or hook_y >= floor.shape[1]:
         return False
-    foot = z + clearance.hook_offset[2]
-    if clearance.hook_ceiling.size > 0 and foot > clearance.hook_ceiling[hook_x, hook_y]:
+    foot = z + space.hook_offset[2]
+    if space.hook_ceiling.size > 0 and foot > space.hook_ceiling[hook_x, hook_y]:
         return False
     return bool(foot >= floor[hook_x, hook_y])
 
 
 @leaf_kernel
-def placement_is_free(clearance: Clearance, x: int, y: int, z: int) -> bool:
+def placement_is_free(space: CollisionSpace, x: int, y: int, z: int) -> bool:
     """Return whether the component may be at reference cell (x, y, z)."""
-    i, j, k = x - clearance.cleared_low[0], y - clearance.cleared_low[1], z - clearance.cleared_low[2]
-    cleared = clearance.cleared
+    i, j, k = x - space.cleared_low[0], y - space.cleared_low[1], z - space.cleared_low[2]
+    cleared = space.cleared
     if 0 <= i < cleared.shape[0] and 0 <= j < cleared.shape[1] and 0 <= k < cleared.shape[2] and cleared[i, j, k]:
         return True
-    return boxes_are_free(clearance, x, y, z) and hook_is_free(clearance, x, y, z)
+    return boxes_are_free(space, x, y, z) and hook_is_free(space, x, y, z)
 
 
 @leaf_kernel
-def range_is_free(clearance: Clearance, around: tuple[int, int, int, int, int, int]) -> bool:
+def range_is_free(space: CollisionSpace, around: tuple[int, int, int, int, int, int]) -> bool:
     """Return whether everything that the component takes up in a range of placements is free, all of it at once.
 
     Where it is not, single placements may be free all the same.
 
     Args:
-        clearance: The collision rule.
+        space: The collision rule.
         around: First and last placement, both inclusive; the first no higher than the last.
     """
     x, y, z, last_x, last_y, last_z = around
-    if not _boxes_are_free_over(clearance, x, y, z, last_x, last_y, last_z):
+    if not _boxes_are_free_over(space, x, y, z, last_x, last_y, last_z):
         return False
     for i in range(x, last_x + 1):
         for j in range(y, last_y + 1):
-            if not (hook_is_free(clearance, i, j, z) and hook_is_free(clearance, i, j, last_z)):
+            if not (hook_is_free(space, i, j, z) and hook_is_free(space, i, j, last_z)):
                 return False
     return True
 
 
 @leaf_kernel
-def free_up_to(clearance: Clearance, x: int, y: int, z: int) -> int:
+def free_up_to(space: CollisionSpace, x: int, y: int, z: int) -> int:
     """Return the lowest z, from the given one up, at which the component may not be in a column of placements."""
-    while z < clearance.table.shape[2] and placement_is_free(clearance, x, y, z):
+    while z < space.table.shape[2] and placement_is_free(space, x, y, z):
         z += 1
     return z

@@ -16,7 +16,7 @@ from bimvox.bim.building import Element
 from bimvox.crane.catalogue import BUILT_IN
 from bimvox.crane.defaults import DEFAULT_CRANES
 from bimvox.crane.fit import fit_crane
-from bimvox.crane.fit_luffing import Standing, standing_of
+from bimvox.crane.fit_luffing import BuiltHeights, standing_of
 from bimvox.crane.tower_crane import AxisLimits, LoadChart, TowerCrane
 from bimvox.errors import InputError
 from bimvox.site.config import Polygon
@@ -120,7 +120,7 @@ class _Site:
     footprint: NDArray[np.float64]
     yards: Sequence[NDArray[np.float64]]
     top_m: float
-    standing: Standing
+    standing: BuiltHeights
 
     def crane(self, machines: Sequence[TowerCrane], *, strict: bool = False, left_out: int = 0) -> TowerCrane | None:
         """The first machine that serves the site, or None where none does."""

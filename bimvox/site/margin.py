@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 from bimvox.site.site import Site
 
 
@@ -25,12 +25,12 @@ def rope_margin_vox(site: Site) -> int:
     return int(np.ceil(site.rules.rope_clearance_m / site.frame.voxel_size_m - 1e-9))
 
 
-def in_transit(clearance: Clearance, margin: int) -> Clearance:
+def in_transit(space: CollisionSpace, margin: int) -> CollisionSpace:
     """Return a collision rule whose boxes are grown on every side by ``margin`` cells."""
     if margin == 0:
-        return clearance
-    grown = clearance.boxes + np.array([-margin] * 3 + [margin] * 3, np.int32)
-    return clearance._replace(boxes=grown)
+        return space
+    grown = space.boxes + np.array([-margin] * 3 + [margin] * 3, np.int32)
+    return space._replace(boxes=grown)
 
 
 def grown_cells(cells: NDArray[np.int32], margin: int) -> NDArray[np.int32]:

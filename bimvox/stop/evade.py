@@ -23,7 +23,7 @@ from bimvox.motion.swing import Pendulum
 from bimvox.motion.timing import NS_PER_S
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 from bimvox.site.site import Site
 from bimvox.stop.braking import AxisBraking
 from bimvox.stop.halt import Stop, to_rest
@@ -61,7 +61,7 @@ class _UnderWay(NamedTuple):
     motion: LiftMotion
     part: Trajectory
     time_ns: int
-    clearance: Clearance
+    space: CollisionSpace
     load: LoadFrame
     pendulum: Pendulum | None
 
@@ -72,7 +72,7 @@ def manoeuvre(
     motion: LiftMotion,
     part: Trajectory,
     time_ns: int,
-    clearance: Clearance,
+    space: CollisionSpace,
     load: LoadFrame,
     pendulum: Pendulum | None = None,
 ) -> Manoeuvre:
@@ -84,11 +84,11 @@ def manoeuvre(
         motion: The lift under way.
         part: Its trajectory that is being driven.
         time_ns: When the change was noticed, on the site's clock.
-        clearance: The collision rule now.
+        space: The collision rule now.
         load: How hook poses and reference cells correspond.
         pendulum: What hangs on the hook (``pendulum_of``); None where its swing is not looked at.
     """
-    under = _UnderWay(motion, part, time_ns, clearance, load, pendulum)
+    under = _UnderWay(motion, part, time_ns, space, load, pendulum)
     period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
     at_once = _tried(under, stop_motion(crane, motion, time_ns, sample_period_s=period_s, voxel_size_m=size_m))
     if at_once.swings_free:
@@ -99,7 +99,7 @@ def manoeuvre(
         if up is not None and (tried := _tried(under, up)).swings_free:
             return Manoeuvre(tried.stop, HOISTED, True)
     for later_ns in _later(motion, part, time_ns):
-        if not way_is_free(motion, part, time_ns, later_ns, clearance, load):
+        if not way_is_free(motion, part, time_ns, later_ns, space, load):
             break
         stop = stop_motion(crane, motion, later_ns, sample_period_s=period_s, voxel_size_m=size_m)
         inside = stop.start_ns < motion.start_ns + int(part.time_ns[-1])
@@ -189,21 +189,21 @@ class _Tried(NamedTuple):
 
 def _tried(under: _UnderWay, stop: Stop) -> _Tried:
     """Look at a stop from when it was told to where its load comes to rest."""
-    motion, part, time_ns, clearance, load, pendulum = under
-    hangs = way_is_free(motion, part, time_ns, stop.start_ns, clearance, load) and stop_is_free(clearance, load, stop)
+    motion, part, time_ns, space, load, pendulum = under
+    hangs = way_is_free(motion, part, time_ns, stop.start_ns, space, load) and stop_is_free(space, load, stop)
     if pendulum is None:
         return _Tried(stop, hangs, hangs)
     swinging = swing_through(motion, part, stop, pendulum)
     stop = replace(stop, swing_m=swinging.peak_m)
-    return _Tried(stop, hangs, hangs and swinging.is_free(clearance, load, time_ns))
+    return _Tried(stop, hangs, hangs and swinging.is_free(space, load, time_ns))
 
 
 def way_is_free(
-    motion: LiftMotion, part: Trajectory, from_ns: int, until_ns: int, clearance: Clearance, load: LoadFrame
+    motion: LiftMotion, part: Trajectory, from_ns: int, until_ns: int, space: CollisionSpace, load: LoadFrame
 ) -> bool:
     """Return whether a load meets nothing on its planned way between two times."""
     time_ns = part.time_ns + np.int64(motion.start_ns)
     first = max(int(np.searchsorted(time_ns, from_ns, side="right")) - 1, 0)
     last = int(np.searchsorted(time_ns, until_ns)) + 1
     axes = part.axes[first:last]
-    return len(axes) < 2 or bool(samples_are_free(clearance, load, axes))
+    return len(axes) < 2 or bool(samples_are_free(space, load, axes))

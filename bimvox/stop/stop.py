@@ -26,7 +26,7 @@ from bimvox.motion.swing import Pendulum
 from bimvox.motion.timeline import Timeline, in_sequence
 from bimvox.motion.timing import NS_PER_S
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.stop.braking import brake
 from bimvox.stop.halt import Stop, brake_radius, to_rest
 
@@ -143,18 +143,18 @@ def state_at(motion: LiftMotion, time_ns: int) -> tuple[int, AxisState]:
     return time_ns, AxisState(still, np.zeros(3), np.zeros(3))
 
 
-def stop_is_free(clearance: Clearance, load: LoadFrame, stop: Stop) -> bool:
+def stop_is_free(space: CollisionSpace, load: LoadFrame, stop: Stop) -> bool:
     """Return whether a load that hangs straight meets nothing while the crane brakes; see also ``stop_swing``."""
-    return bool(samples_are_free(clearance, load, stop.trajectory.axes))
+    return bool(samples_are_free(space, load, stop.trajectory.axes))
 
 
-def go_on_cells(clearance: Clearance, load: LoadFrame, pose: CranePose) -> list[tuple[int, int, int]]:
+def go_on_cells(space: CollisionSpace, load: LoadFrame, pose: CranePose) -> list[tuple[int, int, int]]:
     """Return the whole placements around a pose at rest that a load can get to in a straight line, the nearest first.
 
     A path from one of them can be driven from the pose (:func:`go_on`). Empty where the load is stuck.
 
     Args:
-        clearance: The collision rule.
+        space: The collision rule.
         load: How hook poses and reference cells correspond.
         pose: Where the crane stands.
     """
@@ -163,13 +163,13 @@ def go_on_cells(clearance: Clearance, load: LoadFrame, pose: CranePose) -> list[
     return [
         cell
         for cell in cells
-        if placement_is_free(clearance, *cell) and move_is_free(clearance, load, move_to_cell(load, pose, cell))
+        if placement_is_free(space, *cell) and move_is_free(space, load, move_to_cell(load, pose, cell))
     ]
 
 
 def go_on(
     crane: TowerCrane,
-    clearance: Clearance,
+    space: CollisionSpace,
     load: LoadFrame,
     pose: CranePose,
     path_vox: NDArray[np.int32],
@@ -180,7 +180,7 @@ def go_on(
 
     Args:
         crane: The crane.
-        clearance: The collision rule.
+        space: The collision rule.
         load: How hook poses and reference cells correspond.
         pose: Where the crane stands.
         path_vox: (N, 3) int32 reference cells, N >= 2, the first one of :func:`go_on_cells`.
@@ -194,12 +194,12 @@ def go_on(
         PlanningError: If the first cell cannot be reached, the path is not free, or takes the hook above the jib.
     """
     first = move_to_cell(load, pose, (int(path_vox[0, 0]), int(path_vox[0, 1]), int(path_vox[0, 2])))
-    if not move_is_free(clearance, load, first):
+    if not move_is_free(space, load, first):
         raise PlanningError(
             f"cell {path_vox[0].tolist()} cannot be reached from where the crane stands",
             hint="begin the path at one of the free cells around the load",
         )
-    onward, needed_m = drive_path(crane, clearance, load, path_vox, contact_moves, first.end.slew_rad, pendulum)
+    onward, needed_m = drive_path(crane, space, load, path_vox, contact_moves, first.end.slew_rad, pendulum)
     if not any(first.moving):
         return onward, needed_m
     begin = in_sequence(crane, [first], pendulum)

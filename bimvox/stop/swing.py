@@ -20,7 +20,7 @@ from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, Swing, swi
 from bimvox.motion.timing import NS_PER_S
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 from bimvox.stop.halt import Stop
 
 _MARGIN = 1.03
@@ -48,11 +48,11 @@ class StopSwing:
         """How far the load is from where it would hang, at most, from the beginning of the stop on."""
         return float(np.hypot(*self.swing.offset_m[self.time_ns >= self.begins_ns].T).max())
 
-    def is_free(self, clearance: Clearance, load: LoadFrame, from_ns: int) -> bool:
+    def is_free(self, space: CollisionSpace, load: LoadFrame, from_ns: int) -> bool:
         """Return whether the load, as far out as it swings to either side, meets nothing from a time on."""
         sway = _MARGIN * self.swing.beyond_m(PLANNED_RESIDUAL_M) / load.voxel_size_m
         looked_at = (np.abs(sway).max(axis=1) > 0.0) & (self.time_ns >= from_ns)
-        return bool(swaying_is_free(clearance, load, self.axes, sway, looked_at, True) < 0)
+        return bool(swaying_is_free(space, load, self.axes, sway, looked_at, True) < 0)
 
 
 def swing_through(motion: LiftMotion, part: Trajectory, stop: Stop, pendulum: Pendulum) -> StopSwing:

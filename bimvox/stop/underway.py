@@ -140,7 +140,7 @@ def redirect(
     loaded = crane_for(site, crane, rule.component)
     load = load_frame(loaded, site.frame, rule.component.hook_offset_vox)
     # Where the end is blocked the last moves are cleared for nothing any more.
-    now = rule.clearance_with_insertion if blocked is None else rule.clearance
+    now = rule.clearance_with_insertion if blocked is None else rule.space
     hanging = pendulum_of(site, rule.component)
     found = manoeuvre(site, loaded, motion, motion.loaded, time_ns, now, load, hanging)
     held = Held(lift, motion, found.stop, found.kind, found.is_free, *_why(blocked))
@@ -222,7 +222,7 @@ def _approached(
         return motion
     crane = crane_for(site, crane, None)
     hook, empty = load_frame(crane, site.frame, HOOK_OFFSET), pendulum_of(site, None)
-    free = empty_hook_clearance(site, rule.clearance, rule.place, left_cells(site, before))
+    free = empty_hook_clearance(site, rule.space, rule.place, left_cells(site, before))
     if way_is_free(motion, approach, time_ns, motion.end_ns, free, hook):
         return motion
     found = manoeuvre(site, crane, motion, approach, time_ns, free, hook, empty)
@@ -278,8 +278,8 @@ def _with_approach(motion: LiftMotion, approach: Trajectory, stopped_ns: int, ag
 def _path_from(site: Site, crane: TowerCrane, stage: Stage, pose: CranePose) -> NDArray[np.int32] | None:
     """A shortest path from beside a pose to the part's place."""
     load = load_frame(crane_for(site, crane, stage.component), site.frame, stage.component.hook_offset_vox)
-    for cell in go_on_cells(stage.clearance, load, pose):
-        transit = shortest_path(stage.clearance, cell, stage.insertion.gate_vox).path_vox
+    for cell in go_on_cells(stage.space, load, pose):
+        transit = shortest_path(stage.space, cell, stage.insertion.gate_vox).path_vox
         if transit is None:
             continue
         path_vox = np.concatenate([transit, stage.insertion.path_vox[1:]]).astype(np.int32)
@@ -293,7 +293,7 @@ def _other_way(
 ) -> Redirected | Held:
     """The load is not carried yet: after the same approach and raising it takes another way, when that is known."""
     motion = held.motion
-    transit = shortest_path(stage.clearance, stage.start_vox, stage.insertion.gate_vox).path_vox
+    transit = shortest_path(stage.space, stage.start_vox, stage.insertion.gate_vox).path_vox
     if transit is None:
         return held
     path_vox = np.concatenate([transit, stage.insertion.path_vox[1:]]).astype(np.int32)

@@ -93,7 +93,7 @@ def test_problems_are_drawn_by_weight():
 
 def test_an_unlearnable_problem_is_refused():
     with pytest.raises(ValueError, match="no distance field"):
-        BatchedLiftEnv([lift_problem(default_problem().clearance, (0, 0, 2), (7, 7, 1))], 4)
+        BatchedLiftEnv([lift_problem(default_problem().space, (0, 0, 2), (7, 7, 1))], 4)
 
 
 def test_threads_change_nothing():

@@ -15,8 +15,8 @@ from bimvox.site.collision import placement_is_free
 @pytest.mark.parametrize("size", [(1, 1, 1), (2, 1, 2)])
 def test_field_is_the_shortest_distance_in_the_graph_of_free_placements(seed, size):
     occupied = random_occupancy(seed, share=0.25)
-    clearance = clearance_of(occupied, size)
-    free = {c for c in itertools.product(*(range(n) for n in occupied.shape)) if placement_is_free(clearance, *c)}
+    space = clearance_of(occupied, size)
+    free = {c for c in itertools.product(*(range(n) for n in occupied.shape)) if placement_is_free(space, *c)}
     graph = nx.Graph()
     graph.add_nodes_from(free)
     for cell in free:
@@ -29,7 +29,7 @@ def test_field_is_the_shortest_distance_in_the_graph_of_free_placements(seed, si
     expected = np.full(occupied.shape, UNREACHABLE)
     for cell, length in lengths.items():
         expected[cell] = length
-    np.testing.assert_array_equal(distance_field(clearance, np.array(target, np.int32)), expected)
+    np.testing.assert_array_equal(distance_field(space, np.array(target, np.int32)), expected)
 
 
 def test_nothing_is_reachable_when_the_target_is_not_free():

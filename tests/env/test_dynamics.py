@@ -28,12 +28,12 @@ def cells_are_free(occupied: np.ndarray, cell: np.ndarray, size: tuple[int, int,
 def test_a_lift_moves_by_one_cell_or_bumps_and_stays(seed, size, actions):
     occupied = random_occupancy(seed, share=0.1)
     occupied[:4, :4, :4] = False
-    clearance = clearance_of(occupied, size)
+    space = clearance_of(occupied, size)
     state = initial_state(0, 0, 0)
     for count, action in enumerate(actions, start=1):
         before = np.array(state[:3])
         wanted = before + MOVES[action]
-        state, bumped = transition(clearance, state, action)
+        state, bumped = transition(space, state, action)
         free = cells_are_free(occupied, wanted, size)
         assert bumped == (not free)
         assert tuple(state[:3]) == tuple(wanted if free else before)

@@ -13,8 +13,8 @@ AHEAD = np.array([4, 2, 2], np.int32)
 """A target in the direction of +x."""
 
 
-def chosen(clearance, path, steps, values, *, guard: Guard = CALM, lost: bool = False) -> int:
-    return guarded_action(clearance, AHEAD, path, steps, values, guard, lost)
+def chosen(space, path, steps, values, *, guard: Guard = CALM, lost: bool = False) -> int:
+    return guarded_action(space, AHEAD, path, steps, values, guard, lost)
 
 
 def cells(*path) -> np.ndarray:

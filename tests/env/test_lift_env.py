@@ -105,4 +105,4 @@ def test_what_cannot_work_is_refused():
     with pytest.raises(ValueError, match="render_mode"):
         lift_env.LiftEnv(render_mode="human")
     with pytest.raises(ValueError, match="no distance field"):
-        lift_env.LiftEnv([lift_problem(default_problem().clearance, (0, 0, 2), (7, 7, 1))])
+        lift_env.LiftEnv([lift_problem(default_problem().space, (0, 0, 2), (7, 7, 1))])

@@ -22,16 +22,16 @@ from bimvox.env.observation import (
     look,
 )
 from bimvox.env.state import LiftState
-from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 
 TRAIL = np.zeros((256, 3), np.int32)
 
 
-def seen(clearance: Clearance, cell, target=(1, 1, 1), last_action=-1) -> np.ndarray:
+def seen(space: CollisionSpace, cell, target=(1, 1, 1), last_action=-1) -> np.ndarray:
     out = np.full(VIEW_SIZE, np.nan, np.float32)
     trail = TRAIL.copy()
     trail[0] = cell
-    look(clearance, np.array(target, np.int32), LiftState(*cell, last_action, 0), trail, out)
+    look(space, np.array(target, np.int32), LiftState(*cell, last_action, 0), trail, out)
     assert np.isfinite(out).all()
     assert np.abs(out).max() <= 1.0
     return out
@@ -54,13 +54,13 @@ def offsets(window):
 @pytest.mark.parametrize("seed", range(4))
 def test_nearest_level_is_the_one_rule_of_collision(seed, rope):
     occupied = random_occupancy(seed, (12, 11, 9), 0.1)
-    clearance = clearance_of(occupied, (2, 1, 2), rope=rope)
+    space = clearance_of(occupied, (2, 1, 2), rope=rope)
     for target in ((1, 1, 1), (9, 2, 1), (6, 10, 1)):  # other frames
-        out = level(seen(clearance, (5, 5, 4), target), 0)
+        out = level(seen(space, (5, 5, 4), target), 0)
         frame = frame_of(target[0] - 5, target[1] - 5)
         for index, (i, j, k) in offsets(NEAREST_WINDOW):
             a, b = from_frame(frame, i, j)
-            expected = 0.0 if placement_is_free(clearance, 5 + a, 5 + b, 4 + k) else 1.0
+            expected = 0.0 if placement_is_free(space, 5 + a, 5 + b, 4 + k) else 1.0
             assert out[index] == expected
 
 
@@ -69,9 +69,9 @@ def test_nearest_level_is_the_one_rule_of_collision(seed, rope):
 def test_coarse_levels_are_sure_where_they_say_so(size, share):
     """Without a rope: 0 means that all placements of the block are free, 1 that all are blocked."""
     occupied = random_occupancy(3, (40, 30, 24), share)
-    clearance = clearance_of(occupied, size)
+    space = clearance_of(occupied, size)
     cell = (15, 12, 6)
-    out = seen(clearance, cell)
+    out = seen(space, cell)
     frame = frame_of(1 - cell[0], 1 - cell[1])
     for n, (scale, rise) in enumerate(LEVELS, start=1):
         for index, (i, j, k) in offsets(WINDOW):
@@ -82,7 +82,7 @@ def test_coarse_levels_are_sure_where_they_say_so(size, share):
             x, y, z = cell[0] + a, cell[1] + b, cell[2] + rise * k
             reach, reach_z = scale // 2, rise // 2
             for u, v, w in itertools.product((-reach, 0, reach), (-reach, 0, reach), (-reach_z, 0, reach_z)):
-                assert placement_is_free(clearance, x + u, y + v, z + w) == (value == 0.0)
+                assert placement_is_free(space, x + u, y + v, z + w) == (value == 0.0)
 
 
 def test_a_thin_wall_shows_at_every_scale():
@@ -95,9 +95,9 @@ def test_a_thin_wall_shows_at_every_scale():
 
 def test_forbidden_hook_blocks_coarse_cells():
     occupied = np.zeros((40, 40, 20), np.bool_)
-    clearance = clearance_of(occupied)
-    clearance.hook_floor[30:, :] = 2**30
-    out = seen(clearance, (20, 20, 10), target=(38, 21, 10))
+    space = clearance_of(occupied)
+    space.hook_floor[30:, :] = 2**30
+    out = seen(space, (20, 20, 10), target=(38, 21, 10))
     a, b = from_frame(frame_of(18, 1), 1, 0)
     assert (a, b) == (1, 0)  # the frame's x is the site's
     assert level(out, 3)[-1].min() == 1.0
@@ -111,8 +111,8 @@ def test_size_does_not_depend_on_site_or_component():
 
 
 def test_goal_and_last_action():
-    clearance = clearance_of(np.zeros((30, 30, 30), np.bool_))
-    out = seen(clearance, (10, 10, 10), target=(16, 12, 10), last_action=3)
+    space = clearance_of(np.zeros((30, 30, 30), np.bool_))
+    out = seen(space, (10, 10, 10), target=(16, 12, 10), last_action=3)
     goal = out[GOAL_START:][:GOAL_SIZE]
     np.testing.assert_allclose(goal[:3], [1, 1, 0])
     np.testing.assert_allclose(goal[6:9], np.array([np.log(7), np.log(3), 0]) / np.log(1024), rtol=1e-6)

@@ -18,7 +18,7 @@ def test_views_are_the_problems_own():
     pool = pool_of(problems, with_distances=True)
     assert pool.tables.size == first.table.size + second.table.size  # the third shares the first's
     for p, problem in enumerate(problems):
-        for mine, theirs in zip(pooled_clearance(pool, p), problem.clearance, strict=True):
+        for mine, theirs in zip(pooled_clearance(pool, p), problem.space, strict=True):
             np.testing.assert_array_equal(mine, theirs)
         for cell in np.ndindex(problem.grid_shape):
             assert pooled_distance(pool, p, *cell) == problem.distance_from(cell)

@@ -36,10 +36,10 @@ def test_a_rollout_problem_has_no_teacher():
 
 
 def test_plain_clearance_copies_only_what_it_must():
-    clearance = clearance_of(walled())
-    frozen = clearance.boxes.copy()
+    space = clearance_of(walled())
+    frozen = space.boxes.copy()
     frozen.flags.writeable = False
-    plain = plain_clearance(clearance._replace(boxes=frozen))
-    assert plain.table is clearance.table
+    plain = plain_clearance(space._replace(boxes=frozen))
+    assert plain.table is space.table
     assert plain.boxes.flags.writeable
     np.testing.assert_array_equal(plain.boxes, frozen)

@@ -4,15 +4,15 @@ import numpy as np
 from log_building import FRAME, tiny_plan
 
 from bimvox.log.colours import STATE_RGBA, ConstructionState
-from bimvox.log.scene import Scene, component_frame, states_before
+from bimvox.log.scene import SceneUpdates, component_frame, states_before
 from bimvox.log.voxels import voxel_grid
 
 UNBUILT, IN_TRANSIT, ASSEMBLED = ConstructionState.UNBUILT, ConstructionState.IN_TRANSIT, ConstructionState.ASSEMBLED
 
 
-def scene() -> Scene:
+def scene() -> SceneUpdates:
     plan = tiny_plan()
-    return Scene(plan.site, {lift.component: lift for lift in plan.lifts}, {})
+    return SceneUpdates(plan.site, {lift.component: lift for lift in plan.lifts}, {})
 
 
 def cells_of(entity: object) -> set[tuple[int, int, int]]:

@@ -35,7 +35,7 @@ def test_the_hook_is_over_the_hook_column_one_sling_above_the_load():
 def test_a_line_is_free_exactly_where_a_dense_look_at_the_raw_cells_says_so(room_seed, seed):
     room = crane_room(room_seed)
     move = random_move(room, seed)
-    free = line_is_free(room.clearance, room.load, axes_of(move.start), axes_of(move.end), move.line is Line.SITE)
+    free = line_is_free(room.space, room.load, axes_of(move.start), axes_of(move.end), move.line is Line.SITE)
     dense = cells_of_axes(room.load, axes_along(room.crane, move, np.linspace(0.0, 1.0, 1500)))
     if free:
         assert all(load_is_clear(room, at) for at in dense)
@@ -51,7 +51,7 @@ def test_one_position_is_free_exactly_where_the_raw_cells_are(room_seed, seed):
     for share in np.linspace(0.0, 1.0, 25):
         axes = axes_along(room.crane, random_move(room, seed), np.array([share]))
         (at,) = cells_of_axes(room.load, axes)
-        assert position_is_free(room.clearance, room.load, *axes[0]) == load_is_clear(room, at)
+        assert position_is_free(room.space, room.load, *axes[0]) == load_is_clear(room, at)
 
 
 @settings(max_examples=60, deadline=None)
@@ -60,7 +60,7 @@ def test_between_samples_any_order_of_the_axes_is_covered(room_seed, seed):
     room, rng = crane_room(room_seed), np.random.default_rng(seed)
     first = axes_along(room.crane, random_move(room, seed), np.array([0.5]))[0]
     pair = np.stack([first, first + rng.uniform(-1.0, 1.0, 3) * [0.01, 0.06, 0.06]])
-    if samples_are_free(room.clearance, room.load, pair):
+    if samples_are_free(room.space, room.load, pair):
         for shares in rng.random((200, 3)):
             (at,) = cells_of_axes(room.load, (pair[0] + shares * (pair[1] - pair[0]))[None])
             assert load_is_clear(room, at)
@@ -71,10 +71,8 @@ def test_straight_up_a_shaft_of_the_loads_own_width_is_free():
     occupied = room.occupied.copy()
     occupied[3:20, 3:10, 1:14] = True
     occupied[6:12, 6:7, 1:] = False
-    clearance = room.clearance._replace(
-        table=summed_area_table(occupied), hook_floor=np.zeros(occupied.shape[:2], np.int32)
-    )
+    space = room.space._replace(table=summed_area_table(occupied), hook_floor=np.zeros(occupied.shape[:2], np.int32))
     low, high = axes_of_cells(room.load, np.array([[6, 6, 1], [6, 6, 16]]))
-    assert line_is_free(clearance, room.load, low, high, False)
+    assert line_is_free(space, room.load, low, high, False)
     beside = axes_of_cells(room.load, np.array([6.05, 6.0, 16.0]))
-    assert not line_is_free(clearance, room.load, low, beside, False)
+    assert not line_is_free(space, room.load, low, beside, False)

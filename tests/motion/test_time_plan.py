@@ -133,8 +133,8 @@ def test_a_site_without_a_crane_is_refused():
 def test_a_lift_that_cannot_be_driven_is_named(planned):
     from bimvox.errors import PlanningError
 
-    lift, clearance = next(stages(*planned))
-    full = clearance._replace(
+    lift, space = next(stages(*planned))
+    full = space._replace(
         table=summed_area_table(np.ones(planned[0].site.shape, bool)), cleared=np.zeros((0, 0, 0), bool)
     )
     name = planned[0].site.components[lift.component].id

@@ -51,7 +51,7 @@ def test_every_part_of_a_portal_is_planned_from_yard_to_place():
 
 
 def searching(transits):
-    return [shortest_path(t.clearance, t.start_vox, t.goal_vox).path_vox for t in transits]
+    return [shortest_path(t.space, t.start_vox, t.goal_vox).path_vox for t in transits]
 
 
 def jumping(transits):

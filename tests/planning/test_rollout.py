@@ -61,7 +61,7 @@ ZERO, START = np.zeros(1, np.int64), np.array([[2, 2, 3]], np.int32)
 def assert_is_a_way(problem: LiftProblem, path: np.ndarray) -> None:
     assert (np.abs(np.diff(path, axis=0)).sum(axis=1) == 1).all()
     assert len(np.unique(path, axis=0)) == len(path)
-    assert all(placement_is_free(problem.clearance, *(int(n) for n in cell)) for cell in path)
+    assert all(placement_is_free(problem.space, *(int(n) for n in cell)) for cell in path)
 
 
 def test_a_good_policy_goes_straight():
@@ -168,7 +168,7 @@ def test_no_lifts_no_rollouts():
 
 def test_proposer_gives_a_path_or_nothing():
     problem, gap = lift_problem(clearance_of(empty()), (1, 1, 1), (9, 8, 4)), wall_with_a_gap()
-    transits = [Transit(p.clearance, p.start_vox, p.target_vox) for p in (problem, gap)]
+    transits = [Transit(p.space, p.start_vox, p.target_vox) for p in (problem, gap)]
     np.testing.assert_array_equal(proposer(beeline)(transits)[0], roll_out(beeline, problem).path_vox)
     assert proposer(beeline, limit=StepLimit(1.0, 0))(transits)[1] is None
 

@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 from bimvox.env.actions import MOVES
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.planning.search import all_free, reachable, shortest_path
-from bimvox.site.collision import NOTHING_CLEARED, Clearance
+from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
 
 SHAPE = (9, 8, 6)
 
 
 def clearance_of(occupied, size=(1, 1, 1), floor=None):
-    return Clearance(
+    return CollisionSpace(
         summed_area_table(occupied),
         np.array([[0, 0, 0, *size]], np.int32),
         np.array([0, 0, size[2]], np.int32),
@@ -55,14 +55,14 @@ def brute_force_distances(occupied, size, goal):
 def test_the_path_is_shortest_and_complete(seed, share, size):
     rng = np.random.default_rng(seed)
     occupied = rng.random(SHAPE) < share
-    clearance = clearance_of(occupied, size)
+    space = clearance_of(occupied, size)
     start, goal = (tuple(int(rng.integers(0, n)) for n in SHAPE) for _ in range(2))
     free, distance = brute_force_distances(occupied, size, goal)
-    result = shortest_path(clearance, start, goal)
+    result = shortest_path(space, start, goal)
     if not free[start] or not free[goal] or distance[start] < 0:
         assert result.path_vox is None
         if free[start]:
-            room = {tuple(p) for p in reachable(clearance, start, 10_000).tolist()}
+            room = {tuple(p) for p in reachable(space, start, 10_000).tolist()}
             assert goal not in room
         return
     path = result.path_vox
@@ -71,15 +71,15 @@ def test_the_path_is_shortest_and_complete(seed, share, size):
     assert tuple(path[-1]) == goal
     assert (np.abs(np.diff(path, axis=0)).sum(axis=1) == 1).all()
     assert all(free[tuple(p)] for p in path)
-    assert all_free(clearance, path)
+    assert all_free(space, path)
 
 
 def test_the_same_search_gives_the_same_path():
     occupied = np.random.default_rng(3).random(SHAPE) < 0.2
     occupied[0, 0, 0] = occupied[8, 7, 5] = False
-    clearance = clearance_of(occupied)
-    first = shortest_path(clearance, (0, 0, 0), (8, 7, 5)).path_vox
-    second = shortest_path(clearance, (0, 0, 0), (8, 7, 5)).path_vox
+    space = clearance_of(occupied)
+    first = shortest_path(space, (0, 0, 0), (8, 7, 5)).path_vox
+    second = shortest_path(space, (0, 0, 0), (8, 7, 5)).path_vox
     assert np.array_equal(first, second)
 
 

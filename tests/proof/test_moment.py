@@ -33,7 +33,7 @@ def test_it_agrees_with_the_planners_own_count_of_cells(planned):
         for thing in moment.present:
             occupied[tuple(thing.cells.T)] = True
         x, y, z = plan.site.shape
-        assert int(occupied.sum()) == int(stage.clearance.table[x, y, z])
+        assert int(occupied.sum()) == int(stage.space.table[x, y, z])
         assembly.finish(moment.lift.component, placed=True)
         seen += 1
     assert seen == 3

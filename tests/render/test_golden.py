@@ -21,7 +21,7 @@ from bimvox.render.film.scene import Film
 from bimvox.render.picture import PictureOptions, picture_of
 from bimvox.render.png import png_from_pixels
 from bimvox.render.scene.blocked import scene_of_blocked
-from bimvox.render.scene.plan import Moment, scene_of_plan
+from bimvox.render.scene.plan import Instant, scene_of_plan
 from bimvox.render.scene.scene import Scene
 from bimvox.render.scene.site import scene_of_site, view_of_site
 
@@ -36,7 +36,7 @@ def site() -> Scene:
 
 def under_way() -> Scene:
     plan = plan_by_hand()
-    return scene_of_plan(plan.site, plan.lifts, moment=Moment(1))
+    return scene_of_plan(plan.site, plan.lifts, moment=Instant(1))
 
 
 def finished_with_crane() -> Scene:
@@ -46,7 +46,7 @@ def finished_with_crane() -> Scene:
 
 def under_way_with_crane() -> Scene:
     plan = plan_by_hand(crane=True)
-    return scene_of_plan(plan.site, plan.lifts, motions_by_hand(plan), Moment(2, 0.45))
+    return scene_of_plan(plan.site, plan.lifts, motions_by_hand(plan), Instant(2, 0.45))
 
 
 def tipped_up() -> Scene:
@@ -83,7 +83,7 @@ def test_the_tolerance_sees_a_part_in_another_place():
     plan = plan_by_hand()
     options = PictureOptions(size_px=(160, 100), view=View(-30.0, 28.0), annotated=False)
     pictures = [
-        picture_of(scene_of_plan(plan.site, plan.lifts, moment=Moment(1, share)), options).astype(int)
+        picture_of(scene_of_plan(plan.site, plan.lifts, moment=Instant(1, share)), options).astype(int)
         for share in (0.5, 0.6)
     ]
     assert np.abs(pictures[0] - pictures[1]).mean() > MEAN_DIFFERENCE

@@ -11,7 +11,7 @@ from bimvox.render.colours import PAPER
 from bimvox.render.picture import PictureOptions, picture_of
 from bimvox.render.png import png_of
 from bimvox.render.scene.coarsen import _halved
-from bimvox.render.scene.plan import Moment, scene_of_plan
+from bimvox.render.scene.plan import Instant, scene_of_plan
 from bimvox.render.scene.scene import Scene
 
 SMALL = PictureOptions(size_px=(160, 100))
@@ -28,7 +28,7 @@ def box_scene(**more) -> Scene:
 def test_the_same_scene_gives_the_same_bytes():
     plan = plan_by_hand(crane=True)
     motions = motions_by_hand(plan)
-    scenes = [scene_of_plan(plan.site, plan.lifts, motions, Moment(1)) for _ in range(2)]
+    scenes = [scene_of_plan(plan.site, plan.lifts, motions, Instant(1)) for _ in range(2)]
     first, second = (png_of(scene, SMALL) for scene in scenes)
     assert first == second
     assert first.startswith(b"\x89PNG")

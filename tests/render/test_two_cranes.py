@@ -17,7 +17,7 @@ from bimvox.render.report.page import report_page
 from bimvox.render.report.record import record_of
 from bimvox.render.scene.crane_parts import crane_parts
 from bimvox.render.scene.cranes import poses_at, site_cranes
-from bimvox.render.scene.plan import Moment, scene_of_plan
+from bimvox.render.scene.plan import Instant, scene_of_plan
 from bimvox.render.scene.site import scene_of_site
 
 S = 1_000_000_000
@@ -59,7 +59,7 @@ def test_both_cranes_are_drawn_in_every_kind_of_picture(log, film):
     for scene in (
         scene_of_site(site),
         scene_of_plan(site, log.plan.lifts, log.motions),
-        scene_of_plan(site, log.plan.lifts, log.motions, Moment(3, 0.5)),
+        scene_of_plan(site, log.plan.lifts, log.motions, Instant(3, 0.5)),
         film.scene(100 * S),
     ):
         assert len(scene.blocks) >= blocks
@@ -85,7 +85,7 @@ def test_each_crane_is_where_its_own_motion_puts_it(log):
 
 def test_a_picture_of_one_lift_shows_what_the_other_crane_has_done(log):
     """Lift 5 begins to be carried after all lifts before it have ended; lift 6 has not begun."""
-    scene = scene_of_plan(log.plan.site, log.plan.lifts, log.motions, Moment(5, 0.5))
+    scene = scene_of_plan(log.plan.site, log.plan.lifts, log.motions, Instant(5, 0.5))
     components = log.plan.site.components
     cells = {lift.order: len(components[lift.component].shape.cells) for lift in log.plan.lifts}
     assert painted(scene, ASSEMBLED) == sum(cells[order] for order in range(5))
@@ -113,7 +113,7 @@ def test_overlapping_lifts_show_both_loads(log):
     ]
     site = log.plan.site
     cells = {lift.order: len(site.components[lift.component].shape.cells) for lift in log.plan.lifts}
-    picture = scene_of_plan(site, log.plan.lifts, moved, Moment(1, 0.5))
+    picture = scene_of_plan(site, log.plan.lifts, moved, Instant(1, 0.5))
     assert painted(picture, IN_TRANSIT) == cells[0] + cells[1]
     shifted = dataclasses.replace(log, motions=tuple(moved))
     film = Film(site, log.plan.lifts, moved, tracks_of(shifted))

@@ -20,7 +20,7 @@ from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_ti
 from bimvox.records.lift import Status
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.revise.revise import revise
-from bimvox.revise.standing import Part, Standing, standing_of
+from bimvox.revise.standing import RevisedPart, Standing, standing_of
 from bimvox.site.build import with_digests, with_obstructions
 from bimvox.site.lifting import crane_for
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
@@ -40,7 +40,7 @@ def planned(slow: bool = False) -> tuple[Standing, Preparation]:
     return standing_of(plan, time_lifts(plan, replay(site, preparation, plan))), preparation
 
 
-def revised(standing: Standing, site: Any, now_ns: int, hold_s: float = 30.0) -> Part:
+def revised(standing: Standing, site: Any, now_ns: int, hold_s: float = 30.0) -> RevisedPart:
     (part,) = revise(standing, site, planned()[1], now_ns=now_ns, hold_s=hold_s)
     return part
 

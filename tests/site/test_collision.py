@@ -7,7 +7,7 @@ from bimvox.grid.summed_area import summed_area_table
 from bimvox.site.collision import (
     HOOK_FORBIDDEN,
     NOTHING_CLEARED,
-    Clearance,
+    CollisionSpace,
     boxes_are_free,
     hook_is_free,
     placement_is_free,
@@ -45,24 +45,24 @@ def brute_hook(floor, offset, at):
 def test_agrees_with_cell_by_cell_checks_everywhere(occupied, cells, floor, offset, cleared, cleared_low):
     shape, _ = shape_of(cells)
     hook = np.array(offset, np.int32)
-    clearance = Clearance(
+    space = CollisionSpace(
         summed_area_table(occupied), shape.boxes, hook, floor, np.array(cleared_low, np.int32), cleared
     )
     for at in np.ndindex(*(n + 4 for n in GRID)):
         x, y, z = (n - 2 for n in at)
         boxes, line = brute_boxes(occupied, shape.cells, (x, y, z)), brute_hook(floor, hook, (x, y, z))
-        assert boxes_are_free(clearance, x, y, z) == boxes
-        assert hook_is_free(clearance, x, y, z) == line
+        assert boxes_are_free(space, x, y, z) == boxes
+        assert hook_is_free(space, x, y, z) == line
         inside = np.array([x, y, z]) - cleared_low
         exempt = bool((inside >= 0).all() and (inside < 2).all() and cleared[tuple(inside)])
-        assert placement_is_free(clearance, x, y, z) == (exempt or (boxes and line))
+        assert placement_is_free(space, x, y, z) == (exempt or (boxes and line))
 
 
 def test_nothing_cleared_exempts_nothing():
     occupied = np.ones(GRID, bool)
     shape, _ = shape_of([(0, 0, 0)])
-    clearance = Clearance(
+    space = CollisionSpace(
         summed_area_table(occupied), shape.boxes, np.array([0, 0, 1], np.int32), np.zeros(GRID[:2], np.int32),
         *NOTHING_CLEARED,
     )  # fmt: skip
-    assert not any(placement_is_free(clearance, *at) for at in np.ndindex(*GRID))
+    assert not any(placement_is_free(space, *at) for at in np.ndindex(*GRID))

@@ -16,7 +16,7 @@ def test_whole_cells_are_kept():
 def test_grown_boxes_and_grown_cells_say_the_same():
     site = box_site([("a", (1, 1, 0), (3, 2, 1))], structure=[("post", (8, 7, 0), (8.5, 7.5, 4))])
     component = site.components[0]
-    free = Occupancy(site).clearance(component)
+    free = Occupancy(site).space(component)
     for margin in (0, 1, 2):
         rule, own = in_transit(free, margin), grown_cells(component.shape.cells, margin)
         occupied = Occupancy(site).counts > 0

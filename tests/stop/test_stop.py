@@ -107,13 +107,13 @@ def test_a_lift_stopped_anywhere_keeps_the_limits_holds_and_goes_on_as_one_prove
     told_ns = motion.start_ns + int(first + share * (last - first))
     stop = stop_motion(site.crane, motion, told_ns, **sampling)
     assert told_ns <= stop.start_ns <= told_ns + 1_500_000_000
-    lift, (_, clearance) = plan.lifts[0], next(iter(replay(site, preparation, plan)))
+    lift, (_, space) = plan.lifts[0], next(iter(replay(site, preparation, plan)))
     load = load_frame(site.crane, site.frame, site.components[lift.component].hook_offset_vox)
-    assert stop_is_free(clearance, load, stop)
+    assert stop_is_free(space, load, stop)
     hanging = pendulum_of(site, site.components[lift.component])
     goal = tuple(int(n) for n in lift.path_vox[-1])
-    path = shortest_path(clearance, go_on_cells(clearance, load, stop.pose)[0], goal).path_vox
-    onward, needed_m = go_on(site.crane, clearance, load, stop.pose, path, 0, hanging)
+    path = shortest_path(space, go_on_cells(space, load, stop.pose)[0], goal).path_vox
+    onward, needed_m = go_on(site.crane, space, load, stop.pose, path, 0, hanging)
     resume_ns = stop.end_ns + 20_000_000_000
     whole = interrupted(motion, stop, resume_ns, onward, needed_m, pendulum=hanging, **sampling)
     assert [p.name for p in whole.phases].count(PhaseName.STOP) == 1
@@ -148,7 +148,7 @@ def test_a_stop_told_soon_after_the_load_has_begun_to_move_keeps_the_limits(lift
 
 def test_a_stop_of_a_timeline_is_the_stop_of_its_samples():
     room = crane_room(3)
-    timeline, _ = drive_path(room.crane, room.clearance, room.load, room.path, 0, 0.0)
+    timeline, _ = drive_path(room.crane, room.space, room.load, room.path, 0, 0.0)
     stop = stop_timeline(timeline, timeline.duration_s / 2, 5, **SAMPLING)
     assert stop.start_ns == 5
     begins = timeline.axes_at(np.array([timeline.duration_s / 2]))[0]
@@ -181,5 +181,5 @@ def test_what_cannot_be_stopped_or_gone_on_from_is_refused(lifts):
     assert still.duration_s == 0.0
     room = crane_room(3)
     with pytest.raises(PlanningError, match="cannot be reached"):
-        go_on(room.crane, room.clearance, room.load, CranePose(0.0, 5.0, 0.6), room.path, 0)
+        go_on(room.crane, room.space, room.load, CranePose(0.0, 5.0, 0.6), room.path, 0)
     assert FRAME.voxel_size_m == 0.5

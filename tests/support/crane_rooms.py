@@ -13,7 +13,7 @@ from bimvox.grid.frame import GridFrame
 from bimvox.grid.summed_area import summed_area_table, top_of_columns
 from bimvox.motion.load_frame import LoadFrame, load_frame
 from bimvox.planning.search import shortest_path
-from bimvox.site.collision import NOTHING_CLEARED, Clearance, placement_is_free
+from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace, placement_is_free
 
 FRAME = GridFrame((-10.0, -10.0, -0.5), 0.5)
 SHAPE = (40, 40, 24)
@@ -25,14 +25,14 @@ BEAM_HOOK = np.array([3, 0, 2], np.int32)
 class Room:
     crane: TowerCrane
     occupied: np.ndarray
-    clearance: Clearance
+    space: CollisionSpace
     load: LoadFrame
     start: np.ndarray
     goal: np.ndarray
 
     @property
     def found(self) -> np.ndarray | None:
-        return shortest_path(self.clearance, tuple(self.start.tolist()), tuple(self.goal.tolist())).path_vox
+        return shortest_path(self.space, tuple(self.start.tolist()), tuple(self.goal.tolist())).path_vox
 
     @property
     def path(self) -> np.ndarray:
@@ -53,15 +53,15 @@ def crane_room(seed: int, blocks: int = 6, *, rope: bool = True) -> Room:
             size = rng.integers([2, 2, 2], [9, 9, 14])
             occupied[tuple(slice(a, a + b) for a, b in zip(low, size, strict=True))] = True
         floor = hook_floor(crane, FRAME, top_of_columns(occupied), 1000.0, rope)
-        clearance = Clearance(summed_area_table(occupied), BEAM, BEAM_HOOK, floor, *NOTHING_CLEARED)
+        space = CollisionSpace(summed_area_table(occupied), BEAM, BEAM_HOOK, floor, *NOTHING_CLEARED)
         ends = []
         for _ in range(400):
             cell = rng.integers([0, 0, 1], [34, 39, 6])
-            if placement_is_free(clearance, *cell):
+            if placement_is_free(space, *cell):
                 ends.append(cell)
         if len(ends) < 2 or (ends[0] == ends[-1]).all():
             continue
-        room = Room(crane, occupied, clearance, load_frame(crane, FRAME, BEAM_HOOK), ends[0], ends[-1])
+        room = Room(crane, occupied, space, load_frame(crane, FRAME, BEAM_HOOK), ends[0], ends[-1])
         if room.found is not None:
             return room
 
@@ -81,5 +81,5 @@ def load_is_clear(room: Room, cells: np.ndarray, slack_vox: float = 0.0) -> bool
     hook_low = np.floor(cells[:2] + BEAM_HOOK[:2] - slack_vox + 1e-6).astype(int)
     hook_high = np.ceil(cells[:2] + BEAM_HOOK[:2] + 1 + slack_vox - 1e-6).astype(int)
     foot = int(np.floor(cells[2] + BEAM_HOOK[2] - slack_vox + 1e-6))
-    columns = room.clearance.hook_floor[hook_low[0] : hook_high[0], hook_low[1] : hook_high[1]]
+    columns = room.space.hook_floor[hook_low[0] : hook_high[0], hook_low[1] : hook_high[1]]
     return bool((columns <= foot).all())

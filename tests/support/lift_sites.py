@@ -6,15 +6,15 @@ import numpy as np
 
 from bimvox.env.problem import LiftProblem, training_problem
 from bimvox.grid.summed_area import summed_area_table, top_of_columns
-from bimvox.site.collision import NOTHING_CLEARED, Clearance
+from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
 
 Cell = tuple[int, int, int]
 
 
-def clearance_of(occupied: np.ndarray, size: Cell = (1, 1, 1), *, rope: bool = False) -> Clearance:
+def clearance_of(occupied: np.ndarray, size: Cell = (1, 1, 1), *, rope: bool = False) -> CollisionSpace:
     """One box of ``size`` among the occupied cells, hung by its middle; with or without a hoist rope."""
     floor = top_of_columns(occupied) if rope else np.zeros(occupied.shape[:2], np.int32)
-    return Clearance(
+    return CollisionSpace(
         summed_area_table(occupied),
         np.array([[0, 0, 0, *size]], np.int32),
         np.array([size[0] // 2, size[1] // 2, size[2]], np.int32),
@@ -59,11 +59,11 @@ def building_problems(
             cells = np.stack(
                 [random.integers(3, 70, 20 * starts), random.integers(2, 70, 20 * starts), np.full(20 * starts, 2)], 1
             )
-            clearance = clearance_of(occupied, size, rope=rope)
-            everywhere = training_problem(clearance, tuple(cells[0].tolist()), (x, y, z), cells)
+            space = clearance_of(occupied, size, rope=rope)
+            everywhere = training_problem(space, tuple(cells[0].tolist()), (x, y, z), cells)
             some = random.permutation(everywhere.starts_vox)[:starts]
             problems.append(
-                LiftProblem(everywhere.clearance, tuple(some[0].tolist()), (x, y, z), some, everywhere.distance)
+                LiftProblem(everywhere.space, tuple(some[0].tolist()), (x, y, z), some, everywhere.distance)
             )
         dx, dy, dz = size
         occupied[x : x + dx, y : y + dy, z : z + dz] = True

@@ -24,7 +24,7 @@ _STAYS = (Role.STRUCTURE, Role.GROUND)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class MeshedProduct:
     """A product with clean triangles, relative to the building's local origin."""
 
     mesh: TriangleMesh
@@ -38,7 +38,7 @@ class ElementBuilder:
     def __init__(
         self,
         opened: OpenedIfc,
-        parts: Mapping[int, Part],
+        parts: Mapping[int, MeshedProduct],
         selected: frozenset[int] | None,
         properties: Properties,
         origin_m: NDArray[np.float64],

@@ -14,7 +14,7 @@ from bimvox.bim.building import Building, Role, SkippedProduct, Source, Triangle
 from bimvox.bim.default_selection import by_default
 from bimvox.bim.ifc.assembly import Extent
 from bimvox.bim.ifc.curves import largely_curved
-from bimvox.bim.ifc.elements import ElementBuilder, Part
+from bimvox.bim.ifc.elements import ElementBuilder, MeshedProduct
 from bimvox.bim.ifc.geometry import GeometryPool
 from bimvox.bim.ifc.georeference import georeference_of
 from bimvox.bim.ifc.open import OpenedIfc, open_ifc
@@ -132,11 +132,11 @@ def _sort_out(opened: OpenedIfc, selected: frozenset[int] | None, notes: list[st
     return sorted(wanted), skipped
 
 
-def _part(placed: PlacedShape, origin_m: NDArray[np.float64]) -> Part:
+def _part(placed: PlacedShape, origin_m: NDArray[np.float64]) -> MeshedProduct:
     """Place a shape relative to the local origin."""
     mesh = placed.mesh(origin_m)
     low_m, high_m = _box(mesh)
-    return Part(mesh, Extent(low_m, high_m, placed.shape.volume_m3), placed.shape.exact)
+    return MeshedProduct(mesh, Extent(low_m, high_m, placed.shape.volume_m3), placed.shape.exact)
 
 
 def _box(mesh: TriangleMesh) -> NDArray[np.float64]:

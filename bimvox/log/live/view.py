@@ -13,7 +13,7 @@ from bimvox.log.mcap.rows import Rows
 from bimvox.log.narration import event_messages
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import lift_rows, path_message
-from bimvox.log.scene import Scene, states_at
+from bimvox.log.scene import SceneUpdates, states_at
 from bimvox.log.track import crane_track
 from bimvox.log.voxels import voxel_grid
 from bimvox.records.motion import LiftMotion
@@ -57,7 +57,7 @@ def standing_messages(record: PlanLog, time_ns: int, hanging: Collection[int] = 
     """
     site, lifts = record.plan.site, record.all_lifts
     yield time_ns, topics.VOXELS, voxel_grid(site, time_ns)
-    scene = Scene(site, {lift.component: lift for lift in lifts}, {})
+    scene = SceneUpdates(site, {lift.component: lift for lift in lifts}, {})
     yield time_ns, topics.SCENE, scene.afresh(time_ns)
     by_order = {lift.order: lift for lift in lifts}
     under_way = [motion for motion in last_begun(record.motions, time_ns).values() if motion.end_ns > time_ns]

@@ -16,8 +16,8 @@ from bimvox.paper.env.layout import LayoutPool
 from bimvox.paper.env.observation import PAPER_MAP, write_observation
 from bimvox.paper.env.paper_map import move_on_map
 from bimvox.paper.env.reward import PrefabReward
-from bimvox.paper.env.rules import Drawing, Rules
-from bimvox.paper.env.state import PrefabState, Site
+from bimvox.paper.env.rules import Drawing, SpecArrays
+from bimvox.paper.env.state import PrefabState, SiteState
 
 
 class BatchOut(NamedTuple):
@@ -62,9 +62,9 @@ def store_row(states: NDArray[np.int64], n: int, state: PrefabState) -> None:
 @leaf_kernel
 def move_rows(
     code: int,
-    rules: Rules,
+    rules: SpecArrays,
     scheme: PrefabReward,
-    batch: Site,
+    batch: SiteState,
     states: NDArray[np.int64],
     out: BatchOut,
     first: int,
@@ -77,7 +77,7 @@ def move_rows(
     references to them would cost more than the step.
     """
     for n in range(first, last):
-        site = Site(
+        site = SiteState(
             batch.cells[n], batch.table[n], batch.stored[n], batch.target[n], batch.obstructions[n], batch.field[n]
         )
         before = state_row(states, n)
@@ -98,10 +98,10 @@ def move_rows(
 @kernel
 def settle_rows(
     code: int,
-    rules: Rules,
+    rules: SpecArrays,
     drawing: Drawing,
     pool: LayoutPool,
-    batch: Site,
+    batch: SiteState,
     generators: NDArray[np.uint64],
     states: NDArray[np.int64],
     out: BatchOut,
@@ -137,7 +137,7 @@ def settle_rows(
         outdated = out.drawing[n] != out.drawings[n]
         if not arrived and not out.truncated[n] and not anew and code == PAPER_MAP and not outdated:
             continue
-        site = Site(
+        site = SiteState(
             batch.cells[n], batch.table[n], batch.stored[n], batch.target[n], batch.obstructions[n], batch.field[n]
         )
         if arrived:
@@ -166,7 +166,7 @@ def settle_rows(
 
 
 @kernel
-def show(code: int, rules: Rules, site: Site, states: NDArray[np.int64], out: BatchOut, n: int) -> None:
+def show(code: int, rules: SpecArrays, site: SiteState, states: NDArray[np.int64], out: BatchOut, n: int) -> None:
     """Write the whole observation of one site, and what it shows."""
     write_observation(code, rules, site, state_row(states, n), out.observations[n])
     store_row(out.shown, n, state_row(states, n))
@@ -174,7 +174,7 @@ def show(code: int, rules: Rules, site: Site, states: NDArray[np.int64], out: Ba
 
 
 @kernel
-def greedy_rows(batch: Site, states: NDArray[np.int64]) -> NDArray[np.int64]:
+def greedy_rows(batch: SiteState, states: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the first action of each site that leads nearer to the target, 0 where none does."""
     nx, ny, nz = batch.cells.shape[1], batch.cells.shape[2], batch.cells.shape[3]
     actions = np.zeros(states.shape[0], np.int64)

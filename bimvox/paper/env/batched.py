@@ -25,7 +25,7 @@ from bimvox.paper.env.picture import SitePicture, picture_of_site
 from bimvox.paper.env.reward import needs_field, reward_named
 from bimvox.paper.env.rules import drawing_of, empty_sites, rules_of
 from bimvox.paper.env.spec import PrefabSpec
-from bimvox.paper.env.state import STATE_SIZE, PrefabState, Site
+from bimvox.paper.env.state import STATE_SIZE, PrefabState, SiteState
 
 _ROWS_PER_THREAD = 256
 
@@ -266,8 +266,8 @@ class BatchedPrefabSite:
             out.late,
         )
 
-    def _site(self, site: int) -> Site:
-        return Site(*(array[site] for array in self._batch))
+    def _site(self, site: int) -> SiteState:
+        return SiteState(*(array[site] for array in self._batch))
 
     def _shares(self, work: Callable[[int, int], int]) -> int:
         """Let each thread work on its share of the rows; returns the sum of what they return."""

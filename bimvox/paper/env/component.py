@@ -30,7 +30,7 @@ class ComponentKind(StrEnum):
     """Lies in the yard along the axis it is built in along; lifted one voxel before transit, never turned."""
 
 
-class YardPlace(NamedTuple):
+class YardPose(NamedTuple):
     """Where a component lies in the yard.
 
     Attributes:
@@ -68,7 +68,7 @@ class PrefabComponent:
     target_vox: IntVec
     axis: str = "x"
     after: tuple[int, ...] | None = None
-    start: YardPlace | None = None
+    start: YardPose | None = None
 
     @property
     def size_vox(self) -> IntVec:
@@ -85,7 +85,7 @@ class PrefabComponent:
 
 
 def column(
-    length_vox: int, target_vox: IntVec, *, start: YardPlace | None = None, after: tuple[int, ...] | None = None
+    length_vox: int, target_vox: IntVec, *, start: YardPose | None = None, after: tuple[int, ...] | None = None
 ) -> PrefabComponent:
     """Return a column with its foot at a cell."""
     return PrefabComponent(ComponentKind.COLUMN, length_vox, target_vox, after=after, start=start)
@@ -96,7 +96,7 @@ def beam(
     target_vox: IntVec,
     axis: str,
     *,
-    start: YardPlace | None = None,
+    start: YardPose | None = None,
     after: tuple[int, ...] | None = None,
 ) -> PrefabComponent:
     """Return a beam with its lowest-index end at a cell, along an axis."""

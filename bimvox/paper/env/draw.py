@@ -23,8 +23,8 @@ from bimvox.paper.env.dynamics import (
     paint_fixed,
     paint_stored,
 )
-from bimvox.paper.env.rules import Drawing, Rules
-from bimvox.paper.env.state import AIR, FIRST_COMPONENT, OBSTRUCTION, Site
+from bimvox.paper.env.rules import Drawing, SpecArrays
+from bimvox.paper.env.state import AIR, FIRST_COMPONENT, OBSTRUCTION, SiteState
 
 _TRIES = 100
 _TRIES_PER_OBSTRUCTION = 64
@@ -32,7 +32,7 @@ _TRIES_BEFORE_COUNTING = 16
 
 
 @kernel
-def draw_layout(rules: Rules, drawing: Drawing, site: Site, generator: NDArray[np.uint64]) -> bool:
+def draw_layout(rules: SpecArrays, drawing: Drawing, site: SiteState, generator: NDArray[np.uint64]) -> bool:
     """Draw ``stored``, ``target`` and ``obstructions`` of a site.
 
     Where obstructions or several targets are drawn, a layout that leaves a component without a way is drawn again;
@@ -56,7 +56,7 @@ def draw_layout(rules: Rules, drawing: Drawing, site: Site, generator: NDArray[n
 
 
 @kernel
-def every_component_has_a_way(rules: Rules, site: Site) -> bool:
+def every_component_has_a_way(rules: SpecArrays, site: SiteState) -> bool:
     """Return whether each component can reach its target when those before it are assembled and the rest is stored.
 
     Args:
@@ -78,7 +78,7 @@ def every_component_has_a_way(rules: Rules, site: Site) -> bool:
 
 @kernel
 def _draw_once(
-    rules: Rules, drawing: Drawing, site: Site, generator: NDArray[np.uint64], with_obstructions: bool
+    rules: SpecArrays, drawing: Drawing, site: SiteState, generator: NDArray[np.uint64], with_obstructions: bool
 ) -> bool:
     site.obstructions[:] = drawing.obstructions
     site.target[:] = drawing.target
@@ -95,7 +95,7 @@ def _draw_once(
 
 
 @leaf_kernel
-def _draw_targets(rules: Rules, drawing: Drawing, site: Site, generator: NDArray[np.uint64]) -> bool:
+def _draw_targets(rules: SpecArrays, drawing: Drawing, site: SiteState, generator: NDArray[np.uint64]) -> bool:
     """Move each group of targets to where it is free inside the construction area."""
     width, depth = drawing.area[2] - drawing.area[0], drawing.area[3] - drawing.area[1]
     for group in range(drawing.group.max() + 1):
@@ -116,7 +116,7 @@ def _draw_targets(rules: Rules, drawing: Drawing, site: Site, generator: NDArray
 
 
 @leaf_kernel
-def _group_fits(rules: Rules, drawing: Drawing, site: Site, group: int, dx: int, dy: int) -> bool:
+def _group_fits(rules: SpecArrays, drawing: Drawing, site: SiteState, group: int, dx: int, dy: int) -> bool:
     """Return whether targets moved by (dx, dy) lie over the construction area, in cells that are free."""
     for i in range(rules.boxes.shape[0]):
         if drawing.group[i] != group:
@@ -131,7 +131,7 @@ def _group_fits(rules: Rules, drawing: Drawing, site: Site, group: int, dx: int,
 
 
 @leaf_kernel
-def _move_group(rules: Rules, drawing: Drawing, site: Site, group: int, dx: int, dy: int) -> None:
+def _move_group(rules: SpecArrays, drawing: Drawing, site: SiteState, group: int, dx: int, dy: int) -> None:
     for i in range(rules.boxes.shape[0]):
         if drawing.group[i] == group:
             site.target[i, 0] = drawing.target[i, 0] + dx
@@ -140,7 +140,7 @@ def _move_group(rules: Rules, drawing: Drawing, site: Site, group: int, dx: int,
 
 
 @kernel
-def _draw_places(rules: Rules, drawing: Drawing, site: Site, generator: NDArray[np.uint64]) -> bool:
+def _draw_places(rules: SpecArrays, drawing: Drawing, site: SiteState, generator: NDArray[np.uint64]) -> bool:
     """Lay every component into the yard."""
     for i in range(rules.boxes.shape[0]):
         if drawing.start[i, 0] >= 0:
@@ -165,7 +165,7 @@ def _draw_places(rules: Rules, drawing: Drawing, site: Site, generator: NDArray[
 
 @leaf_kernel
 def _draw_place_by_counting(
-    rules: Rules, drawing: Drawing, site: Site, component: int, generator: NDArray[np.uint64]
+    rules: SpecArrays, drawing: Drawing, site: SiteState, component: int, generator: NDArray[np.uint64]
 ) -> bool:
     """Draw among the places that are left, where few are."""
     nx, ny, _ = site.cells.shape
@@ -190,7 +190,7 @@ def _draw_place_by_counting(
 
 @leaf_kernel
 def may_lie(
-    rules: Rules, drawing: Drawing, cells: NDArray[np.int16], component: int, x: int, y: int, axis: int
+    rules: SpecArrays, drawing: Drawing, cells: NDArray[np.int16], component: int, x: int, y: int, axis: int
 ) -> bool:
     """Return whether a component finds room in the yard, lying from (x, y) along an axis, and hung up from there."""
     if not drawing.yard[x, y] or (drawing.axis[component] >= 0 and drawing.axis[component] != axis):
@@ -207,7 +207,7 @@ def may_lie(
 
 
 @leaf_kernel
-def _draw_obstructions(drawing: Drawing, site: Site, generator: NDArray[np.uint64]) -> None:
+def _draw_obstructions(drawing: Drawing, site: SiteState, generator: NDArray[np.uint64]) -> None:
     """Stand obstructions into free cells; where there is no room, fewer."""
     nx, ny, _ = site.cells.shape
     count = drawing.fewest + random_below(generator, drawing.most - drawing.fewest + 1)

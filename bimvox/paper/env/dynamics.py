@@ -17,16 +17,16 @@ from bimvox.env.state import NO_ACTION
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.paper.env.component import HUNG_LAYER, STORED_LAYER
 from bimvox.paper.env.reward import PrefabReward, earned
-from bimvox.paper.env.rules import Rules
-from bimvox.paper.env.state import AIR, FIRST_COMPONENT, GROUND, OBSTRUCTION, PrefabState, Site
-from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.paper.env.rules import SpecArrays
+from bimvox.paper.env.state import AIR, FIRST_COMPONENT, GROUND, OBSTRUCTION, PrefabState, SiteState
+from bimvox.site.collision import CollisionSpace, placement_is_free
 
 
 @leaf_kernel
-def may_be(rules: Rules, site: Site, component: int, x: int, y: int, z: int) -> bool:
+def may_be(rules: SpecArrays, site: SiteState, component: int, x: int, y: int, z: int) -> bool:
     """Return whether a component in transit may have its reference cell at (x, y, z): the one rule of collision."""
     return placement_is_free(
-        Clearance(
+        CollisionSpace(
             site.table,
             rules.boxes[component : component + 1],
             rules.zeros,
@@ -42,9 +42,9 @@ def may_be(rules: Rules, site: Site, component: int, x: int, y: int, z: int) -> 
 
 
 @kernel
-def clearance_of(rules: Rules, site: Site, component: int) -> Clearance:
+def clearance_of(rules: SpecArrays, site: SiteState, component: int) -> CollisionSpace:
     """Return what decides whether a component in transit may be somewhere, as views."""
-    return Clearance(
+    return CollisionSpace(
         site.table,
         rules.boxes[component : component + 1],
         rules.zeros,
@@ -56,7 +56,7 @@ def clearance_of(rules: Rules, site: Site, component: int) -> Clearance:
 
 
 @leaf_kernel
-def transition(rules: Rules, site: Site, state: PrefabState, action: int) -> tuple[PrefabState, bool]:
+def transition(rules: SpecArrays, site: SiteState, state: PrefabState, action: int) -> tuple[PrefabState, bool]:
     """Move the component in transit by one cell.
 
     Returns:
@@ -73,7 +73,7 @@ def transition(rules: Rules, site: Site, state: PrefabState, action: int) -> tup
 
 
 @leaf_kernel
-def has_arrived(site: Site, state: PrefabState) -> bool:
+def has_arrived(site: SiteState, state: PrefabState) -> bool:
     """Return whether the component in transit is at its target; arriving and assembling are one event."""
     i = state.component
     if i >= site.target.shape[0]:
@@ -82,19 +82,19 @@ def has_arrived(site: Site, state: PrefabState) -> bool:
 
 
 @leaf_kernel
-def is_late(rules: Rules, state: PrefabState) -> bool:
+def is_late(rules: SpecArrays, state: PrefabState) -> bool:
     """Return whether the component in transit has used up its restricted number of steps: s >= limit."""
     return bool(state.component < rules.boxes.shape[0] and state.steps >= rules.step_limit)
 
 
 @leaf_kernel
-def is_complete(rules: Rules, state: PrefabState) -> bool:
+def is_complete(rules: SpecArrays, state: PrefabState) -> bool:
     """Return whether every component is assembled: success, the only terminal state."""
     return bool(state.component >= rules.boxes.shape[0])
 
 
 @leaf_kernel
-def is_truncated(rules: Rules, state: PrefabState) -> bool:
+def is_truncated(rules: SpecArrays, state: PrefabState) -> bool:
     """Return whether the steps of the episode are used up before that: failure."""
     return bool(state.total >= rules.max_steps and not is_complete(rules, state))
 
@@ -109,7 +109,7 @@ def paint(cells: NDArray[np.int16], x0: int, y0: int, z0: int, x1: int, y1: int,
 
 
 @leaf_kernel
-def length_of(rules: Rules, component: int) -> int:
+def length_of(rules: SpecArrays, component: int) -> int:
     """Return the length of a component, cells."""
     box = rules.boxes[component]
     return int(max(box[3], box[4], box[5]))
@@ -124,7 +124,7 @@ def lying(length: int, axis: int) -> tuple[int, int]:
 
 
 @leaf_kernel
-def paint_stored(rules: Rules, site: Site, component: int, what: int) -> None:
+def paint_stored(rules: SpecArrays, site: SiteState, component: int, what: int) -> None:
     """Write a number into the cells where a component lies in the yard."""
     x, y = site.stored[component, 0], site.stored[component, 1]
     dx, dy = lying(length_of(rules, component), site.stored[component, 2])
@@ -132,7 +132,7 @@ def paint_stored(rules: Rules, site: Site, component: int, what: int) -> None:
 
 
 @leaf_kernel
-def paint_built(rules: Rules, site: Site, component: int, what: int) -> None:
+def paint_built(rules: SpecArrays, site: SiteState, component: int, what: int) -> None:
     """Write a number into the cells where a component belongs."""
     x, y, z = site.target[component]
     dx, dy, dz = rules.boxes[component, 3:]
@@ -140,7 +140,7 @@ def paint_built(rules: Rules, site: Site, component: int, what: int) -> None:
 
 
 @leaf_kernel
-def paint_fixed(site: Site) -> None:
+def paint_fixed(site: SiteState) -> None:
     """Write the slab and the obstructions into empty cells."""
     nx, ny, nz = site.cells.shape
     paint(site.cells, 0, 0, 0, nx, ny, nz, AIR)
@@ -151,7 +151,7 @@ def paint_fixed(site: Site) -> None:
 
 
 @kernel
-def take_up(rules: Rules, site: Site, component: int, total: int) -> PrefabState:
+def take_up(rules: SpecArrays, site: SiteState, component: int, total: int) -> PrefabState:
     """Take a component out of the yard: erected (a column) and lifted by one cell, it hangs in transit."""
     paint_stored(rules, site, component, AIR)
     site.table[:] = summed_area_table(site.cells != AIR)
@@ -162,7 +162,7 @@ def take_up(rules: Rules, site: Site, component: int, total: int) -> PrefabState
 
 
 @kernel
-def stand_up(rules: Rules, site: Site) -> PrefabState:
+def stand_up(rules: SpecArrays, site: SiteState) -> PrefabState:
     """Begin an episode of the layout that the site holds: everything stored, the first component taken up.
 
     Args:
@@ -177,7 +177,7 @@ def stand_up(rules: Rules, site: Site) -> PrefabState:
 
 
 @kernel
-def assemble(rules: Rules, site: Site, state: PrefabState) -> PrefabState:
+def assemble(rules: SpecArrays, site: SiteState, state: PrefabState) -> PrefabState:
     """Fix the component that has arrived and take up the next."""
     i = int(state.component)
     paint_built(rules, site, i, FIRST_COMPONENT + i)
@@ -189,7 +189,7 @@ def assemble(rules: Rules, site: Site, state: PrefabState) -> PrefabState:
 
 @leaf_kernel
 def move(
-    rules: Rules, scheme: PrefabReward, site: Site, state: PrefabState, action: int
+    rules: SpecArrays, scheme: PrefabReward, site: SiteState, state: PrefabState, action: int
 ) -> tuple[PrefabState, float, bool, bool]:
     """Take one action, up to but without the assembling.
 
@@ -213,7 +213,7 @@ def move(
 
 @kernel
 def step_site(
-    rules: Rules, scheme: PrefabReward, site: Site, state: PrefabState, action: int
+    rules: SpecArrays, scheme: PrefabReward, site: SiteState, state: PrefabState, action: int
 ) -> tuple[PrefabState, float, bool, bool]:
     """Take one action; where the component arrives, it is assembled and the next taken up.
 
@@ -227,7 +227,7 @@ def step_site(
 
 
 @leaf_kernel
-def distance_to_go(site: Site, state: PrefabState) -> int:
+def distance_to_go(site: SiteState, state: PrefabState) -> int:
     """Return the moves to the target, -1 where there is no way; 0 on a site without the field."""
     if site.field.size == 0:
         return 0

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import PlanningError
-from bimvox.paper.env.component import AXES, HUNG_LAYER, Box, ComponentKind, YardPlace, overlap
+from bimvox.paper.env.component import AXES, HUNG_LAYER, Box, ComponentKind, YardPose, overlap
 from bimvox.paper.env.draw import draw_layout, every_component_has_a_way, may_lie
 from bimvox.paper.env.dynamics import paint_fixed
 from bimvox.paper.env.rules import Drawing, drawing_of, empty_site, rules_of
 from bimvox.paper.env.spec import PrefabSpec
-from bimvox.paper.env.state import Site
+from bimvox.paper.env.state import SiteState
 from bimvox.site.component import IntVec
 
 
@@ -29,7 +29,7 @@ class PrefabLayout:
         obstructions: Half-open boxes of cells, the fixed ones of the site among them.
     """
 
-    starts: tuple[YardPlace, ...]
+    starts: tuple[YardPose, ...]
     targets: tuple[IntVec, ...]
     obstructions: tuple[Box, ...] = ()
 
@@ -87,7 +87,7 @@ def yard_layouts(spec: PrefabSpec) -> tuple[PrefabLayout, ...]:
         for y in range(ny):
             axis = next((a for a in range(2) if may_lie(rules, drawing, site.cells, 0, x, y, a)), None)
             if axis is not None:
-                place = YardPlace(x, y, AXES[axis])
+                place = YardPose(x, y, AXES[axis])
                 layouts.append(PrefabLayout((place,), (spec.components[0].target_vox,), spec.obstructions))
     return tuple(layouts)
 
@@ -101,10 +101,10 @@ def is_solvable(spec: PrefabSpec, layout: PrefabLayout) -> bool:
     return bool(every_component_has_a_way(rules, site))
 
 
-def layout_of(site: Site) -> PrefabLayout:
+def layout_of(site: SiteState) -> PrefabLayout:
     """Return the layout that a site holds."""
     return PrefabLayout(
-        tuple(YardPlace(int(x), int(y), AXES[axis]) for x, y, axis in site.stored),
+        tuple(YardPose(int(x), int(y), AXES[axis]) for x, y, axis in site.stored),
         tuple((int(x), int(y), int(z)) for x, y, z in site.target),
         tuple(
             ((int(b[0]), int(b[1]), int(b[2])), (int(b[3]), int(b[4]), int(b[5])))
@@ -114,7 +114,7 @@ def layout_of(site: Site) -> PrefabLayout:
     )
 
 
-def write_layout(spec: PrefabSpec, layout: PrefabLayout, site: Site) -> None:
+def write_layout(spec: PrefabSpec, layout: PrefabLayout, site: SiteState) -> None:
     """Write a layout into the arrays of a site.
 
     Raises:

@@ -12,9 +12,9 @@ from bimvox.compiled import kernel
 from bimvox.env.window import OBSERVATION_SIZE, observe
 from bimvox.paper.env.dynamics import clearance_of
 from bimvox.paper.env.paper_map import CHANNELS, write_map
-from bimvox.paper.env.rules import Rules
+from bimvox.paper.env.rules import SpecArrays
 from bimvox.paper.env.spec import PrefabSpec
-from bimvox.paper.env.state import PrefabState, Site, lift_state
+from bimvox.paper.env.state import PrefabState, SiteState, lift_state
 from bimvox.paper.env.window import WINDOW_OBSERVATION_SIZE, write_window
 
 PAPER_MAP, EGOCENTRIC, WINDOW = range(3)
@@ -77,7 +77,9 @@ def observation_space(spec: PrefabSpec, name: str) -> gymnasium.spaces.Box:
 
 
 @kernel
-def write_observation(code: int, rules: Rules, site: Site, state: PrefabState, out: NDArray[np.float32]) -> None:
+def write_observation(
+    code: int, rules: SpecArrays, site: SiteState, state: PrefabState, out: NDArray[np.float32]
+) -> None:
     """Write an observation.
 
     Args:

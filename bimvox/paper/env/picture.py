@@ -8,9 +8,9 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.paper.env.component import Box, YardPlace
+from bimvox.paper.env.component import Box, YardPose
 from bimvox.paper.env.spec import PrefabSpec
-from bimvox.paper.env.state import FIRST_COMPONENT, OBSTRUCTION, PrefabState, Site
+from bimvox.paper.env.state import FIRST_COMPONENT, OBSTRUCTION, PrefabState, SiteState
 from bimvox.site.component import IntVec
 from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
 
@@ -81,7 +81,9 @@ def states_of(spec: PrefabSpec, state: PrefabState, *, just_assembled: bool) -> 
     return tuple(states)
 
 
-def picture_of_site(spec: PrefabSpec, site: Site, state: PrefabState, *, just_assembled: bool = False) -> SitePicture:
+def picture_of_site(
+    spec: PrefabSpec, site: SiteState, state: PrefabState, *, just_assembled: bool = False
+) -> SitePicture:
     """Return what a picture of a site shows.
 
     Args:
@@ -106,13 +108,13 @@ def picture_of_site(spec: PrefabSpec, site: Site, state: PrefabState, *, just_as
     return SitePicture(
         looks,
         parts,
-        tuple(YardPlace(*_place(site, i)).box(spec.components[i].length_vox) for i in open_parts),
+        tuple(YardPose(*_place(site, i)).box(spec.components[i].length_vox) for i in open_parts),
         tuple(spec.components[i].box_at(target_of(site, i)) for i in open_parts),
         caption_of(spec, site, state),
     )
 
 
-def caption_of(spec: PrefabSpec, site: Site, state: PrefabState) -> str:
+def caption_of(spec: PrefabSpec, site: SiteState, state: PrefabState) -> str:
     """Return one line about a state."""
     step = f"step {state.total} of {spec.steps_allowed}"
     if state.component >= spec.count:
@@ -125,12 +127,12 @@ def caption_of(spec: PrefabSpec, site: Site, state: PrefabState) -> str:
     )
 
 
-def target_of(site: Site, component: int) -> IntVec:
+def target_of(site: SiteState, component: int) -> IntVec:
     """Return the reference cell of a target."""
     x, y, z = (int(n) for n in site.target[component])
     return (x, y, z)
 
 
-def _place(site: Site, component: int) -> tuple[int, int, str]:
+def _place(site: SiteState, component: int) -> tuple[int, int, str]:
     x, y, axis = (int(n) for n in site.stored[component])
     return x, y, "xy"[axis]

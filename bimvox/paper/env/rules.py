@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from bimvox.paper.env.component import AXES, ComponentKind
 from bimvox.paper.env.spec import PrefabSpec
-from bimvox.paper.env.state import Site
+from bimvox.paper.env.state import SiteState
 
 
-class Rules(NamedTuple):
+class SpecArrays(NamedTuple):
     """What every step looks at and nothing changes; a plain tuple, so that kernels take it. n components.
 
     Attributes:
@@ -68,7 +68,7 @@ class Drawing(NamedTuple):
     random_targets: bool
 
 
-def rules_of(spec: PrefabSpec) -> Rules:
+def rules_of(spec: PrefabSpec) -> SpecArrays:
     """Return a site's rules.
 
     Raises:
@@ -77,7 +77,7 @@ def rules_of(spec: PrefabSpec) -> Rules:
     if spec.building_order() != tuple(range(1, spec.count + 1)):
         raise ValueError("components: not in the order of building; take spec.in_building_order()")
     size = np.array([part.size_vox for part in spec.components], np.int32)
-    return Rules(
+    return SpecArrays(
         boxes=np.concatenate([np.zeros_like(size), size], axis=1),
         step_limit=spec.steps_before_late,
         max_steps=spec.steps_allowed,
@@ -119,16 +119,16 @@ def drawing_of(spec: PrefabSpec, *, room_for: int = 0) -> Drawing:
     )
 
 
-def empty_site(spec: PrefabSpec, drawing: Drawing, *, with_field: bool) -> Site:
+def empty_site(spec: PrefabSpec, drawing: Drawing, *, with_field: bool) -> SiteState:
     """Return arrays of the right shapes for one site."""
-    return Site(*(array[0] for array in empty_sites(spec, drawing, 1, with_field=with_field)))
+    return SiteState(*(array[0] for array in empty_sites(spec, drawing, 1, with_field=with_field)))
 
 
-def empty_sites(spec: PrefabSpec, drawing: Drawing, sites: int, *, with_field: bool) -> Site:
+def empty_sites(spec: PrefabSpec, drawing: Drawing, sites: int, *, with_field: bool) -> SiteState:
     """Return arrays for many sites; each has a first axis of that length."""
     nx, ny, nz = spec.shape
     field_shape = spec.shape if with_field else (0, 0, 0)
-    return Site(
+    return SiteState(
         np.zeros((sites, nx, ny, nz), np.int16),
         np.zeros((sites, nx + 1, ny + 1, nz + 1), np.int32),
         np.zeros((sites, spec.count, 3), np.int64),

@@ -11,7 +11,7 @@ from bimvox.compiled import leaf_kernel
 from bimvox.env.state import LiftState
 
 AIR, GROUND, OBSTRUCTION, FIRST_COMPONENT = 0, 1, 2, 3
-"""What ``Site.cells`` holds; component i (from 0) is ``FIRST_COMPONENT + i``."""
+"""What ``SiteState.cells`` holds; component i (from 0) is ``FIRST_COMPONENT + i``."""
 
 STATE_SIZE = 7
 
@@ -38,7 +38,7 @@ class PrefabState(NamedTuple):
     total: int
 
 
-class Site(NamedTuple):
+class SiteState(NamedTuple):
     """The arrays of one site. They change only when an episode starts and when a component is assembled.
 
     Attributes:

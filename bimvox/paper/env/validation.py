@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from bimvox.paper.env.component import AXES, HUNG_LAYER, Box, ComponentKind, PrefabComponent, YardPlace, overlap
+from bimvox.paper.env.component import AXES, HUNG_LAYER, Box, ComponentKind, PrefabComponent, YardPose, overlap
 
 if TYPE_CHECKING:
     from bimvox.paper.env.spec import PrefabSpec
@@ -96,12 +96,12 @@ def _check_component(spec: PrefabSpec, name: str, part: PrefabComponent) -> None
         raise ValueError(f"{name}.start: the yard has no room for {part.length_vox} cells in a row")
 
 
-def _yard_places(spec: PrefabSpec, part: PrefabComponent) -> list[YardPlace]:
+def _yard_places(spec: PrefabSpec, part: PrefabComponent) -> list[YardPose]:
     axes = (part.axis,) if part.kind is ComponentKind.BEAM else AXES
-    return [YardPlace(x, y, axis) for x in range(spec.shape[0]) for y in range(spec.shape[1]) for axis in axes]
+    return [YardPose(x, y, axis) for x in range(spec.shape[0]) for y in range(spec.shape[1]) for axis in axes]
 
 
-def _why_not(spec: PrefabSpec, part: PrefabComponent, place: YardPlace) -> str:
+def _why_not(spec: PrefabSpec, part: PrefabComponent, place: YardPose) -> str:
     """Return why a component cannot lie somewhere, or nothing."""
     if place.axis not in AXES:
         return f"has an axis {place.axis!r}, which is neither 'x' nor 'y'"
@@ -117,7 +117,7 @@ def _why_not(spec: PrefabSpec, part: PrefabComponent, place: YardPlace) -> str:
     return ""
 
 
-def _lying(part: PrefabComponent, place: YardPlace) -> Box:
+def _lying(part: PrefabComponent, place: YardPose) -> Box:
     return place.box(part.length_vox)
 
 

@@ -17,7 +17,7 @@ from bimvox.paper.env.layout import PrefabLayout
 from bimvox.paper.env.spec import PrefabSpec
 from bimvox.paper.policy.episodes import Episode, run_episodes
 from bimvox.paper.policy.learning import CurvePoint
-from bimvox.site.collision import Clearance
+from bimvox.site.collision import CollisionSpace
 
 
 def random_policy(spec: PrefabSpec, layouts: Sequence[PrefabLayout], *, seed: int) -> tuple[Episode, ...]:
@@ -55,7 +55,7 @@ def field_seconds(spec: PrefabSpec, *, fields: int = 200) -> float:
     layout = batch.layout(0)
     size = np.array(part.size_vox, np.int32)
     nothing = np.zeros(3, np.int32)
-    clearance = Clearance(
+    space = CollisionSpace(
         summed_area_table(batch.cells(0) != 0),
         np.concatenate([nothing, size])[None],
         nothing,
@@ -64,10 +64,10 @@ def field_seconds(spec: PrefabSpec, *, fields: int = 200) -> float:
         np.zeros((0, 0, 0), np.bool_),
     )
     target = np.array(layout.targets[0], np.int32)
-    distance_field(clearance, target)
+    distance_field(space, target)
     began = time.perf_counter()
     for _ in range(fields):
-        distance_field(clearance, target)
+        distance_field(space, target)
     return (time.perf_counter() - began) / fields
 
 

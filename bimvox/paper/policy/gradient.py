@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import leaf_kernel
-from bimvox.paper.policy.gradient_arrays import Memory, Perceptron, perceptron_room, used_room
+from bimvox.paper.policy.gradient_arrays import Memory, StreamArrays, perceptron_room, used_room
 from bimvox.paper.policy.gradient_kernels import descend, set_targets
 from bimvox.paper.policy.network import PrefabNetwork
-from bimvox.policy.perceptron import Perceptron as PlainPerceptron
+from bimvox.policy.perceptron import Perceptron
 
 
 class CompiledLearner:
@@ -101,7 +101,7 @@ class CompiledLearner:
 def copy_of(network: PrefabNetwork) -> PrefabNetwork:
     """Return a network with arrays of its own."""
     streams = [
-        PlainPerceptron(tuple(w.copy() for w in stream.weights), tuple(b.copy() for b in stream.biases))
+        Perceptron(tuple(w.copy() for w in stream.weights), tuple(b.copy() for b in stream.biases))
         for stream in _streams(network)
     ]
     return PrefabNetwork(streams[0], streams[1] if len(streams) > 1 else None)
@@ -119,11 +119,11 @@ def _approach(mine: NDArray[np.float32], its: NDArray[np.float32], share: np.flo
         mine[n] += share * (its[n] - mine[n])
 
 
-def _streams(network: PrefabNetwork) -> list[PlainPerceptron]:
+def _streams(network: PrefabNetwork) -> list[Perceptron]:
     return [network.actions] if network.state is None else [network.actions, network.state]
 
 
-def _network(streams: list[Perceptron]) -> PrefabNetwork:
+def _network(streams: list[StreamArrays]) -> PrefabNetwork:
     """Return views as a network."""
-    parts = [PlainPerceptron(stream.weights, tuple(bias[0] for bias in stream.biases)) for stream in streams]
+    parts = [Perceptron(stream.weights, tuple(bias[0] for bias in stream.biases)) for stream in streams]
     return PrefabNetwork(parts[0], parts[1] if len(parts) > 1 else None)

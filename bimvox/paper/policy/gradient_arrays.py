@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.policy.perceptron import Perceptron as PlainPerceptron
+from bimvox.policy.perceptron import Perceptron
 
 Arrays = tuple[NDArray[np.float32], ...]
 Inputs = NDArray[np.float32] | NDArray[np.uint8]
 
 
-class Perceptron(NamedTuple):
+class StreamArrays(NamedTuple):
     """One stream in training; a plain tuple, so that kernels take it. L layers; B rows of a batch.
 
     Attributes:
@@ -89,7 +89,7 @@ def used_room(batch_size: int, inputs: int) -> Used:
     )
 
 
-def perceptron_room(network: PlainPerceptron, batch_size: int) -> Perceptron:
+def perceptron_room(network: Perceptron, batch_size: int) -> StreamArrays:
     """Return a stream in training that begins as ``network`` is."""
     weights = tuple(np.ascontiguousarray(weight).copy() for weight in network.weights)
     biases = tuple(bias.reshape(1, -1).copy() for bias in network.biases)
@@ -100,7 +100,7 @@ def perceptron_room(network: PlainPerceptron, batch_size: int) -> Perceptron:
     def rows() -> Arrays:
         return tuple(np.zeros((batch_size, bias.shape[1]), np.float32) for bias in biases)
 
-    return Perceptron(
+    return StreamArrays(
         weights,
         biases,
         rows(),

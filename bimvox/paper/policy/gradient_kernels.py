@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.paper.policy.gradient_arrays import Inputs, Memory, Perceptron, Used
+from bimvox.paper.policy.gradient_arrays import Inputs, Memory, StreamArrays, Used
 
 BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-8
 """Of Adam (Kingma and Ba 2015): torch's and the original's defaults."""
@@ -14,10 +14,10 @@ BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-8
 
 @kernel
 def set_targets(
-    actions: Perceptron,
-    state: Perceptron,
-    target_actions: Perceptron,
-    target_state: Perceptron,
+    actions: StreamArrays,
+    state: StreamArrays,
+    target_actions: StreamArrays,
+    target_state: StreamArrays,
     dueling: bool,
     double_q: bool,
     memory: Memory,
@@ -47,8 +47,8 @@ def set_targets(
 
 @kernel
 def descend(
-    actions: Perceptron,
-    state: Perceptron,
+    actions: StreamArrays,
+    state: StreamArrays,
     dueling: bool,
     memory: Memory,
     rows: NDArray[np.int64],
@@ -122,7 +122,7 @@ def _find_rows(used: Used) -> None:
 
 
 @kernel
-def _forward(stream: Perceptron, inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
+def _forward(stream: StreamArrays, inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
     """Write the outputs of every layer for some rows of the inputs."""
     last = len(stream.weights) - 1
     _forward_used(inputs, rows, used, stream.weights[0], stream.biases[0], stream.outputs[0], last > 0)
@@ -196,7 +196,7 @@ def _rectify(out: NDArray[np.float32]) -> None:
 
 
 @kernel
-def _backward(stream: Perceptron, inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
+def _backward(stream: StreamArrays, inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
     """Turn the slopes of the last layer's outputs into those of all weights and biases."""
     for layer in range(len(stream.weights) - 1, -1, -1):
         slopes, reached = stream.slopes[layer], stream.reached[layer]
@@ -297,7 +297,7 @@ def _slopes_below(
 
 
 @kernel
-def _adam(stream: Perceptron, longest: np.float32, learning_rate: float, updates: int) -> None:
+def _adam(stream: StreamArrays, longest: np.float32, learning_rate: float, updates: int) -> None:
     """Clip the slopes and change weights and biases by them."""
     rate = np.float32(learning_rate / (1.0 - BETA_1**updates))
     correction = np.float32(1.0 / np.sqrt(1.0 - BETA_2**updates))

@@ -103,7 +103,7 @@ class Disassembly:
             self._contacts,
             occupancy.counts,
             component,
-            occupancy.clearance(component),
+            occupancy.space(component),
             (standing - {index}) | set(fixed),
         )
         occupancy.add(target_cells(component))

@@ -24,7 +24,7 @@ Prefer = Callable[[list[int], list[int]], int]
 
 
 @dataclass(frozen=True, slots=True)
-class Sequence:
+class ErectionSequence:
     """An assembly order.
 
     Attributes:
@@ -57,11 +57,11 @@ class Sequencer:
         self._foot_m = [float(c.mesh.bounds_m[0, 2]) for c in site.components]
         self._rank = [(c.target_vox[2], c.target_vox[:2], c.index) for c in site.components]
 
-    def lowest_first(self) -> Sequence:
+    def lowest_first(self) -> ErectionSequence:
         """Return the order that takes the lowest part first, then from the near corner on."""
         return self.order(lambda ready, _: min(ready, key=self._rank.__getitem__), level_m=0.0)
 
-    def order(self, prefer: Prefer, *, level_m: float = _LEVEL_M) -> Sequence:
+    def order(self, prefer: Prefer, *, level_m: float = _LEVEL_M) -> ErectionSequence:
         """Return the order that a preference leads to.
 
         Args:
@@ -94,7 +94,7 @@ class Sequencer:
                 missing[later] -= 1
                 if missing[later] == 0:
                     open_parts.add(later)
-        return Sequence(tuple(order), tuple(notes), tuple(unheld))
+        return ErectionSequence(tuple(order), tuple(notes), tuple(unheld))
 
     def _is_held(self, i: int, placed: set[int]) -> bool:
         relations = self._relations

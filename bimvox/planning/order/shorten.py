@@ -7,14 +7,14 @@ kept, judged by the point-to-point bound of all ways, empty and loaded; of sever
 
 from __future__ import annotations
 
-from collections.abc import Sequence as Seq
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from bimvox.crane.kinematics import Axes
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.planning.order.sequence import Prefer, Sequence, Sequencer
+from bimvox.planning.order.sequence import ErectionSequence, Prefer, Sequencer
 from bimvox.planning.order.shared_order import Shared
 from bimvox.planning.travel import Travel
 from bimvox.planning.yard import allocate_yard
@@ -29,7 +29,7 @@ _WORTH = 1.02
 Places = tuple[YardPlace | None, ...]
 
 
-def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[Sequence, Places]:
+def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, Places]:
     """Return an order and the yard's places for it.
 
     Args:
@@ -71,7 +71,7 @@ def travel_of(site: Site, crane: TowerCrane) -> Travel:
     return Travel(crane, float(np.abs(corners_m - base_m).max() * 2.0) + crane.jib_height_m)
 
 
-def busiest_s(site: Site, travels: Seq[Travel], order: tuple[int, ...], places: Places) -> float:
+def busiest_s(site: Site, travels: Sequence[Travel], order: tuple[int, ...], places: Places) -> float:
     """Return the seconds that the hook of the crane with the longest ways is on them, as :func:`travel_s`."""
     own = [tuple(i for i in order if site.components[i].crane == k) for k in range(len(travels))]
     return max(travel_s(site, travel, own[k], places) for k, travel in enumerate(travels))

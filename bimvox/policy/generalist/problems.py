@@ -9,7 +9,7 @@ from bimvox.env.distance import distance_field
 from bimvox.env.problem import LiftProblem, plain_clearance
 from bimvox.grid.summed_area import summed_area_table, top_of_columns
 from bimvox.policy.generalist.occupancies import FAMILIES
-from bimvox.site.collision import HOOK_FORBIDDEN, NOTHING_CLEARED, Clearance, placement_is_free
+from bimvox.site.collision import HOOK_FORBIDDEN, NOTHING_CLEARED, CollisionSpace, placement_is_free
 from bimvox.site.component import IntVec
 
 Boxes = NDArray[np.int32]
@@ -59,7 +59,7 @@ def random_boxes(rng: np.random.Generator, shape: IntVec) -> Boxes:
 
 def clearance_on(
     occupied: NDArray[np.bool_], boxes: Boxes, *, rope: bool, jib_vox: tuple[float, float, float] | None = None
-) -> Clearance:
+) -> CollisionSpace:
     """Return the collision rule for a component hung by the middle of its top.
 
     Args:
@@ -75,10 +75,10 @@ def clearance_on(
         floor[(i - x) ** 2 + (j - y) ** 2 > reach**2] = HOOK_FORBIDDEN
     low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
     hook = np.array([(low[0] + high[0]) // 2, (low[1] + high[1]) // 2, high[2]], np.int32)
-    return plain_clearance(Clearance(summed_area_table(occupied), boxes, hook, floor, *NOTHING_CLEARED))
+    return plain_clearance(CollisionSpace(summed_area_table(occupied), boxes, hook, floor, *NOTHING_CLEARED))
 
 
-def random_clearance(rng: np.random.Generator, family: str, shape: IntVec) -> Clearance:
+def random_clearance(rng: np.random.Generator, family: str, shape: IntVec) -> CollisionSpace:
     """Return a site of a family with a component on it; half of them with a rope, a third with a limited reach."""
     occupied = FAMILIES[family](rng, shape)
     boxes = random_boxes(rng, shape)
@@ -89,17 +89,17 @@ def random_clearance(rng: np.random.Generator, family: str, shape: IntVec) -> Cl
     return clearance_on(occupied, boxes, rope=bool(rng.random() < 0.5), jib_vox=jib)
 
 
-def random_lift(rng: np.random.Generator, clearance: Clearance, starts: int = STARTS) -> LiftProblem | None:
+def random_lift(rng: np.random.Generator, space: CollisionSpace, starts: int = STARTS) -> LiftProblem | None:
     """Return a lift with a target that much of the site can reach, None where chance finds none.
 
     Two thirds of the targets and half of the starts are as low as the component comes from where chance put it. Half of
     the starts, where there are such, ask for a detour.
     """
     for _ in range(_TARGET_TRIES):
-        target = _free_cell(rng, clearance)
+        target = _free_cell(rng, space)
         if target is None:
             return None
-        field = distance_field(clearance, np.array(target, np.int32))
+        field = distance_field(space, np.array(target, np.int32))
         if (field >= LEAST_MOVES).sum() >= 16:
             cells = np.argwhere(field >= LEAST_MOVES).astype(np.int32)
             around = field[tuple(cells.T)] > np.abs(cells - np.array(target, np.int32)).sum(axis=1)
@@ -112,18 +112,18 @@ def random_lift(rng: np.random.Generator, clearance: Clearance, starts: int = ST
                     row[2] -= 1
             chosen = chosen[rng.permutation(len(chosen))]
             first = (int(chosen[0, 0]), int(chosen[0, 1]), int(chosen[0, 2]))
-            return LiftProblem(clearance, first, target, np.unique(chosen, axis=0).astype(np.int32), field)
+            return LiftProblem(space, first, target, np.unique(chosen, axis=0).astype(np.int32), field)
     return None
 
 
-def _free_cell(rng: np.random.Generator, clearance: Clearance) -> IntVec | None:
+def _free_cell(rng: np.random.Generator, space: CollisionSpace) -> IntVec | None:
     """Return a free placement, lowered to what is below it in two of three cases."""
-    shape = np.array(clearance.table.shape) - 1
+    shape = np.array(space.table.shape) - 1
     for _ in range(400):
         x, y, z = (int(n) for n in rng.integers(0, shape))
-        if placement_is_free(clearance, x, y, z):
+        if placement_is_free(space, x, y, z):
             if rng.random() < 2 / 3:
-                while placement_is_free(clearance, x, y, z - 1):
+                while placement_is_free(space, x, y, z - 1):
                     z -= 1
             return (x, y, z)
     return None
@@ -140,21 +140,21 @@ def random_problem(seed: tuple[int, ...], family: str, smallest: IntVec, largest
     """
     rng = np.random.default_rng((*seed, list(FAMILIES).index(family)))
     while True:
-        clearance = random_clearance(rng, family, random_shape(rng, smallest, largest))
-        problem = random_lift(rng, clearance)
+        space = random_clearance(rng, family, random_shape(rng, smallest, largest))
+        problem = random_lift(rng, space)
         if problem is not None:
             return problem
 
 
-def with_boxes(rng: np.random.Generator, clearance: Clearance, count: int) -> Clearance:
+def with_boxes(rng: np.random.Generator, space: CollisionSpace, count: int) -> CollisionSpace:
     """Return a collision rule with random boxes added to what stands; the hook keeps above them where a rope hangs.
 
     Args:
         rng: Draws the boxes.
-        clearance: The rule as it was.
+        space: The rule as it was.
         count: Boxes.
     """
-    occupied = occupancy_of(clearance)
+    occupied = occupancy_of(space)
     nx, ny, nz = occupied.shape
     added = np.zeros_like(occupied)
     for _ in range(count):
@@ -162,12 +162,12 @@ def with_boxes(rng: np.random.Generator, clearance: Clearance, count: int) -> Cl
         x, y = int(rng.integers(nx)), int(rng.integers(ny))
         z = 1 if rng.random() < 0.7 else int(rng.integers(1, nz))
         added[x : x + size[0], y : y + size[1], z : z + size[2]] = True
-    rope = bool(((clearance.hook_floor > 0) & (clearance.hook_floor < HOOK_FORBIDDEN)).any())
-    floor = np.maximum(clearance.hook_floor, top_of_columns(added)) if rope else clearance.hook_floor
-    return clearance._replace(table=summed_area_table(occupied | added), hook_floor=floor.astype(np.int32))
+    rope = bool(((space.hook_floor > 0) & (space.hook_floor < HOOK_FORBIDDEN)).any())
+    floor = np.maximum(space.hook_floor, top_of_columns(added)) if rope else space.hook_floor
+    return space._replace(table=summed_area_table(occupied | added), hook_floor=floor.astype(np.int32))
 
 
-def occupancy_of(clearance: Clearance) -> NDArray[np.bool_]:
+def occupancy_of(space: CollisionSpace) -> NDArray[np.bool_]:
     """Return the (X, Y, Z) cells of a summed-area table."""
-    occupied: NDArray[np.bool_] = np.diff(np.diff(np.diff(clearance.table, axis=0), axis=1), axis=2) > 0
+    occupied: NDArray[np.bool_] = np.diff(np.diff(np.diff(space.table, axis=0), axis=1), axis=2) > 0
     return occupied

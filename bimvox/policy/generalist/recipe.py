@@ -168,8 +168,7 @@ def train_generalist(
 def evaluate_side_by_side(values: Values, problems: Sequence[LiftProblem], threads: int = 1) -> Evaluation:
     """Roll a policy out on each problem from its first start, on several threads."""
     single = [
-        LiftProblem(p.clearance, p.start_vox, p.target_vox, np.array([p.start_vox], np.int32), p.distance)
-        for p in problems
+        LiftProblem(p.space, p.start_vox, p.target_vox, np.array([p.start_vox], np.int32), p.distance) for p in problems
     ]
     parts = np.array_split(np.arange(len(single)), min(len(single), max(1, 4 * threads)))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bimvox.env.problem import LiftProblem, training_problem
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.policy.generalist.problems import occupancy_of, with_boxes
-from bimvox.site.collision import NOTHING_CLEARED, Clearance
+from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
 from bimvox.site.component import IntVec
 
 
@@ -20,13 +20,13 @@ class BuildingStage:
     """The moment before one lift of a building.
 
     Attributes:
-        clearance: The collision rule.
+        space: The collision rule.
         start_vox: Where its transit starts.
         gate_vox: Where it ends.
         yard_vox: (S, 3) int32 starts all over the yard.
     """
 
-    clearance: Clearance
+    space: CollisionSpace
     start_vox: IntVec
     gate_vox: IntVec
     yard_vox: NDArray[np.int32]
@@ -36,12 +36,12 @@ def save_stages(file: Path, stages: list[BuildingStage]) -> None:
     """Write stages to a compressed NumPy archive of plain arrays."""
     arrays: dict[str, NDArray[np.generic]] = {}
     for n, stage in enumerate(stages):
-        occupied = occupancy_of(stage.clearance)
+        occupied = occupancy_of(stage.space)
         arrays[f"{n}.shape"] = np.array(occupied.shape, np.int32)
         arrays[f"{n}.occupied"] = np.packbits(occupied)
-        arrays[f"{n}.boxes"] = stage.clearance.boxes
-        arrays[f"{n}.hook_offset"] = stage.clearance.hook_offset
-        arrays[f"{n}.hook_floor"] = stage.clearance.hook_floor
+        arrays[f"{n}.boxes"] = stage.space.boxes
+        arrays[f"{n}.hook_offset"] = stage.space.hook_offset
+        arrays[f"{n}.hook_floor"] = stage.space.hook_floor
         arrays[f"{n}.way"] = np.array([stage.start_vox, stage.gate_vox], np.int32)
         arrays[f"{n}.yard"] = stage.yard_vox
     with file.open("wb") as stream:
@@ -61,7 +61,7 @@ _KEYS = ("shape", "occupied", "boxes", "hook_offset", "hook_floor", "way", "yard
 def _stage(arrays: dict[str, NDArray[np.generic]]) -> BuildingStage:
     shape = tuple(int(n) for n in arrays["shape"])
     bits = np.unpackbits(arrays["occupied"].astype(np.uint8), count=int(np.prod(shape)))
-    clearance = Clearance(
+    space = CollisionSpace(
         summed_area_table(bits.reshape(shape).astype(np.bool_)),
         arrays["boxes"].astype(np.int32),
         arrays["hook_offset"].astype(np.int32),
@@ -69,7 +69,7 @@ def _stage(arrays: dict[str, NDArray[np.generic]]) -> BuildingStage:
         *NOTHING_CLEARED,
     )
     (a, b, c), (d, e, f) = arrays["way"].astype(int).tolist()
-    return BuildingStage(clearance, (a, b, c), (d, e, f), arrays["yard"].astype(np.int32))
+    return BuildingStage(space, (a, b, c), (d, e, f), arrays["yard"].astype(np.int32))
 
 
 def building_lifts(stages: list[BuildingStage], *, count: int, domain: int, starts: int) -> list[LiftProblem]:
@@ -87,14 +87,14 @@ def building_lifts(stages: list[BuildingStage], *, count: int, domain: int, star
             break
         rng = np.random.default_rng((domain, 99, number))
         stage = stages[int(rng.integers(len(stages)))]
-        clearance = stage.clearance
+        space = stage.space
         if rng.random() < 0.75:
-            clearance = with_boxes(rng, clearance, int(rng.integers(1, 9)))
+            space = with_boxes(rng, space, int(rng.integers(1, 9)))
         problem = training_problem(
-            clearance, stage.start_vox, stage.gate_vox, rng.permutation(stage.yard_vox)[: 4 * starts]
+            space, stage.start_vox, stage.gate_vox, rng.permutation(stage.yard_vox)[: 4 * starts]
         )
         if len(problem.starts_vox):
             chosen = rng.permutation(problem.starts_vox)[:starts]
             first = (int(chosen[0, 0]), int(chosen[0, 1]), int(chosen[0, 2]))
-            problems.append(LiftProblem(problem.clearance, first, stage.gate_vox, chosen, problem.distance))
+            problems.append(LiftProblem(problem.space, first, stage.gate_vox, chosen, problem.distance))
     return problems

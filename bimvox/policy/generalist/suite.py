@@ -12,7 +12,7 @@ from bimvox.env.problem import LiftProblem, training_problem
 from bimvox.policy.generalist.lessons import HELD_OUT_DOMAIN, SMALLEST
 from bimvox.policy.generalist.occupancies import FAMILIES, u_trap
 from bimvox.policy.generalist.problems import clearance_on, random_boxes, random_clearance, random_problem, random_shape
-from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import IntVec
 
 FAMILY_COUNT = 210
@@ -67,11 +67,11 @@ def unsolvable(number: int) -> LiftProblem:
     while True:
         rng = np.random.default_rng((HELD_OUT_DOMAIN, 77, number, attempt))
         attempt += 1
-        clearance = random_clearance(rng, names[number % len(names)], random_shape(rng, SMALLEST, (64, 64, 24)))
-        cells = [_free(rng, clearance) for _ in range(2)]
+        space = random_clearance(rng, names[number % len(names)], random_shape(rng, SMALLEST, (64, 64, 24)))
+        cells = [_free(rng, space) for _ in range(2)]
         if cells[0] is None or cells[1] is None:
             continue
-        closed = _closed_in(clearance, cells[number % 2] or (0, 0, 0), 1 + int(rng.integers(3)))
+        closed = _closed_in(space, cells[number % 2] or (0, 0, 0), 1 + int(rng.integers(3)))
         start, target = cells[0], cells[1]
         if not (placement_is_free(closed, *start) and placement_is_free(closed, *target)):
             continue
@@ -94,7 +94,7 @@ def wide_trap(share: float, number: int) -> LiftProblem:
     occupied = np.zeros((nx, ny, nz), np.bool_)
     occupied[:, :, 0] = True
     u_trap(occupied, 24, 24, depth, width, nz, 0, roof=False)
-    clearance = clearance_on(occupied, random_boxes(rng, (24, 24, nz)), rope=bool(rng.integers(2)))
+    space = clearance_on(occupied, random_boxes(rng, (24, 24, nz)), rope=bool(rng.integers(2)))
     while True:
         start = (
             24 + int(rng.uniform(0.5, 0.9) * depth),
@@ -106,31 +106,31 @@ def wide_trap(share: float, number: int) -> LiftProblem:
             24 + int(rng.uniform(0.2, 0.8) * width),
             int(rng.integers(1, nz - 2)),
         )
-        if placement_is_free(clearance, *start) and placement_is_free(clearance, *target):
-            problem = training_problem(clearance, start, target)
+        if placement_is_free(space, *start) and placement_is_free(space, *target):
+            problem = training_problem(space, start, target)
             if problem.distance_from(start) > 0:
                 return problem
-        clearance = clearance_on(occupied, random_boxes(rng, (24, 24, nz)), rope=bool(rng.integers(2)))
+        space = clearance_on(occupied, random_boxes(rng, (24, 24, nz)), rope=bool(rng.integers(2)))
 
 
-def _free(rng: np.random.Generator, clearance: Clearance) -> IntVec | None:
-    shape = np.array(clearance.table.shape) - 1
+def _free(rng: np.random.Generator, space: CollisionSpace) -> IntVec | None:
+    shape = np.array(space.table.shape) - 1
     for _ in range(200):
         x, y, z = (int(n) for n in rng.integers(0, shape))
-        if placement_is_free(clearance, x, y, z):
+        if placement_is_free(space, x, y, z):
             return (x, y, z)
     return None
 
 
-def _closed_in(clearance: Clearance, cell: IntVec, room: int) -> Clearance:
+def _closed_in(space: CollisionSpace, cell: IntVec, room: int) -> CollisionSpace:
     """Return the rule with a shell of walls, one cell thick, ``room`` cells around the component at a cell."""
     from bimvox.grid.summed_area import summed_area_table
     from bimvox.policy.generalist.problems import occupancy_of
 
-    occupied = occupancy_of(clearance)
-    low = np.maximum(np.array(cell) + clearance.boxes[:, :3].min(axis=0) - room - 1, 0)
-    high = np.array(cell) + clearance.boxes[:, 3:].max(axis=0) + room + 1
+    occupied = occupancy_of(space)
+    low = np.maximum(np.array(cell) + space.boxes[:, :3].min(axis=0) - room - 1, 0)
+    high = np.array(cell) + space.boxes[:, 3:].max(axis=0) + room + 1
     shell = np.zeros_like(occupied)
     shell[low[0] : high[0], low[1] : high[1], low[2] : high[2]] = True
     shell[low[0] + 1 : high[0] - 1, low[1] + 1 : high[1] - 1, low[2] + 1 : high[2] - 1] = False
-    return clearance._replace(table=summed_area_table(occupied | shell))
+    return space._replace(table=summed_area_table(occupied | shell))

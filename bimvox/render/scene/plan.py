@@ -38,7 +38,7 @@ _ARRIVED = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class Instant:
     """A moment of a plan.
 
     Attributes:
@@ -54,7 +54,7 @@ def scene_of_plan(
     site: Site,
     lifts: Sequence[Lift],
     motions: Sequence[LiftMotion] = (),
-    moment: Moment | None = None,
+    moment: Instant | None = None,
     *,
     title: str = "",
 ) -> Scene:

@@ -81,7 +81,7 @@ def _ablation(document: dict[str, Any]) -> bytes:
 
 def _policies(runs: Sequence[ScenarioRun]) -> list[Scene]:
     """Return the four scenarios of the first seed that has them all."""
-    from bimvox.paper.env.component import YardPlace
+    from bimvox.paper.env.component import YardPose
     from bimvox.paper.env.layout import PrefabLayout
     from bimvox.paper.env.site_env import PrefabSiteEnv
     from bimvox.paper.render.path import scene_of_paths
@@ -96,7 +96,7 @@ def _policies(runs: Sequence[ScenarioRun]) -> list[Scene]:
     scenes = []
     for scenario in SCENARIOS:
         run = whole[scenario]
-        layout = PrefabLayout((YardPlace(*run.start, run.axis),), (run.target,), run.obstructions)
+        layout = PrefabLayout((YardPose(*run.start, run.axis),), (run.target,), run.obstructions)
         site.reset(options={"layout": layout})
         moves = len(run.path_cells) - 1
         how = "retrained" if run.retrained else "loaded policy"

@@ -247,12 +247,12 @@ def _network(folder: Path, name: str) -> PrefabNetwork:
 
 
 def _layout_of(applied: dict[str, Any]) -> PrefabLayout:
-    from bimvox.paper.env.component import YardPlace
+    from bimvox.paper.env.component import YardPose
     from bimvox.paper.env.layout import PrefabLayout
 
     x, y, axis = applied["start"]
     i, j, k = applied["target"]
-    return PrefabLayout((YardPlace(x, y, axis),), ((i, j, k),))
+    return PrefabLayout((YardPose(x, y, axis),), ((i, j, k),))
 
 
 def _rows(curve: tuple[CurvePoint, ...]) -> list[list[Any]]:

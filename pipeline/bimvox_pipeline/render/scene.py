@@ -146,14 +146,14 @@ def is_experiment(folder: Path) -> bool:
 
 def _log_scene(source: Path, options: SceneOptions, progress: Progress) -> tuple[Scene, View]:
     from bimvox.log.reader import read_log
-    from bimvox.render.scene.plan import Moment, scene_of_plan
+    from bimvox.render.scene.plan import Instant, scene_of_plan
     from bimvox.render.scene.site import view_of_site
 
     progress.stage("read")
     log = read_log(source)
     site = log.plan.site
     if options.time is None:
-        moment = None if options.lift is None else Moment(orders_of(log, options.lift), options.share)
+        moment = None if options.lift is None else Instant(orders_of(log, options.lift), options.share)
         scene = scene_of_plan(site, log.all_lifts, log.motions, moment)
     else:
         film = film_of(log)

@@ -51,6 +51,6 @@ def _stages(model: Path, voxel_size_m: float) -> list[BuildingStage]:
         stage = assembly.begin(index)
         if isinstance(stage, Stage):
             starts = np.column_stack([yard, np.full(len(yard), stage.start_vox[2], np.int32)])
-            found.append(BuildingStage(stage.clearance, stage.start_vox, stage.insertion.gate_vox, starts))
+            found.append(BuildingStage(stage.space, stage.start_vox, stage.insertion.gate_vox, starts))
         assembly.finish(index, placed=preparation.places[index] is not None)
     return found

@@ -68,11 +68,11 @@ def training_problems(
             if isinstance(stage, Stage):
                 starts = _starts(clear, stage, rng)
                 gate = stage.insertion.gate_vox
-                lift = training_problem(stage.clearance, stage.start_vox, gate, starts)
+                lift = training_problem(stage.space, stage.start_vox, gate, starts)
                 if index in surely:
                     lift = replace(lift, starts_vox=_own_start_first(lift))
                 if len(problems) % 2 and not as_it_is:
-                    boxed = with_boxes(rng, stage.clearance, int(rng.integers(1, _MOST_BOXES + 1)))
+                    boxed = with_boxes(rng, stage.space, int(rng.integers(1, _MOST_BOXES + 1)))
                     other = training_problem(boxed, stage.start_vox, gate, starts)
                     lift = other if is_learnable(other) else lift
                 problems.append(lift)

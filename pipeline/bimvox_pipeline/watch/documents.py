@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from bimvox.log.plan_log import LogEvent
     from bimvox.records.lift import LiftPlan
     from bimvox.records.motion import LiftMotion
-    from bimvox.revise.standing import Part
+    from bimvox.revise.standing import RevisedPart
     from bimvox.stop.underway import Held, Redirected
 
 
@@ -69,7 +69,7 @@ def event_fields(document: dict[str, Any]) -> dict[str, str]:
     return fields
 
 
-def transit(part: Part, now_ns: int) -> dict[str, Any]:
+def transit(part: RevisedPart, now_ns: int) -> dict[str, Any]:
     """Return what became of the lift that was under way when the change was noticed."""
     stops = [_stopped(part, one) for one in _stops(part)]
     fields: dict[str, Any] = {"time_s": round(now_ns / 1e9, 3), "stopped": stops[0] if stops else None}
@@ -78,7 +78,7 @@ def transit(part: Part, now_ns: int) -> dict[str, Any]:
     return fields
 
 
-def _stops(part: Part) -> list[Redirected | Held]:
+def _stops(part: RevisedPart) -> list[Redirected | Held]:
     """The lifts that were stopped; of several cranes those without a way on first."""
     from bimvox.stop.underway import Held
 
@@ -87,7 +87,7 @@ def _stops(part: Part) -> list[Redirected | Held]:
     return found + sorted(part.stops, key=lambda stop: (not isinstance(stop, Held), stop.stop is None))
 
 
-def _stopped(part: Part, found: Redirected | Held) -> dict[str, Any]:
+def _stopped(part: RevisedPart, found: Redirected | Held) -> dict[str, Any]:
     from bimvox.stop.underway import Held
 
     stop, held, order = found.stop, isinstance(found, Held), found.lift.order
@@ -105,7 +105,7 @@ def _stopped(part: Part, found: Redirected | Held) -> dict[str, Any]:
     }
 
 
-def stop_events(part: Part, document: dict[str, Any], now_ns: int) -> list[LogEvent]:
+def stop_events(part: RevisedPart, document: dict[str, Any], now_ns: int) -> list[LogEvent]:
     """Return the log's events of stops."""
     from bimvox.log.plan_log import LogEvent
     from bimvox.stop.stop import STOP_EVENT
@@ -118,7 +118,7 @@ def stop_events(part: Part, document: dict[str, Any], now_ns: int) -> list[LogEv
     return events
 
 
-def revision_events(part: Part, document: dict[str, Any], now_ns: int) -> tuple[LogEvent, ...]:
+def revision_events(part: RevisedPart, document: dict[str, Any], now_ns: int) -> tuple[LogEvent, ...]:
     """Return what viewers are told of a revision: what it changed, and of a stop."""
     from bimvox.log.plan_log import LogEvent
     from bimvox.log.segments import REPLAN_EVENT
@@ -134,7 +134,7 @@ def _goes_on_s(motion: LiftMotion) -> float | None:
     return round(ends[-1] / 1e9, 3) if ends else None
 
 
-def left_to_search(part: Part) -> set[int]:
+def left_to_search(part: RevisedPart) -> set[int]:
     """Return the components of the lifts made anew in a part whose paths no policy found."""
     from bimvox.records.lift import Method
 

@@ -19,7 +19,7 @@ from bimvox_pipeline.watch.simulate import NOW_NS
 if TYPE_CHECKING:
     from bimvox.log.plan_log import LogEvent, PlanLog
     from bimvox.records.lift import LiftPlan
-    from bimvox.revise.standing import Part, Standing
+    from bimvox.revise.standing import RevisedPart, Standing
 
 
 class WatchedPlan:
@@ -95,7 +95,7 @@ class WatchedPlan:
 
     def segment(
         self,
-        part: Part,
+        part: RevisedPart,
         content: Mapping[str, bytes],
         fields: dict[str, str],
         more: Sequence[LogEvent] = (),

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.propose import Propose
     from bimvox.records.lift import LiftPlan
-    from bimvox.revise.standing import Better, Part
+    from bimvox.revise.standing import Better, RevisedPart
     from bimvox.site.site import Site
     from bimvox_pipeline.watch.simulate import PlanClock
 
@@ -59,7 +59,7 @@ class Revised:
         document: What is said of it.
     """
 
-    part: Part
+    part: RevisedPart
     document: dict[str, Any]
 
 
@@ -163,7 +163,7 @@ class _Making:
         """It is known which lifts can be planned."""
         self._verdicts_s.append(time.monotonic())
 
-    def draft(self, part: Part) -> None:
+    def draft(self, part: RevisedPart) -> None:
         """Make the segment of a part, and what is said of it, while it is being proven."""
         from bimvox.log.plan_log import LogEvent
         from bimvox.log.recorder import write_log
@@ -190,7 +190,7 @@ class _Making:
         write_log(stream, record, self._site_bytes())
         self._document, self._segment = document, stream.getvalue()
 
-    def write(self, part: Part) -> dict[str, Any]:
+    def write(self, part: RevisedPart) -> dict[str, Any]:
         """Write the segment of the part that was proven last, let it stand, and return what is said of it."""
         self._marks += [self._verdicts_s[-1], time.monotonic()]
         plan, document = self._plan, self._document

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bimvox.log.plan_log import PlanLog
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.propose import Propose
-    from bimvox.revise.standing import Part, Standing
+    from bimvox.revise.standing import RevisedPart, Standing
     from bimvox.site.site import Site
 
 _TRIES = 3
@@ -26,7 +26,7 @@ def revise_in_vain(
     preparation: Preparation,
     propose: Propose | None,
     known_shapes: set[int],
-    record_of: Callable[[Part, dict[str, bytes], dict[str, str]], PlanLog],
+    record_of: Callable[[RevisedPart, dict[str, bytes], dict[str, str]], PlanLog],
 ) -> None:
     """Put an obstruction of one cell on the middle of some lifts' paths, revise, write to memory, and forget it all.
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bimvox.paper.env.component import YardPlace, beam, column
+from bimvox.paper.env.component import YardPose, beam, column
 from bimvox.paper.env.layout import PrefabLayout
 from bimvox.paper.env.presets import PAPER, obstruction
 from bimvox.paper.env.site_env import PrefabSiteEnv
@@ -15,16 +15,16 @@ from bimvox.paper.env.spec import PrefabSpec
 
 FORWARD, BACKWARD, LEFT, RIGHT, UP, DOWN = range(6)
 
-NEAR = PrefabLayout((YardPlace(4, 7, "y"),), ((7, 7, 1),))
+NEAR = PrefabLayout((YardPose(4, 7, "y"),), ((7, 7, 1),))
 """The column lies in (4, 7..10, 1) and hangs at (4, 7, 2): right, right, right, down."""
 
 THREE = PrefabSpec(
     (9, 7, 6),
     (4, 2, 8, 5),
     (
-        column(2, (4, 2, 1), start=YardPlace(3, 2, "y")),
-        column(2, (6, 2, 1), start=YardPlace(6, 0, "x")),
-        beam(3, (4, 2, 3), "x", start=YardPlace(4, 6, "x")),
+        column(2, (4, 2, 1), start=YardPose(3, 2, "y")),
+        column(2, (6, 2, 1), start=YardPose(6, 0, "x")),
+        beam(3, (4, 2, 3), "x", start=YardPose(4, 6, "x")),
     ),
     step_limit=2,
 )
@@ -58,7 +58,7 @@ def test_the_step_cost_doubles_from_the_limit_on_and_the_flag_shows_it():
 
 def test_a_blocked_move_costs_its_step_and_moves_nothing():
     env = PrefabSiteEnv(PAPER)
-    env.reset(options={"layout": PrefabLayout((YardPlace(0, 0, "y"),), ((7, 7, 1),))})
+    env.reset(options={"layout": PrefabLayout((YardPose(0, 0, "y"),), ((7, 7, 1),))})
     for action in (LEFT, BACKWARD, UP):
         _, reward, terminated, truncated, info = env.step(np.int64(action))
         assert (reward, terminated, truncated) == (-1.0, False, False)
@@ -146,7 +146,7 @@ def test_stored_components_are_in_the_way():
         THREE,
         components=(
             THREE.components[0],
-            replace(THREE.components[1], start=YardPlace(3, 0, "y"), length_vox=2),
+            replace(THREE.components[1], start=YardPose(3, 0, "y"), length_vox=2),
             THREE.components[2],
         ),
     )

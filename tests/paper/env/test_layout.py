@@ -8,7 +8,7 @@ import pytest
 from prefab_reference import cells_of
 
 from bimvox.env.default_problem import default_problem
-from bimvox.paper.env.component import YardPlace, beam, column
+from bimvox.paper.env.component import YardPose, beam, column
 from bimvox.paper.env.layout import PrefabLayout, is_solvable, random_layouts, yard_layouts
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER, obstruction
 from bimvox.paper.env.site_env import PrefabSiteEnv
@@ -78,7 +78,7 @@ def test_random_targets_reach_the_whole_area_and_a_frame_stays_a_frame():
 
 def test_a_walled_target_has_no_way():
     walls = (obstruction(6, 6, "x"), obstruction(6, 8, "x"), obstruction(6, 7, "x", 1), obstruction(8, 7, "x", 1))
-    layout = PrefabLayout((YardPlace(0, 0),), HERE, walls)
+    layout = PrefabLayout((YardPose(0, 0),), HERE, walls)
     assert not is_solvable(PAPER, layout)
     assert is_solvable(PAPER, replace(layout, obstructions=walls[1:]))
 
@@ -87,12 +87,12 @@ def test_a_walled_target_has_no_way():
     ("layout", "message"),
     [
         (PrefabLayout((), ()), "starts, targets: 0 and 0 for 1"),
-        (PrefabLayout((YardPlace(3, 5, "x"),), HERE), r"starts\[0\].*not in the yard"),
-        (PrefabLayout((YardPlace(12, 0, "x"),), HERE), r"starts\[0\].*inside"),
-        (PrefabLayout((YardPlace(0, 0),), ((7, 7, 3),)), r"targets\[0\].*inside"),
-        (PrefabLayout((YardPlace(0, 0),), HERE, (obstruction(2, 0, "x"),)), r"starts\[0\]: shares a cell"),
-        (PrefabLayout((YardPlace(0, 0),), HERE, (((0, 0, 4), (1, 1, 5)),)), r"starts\[0\]: shares a cell"),
-        (PrefabLayout((YardPlace(0, 0),), HERE, (obstruction(7, 6, "y"),)), r"targets\[0\]: shares a cell"),
+        (PrefabLayout((YardPose(3, 5, "x"),), HERE), r"starts\[0\].*not in the yard"),
+        (PrefabLayout((YardPose(12, 0, "x"),), HERE), r"starts\[0\].*inside"),
+        (PrefabLayout((YardPose(0, 0),), ((7, 7, 3),)), r"targets\[0\].*inside"),
+        (PrefabLayout((YardPose(0, 0),), HERE, (obstruction(2, 0, "x"),)), r"starts\[0\]: shares a cell"),
+        (PrefabLayout((YardPose(0, 0),), HERE, (((0, 0, 4), (1, 1, 5)),)), r"starts\[0\]: shares a cell"),
+        (PrefabLayout((YardPose(0, 0),), HERE, (obstruction(7, 6, "y"),)), r"targets\[0\]: shares a cell"),
     ],
 )  # fmt: skip
 def test_a_layout_that_does_not_fit_is_refused(layout, message):
@@ -104,4 +104,4 @@ def test_a_beam_is_stored_along_its_axis():
     spec = replace(PAPER, components=(beam(3, (6, 7, 1), "x"),))
     assert {layout.starts[0].axis for layout in random_layouts(spec, 50, seed=0)} == {"x"}
     with pytest.raises(ValueError, match="never turned"):
-        PrefabSiteEnv(spec).reset(options={"layout": PrefabLayout((YardPlace(0, 0, "y"),), ((6, 7, 1),))})
+        PrefabSiteEnv(spec).reset(options={"layout": PrefabLayout((YardPose(0, 0, "y"),), ((6, 7, 1),))})

@@ -8,14 +8,14 @@ from lift_sites import clearance_of, random_occupancy
 
 from bimvox.env.state import LiftState
 from bimvox.env.window import GOAL_SIZE, OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE, observe
-from bimvox.site.collision import Clearance, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 
 OFFSETS = [range(-(n // 2), n // 2 + 1) for n in WINDOW]
 
 
-def seen(clearance: Clearance, cell, target=(1, 1, 1), last_action=-1) -> np.ndarray:
+def seen(space: CollisionSpace, cell, target=(1, 1, 1), last_action=-1) -> np.ndarray:
     out = np.full(OBSERVATION_SIZE, np.nan, np.float32)
-    observe(clearance, np.array(target, np.int32), LiftState(*cell, last_action, 0), out)
+    observe(space, np.array(target, np.int32), LiftState(*cell, last_action, 0), out)
     assert np.isfinite(out).all()
     assert np.abs(out).max() <= 1.0
     return out
@@ -29,10 +29,10 @@ def level(out: np.ndarray, n: int) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(4))
 def test_nearest_level_is_the_one_rule_of_collision(seed, rope):
     occupied = random_occupancy(seed, (12, 11, 9), 0.1)
-    clearance = clearance_of(occupied, (2, 1, 2), rope=rope)
-    out = level(seen(clearance, (5, 5, 4)), 0)
+    space = clearance_of(occupied, (2, 1, 2), rope=rope)
+    out = level(seen(space, (5, 5, 4)), 0)
     for i, j, k in itertools.product(*OFFSETS):
-        expected = 0.0 if placement_is_free(clearance, 5 + i, 5 + j, 4 + k) else 1.0
+        expected = 0.0 if placement_is_free(space, 5 + i, 5 + j, 4 + k) else 1.0
         assert out[i + WINDOW[0] // 2, j + WINDOW[1] // 2, k + WINDOW[2] // 2] == expected
 
 
@@ -41,9 +41,9 @@ def test_nearest_level_is_the_one_rule_of_collision(seed, rope):
 def test_coarse_levels_are_sure_where_they_say_so(size, share):
     """Without a rope: 0 means that all placements of the block are free, 1 that all are blocked."""
     occupied = random_occupancy(3, (40, 30, 24), share)
-    clearance = clearance_of(occupied, size)
+    space = clearance_of(occupied, size)
     cell = (15, 12, 6)
-    out = seen(clearance, cell)
+    out = seen(space, cell)
     for n, scale in enumerate(SCALES[1:], start=1):
         for i, j, k in itertools.product(*OFFSETS):
             value = level(out, n)[i + WINDOW[0] // 2, j + WINDOW[1] // 2, k + WINDOW[2] // 2]
@@ -52,7 +52,7 @@ def test_coarse_levels_are_sure_where_they_say_so(size, share):
             x, y, z = (c + scale * o for c, o in zip(cell, (i, j, k), strict=True))
             reach = scale // 2
             for u, v, w in itertools.product((-reach, 0, reach), repeat=3):
-                assert placement_is_free(clearance, x + u, y + v, z + w) == (value == 0.0)
+                assert placement_is_free(space, x + u, y + v, z + w) == (value == 0.0)
 
 
 def test_a_thin_wall_shows_at_every_scale():
@@ -65,10 +65,10 @@ def test_a_thin_wall_shows_at_every_scale():
 
 def test_forbidden_hook_blocks_coarse_cells():
     occupied = np.zeros((40, 40, 20), np.bool_)
-    clearance = clearance_of(occupied)
-    clearance.hook_floor[30:, :] = 2**30
-    assert level(seen(clearance, (20, 20, 10)), 3)[-1].min() == 1.0
-    assert level(seen(clearance, (20, 20, 10)), 3)[3, 3, 2] == 0.0
+    space = clearance_of(occupied)
+    space.hook_floor[30:, :] = 2**30
+    assert level(seen(space, (20, 20, 10)), 3)[-1].min() == 1.0
+    assert level(seen(space, (20, 20, 10)), 3)[3, 3, 2] == 0.0
 
 
 def test_size_does_not_depend_on_site_or_component():
@@ -78,8 +78,8 @@ def test_size_does_not_depend_on_site_or_component():
 
 
 def test_goal_and_last_action():
-    clearance = clearance_of(np.zeros((30, 30, 30), np.bool_))
-    out = seen(clearance, (10, 10, 10), target=(12, 4, 10), last_action=3)
+    space = clearance_of(np.zeros((30, 30, 30), np.bool_))
+    out = seen(space, (10, 10, 10), target=(12, 4, 10), last_action=3)
     goal = out[len(SCALES) * WINDOW_SIZE :][:GOAL_SIZE]
     np.testing.assert_allclose(goal[:3], [1, -1, 0])
     np.testing.assert_allclose(goal[3:6], [0.5, -1, 0])

@@ -6,14 +6,14 @@ import gymnasium
 import numpy as np
 import pytest
 
-from bimvox.paper.env.component import YardPlace, column
+from bimvox.paper.env.component import YardPose, column
 from bimvox.paper.env.layout import PrefabLayout
 from bimvox.paper.env.observation import OBSERVATIONS
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER
 from bimvox.paper.env.site_env import PrefabSiteEnv
 from bimvox.paper.env.window import WINDOW_CELLS
 
-CORNER = PrefabLayout((YardPlace(0, 0, "y"),), ((7, 7, 1),))
+CORNER = PrefabLayout((YardPose(0, 0, "y"),), ((7, 7, 1),))
 
 
 @pytest.mark.parametrize("observation", sorted(OBSERVATIONS))
@@ -114,7 +114,7 @@ def test_everything_about_the_site_can_be_changed():
 
 def test_drawn_as_text():
     env = PrefabSiteEnv(OBSTRUCTED, render_mode="ansi")
-    layout = PrefabLayout((YardPlace(0, 3, "x"),), ((7, 7, 1),), (((12, 2, 1), (13, 5, 3)),))
+    layout = PrefabLayout((YardPose(0, 3, "x"),), ((7, 7, 1),), (((12, 2, 1), (13, 5, 3)),))
     env.reset(options={"layout": layout})
     env.step(np.int64(0))
     from bimvox.paper.env.ansi import ansi_picture

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import pytest
 
-from bimvox.paper.env.component import PrefabComponent, YardPlace, beam, column
+from bimvox.paper.env.component import PrefabComponent, YardPose, beam, column
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER, PRESETS, obstruction
 from bimvox.paper.env.spec import PrefabSpec, RandomObstructions
 
 NARROW = {"shape": (8, 8, 6), "construction_area": (1, 1, 8, 8), "obstructions": (((3, 0, 1), (4, 1, 2)),)}
 """A yard one cell wide, cut by an obstruction."""
 
-FLAT, CROSS = YardPlace(0, 0, "x"), YardPlace(2, 0, "y")
+FLAT, CROSS = YardPose(0, 0, "x"), YardPose(2, 0, "y")
 
 
 def test_the_papers_experiment():
@@ -75,11 +75,11 @@ def test_what_still_waits_is_passed_over():
         ("components[1].target_vox", {"components": (column(4, (7, 7, 1)), beam(3, (6, 7, 3), "x"))}),
         ("components[0].after", {"components": (column(4, (7, 7, 1), after=(2,)),)}),
         ("components", {"components": (column(4, (7, 7, 1), after=(1,)),)}),
-        ("components[0].start", {"components": (column(4, (7, 7, 1), start=YardPlace(3, 7, "x")),)}),
-        ("components[0].start", {"components": (column(4, (7, 7, 1), start=YardPlace(12, 0, "x")),)}),
-        ("components[0].start", {"components": (column(4, (7, 7, 1), start=YardPlace(0, 0, "up")),)}),
-        ("components[0].start", {"components": (beam(4, (6, 7, 1), "x", start=YardPlace(0, 0, "y")),)}),
-        ("components[0].start", {**NARROW, "components": (beam(7, (1, 7, 1), "x", start=YardPlace(1, 0, "x")),)}),
+        ("components[0].start", {"components": (column(4, (7, 7, 1), start=YardPose(3, 7, "x")),)}),
+        ("components[0].start", {"components": (column(4, (7, 7, 1), start=YardPose(12, 0, "x")),)}),
+        ("components[0].start", {"components": (column(4, (7, 7, 1), start=YardPose(0, 0, "up")),)}),
+        ("components[0].start", {"components": (beam(4, (6, 7, 1), "x", start=YardPose(0, 0, "y")),)}),
+        ("components[0].start", {**NARROW, "components": (beam(7, (1, 7, 1), "x", start=YardPose(1, 0, "x")),)}),
         ("components[0].start", {**NARROW, "components": (beam(7, (1, 7, 1), "x"),)}),
         ("components[1].start", {"components": (column(4, (7, 7, 1), start=FLAT), column(4, (8, 7, 1), start=CROSS))}),
         ("obstructions[0]", {"obstructions": (((1, 1, 1), (1, 2, 2)),)}),
@@ -99,5 +99,5 @@ def test_what_cannot_be_is_refused_by_the_name_of_its_field(field, changes):
 
 def test_the_error_says_what_would_do():
     with pytest.raises(ValueError, match="never turned"):
-        PrefabSpec((9, 9, 5), (3, 3, 6, 6), (beam(3, (3, 3, 1), "x", start=YardPlace(0, 0, "y")),))
+        PrefabSpec((9, 9, 5), (3, 3, 6, 6), (beam(3, (3, 3, 1), "x", start=YardPose(0, 0, "y")),))
     assert isinstance(PAPER.components[0], PrefabComponent)

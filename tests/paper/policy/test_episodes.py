@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from prefab_lessons import TINY, network_that_always
 
-from bimvox.paper.env.component import YardPlace
+from bimvox.paper.env.component import YardPose
 from bimvox.paper.env.layout import PrefabLayout, random_layouts
 from bimvox.paper.policy.episodes import best_of, replay, run_episodes, success_rate
 
 FORWARD, BACKWARD, LEFT, RIGHT, UP, DOWN = range(6)
-CORNER = PrefabLayout((YardPlace(0, 2, "y"),), ((2, 2, 1),))
+CORNER = PrefabLayout((YardPose(0, 2, "y"),), ((2, 2, 1),))
 WINDOW = {"observation": "window", "reward": "paper"}
 
 

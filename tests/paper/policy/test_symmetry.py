@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bimvox.paper.env.batched import BatchedPrefabSite
-from bimvox.paper.env.component import YardPlace, beam
+from bimvox.paper.env.component import YardPose, beam
 from bimvox.paper.env.spec import PrefabSpec
 from bimvox.paper.policy.gradient_arrays import Memory
 from bimvox.paper.policy.symmetry import IMAGES, symmetry, write_images
@@ -35,7 +35,7 @@ def site(g):
     start_low, start_high = box(g, (0, 1, 1), (3, 2, 2))
     axis = "x" if start_high[0] - start_low[0] > 1 else "y"
     part = beam(3, low, axis)
-    part = replace(part, start=YardPlace(*start_low[:2], axis), after=())
+    part = replace(part, start=YardPose(*start_low[:2], axis), after=())
     obstructions = tuple(box(g, *b) for b in [((4, 0, 1), (5, 4, 5)), ((0, 3, 1), (2, 4, 3)), ((6, 2, 1), (7, 8, 4))])
     area = box(g, (2, 6, 0), (8, 9, 1))
     return PrefabSpec((SIDE, SIDE, 7), (*area[0][:2], *area[1][:2]), (part,), obstructions=obstructions)

@@ -7,7 +7,7 @@ from stable_baselines3 import DQN
 from stable_baselines3.common.vec_env import VecMonitor
 
 from bimvox.paper.env.batched import BatchedPrefabSite
-from bimvox.paper.env.component import YardPlace
+from bimvox.paper.env.component import YardPose
 from bimvox.paper.env.layout import PrefabLayout
 from bimvox.paper.env.presets import PAPER
 from bimvox.paper.policy.vec_env import PrefabVecEnv
@@ -16,7 +16,7 @@ from bimvox.paper.policy.vec_env import PrefabVecEnv
 def test_steps_as_stable_baselines_wants_them():
     env = PrefabVecEnv(BatchedPrefabSite(PAPER, 2, observation="paper"))
     assert env.reset().shape == (2, 15, 15, 6)
-    env.batch.place(0, PrefabLayout((YardPlace(4, 7, "y"),), ((7, 7, 1),)))
+    env.batch.place(0, PrefabLayout((YardPose(4, 7, "y"),), ((7, 7, 1),)))
     for action in (3, 3, 3):
         _, _, dones, infos = env.step(np.array([action, 4]))
         assert not dones.any()

@@ -10,7 +10,7 @@ from gymnasium.utils.env_checker import check_env
 from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 from bimvox.env.gym import PREFAB_ENV_IDS
-from bimvox.paper.env.component import YardPlace
+from bimvox.paper.env.component import YardPose
 from bimvox.paper.env.layout import PrefabLayout
 from bimvox.paper.env.observation import OBSERVATIONS
 from bimvox.paper.env.picture import LOOK_RGB, Look
@@ -20,7 +20,7 @@ from bimvox.paper.render.picture import pixels_of_prefab, scene_of_prefab
 from bimvox.render.colours import START_BOX, TARGET_BOX
 from bimvox.render.picture import PictureOptions, picture_of
 
-LAYOUT = PrefabLayout((YardPlace(4, 7, "y"),), ((7, 7, 1),), (((12, 2, 1), (13, 5, 3)),))
+LAYOUT = PrefabLayout((YardPose(4, 7, "y"),), ((7, 7, 1),), (((12, 2, 1), (13, 5, 3)),))
 
 
 @pytest.mark.parametrize("env_id", sorted(PREFAB_ENV_IDS))

@@ -28,7 +28,7 @@ from bimvox.proof.swing import swung_placements
 from bimvox.records.lift import Status
 from bimvox.records.motion import Phase, PhaseName
 from bimvox.revise.revise import revise
-from bimvox.revise.standing import Part, Standing, standing_of
+from bimvox.revise.standing import RevisedPart, Standing, standing_of
 from bimvox.site.build import with_obstructions
 from bimvox.site.lifting import crane_for
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
@@ -74,7 +74,7 @@ def whole_proof(standing: Standing) -> None:
         assert proof.verified, proof.failures[:3]
 
 
-def last_of(parts: Any) -> tuple[Part, Standing]:
+def last_of(parts: Any) -> tuple[RevisedPart, Standing]:
     parts = list(parts)
     return parts[0], parts[-1].standing
 

@@ -24,37 +24,37 @@ def test_every_problem_can_be_learned_and_is_its_seeds(family):
         problem = random_problem((9, number), family, SMALL, LARGE)
         assert is_learnable(problem)
         assert all(a <= b <= c for a, b, c in zip(SMALL, problem.grid_shape, LARGE, strict=True))
-        assert placement_is_free(problem.clearance, *problem.start_vox)
+        assert placement_is_free(problem.space, *problem.start_vox)
         assert problem.distance_from(problem.start_vox) >= 4
-        assert occupancy_of(problem.clearance)[:, :, 0].all()
+        assert occupancy_of(problem.space)[:, :, 0].all()
         again = random_problem((9, number), family, SMALL, LARGE)
-        np.testing.assert_array_equal(again.clearance.table, problem.clearance.table)
+        np.testing.assert_array_equal(again.space.table, problem.space.table)
         np.testing.assert_array_equal(again.starts_vox, problem.starts_vox)
-        floor = problem.clearance.hook_floor
+        floor = problem.space.hook_floor
         ropes.add(bool((floor[floor < HOOK_FORBIDDEN] > 0).any()))
     assert ropes == {False, True}
 
 
 def test_lessons_tests_and_checks_share_no_seed():
     assert len({LESSON_DOMAIN, HELD_OUT_DOMAIN, VALIDATION_DOMAIN}) == 3
-    tables = [lesson(3, domain).clearance.table for domain in (LESSON_DOMAIN, VALIDATION_DOMAIN)]
-    tables.append(held_out("slabs", 3).problem.clearance.table)
+    tables = [lesson(3, domain).space.table for domain in (LESSON_DOMAIN, VALIDATION_DOMAIN)]
+    tables.append(held_out("slabs", 3).problem.space.table)
     assert len({(table.shape, table.tobytes()) for table in tables}) == 3
 
 
 def test_threads_make_the_same_lessons():
     for one, other in zip(lessons(6), lessons(6, threads=3), strict=True):
-        np.testing.assert_array_equal(one.clearance.table, other.clearance.table)
+        np.testing.assert_array_equal(one.space.table, other.space.table)
         assert (one.start_vox, one.target_vox) == (other.start_vox, other.target_vox)
 
 
 @pytest.mark.parametrize("number", range(6))
 def test_unsolvable_lifts_have_no_way(number):
     problem = unsolvable(number)
-    assert placement_is_free(problem.clearance, *problem.start_vox)
-    assert placement_is_free(problem.clearance, *problem.target_vox)
+    assert placement_is_free(problem.space, *problem.start_vox)
+    assert placement_is_free(problem.space, *problem.target_vox)
     assert problem.distance_from(problem.start_vox) == UNREACHABLE
-    assert shortest_path(problem.clearance, problem.start_vox, problem.target_vox).path_vox is None
+    assert shortest_path(problem.space, problem.start_vox, problem.target_vox).path_vox is None
 
 
 def test_a_wide_trap_asks_for_a_way_around():
@@ -65,9 +65,9 @@ def test_a_wide_trap_asks_for_a_way_around():
 
 def test_added_boxes_stand_and_the_hook_keeps_above_them():
     problem = random_problem((9, 1), "frames", SMALL, LARGE)
-    clearance = problem.clearance._replace(hook_floor=np.ones_like(problem.clearance.hook_floor))
-    boxed = with_boxes(np.random.default_rng(0), clearance, 5)
-    before, after = occupancy_of(clearance), occupancy_of(boxed)
+    space = problem.space._replace(hook_floor=np.ones_like(problem.space.hook_floor))
+    boxed = with_boxes(np.random.default_rng(0), space, 5)
+    before, after = occupancy_of(space), occupancy_of(boxed)
     assert (after | before == after).all()
     assert after.sum() > before.sum()
     tops = np.where((after & ~before).any(axis=2), after.shape[2] - np.argmax((after & ~before)[:, :, ::-1], axis=2), 0)
@@ -76,12 +76,12 @@ def test_added_boxes_stand_and_the_hook_keeps_above_them():
 
 def test_stages_of_buildings_come_back_as_they_were(tmp_path):
     problem = random_problem((9, 2), "frames", SMALL, LARGE)
-    stage = BuildingStage(problem.clearance, problem.start_vox, problem.target_vox, problem.starts_vox)
+    stage = BuildingStage(problem.space, problem.start_vox, problem.target_vox, problem.starts_vox)
     save_stages(tmp_path / "stages.npz", [stage, stage])
     loaded = load_stages(tmp_path / "stages.npz")
     assert len(loaded) == 2
-    np.testing.assert_array_equal(loaded[1].clearance.table, summed_area_table(occupancy_of(problem.clearance)))
-    np.testing.assert_array_equal(loaded[1].clearance.hook_floor, problem.clearance.hook_floor)
+    np.testing.assert_array_equal(loaded[1].space.table, summed_area_table(occupancy_of(problem.space)))
+    np.testing.assert_array_equal(loaded[1].space.hook_floor, problem.space.hook_floor)
     assert (loaded[0].start_vox, loaded[0].gate_vox) == (problem.start_vox, problem.target_vox)
     lifts = building_lifts(loaded, count=3, domain=9, starts=4)
     assert 1 <= len(lifts) <= 3

@@ -25,7 +25,7 @@ def test_the_shipped_network_is_small_and_says_how_it_came_about():
 
 def test_it_solves_most_of_what_it_has_never_seen():
     problems = [random_problem((2, 500 + n), list(FAMILIES)[n % 5], (15, 15, 6), (32, 32, 14)) for n in range(20)]
-    rollouts = roll_out_all(load_generalist(), [lift_problem(p.clearance, p.start_vox, p.target_vox) for p in problems])
+    rollouts = roll_out_all(load_generalist(), [lift_problem(p.space, p.start_vox, p.target_vox) for p in problems])
     assert sum(rollout.arrived for rollout in rollouts) >= 18
     ratio = [
         (len(rollout.path_vox) - 1) / p.distance_from(p.start_vox)

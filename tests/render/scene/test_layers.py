@@ -7,7 +7,7 @@ from drawn_plans import motions_by_hand, plan_by_hand
 from bimvox.errors import SelectionError
 from bimvox.render.picture import PictureOptions, picture_of
 from bimvox.render.scene.layers import Layer, layers_named, without
-from bimvox.render.scene.plan import Moment, scene_of_plan
+from bimvox.render.scene.plan import Instant, scene_of_plan
 from bimvox.render.scene.scene import Scene
 
 OPTIONS = PictureOptions(size_px=(120, 80), samples=1)
@@ -15,7 +15,7 @@ OPTIONS = PictureOptions(size_px=(120, 80), samples=1)
 
 def scene(order: int = 1) -> Scene:
     plan = plan_by_hand(crane=True)
-    return scene_of_plan(plan.site, plan.lifts, motions_by_hand(plan), Moment(order, 0.4))
+    return scene_of_plan(plan.site, plan.lifts, motions_by_hand(plan), Instant(order, 0.4))
 
 
 @pytest.mark.parametrize("layer", [layer for layer in Layer if layer is not Layer.WORDS])

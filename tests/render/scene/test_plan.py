@@ -15,7 +15,7 @@ from bimvox.render.colours import (
     YARD,
     Rgb,
 )
-from bimvox.render.scene.plan import Moment, path_m, scene_of_plan
+from bimvox.render.scene.plan import Instant, path_m, scene_of_plan
 from bimvox.render.scene.scene import Scene
 from bimvox.render.scene.site import scene_of_site, view_of_site
 
@@ -38,7 +38,7 @@ def test_the_finished_building_stands_and_the_yard_is_empty():
 
 def test_a_lift_under_way_shows_what_is_built_and_what_waits():
     plan = plan_by_hand()
-    scene = scene_of_plan(plan.site, plan.lifts, moment=Moment(0, 0.5))
+    scene = scene_of_plan(plan.site, plan.lifts, moment=Instant(0, 0.5))
     load = cells_of(scene, IN_TRANSIT)
     lift = plan.lifts[0]
     assert lift.path_vox is not None
@@ -48,7 +48,7 @@ def test_a_lift_under_way_shows_what_is_built_and_what_waits():
     # beam-b comes with the same delivery, the roof with a later one.
     assert cells_of(scene, UNBUILT).sum() == len(plan.site.components[1].shape.cells)
     assert not cells_of(scene, ASSEMBLED).any()
-    last = scene_of_plan(plan.site, plan.lifts, moment=Moment(2, 0.5))
+    last = scene_of_plan(plan.site, plan.lifts, moment=Instant(2, 0.5))
     assert cells_of(last, ASSEMBLED).sum() == sum(len(c.shape.cells) for c in plan.site.components[:2])
     assert not cells_of(last, UNBUILT).any()
     assert last.caption.startswith("Lift 3 of 3: IfcBeam, roof")
@@ -56,7 +56,7 @@ def test_a_lift_under_way_shows_what_is_built_and_what_waits():
 
 def test_a_part_that_arrived_is_green_at_its_place():
     plan = plan_by_hand()
-    scene = scene_of_plan(plan.site, plan.lifts, moment=Moment(1, 1.0))
+    scene = scene_of_plan(plan.site, plan.lifts, moment=Instant(1, 1.0))
     arrived = np.argwhere(cells_of(scene, ARRIVED))
     np.testing.assert_array_equal(arrived.min(axis=0), plan.site.components[1].target_vox)
     assert "arrived" in [entry.label for entry in scene.legend]
@@ -65,7 +65,7 @@ def test_a_part_that_arrived_is_green_at_its_place():
 def test_the_crane_holds_the_load():
     plan = plan_by_hand(crane=True)
     motions = motions_by_hand(plan)
-    scene = scene_of_plan(plan.site, plan.lifts, motions, Moment(0, 0.5))
+    scene = scene_of_plan(plan.site, plan.lifts, motions, Instant(0, 0.5))
     load = np.argwhere(cells_of(scene, IN_TRANSIT))
     middle_m = plan.site.frame.corner_of((load.min(axis=0) + load.max(axis=0) + 1) / 2.0)
     hook_m = scene.blocks[-1].centre_m
@@ -97,13 +97,13 @@ def test_what_could_not_be_placed_is_shown_as_an_empty_box():
     assert "target, not placed (1)" in [entry.label for entry in scene.legend]
     assert scene.caption == "2 of 3 parts placed"
     with pytest.raises(InputError, match="it is blocked"):
-        scene_of_plan(plan.site, plan.lifts, moment=Moment(2))
+        scene_of_plan(plan.site, plan.lifts, moment=Instant(2))
 
 
 def test_a_lift_that_is_not_there_is_an_error():
     plan = plan_by_hand()
     with pytest.raises(InputError, match="no lift 7"):
-        scene_of_plan(plan.site, plan.lifts, moment=Moment(7))
+        scene_of_plan(plan.site, plan.lifts, moment=Instant(7))
 
 
 def test_a_site_shows_the_building_as_designed():
