@@ -279,7 +279,6 @@ class TriangleCheck:
         return self._objects[key]
 
 
-@kept
 def _collision_object(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
     """Return an FCL object of (F, 3, 3) float64 triangles, at the origin, that can be moved about."""
     shape = fcl.BVHModel()
@@ -289,6 +288,7 @@ def _collision_object(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
     return fcl.CollisionObject(shape)
 
 
+@kept
 def _bounds_m(mesh: TriangleMesh) -> NDArray[np.float64]:
     return mesh.bounds_m
 
