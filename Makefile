@@ -39,7 +39,7 @@ test: setup ## the whole test suite
 
 test-page: setup ## the page in a real headless Chromium
 	$(UV) pip install --quiet --python $(BIN)/python -c constraints.txt --group browser
-	$(BIN)/python -m pytest -m browser tests/render/page -n 0
+	$(BIN)/python -m pytest -m browser tests/rendering/page -n 0
 
 test-fleet: setup ## fleets on a real local Ray and a real local Dask cluster, and the Parquet table
 	$(UV) pip install --quiet --python $(BIN)/python $(TORCH_FROM) -c constraints.txt -e ".[ray,dask,parquet]"

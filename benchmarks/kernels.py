@@ -129,9 +129,9 @@ def _measure(path: Path, way: str, processes: int | None, there: Any) -> None:
     import numpy as np
 
     from bimvox.errors import BimvoxError
-    from bimvox.voxelize.building import voxelize_building
-    from bimvox.voxelize.limits import default_voxel_size_m
-    from bimvox.voxelize.part import voxelize_mesh
+    from bimvox.voxelization.building import voxelize_building
+    from bimvox.voxelization.limits import default_voxel_size_m
+    from bimvox.voxelization.part import voxelize_mesh
 
     voxelize_building(_read(_WARM_UP, way, processes), 0.1)
     found: dict[str, Any] = {}

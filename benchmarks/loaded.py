@@ -6,7 +6,7 @@ import importlib
 import numpy as np
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.voxelize.part import voxelize_mesh
+from bimvox.voxelization.part import voxelize_mesh
 
 for name in (
     "bimvox.bim.ifc.reader",

@@ -160,13 +160,13 @@ def main() -> None:
     parser.add_argument("--log", type=Path, help="measure this log instead")
     arguments = parser.parse_args()
     wall, cpu = time.perf_counter(), time.process_time()
-    from bimvox.render.film.film import FilmOptions, write_film
-    from bimvox.render.film.pace import frame_times_ns
-    from bimvox.render.film.scene import Film
-    from bimvox.render.picture import PictureOptions
-    from bimvox.render.png import png_of
-    from bimvox.render.scene.plan import scene_of_plan
-    from bimvox.render.scene.site import view_of_site
+    from bimvox.rendering.film.film import FilmOptions, write_film
+    from bimvox.rendering.film.pace import frame_times_ns
+    from bimvox.rendering.film.scene import Film
+    from bimvox.rendering.picture import PictureOptions
+    from bimvox.rendering.png import png_of
+    from bimvox.rendering.scene.plan import scene_of_plan
+    from bimvox.rendering.scene.site import view_of_site
 
     site, lifts, motions, tracks = plan_of_log(arguments.log) if arguments.log else large_plan()
     made = (time.perf_counter() - wall, time.process_time() - cpu)

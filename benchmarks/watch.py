@@ -219,7 +219,7 @@ def _quantiles(found: list[dict[str, Any]], key: str) -> str:
 
 def _draw(name: str, found: list[dict[str, Any]], folder: Path) -> None:
     try:
-        from bimvox.render.plots.plan_figures import draw_latencies
+        from bimvox.rendering.plots.plan_figures import draw_latencies
     except ImportError as error:
         print(f"no histogram: {error}", file=sys.stderr)
         return

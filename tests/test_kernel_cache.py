@@ -15,7 +15,7 @@ import pytest
 
 from bimvox import kernel_cache
 from bimvox.kernel_cache import KernelCache, digest_of
-from bimvox.voxelize import columns
+from bimvox.voxelization import columns
 
 MODULE = '''
 """A module of a kernel and its helper."""

@@ -14,7 +14,7 @@ from benchmarks.voxelize.office import office
 from benchmarks.voxelize.solids import blob, cube, terrain
 from bimvox.bim.building import Building, Element, Role, Source, TriangleMesh
 from bimvox.bim.read import read_building
-from bimvox.voxelize.building import building_range
+from bimvox.voxelization.building import building_range
 
 SAMPLE = Path(__file__).parents[2] / "sample_models" / "prefab.ifc"
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from benchmarks.voxelize.case import Scene, Window
 from bimvox.bim.building import TriangleMesh
-from bimvox.voxelize.lattice import tolerance_vox
+from bimvox.voxelization.lattice import tolerance_vox
 
 MARGIN_M = 1e-6
 """Cells that the part enters by the tolerance, give or take this, may be in or out: rounding decides."""

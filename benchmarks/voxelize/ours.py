@@ -9,7 +9,7 @@ from benchmarks.voxelize.solids import cube
 from benchmarks.voxelize.tool import Masks, mask_of
 from bimvox.grid.part_cells import all_part_cells
 from bimvox.grid.voxel_grid import VoxelGrid
-from bimvox.voxelize.building import voxelize_building
+from bimvox.voxelization.building import voxelize_building
 
 
 class Bimvox:

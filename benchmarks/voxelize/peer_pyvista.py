@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from benchmarks.voxelize.case import Scene, Window
 from benchmarks.voxelize.tool import Masks, cut_out
 from bimvox.bim.building import TriangleMesh
-from bimvox.voxelize.lattice import cell_range
+from bimvox.voxelization.lattice import cell_range
 
 
 def _surface(mesh: TriangleMesh) -> Any:

@@ -12,7 +12,7 @@ from bimvox.errors import LogFileError
 from bimvox.log.archive import ArchiveError, pack, unpack
 from bimvox.log.bundle import from_npy, to_npy
 from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, DecodeError, decode, encode
-from bimvox.revise.held_cranes import HeldCranes
+from bimvox.revision.held_cranes import HeldCranes
 from bimvox.stop.underway import Held
 
 HELD_FILE = "held_load.zip"

@@ -58,7 +58,7 @@ def load_site(path: Path, progress: Progress) -> LoadedSite:
     from bimvox.site.guess import complete_config
     from bimvox.site.machine import cranes_of
     from bimvox.site.placement import place_building
-    from bimvox.voxelize.building import voxelize_building
+    from bimvox.voxelization.building import voxelize_building
 
     require_input(path)
     text = path.read_bytes()
@@ -133,7 +133,7 @@ def load_obstructions(path: Path, site: Site) -> ObstructionSet:
 
 def rasterise(mesh: TriangleMesh, frame: GridFrame, shape: tuple[int, int, int]) -> NDArray[np.int32]:
     """Return the (N, 3) int32 cells inside the grid that the solid of a mesh meets."""
-    from bimvox.voxelize.part import voxelize_mesh
+    from bimvox.voxelization.part import voxelize_mesh
 
     part = voxelize_mesh(mesh, frame.voxel_size_m, frame.origin_m, clip=((0, 0, 0), shape))
     cells = np.argwhere(part.cells) + part.low

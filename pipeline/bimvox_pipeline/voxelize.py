@@ -59,8 +59,8 @@ def voxelize(
     from bimvox.grid.layout import SUFFIX
     from bimvox.grid.storage import write_grid
     from bimvox.units import metres_per
-    from bimvox.voxelize.building import voxelize_building
-    from bimvox.voxelize.limits import default_voxel_size_m
+    from bimvox.voxelization.building import voxelize_building
+    from bimvox.voxelization.limits import default_voxel_size_m
     from bimvox_pipeline.inspect.grid import describe_parts, describe_totals
 
     require_input(model)

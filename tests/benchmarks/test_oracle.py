@@ -16,7 +16,7 @@ from benchmarks.voxelize.solids import of_one
 from benchmarks.voxelize.tool import OURS, TOOLS, mask_of
 from bimvox.bim.building import TriangleMesh
 from bimvox.grid.part_cells import part_cells
-from bimvox.voxelize.building import voxelize_building
+from bimvox.voxelization.building import voxelize_building
 
 H = 0.25
 

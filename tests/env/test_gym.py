@@ -8,7 +8,7 @@ import pytest
 
 from bimvox.env import gym
 
-HEAVY = ("numba", "torch", "stable_baselines3", "bimvox.paper.env.spec", "bimvox.render")
+HEAVY = ("numba", "torch", "stable_baselines3", "bimvox.paper.env.spec", "bimvox.rendering")
 
 
 @pytest.mark.parametrize("env_id", [*gym.PREFAB_ENV_IDS, gym.LIFT_ENV_ID])

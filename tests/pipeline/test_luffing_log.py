@@ -21,10 +21,10 @@ from bimvox.export.animation import to_animated_glb
 from bimvox.export.ros2 import write_ros2_bag
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
-from bimvox.render.page.blob import Blob
-from bimvox.render.page.crane import LUFFING, crane_record
-from bimvox.render.scene.crane_parts import crane_parts
-from bimvox.render.scene.cranes import parked_pose
+from bimvox.rendering.page.blob import Blob
+from bimvox.rendering.page.crane import LUFFING, crane_record
+from bimvox.rendering.scene.crane_parts import crane_parts
+from bimvox.rendering.scene.cranes import parked_pose
 from bimvox.site.build import with_digests
 
 

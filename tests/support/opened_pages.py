@@ -16,7 +16,7 @@ from log_building import tiny_log
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
 from bimvox.records.proof import Check, Verification
-from bimvox.render.page.source import PageSource, Revision
+from bimvox.rendering.page.source import PageSource, Revision
 
 TYPES = {"u8": "u1", "u16": "<u2", "u32": "<u4", "i32": "<i4", "f32": "<f4"}
 EVIL = '</script><img src=x onerror="window.hacked=1">\'{{DATA}}'

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from bimvox.grid.frame import GridFrame
 from bimvox.paper.env.component import Box
 from bimvox.paper.env.picture import LOOK_RGB, Look, SitePicture
-from bimvox.render.colours import OBSTRUCTION, START_BOX, TARGET_BOX
-from bimvox.render.picture import PictureOptions, picture_of
-from bimvox.render.scene.scene import LegendEntry, Scene, Strokes, Swatch, box_edges
+from bimvox.rendering.colours import OBSTRUCTION, START_BOX, TARGET_BOX
+from bimvox.rendering.picture import PictureOptions, picture_of
+from bimvox.rendering.scene.scene import LegendEntry, Scene, Strokes, Swatch, box_edges
 from bimvox.site.construction import Rgb
 
 _FRAME = GridFrame((0.0, 0.0, 0.0), 1.0)

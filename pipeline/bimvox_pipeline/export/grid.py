@@ -70,7 +70,7 @@ def _bodies(grid: VoxelGrid) -> list[ColouredBody]:
     from bimvox.bim.building import TriangleMesh
     from bimvox.export.mesh import ColouredBody
     from bimvox.grid.faces import outer_faces
-    from bimvox.render.scene.grid import part_colours
+    from bimvox.rendering.scene.grid import part_colours
 
     colours = part_colours(grid)
     bodies = []

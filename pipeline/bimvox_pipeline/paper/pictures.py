@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from bimvox_pipeline.paper.findings import SCENARIOS
 
 if TYPE_CHECKING:
-    from bimvox.render.plots.curves import Curve
-    from bimvox.render.scene.scene import Scene
+    from bimvox.rendering.plots.curves import Curve
+    from bimvox.rendering.scene.scene import Scene
     from bimvox_pipeline.paper.results import ExperimentResults, ScenarioRun
 
 TITLES = {
@@ -36,14 +36,14 @@ def pictures_of(results: ExperimentResults, document: dict[str, Any]) -> dict[st
         scenes = _policies([run for run in results.scenarios if run.mode == mode])
         if scenes:
             from bimvox.paper.render.path import draw_sheet
-            from bimvox.render.png import png_from_pixels
+            from bimvox.rendering.png import png_from_pixels
 
             pictures[f"policies-{mode}.png"] = png_from_pixels(draw_sheet(scenes))
     return pictures
 
 
 def _curves(document: dict[str, Any]) -> bytes:
-    from bimvox.render.plots.curves import Panel, draw_success_curves
+    from bimvox.rendering.plots.curves import Panel, draw_success_curves
 
     panels = []
     for scenario in SCENARIOS:
@@ -60,14 +60,14 @@ def curve_of(label: str, rows: Sequence[Sequence[float]]) -> Curve:
     """Return the series of ``[steps, mean, low, high]`` rows."""
     import numpy as np
 
-    from bimvox.render.plots.curves import Curve
+    from bimvox.rendering.plots.curves import Curve
 
     steps, mean, low, high = np.array(rows, np.float64).T
     return Curve(label, steps, mean, low, high)
 
 
 def _ablation(document: dict[str, Any]) -> bytes:
-    from bimvox.render.plots.bars import Bar, draw_bars
+    from bimvox.rendering.plots.bars import Bar, draw_bars
 
     bars = []
     for cell in document["ablation"]:

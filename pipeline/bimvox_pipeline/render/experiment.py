@@ -23,7 +23,7 @@ def render_experiment(folder: Path, out: Path | None, progress: Progress) -> dic
     Returns:
         The document of ``bimvox render --json``.
     """
-    from bimvox.render.plots.curves import Panel, draw_success_curves
+    from bimvox.rendering.plots.curves import Panel, draw_success_curves
     from bimvox_pipeline.paper.document import document_of
     from bimvox_pipeline.paper.pictures import MODE_NAMES, TITLES, curve_of
     from bimvox_pipeline.paper.results import load_results

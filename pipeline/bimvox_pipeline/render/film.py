@@ -37,10 +37,10 @@ def render_film(
         The document of ``bimvox render --json``.
     """
     from bimvox.log.reader import read_log
-    from bimvox.render.film.film import FilmOptions, write_film
-    from bimvox.render.film.pace import default_seconds, frame_times_ns
-    from bimvox.render.scene.layers import layers_named
-    from bimvox.render.scene.site import view_of_site
+    from bimvox.rendering.film.film import FilmOptions, write_film
+    from bimvox.rendering.film.pace import default_seconds, frame_times_ns
+    from bimvox.rendering.scene.layers import layers_named
+    from bimvox.rendering.scene.site import view_of_site
 
     for given, what in ((wanted.time, "time"), (wanted.focus, "focus")):
         if given is not None:

@@ -15,7 +15,7 @@ from bimvox_pipeline.watch.file_watch import FileState, changes, state_of
 
 if TYPE_CHECKING:
     from bimvox.records.proof import Verification
-    from bimvox.render.page.source import PageSource
+    from bimvox.rendering.page.source import PageSource
 
 
 def follow(
@@ -84,7 +84,7 @@ def _source(log: Path, proven: bool, progress: Progress, known: dict[str, Verifi
 
 
 def _written(source: PageSource, out: Path, script: Path, state: FileState, progress: Progress) -> dict[str, Any]:
-    from bimvox.render.page.page import page_of
+    from bimvox.rendering.page.page import page_of
 
     progress.stage("page")
     page = page_of(source, live=script.name)
@@ -106,6 +106,6 @@ def _written(source: PageSource, out: Path, script: Path, state: FileState, prog
 
 
 def _write_script(script: Path, source: PageSource, *, ended: bool) -> None:
-    from bimvox.render.page.page import live_script
+    from bimvox.rendering.page.page import live_script
 
     write_atomically(script, live_script(source, ended=ended))

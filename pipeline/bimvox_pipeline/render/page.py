@@ -11,7 +11,7 @@ from bimvox_pipeline.render.revisions import read_revisions, revisions_of
 
 if TYPE_CHECKING:
     from bimvox.records.proof import Verification
-    from bimvox.render.page.source import PageSource
+    from bimvox.rendering.page.source import PageSource
 
 REVISIONS = 10
 """How many revisions a page carries at most: the newest."""
@@ -19,7 +19,7 @@ REVISIONS = 10
 
 def page_of_log(log: Path, *, proven: bool, progress: Progress) -> bytes:
     """Return the page of a log; see ``source_of_log``."""
-    from bimvox.render.page.page import page_of
+    from bimvox.rendering.page.page import page_of
 
     source = source_of_log(log, proven=proven, progress=progress)
     progress.stage("page")
@@ -41,7 +41,7 @@ def source_of_log(
         LogFileError: If it is damaged or not ours.
         InputError: If it carries no lifts.
     """
-    from bimvox.render.page.source import PageSource
+    from bimvox.rendering.page.source import PageSource
 
     found = read_revisions(log, progress)
     if not found[-1].record.all_lifts:

@@ -104,9 +104,9 @@ def render(
 def _render_picture(
     source: Path, kind: Kind, target: Path, size: tuple[int, int], wanted: SceneOptions, progress: Progress
 ) -> dict[str, Any]:
-    from bimvox.render.picture import PictureOptions
-    from bimvox.render.png import png_of
-    from bimvox.render.scene.layers import Layer, layers_named, without
+    from bimvox.rendering.picture import PictureOptions
+    from bimvox.rendering.png import png_of
+    from bimvox.rendering.scene.layers import Layer, layers_named, without
 
     # What cannot be is said before the work.
     PictureOptions(size_px=size)

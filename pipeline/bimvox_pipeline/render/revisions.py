@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from bimvox.log.mcap.reader import Contents
     from bimvox.log.plan_log import PlanLog
     from bimvox.records.proof import Verification
-    from bimvox.render.page.source import Revision
+    from bimvox.rendering.page.source import Revision
 
 _NUMBER = re.compile(r"\.r(\d{4,})$")
 
@@ -156,7 +156,7 @@ def revisions_of(
     """
     from bimvox.log.recorder import tracks_of
     from bimvox.log.schema import METADATA
-    from bimvox.render.page.source import Revision
+    from bimvox.rendering.page.source import Revision
 
     for read in found:
         record = read.record

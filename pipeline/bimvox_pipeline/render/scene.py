@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
     from bimvox.grid.voxel_grid import VoxelGrid
     from bimvox.log.plan_log import PlanLog
-    from bimvox.render.camera import View
-    from bimvox.render.film.scene import Film
-    from bimvox.render.scene.scene import Scene
+    from bimvox.rendering.camera import View
+    from bimvox.rendering.film.scene import Film
+    from bimvox.rendering.scene.scene import Scene
     from bimvox.site.site import Site
 
 _ROOM = 0.6
@@ -47,8 +47,8 @@ class SceneOptions:
 
 def picture_scene(source: Path, kind: Kind, options: SceneOptions, progress: Progress) -> tuple[Scene, View]:
     """Return the scene of a file, and from where it is looked at."""
-    from bimvox.render.camera import View
-    from bimvox.render.scene.site import scene_of_site, view_of_site
+    from bimvox.rendering.camera import View
+    from bimvox.rendering.scene.site import scene_of_site, view_of_site
 
     if kind is Kind.LOG:
         return _log_scene(source, options, progress)
@@ -77,7 +77,7 @@ def picture_scene(source: Path, kind: Kind, options: SceneOptions, progress: Pro
 def film_of(log: PlanLog) -> Film:
     """Return the scenes of a log over time."""
     from bimvox.log.recorder import tracks_of
-    from bimvox.render.film.scene import Film
+    from bimvox.rendering.film.scene import Film
 
     return Film(log.plan.site, log.all_lifts, log.motions, tracks_of(log))
 
@@ -146,8 +146,8 @@ def is_experiment(folder: Path) -> bool:
 
 def _log_scene(source: Path, options: SceneOptions, progress: Progress) -> tuple[Scene, View]:
     from bimvox.log.reader import read_log
-    from bimvox.render.scene.plan import Instant, scene_of_plan
-    from bimvox.render.scene.site import view_of_site
+    from bimvox.rendering.scene.plan import Instant, scene_of_plan
+    from bimvox.rendering.scene.site import view_of_site
 
     progress.stage("read")
     log = read_log(source)
@@ -173,7 +173,7 @@ def _focused(scene: Scene, site: Site, name: str | None) -> Scene:
     """Return a scene that is filled by a part at its place, or by something that stands there."""
     if name is None:
         return scene
-    from bimvox.render.scene.site import target_cells
+    from bimvox.rendering.scene.site import target_cells
 
     things = {blocker.id: blocker.cells for blocker in site.blockers if len(blocker.cells)}
     parts = [part for part in site.components if name in (part.id, part.global_id, part.name)]
@@ -194,7 +194,7 @@ def _focused(scene: Scene, site: Site, name: str | None) -> Scene:
 def _grid_scene(grid: VoxelGrid, title: str, name: str | None) -> Scene:
     import numpy as np
 
-    from bimvox.render.scene.grid import scene_of_grid
+    from bimvox.rendering.scene.grid import scene_of_grid
 
     scene = scene_of_grid(grid, title=title)
     if name is None:
@@ -216,9 +216,9 @@ def _with_focus(scene: Scene, cells: NDArray[np.integer]) -> Scene:
     """Return a scene cut to some cells with room around them, in a box that is seen through what hides it."""
     import numpy as np
 
-    from bimvox.render.colours import INK
-    from bimvox.render.scene.layers import Layer
-    from bimvox.render.scene.scene import Strokes, box_edges
+    from bimvox.rendering.colours import INK
+    from bimvox.rendering.scene.layers import Layer
+    from bimvox.rendering.scene.scene import Strokes, box_edges
 
     ends = scene.frame.corner_of(np.stack([cells.min(axis=0), cells.max(axis=0) + 1]))
     room = max(_LEAST_ROOM_M, _ROOM * float((ends[1] - ends[0]).max()))
@@ -237,8 +237,8 @@ def _unknown(name: str, known: list[str]) -> SelectionError:
 def _voxelized(source: Path, voxel_size_m: float | None, progress: Progress) -> VoxelGrid:
     from bimvox.bim.options import default_processes
     from bimvox.bim.read import ReadOptions, read_building
-    from bimvox.voxelize.building import voxelize_building
-    from bimvox.voxelize.limits import default_voxel_size_m
+    from bimvox.voxelization.building import voxelize_building
+    from bimvox.voxelization.limits import default_voxel_size_m
     from bimvox_pipeline.load_site import say_notes
 
     progress.stage("read")

@@ -43,7 +43,7 @@ def write_figures(folder: Path, record: dict[str, Any]) -> list[str]:
 
     Args:
         folder: Where to; made where it is missing.
-        record: Of the plan, as ``bimvox.render.report.record.record_of`` gives it.
+        record: Of the plan, as ``bimvox.rendering.report.record.record_of`` gives it.
 
     Returns:
         The names of the files, sorted.
@@ -51,7 +51,7 @@ def write_figures(folder: Path, record: dict[str, Any]) -> list[str]:
     Raises:
         FileError: If the folder cannot be used.
     """
-    from bimvox.render.plots.plan_figures import draw_hook_travel, draw_methods, draw_path_ratios, draw_utilisation
+    from bimvox.rendering.plots.plan_figures import draw_hook_travel, draw_methods, draw_path_ratios, draw_utilisation
 
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -12,8 +12,8 @@ from bimvox_pipeline.progress import Progress
 
 if TYPE_CHECKING:
     from bimvox.records.lift import Lift
-    from bimvox.render.page.source import Revision
-    from bimvox.render.report.page import Figure, Figures
+    from bimvox.rendering.page.source import Revision
+    from bimvox.rendering.report.page import Figure, Figures
 
 PICTURES = 12
 """Pictures of what blocks infeasible parts, at most."""
@@ -52,7 +52,7 @@ def report(
         InputError: If it is not a log, or carries no lifts, or no browser is there for a PDF.
         LogFileError: If it is damaged.
     """
-    from bimvox.render.report.record import record_of
+    from bimvox.rendering.report.record import record_of
 
     target = out or default_output(log, ".report.html")
     suffix = target.suffix.lower()
@@ -109,19 +109,19 @@ def _revision(log: Path, proven: bool, progress: Progress) -> Revision:
 
 
 def _page(revision: Revision, record: dict[str, Any], pictures: int, progress: Progress) -> bytes:
-    from bimvox.render.report.page import Figures, report_page
+    from bimvox.rendering.report.page import Figures, report_page
 
     figures = _figures(revision, record, pictures, progress) if pictures else Figures()
     return report_page(record, revision.plan.site.cranes, figures)
 
 
 def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress: Progress) -> Figures:
-    from bimvox.render.picture import PictureOptions
-    from bimvox.render.plots.plan_figures import draw_path_ratios, draw_utilisation
-    from bimvox.render.png import small_png_of
-    from bimvox.render.report.page import Figure, Figures
-    from bimvox.render.scene.plan import scene_of_plan
-    from bimvox.render.scene.site import view_of_site
+    from bimvox.rendering.picture import PictureOptions
+    from bimvox.rendering.plots.plan_figures import draw_path_ratios, draw_utilisation
+    from bimvox.rendering.png import small_png_of
+    from bimvox.rendering.report.page import Figure, Figures
+    from bimvox.rendering.scene.plan import scene_of_plan
+    from bimvox.rendering.scene.site import view_of_site
 
     site, lifts = revision.plan.site, record["lifts"]
     options = PictureOptions(size_px=_OVERVIEW_PX, view=view_of_site(site))
@@ -142,11 +142,11 @@ def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress
 
 def _blocked(revision: Revision, orders: list[int], most: int, progress: Progress) -> tuple[Figure, ...]:
     """Pictures of what blocks the lifts of these orders, one for all that the same things block."""
-    from bimvox.render.picture import PictureOptions
-    from bimvox.render.png import small_png_of
-    from bimvox.render.report.page import Figure
-    from bimvox.render.report.words import named
-    from bimvox.render.scene.blocked import scene_of_blocked
+    from bimvox.rendering.picture import PictureOptions
+    from bimvox.rendering.png import small_png_of
+    from bimvox.rendering.report.page import Figure
+    from bimvox.rendering.report.words import named
+    from bimvox.rendering.scene.blocked import scene_of_blocked
 
     site = revision.plan.site
     groups: dict[tuple[str, ...], list[Lift]] = {}

@@ -11,7 +11,7 @@ import struct
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from bimvox.revise.sides import Alone, Side
+from bimvox.revision.sides import Alone, Side
 from bimvox_pipeline.watch.copied import LIMIT_S, Copied, Link, can_copy
 
 _NUMBER = struct.Struct("<H")

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from bimvox.log.plan_log import LogEvent
     from bimvox.records.lift import LiftPlan
     from bimvox.records.motion import LiftMotion
-    from bimvox.revise.standing import RevisedPart
+    from bimvox.revision.standing import RevisedPart
     from bimvox.stop.underway import Held, Redirected
 
 

@@ -19,7 +19,7 @@ from bimvox_pipeline.watch.simulate import NOW_NS
 if TYPE_CHECKING:
     from bimvox.log.plan_log import LogEvent, PlanLog
     from bimvox.records.lift import LiftPlan
-    from bimvox.revise.standing import RevisedPart, Standing
+    from bimvox.revision.standing import RevisedPart, Standing
 
 
 class WatchedPlan:
@@ -63,7 +63,7 @@ class WatchedPlan:
         """Let the plan of a log stand."""
         from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_cranes_from_bytes, held_from_bytes
         from bimvox.log.segments import first_plan_of
-        from bimvox.revise.standing import standing_of
+        from bimvox.revision.standing import standing_of
 
         self.revision, self.first = max(self.revision, log.revision), first_plan_of(log)
         self.standing = standing_of(log.plan, log.motions)

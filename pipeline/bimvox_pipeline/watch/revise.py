@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.propose import Propose
     from bimvox.records.lift import LiftPlan
-    from bimvox.revise.standing import Better, RevisedPart
+    from bimvox.revision.standing import Better, RevisedPart
     from bimvox.site.site import Site
     from bimvox_pipeline.watch.simulate import PlanClock
 
@@ -95,7 +95,7 @@ class Reviser:
         Raises:
             BimvoxError: If a part cannot be made or written; those before it stand.
         """
-        from bimvox.revise.revise import revise
+        from bimvox.revision.revise import revise
         from bimvox.stop.underway import HOLD_S
 
         plan = self._plan

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bimvox.records.motion import LiftMotion
-    from bimvox.revise.standing import Standing
+    from bimvox.revision.standing import Standing
 
 NOW_NS = "simulated_ns"
 """Metadata key: how far the plan was carried out when a revision was made."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bimvox.log.plan_log import PlanLog
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.propose import Propose
-    from bimvox.revise.standing import RevisedPart, Standing
+    from bimvox.revision.standing import RevisedPart, Standing
     from bimvox.site.site import Site
 
 _TRIES = 3
@@ -38,7 +38,7 @@ def revise_in_vain(
         record_of: Makes the record of a part: part, files, event.
     """
     from bimvox.log.recorder import write_log
-    from bimvox.revise.revise import revise
+    from bimvox.revision.revise import revise
 
     planned = [lift for lift in standing.plan.lifts if lift.path_vox is not None]
     if not planned or standing.pending:

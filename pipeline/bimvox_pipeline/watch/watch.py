@@ -34,7 +34,7 @@ from bimvox_pipeline.watch.simulate import Execution, PlanClock
 if TYPE_CHECKING:
     from bimvox.log.plan_log import LogEvent
     from bimvox.planning.assembly import Preparation
-    from bimvox.revise.standing import Standing
+    from bimvox.revision.standing import Standing
     from bimvox.site.site import Site
 
 
@@ -316,7 +316,7 @@ class Watcher:
         yield from self._revise(Change(site, content, state.seen_s))
 
     def _first_plan(self, site: Site, content: dict[str, bytes], started_s: float) -> dict[str, Any]:
-        from bimvox.revise.standing import standing_of
+        from bimvox.revision.standing import standing_of
 
         plan = self._plan
         planned = plan_and_prove(site, self._preparation, self._policy, progress=self.progress)
@@ -332,7 +332,7 @@ class Watcher:
     def _retrained(self, started_s: float) -> Iterator[dict[str, Any]]:
         """Ask the policy that came of a training for the lifts that it was trained for."""
         from bimvox.planning.rollout import proposer
-        from bimvox.revise.standing import Better
+        from bimvox.revision.standing import Better
 
         assert self._retraining is not None
         assert self.standing is not None

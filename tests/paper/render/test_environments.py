@@ -17,8 +17,8 @@ from bimvox.paper.env.picture import LOOK_RGB, Look
 from bimvox.paper.env.vector_env import PrefabVectorEnv
 from bimvox.paper.render import environments as prefab_env
 from bimvox.paper.render.picture import pixels_of_prefab, scene_of_prefab
-from bimvox.render.colours import START_BOX, TARGET_BOX
-from bimvox.render.picture import PictureOptions, picture_of
+from bimvox.rendering.colours import START_BOX, TARGET_BOX
+from bimvox.rendering.picture import PictureOptions, picture_of
 
 LAYOUT = PrefabLayout((YardPose(4, 7, "y"),), ((7, 7, 1),), (((12, 2, 1), (13, 5, 3)),))
 

@@ -12,7 +12,7 @@ from bimvox_pipeline.inspect.grid import describe_grid, describe_part, describe_
 from bimvox.bim.building import Building, Element, Role, Source, TriangleMesh
 from bimvox.errors import InputError
 from bimvox.grid.voxel_grid import VoxelGrid
-from bimvox.voxelize.building import voxelize_building
+from bimvox.voxelization.building import voxelize_building
 
 SIZE = 0.5
 

@@ -24,8 +24,8 @@ from bimvox.motion.time_plan import time_lift
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
-from bimvox.revise.revise import revise
-from bimvox.revise.standing import Standing, standing_of
+from bimvox.revision.revise import revise
+from bimvox.revision.standing import Standing, standing_of
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
 
@@ -240,8 +240,8 @@ def test_what_is_taken_back_is_known_and_proven_still(frame, monkeypatch):
 
     free = with_obstructions(site, EMPTY, rasterise)
     with monkeypatch.context() as known:
-        known.setattr("bimvox.revise.walk.plan_lift", never)
-        known.setattr("bimvox.revise.motions.time_lift", never)
+        known.setattr("bimvox.revision.walk.plan_lift", never)
+        known.setattr("bimvox.revision.motions.time_lift", never)
         parts = list(revise(with_box.standing, free, preparation, first=3))
     last = parts[-1].standing
     assert lost <= {order for part in parts for order in part.made}
@@ -355,7 +355,7 @@ def test_a_lift_that_the_crane_cannot_drive_is_named_and_the_others_are_planned(
             raise MotionError(component, "the rope is too short")
         return time_lift(site, crane, lift, *more)
 
-    monkeypatch.setattr("bimvox.revise.motions.time_lift", timed)
+    monkeypatch.setattr("bimvox.revision.motions.time_lift", timed)
     part = next(revise(standing, in_the_way, preparation, first=6, beside=shared_so(share)))
     refused = part.standing.plan.lifts[bad]
     assert refused.status is Status.INFEASIBLE

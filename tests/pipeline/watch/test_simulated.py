@@ -23,7 +23,7 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.log import schema as topics
 from bimvox.log.mcap.reader import read_contents, salvage_contents
 from bimvox.log.reader import read_log
-from bimvox.revise.in_transit import behind, motion_under_way
+from bimvox.revision.in_transit import behind, motion_under_way
 
 EMPTY = {"version": 1, "unit": "m", "obstructions": []}
 

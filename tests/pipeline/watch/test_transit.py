@@ -27,8 +27,8 @@ from bimvox.proof.plan import verify_plan
 from bimvox.proof.swing import swung_placements
 from bimvox.records.lift import Status
 from bimvox.records.motion import Phase, PhaseName
-from bimvox.revise.revise import revise
-from bimvox.revise.standing import RevisedPart, Standing, standing_of
+from bimvox.revision.revise import revise
+from bimvox.revision.standing import RevisedPart, Standing, standing_of
 from bimvox.site.build import with_obstructions
 from bimvox.site.lifting import crane_for
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet

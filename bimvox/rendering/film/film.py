@@ -1,0 +1,185 @@
+"""Animations: GIF, which opens everywhere, and WebP, which is smaller and has all colours. Equal plans, equal bytes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import BinaryIO, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from bimvox.compiled import kernel
+from bimvox.errors import InputError
+from bimvox.rendering.camera import View
+from bimvox.rendering.colours import INK, PAPER
+from bimvox.rendering.film.scene import Film
+from bimvox.rendering.picture import PictureOptions, camera_of, picture_of
+from bimvox.rendering.scene.layers import Layer, without
+
+FilmFormat = Literal["gif", "webp"]
+
+_HOLD_S = 1.5
+"""The last frame stays so much longer before the film begins anew."""
+_COLOURS = 144
+"""GIF: colours that are found in the frames; those of the legend and the paper come on top, exact."""
+_CLEAR = 255
+"""GIF: index of a pixel that stays as it was."""
+_SAMPLED_FRAMES = 6
+_WEBP_QUALITY = 78
+
+
+@dataclass(frozen=True, slots=True)
+class FilmOptions:
+    """How an animation is made.
+
+    Attributes:
+        size_px: Width and height.
+        view: From where; the camera stands still.
+        fps: Frames a second; GIF counts in hundredths of a second, so 10, 20, 25 and 50 are exact.
+        samples: Samples per pixel in each direction.
+        hidden: Layers that are left out.
+    """
+
+    size_px: tuple[int, int] = (640, 400)
+    view: View = field(default_factory=View)
+    fps: float = 10.0
+    samples: int = 2
+    hidden: frozenset[Layer] = frozenset()
+
+    def __post_init__(self) -> None:
+        if not 0.1 <= self.fps <= 50.0:
+            raise InputError(f"{self.fps:g} frames a second cannot be shown", hint="give 0.1 to 50")
+        _ = self.picture
+
+    @property
+    def picture(self) -> PictureOptions:
+        """How one frame is made."""
+        return PictureOptions(self.size_px, self.view, self.samples, annotated=Layer.WORDS not in self.hidden)
+
+    @property
+    def frame_ms(self) -> int:
+        """How long a frame is shown."""
+        return max(20, round(100.0 / self.fps) * 10)
+
+
+def write_film(
+    stream: BinaryIO,
+    film: Film,
+    times_ns: Sequence[int],
+    options: FilmOptions,
+    file_format: FilmFormat,
+    told: Callable[[str, int, int], None] | None = None,
+) -> None:
+    """Write an animation.
+
+    Args:
+        stream: Where to.
+        film: The plan over time.
+        times_ns: Moments of the frames, ascending, at least two.
+        options: How it is made.
+        file_format: ``gif`` or ``webp``.
+        told: Called as ``(stage, done, total)`` with every frame.
+    """
+    frames = _frames(film, times_ns, options, told)
+    durations = [options.frame_ms] * (len(times_ns) - 1) + [options.frame_ms + round(1000 * _HOLD_S)]
+    if file_format == "gif":
+        palette = _palette(film, times_ns, options)
+        images = _paletted(frames, palette)
+        first = next(images)
+        first.save(
+            stream,
+            format="GIF",
+            save_all=True,
+            append_images=images,
+            duration=durations,
+            loop=0,
+            disposal=1,
+            optimize=False,
+            transparency=_CLEAR,
+        )
+        return
+    pictures = (Image.fromarray(pixels) for pixels in frames)
+    next(pictures).save(
+        stream,
+        format="WEBP",
+        save_all=True,
+        append_images=pictures,
+        duration=durations,
+        loop=0,
+        quality=_WEBP_QUALITY,
+        method=3,
+    )
+
+
+def _frames(
+    film: Film, times_ns: Sequence[int], options: FilmOptions, told: Callable[[str, int, int], None] | None
+) -> Iterator[NDArray[np.uint8]]:
+    camera = camera_of(without(film.whole(times_ns), options.hidden), options.picture)
+    for n, time_ns in enumerate(times_ns):
+        if told is not None:
+            told("draw", n, len(times_ns))
+        yield picture_of(without(film.scene(time_ns), options.hidden), options.picture, camera)
+    if told is not None:
+        told("draw", len(times_ns), len(times_ns))
+
+
+def _palette(film: Film, times_ns: Sequence[int], options: FilmOptions) -> NDArray[np.uint8]:
+    """Return (N, 3) colours for all frames, found in a few of them: a palette for each frame would flicker."""
+    chosen = [times_ns[n] for n in np.unique(np.linspace(0, len(times_ns) - 1, _SAMPLED_FRAMES).round().astype(int))]
+    small = replace(options, samples=1)
+    camera = camera_of(without(film.whole(times_ns), options.hidden), options.picture)
+    shown = [picture_of(without(film.scene(at), options.hidden), small.picture, camera) for at in chosen]
+    found = Image.fromarray(np.concatenate(shown)).quantize(
+        _COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
+    )
+    exact = [PAPER, INK, *(entry.rgb for entry in film.scene(times_ns[0]).legend)]
+    colours = [*(found.getpalette() or [])[: 3 * _COLOURS], *(value for rgb in dict.fromkeys(exact) for value in rgb)]
+    return np.array(colours, np.uint8).reshape(-1, 3)
+
+
+def _paletted(frames: Iterator[NDArray[np.uint8]], palette: NDArray[np.uint8]) -> Iterator[Image.Image]:
+    """Frames in the palette's colours, what is as in the frame before left clear, so that it takes no room."""
+    # What is left of the palette repeats a colour; the last index is that of what stays clear.
+    whole = np.concatenate([palette, np.repeat(palette[:1], 256 - len(palette), axis=0)])
+    before: NDArray[np.uint8] | None = None
+    for pixels in frames:
+        index = nearest(pixels, palette)
+        shown = index if before is None else np.where(index == before, np.uint8(_CLEAR), index)
+        before = index
+        image = Image.fromarray(np.ascontiguousarray(shown, np.uint8), mode="P")
+        image.putpalette(whole.tobytes())
+        image.info["transparency"] = _CLEAR
+        yield image
+
+
+@kernel
+def nearest(pixels: NDArray[np.uint8], palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the nearest colour of each pixel: (H, W, 3) and (N, 3) with N up to 255 -> (H, W) uint8.
+
+    Exact, where Pillow's own search takes neighbouring colours for one.
+    """
+    rows, columns = pixels.shape[0], pixels.shape[1]
+    index = np.zeros((rows, columns), np.uint8)
+    for row in range(rows):
+        for column in range(columns):
+            red, green, blue = pixels[row, column, 0], pixels[row, column, 1], pixels[row, column, 2]
+            # Most pixels are as the one before them.
+            if column and (
+                pixels[row, column - 1, 0] == red
+                and pixels[row, column - 1, 1] == green
+                and pixels[row, column - 1, 2] == blue
+            ):
+                index[row, column] = index[row, column - 1]
+                continue
+            best, least = 0, np.int64(1 << 30)
+            for n in range(len(palette)):
+                a = np.int64(palette[n, 0]) - np.int64(red)
+                b = np.int64(palette[n, 1]) - np.int64(green)
+                c = np.int64(palette[n, 2]) - np.int64(blue)
+                distance = a * a + b * b + c * c
+                if distance < least:
+                    best, least = n, distance
+            index[row, column] = best
+    return index

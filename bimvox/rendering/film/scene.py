@@ -1,0 +1,270 @@
+"""The site at any moment of a plan: what is built, what waits, where crane and load are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.tower_crane import CranePose
+from bimvox.errors import InputError
+from bimvox.records.lift import Lift, Status
+from bimvox.records.motion import LiftMotion
+from bimvox.rendering.colours import ARRIVED, ASSEMBLED, IN_TRANSIT, PATH, START_BOX, TARGET_BOX, UNBUILT
+from bimvox.rendering.page.source import Track
+from bimvox.rendering.scene.cranes import poses_at, site_cranes
+from bimvox.rendering.scene.layers import Layer
+from bimvox.rendering.scene.plan import path_strokes, top_corners_m
+from bimvox.rendering.scene.scene import Block, LegendEntry, Scene, Strokes, Swatch
+from bimvox.rendering.scene.site import boxes_strokes, site_canvas, site_legend, target_cells
+from bimvox.rendering.scene.solids import Canvas
+from bimvox.rendering.words import PHASES, clock
+from bimvox.site.component import Component
+from bimvox.site.site import Site
+
+_UPRIGHT = 0.999
+"""Cosine of half the turn from which on a part is drawn on the cells."""
+
+
+class Film:
+    """The scenes of a plan over time; what does not change during a lift is painted once.
+
+    Args:
+        site: What was planned.
+        lifts: All its lifts, ascending order.
+        motions: Of the planned ones; none without a crane.
+        tracks: Of their loads, ascending order.
+        title: Default: the site's name.
+
+    Raises:
+        InputError: If no lift has a time.
+    """
+
+    def __init__(
+        self,
+        site: Site,
+        lifts: Sequence[Lift],
+        motions: Sequence[LiftMotion],
+        tracks: Sequence[Track],
+        *,
+        title: str = "",
+    ) -> None:
+        if not tracks:
+            raise InputError("no lift of the plan has a time", hint="leave the time out to see the site as it is")
+        self.site, self.lifts = site, tuple(lifts)
+        self.tracks = tuple(sorted(tracks, key=lambda track: track.start_ns))
+        self.motions = {motion.order: motion for motion in motions}
+        self.title = title or site.name
+        self._base: tuple[tuple[int, frozenset[int]], Canvas] | None = None
+
+    @property
+    def start_ns(self) -> int:
+        """When the first lift begins."""
+        return self.tracks[0].start_ns
+
+    @property
+    def end_ns(self) -> int:
+        """When the last one ends."""
+        return max(track.end_ns for track in self.tracks)
+
+    def track_at(self, time_ns: int) -> Track:
+        """Return the lift under way at a time: the last one that has begun, the first one before that.
+
+        Of several cranes that of the one whose load hangs on its hook.
+        """
+        now = self.tracks_at(time_ns)
+        return next((track for track in now if track.lifted_ns <= time_ns < track.assembled_ns), now[-1])
+
+    def tracks_at(self, time_ns: int) -> list[Track]:
+        """Return the lift under way of every crane, that of the last one to begin at the end."""
+        latest: dict[int, Track] = {}
+        for track in self.tracks:
+            number = self.site.components[track.lift.component].crane
+            if track.start_ns <= time_ns or number not in latest:
+                latest[number] = track
+        return sorted(latest.values(), key=lambda track: track.start_ns)
+
+    def track_of(self, order: int) -> Track:
+        """Return the lift of an order.
+
+        Raises:
+            InputError: If it has no time: it is infeasible, or the log does not carry it.
+        """
+        track = next((track for track in self.tracks if track.lift.order == order), None)
+        if track is None:
+            lift = next((lift for lift in self.lifts if lift.order == order), None)
+            part = self.site.components[lift.component].id if lift else f"lift {order}"
+            why = f"it is infeasible: {lift.reason}" if lift and lift.reason else "the log does not carry it"
+            raise InputError(f"{part}: this lift has no path to show; {why}", hint="choose a lift that has one")
+        return track
+
+    def scene(self, time_ns: int) -> Scene:
+        """Return the site at a time on its clock."""
+        track = self.track_at(time_ns)
+        lift = track.lift
+        component = self.site.components[lift.component]
+        motion = self.motions.get(lift.order)
+        now = self.tracks_at(time_ns)
+        canvas = self._before(lift, now, time_ns).copy(more=2 * len(now))
+        blocks: list[Block] = []
+        loads_m: dict[int, NDArray[np.float64] | None] = {}
+        for own in now:
+            turned, load_m = self._paint_part(canvas, own, time_ns)
+            blocks += turned
+            if own.lifted_ns <= time_ns < own.assembled_ns:
+                loads_m[self.site.components[own.lift.component].crane] = load_m
+        parts = site_cranes(self.site, self.poses(time_ns), loads_m)
+        assert lift.place is not None
+        strokes: list[Strokes] = [
+            *parts.strokes,
+            boxes_strokes(self.site, [(lift.place.shape, lift.place.cell_vox)], START_BOX),
+            boxes_strokes(self.site, [(component.shape, component.target_vox)], TARGET_BOX),
+            path_strokes(self.site, lift, motion, strong=True),
+        ]
+        return Scene(
+            frame=self.site.frame,
+            solids=canvas.solids,
+            palette=canvas.palette,
+            strokes=tuple(strokes),
+            blocks=(*parts.blocks, *blocks),
+            legend=self._legend(),
+            title=self.title,
+            caption=self._caption(track, component, motion, time_ns),
+            points_m=parts.points_m,
+            layers=canvas.layers,
+        )
+
+    def whole(self, times_ns: Sequence[int]) -> Scene:
+        """Return a scene that holds everything that is seen at any of these times: what a still camera must show."""
+        canvas = site_canvas(self.site, 2 * len(self.lifts))
+        for track in self.tracks:
+            canvas.paint(target_cells(self.site.components[track.lift.component]), ASSEMBLED)
+            if track.lift.place is not None:
+                canvas.paint(track.lift.place.shape.cells + np.array(track.lift.place.cell_vox), UNBUILT)
+        points = [np.zeros((0, 3))]
+        posed = (self.poses(time_ns) for time_ns in times_ns)
+        points += [site_cranes(self.site, poses).points_m for poses in posed if poses]
+        seen = np.concatenate(points)
+        scene = self.scene(times_ns[0])
+        return replace(scene, solids=canvas.solids, palette=canvas.palette, layers=canvas.layers, points_m=seen)
+
+    def poses(self, time_ns: int) -> dict[int, CranePose]:
+        """Return where the axes of every crane are, by its number; empty without motions."""
+        now = (self.motions.get(track.lift.order) for track in self.tracks_at(time_ns))
+        return poses_at(self.site, [motion for motion in now if motion is not None], time_ns)
+
+    def _before(self, lift: Lift, now: Sequence[Track], time_ns: int) -> Canvas:
+        """What stands and lies there during a lift, without the parts of the lifts under way."""
+        under_way = frozenset(track.lift.order for track in now)
+        key = (lift.order, under_way)
+        if self._base is not None and self._base[0] == key:
+            return self._base[1]
+        canvas = site_canvas(self.site, 2 * len(self.lifts))
+        # With several cranes, what comes before a lift in the order need not have begun.
+        to_come = frozenset(track.lift.order for track in self.tracks if track.start_ns > time_ns)
+        done = frozenset(track.lift.order for track in self.tracks if track.start_ns <= time_ns) - under_way
+        for other in self.lifts:
+            if other is not lift and other.order in under_way:
+                continue
+            if other.order in done or (
+                other.status is Status.PLANNED and other.order < lift.order and other.order not in to_come
+            ):
+                canvas.paint(target_cells(self.site.components[other.component]), ASSEMBLED, layer=Layer.ASSEMBLED)
+            elif other is not lift and _waits(other, lift, to_come):
+                assert other.place is not None
+                cells = other.place.shape.cells + np.array(other.place.cell_vox)
+                canvas.paint(cells, UNBUILT, layer=Layer.UNBUILT)
+        self._base = (key, canvas)
+        return canvas
+
+    def _paint_part(self, canvas: Canvas, track: Track, time_ns: int) -> tuple[list[Block], NDArray[np.float64] | None]:
+        """Paint the part under way; while it is tipped up it is made of turned boxes. Return them, and its top."""
+        site, lift = self.site, track.lift
+        component = site.components[lift.component]
+        assert lift.place is not None
+        if time_ns >= track.assembled_ns:
+            canvas.paint(target_cells(component), ASSEMBLED, over=True, layer=Layer.ASSEMBLED)
+            return [], None
+        if time_ns < track.lifted_ns:
+            cells = lift.place.shape.cells + np.array(lift.place.cell_vox)
+            canvas.paint(cells, UNBUILT, over=True, layer=Layer.UNBUILT)
+            return [], None
+        rgb = ARRIVED if time_ns >= track.arrived_ns else IN_TRANSIT
+        corner_m = np.array([np.interp(time_ns, track.time_ns, track.corner_m[:, n]) for n in range(3)])
+        turn = np.array([np.interp(time_ns, track.time_ns, track.tilt[:, n]) for n in range(4)])
+        turn /= np.linalg.norm(turn)
+        if abs(turn[3]) >= _UPRIGHT:
+            size_m = site.frame.voxel_size_m
+            x, y, z = (int(n) for n in np.rint((corner_m - site.frame.corner_of((0, 0, 0))) / size_m))
+            canvas.paint(component.shape.cells + np.array((x, y, z)), rgb, over=True)
+            return [], top_corners_m(site, component, (x, y, z))
+        blocks = turned_boxes(component, corner_m, turn, site.frame.voxel_size_m, rgb)
+        far = top_corners_m(site, component, (0, 0, 0)) - site.frame.corner_of((0, 0, 0))
+        return blocks, corner_m + far @ rotation(turn).T
+
+    def _legend(self) -> tuple[LegendEntry, ...]:
+        """The same in every frame: the paper's states, whether there is one of each or not."""
+        return (
+            *site_legend(self.site),
+            LegendEntry("unbuilt", UNBUILT, layer=Layer.UNBUILT),
+            LegendEntry("in transit", IN_TRANSIT),
+            LegendEntry("arrived", ARRIVED),
+            LegendEntry("assembled", ASSEMBLED, layer=Layer.ASSEMBLED),
+            LegendEntry("start", START_BOX, Swatch.BOX, Layer.BOXES),
+            LegendEntry("target", TARGET_BOX, Swatch.BOX, Layer.BOXES),
+            LegendEntry("path", PATH, Swatch.LINE, Layer.PATHS),
+        )
+
+    def _caption(self, track: Track, component: Component, motion: LiftMotion | None, time_ns: int) -> str:
+        lift = track.lift
+        phase = ""
+        if motion is not None and time_ns < track.end_ns:
+            phase = f", {PHASES[motion.phase_at(time_ns).name.value]}"
+        name = component.name or component.id
+        order = f"lift {lift.order + 1:,} of {len(self.lifts):,}"
+        return f"{clock(time_ns)}  {order}: {name}, {component.mass_kg / 1000.0:.2f} t{phase}"
+
+
+def rotation(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (3, 3) rotation of a unit quaternion x, y, z, w."""
+    x, y, z, w = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def turned_boxes(
+    component: Component,
+    corner_m: NDArray[np.float64],
+    quaternion: NDArray[np.float64],
+    voxel_size_m: float,
+    rgb: tuple[int, int, int],
+) -> list[Block]:
+    """Return a part turned about its lowest corner as boxes.
+
+    Args:
+        component: The part.
+        corner_m: (3,) where its lowest corner is.
+        quaternion: (4,) x, y, z, w.
+        voxel_size_m: Edge of a cell.
+        rgb: Colour.
+    """
+    turn = rotation(quaternion)
+    boxes = component.shape.boxes.astype(np.float64) * voxel_size_m
+    middles, halves = (boxes[:, :3] + boxes[:, 3:]) / 2.0, (boxes[:, 3:] - boxes[:, :3]) / 2.0
+    return [Block(corner_m + turn @ middle, (turn * half).T, rgb) for middle, half in zip(middles, halves, strict=True)]
+
+
+def _waits(other: Lift, lift: Lift, to_come: frozenset[int]) -> bool:
+    """Whether a part lies in the yard during a lift: a delivery comes when all lifts of the earlier ones are done."""
+    if other.place is None or lift.place is None:
+        return False
+    if other.order < lift.order and other.status is Status.PLANNED and other.order not in to_come:
+        return False
+    return other.place.delivery == lift.place.delivery

@@ -1,0 +1,215 @@
+"""Everything that the page shows, as plain values and one block of numbers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bimvox.records.lift import Status
+from bimvox.records.proof import Check, Verification
+from bimvox.rendering.page.blob import Blob
+from bimvox.rendering.page.changes import changes
+from bimvox.rendering.page.crane import crane_record
+from bimvox.rendering.page.fixed import boxes_record, obstructions, slab_map, standing
+from bimvox.rendering.page.geometry import Shapes, shapes_of
+from bimvox.rendering.page.lifts import lift_record
+from bimvox.rendering.page.motions import (
+    ANGLE_STEPS_PER_RAD,
+    LENGTH_STEPS_PER_M,
+    TICKS_PER_S,
+    carried_motion,
+    crane_motion,
+)
+from bimvox.rendering.page.source import PageSource, Revision
+from bimvox.rendering.scene.site import view_of_site
+from bimvox.site.construction import KIND_RGB, STATE_RGB
+from bimvox.site.site import Site
+
+FORMAT = 1
+GEOMETRY_BUDGET_BYTES = 1_900_000
+"""Packed; with motions, text and base64 a page of 500 parts stays below 4 MB."""
+
+
+def document_of(source: PageSource) -> tuple[dict[str, Any], bytes]:
+    """Return what the page shows.
+
+    Args:
+        source: Revisions of one site; what is common to them is taken from the last one.
+
+    Returns:
+        Plain values for JSON, and the block of numbers that they refer to.
+    """
+    blob = Blob()
+    last = source.revisions[-1]
+    site = last.plan.site
+    fixed = standing(site)
+    solid = [blocker.mesh for blocker in fixed if blocker.mesh is not None]
+    shapes = shapes_of([component.mesh for component in site.components] + solid, GEOMETRY_BUDGET_BYTES)
+    motions = _Motions(blob)
+    document = {
+        "format": FORMAT,
+        "site": _site_record(site, blob),
+        "colours": {
+            "states": {state.value: list(rgb) for state, rgb in STATE_RGB.items()},
+            "kinds": {kind: list(rgb) for kind, rgb in KIND_RGB.items()},
+        },
+        "crane": crane_record(site.crane, blob) if site.crane else None,
+        **({"other_cranes": [crane_record(crane, blob) for crane in site.other_cranes]} if site.other_cranes else {}),
+        "geometries": [
+            {
+                "step_m": geometry.step_m,
+                "points": blob.put(geometry.points),
+                "faces": blob.put(_short(geometry.faces)),
+                "edges": blob.put(_short(geometry.edges)),
+            }
+            for geometry in shapes.geometries
+        ],
+        "parts": [_part_record(site, n, shapes, blob) for n in range(len(site.components))],
+        "standing": _standing_records(site, shapes, blob),
+        "revisions": [
+            _revision_record(revision, source.revisions[n - 1] if n else None, motions, blob)
+            for n, revision in enumerate(source.revisions)
+        ],
+        "left_out": source.left_out,
+        "scales": {"time": TICKS_PER_S, "length": LENGTH_STEPS_PER_M, "angle": ANGLE_STEPS_PER_RAD},
+    }
+    document["motions"] = motions.records
+    return document, blob.to_bytes()
+
+
+class _Motions:
+    """Motions, each stored once: a replan keeps most of them."""
+
+    def __init__(self, blob: Blob) -> None:
+        self.blob = blob
+        self.records: list[dict[str, Any]] = []
+        self._known: dict[str, int] = {}
+
+    def number(self, record: dict[str, Any]) -> int:
+        key = json.dumps(record)
+        if key not in self._known:
+            self._known[key] = len(self.records)
+            self.records.append(record)
+        return self._known[key]
+
+
+def _site_record(site: Site, blob: Blob) -> dict[str, Any]:
+    view = view_of_site(site)
+    return {
+        "name": site.name,
+        "model": str(site.source.get("name", "")),
+        "model_sha256": str(site.source.get("sha256", "")),
+        "model_format": str(site.source.get("format", "")),
+        "shape": list(site.shape),
+        "voxel_size_m": site.frame.voxel_size_m,
+        "origin_m": list(site.frame.origin_m),
+        "slab": blob.put(slab_map(site)),
+        "notes": list(site.notes),
+        "geometry_digest": site.geometry_digest,
+        "view_deg": [round(view.azimuth_deg, 3), round(view.elevation_deg, 3)],
+    }
+
+
+def _part_record(site: Site, n: int, shapes: Shapes, blob: Blob) -> dict[str, Any]:
+    component = site.components[n]
+    corner_m = site.frame.corner_of(component.target_vox)
+    return {
+        "id": component.id,
+        "global_id": component.global_id,
+        "name": component.name,
+        "ifc_class": component.ifc_class,
+        "type_name": component.type_name,
+        "storey": component.storey,
+        "material": component.material,
+        "mass_kg": component.mass_kg,
+        "mass_source": component.mass_source,
+        "cells": len(component.shape.cells),
+        "target_m": _metres(corner_m),
+        "size_m": _metres(np.array(component.shape.size_vox) * site.frame.voxel_size_m),
+        "geometry": shapes.of_mesh[n],
+        "low_m": _metres(shapes.low_m[n] - corner_m),
+        "boxes": blob.put(component.shape.boxes.astype(np.uint16)),
+    }
+
+
+def _standing_records(site: Site, shapes: Shapes, blob: Blob) -> list[dict[str, Any]]:
+    records = []
+    number = len(site.components)
+    for blocker in standing(site):
+        record = boxes_record(blocker, blob) | {"geometry": None, "low_m": None}
+        if blocker.mesh is not None:
+            record |= {"geometry": shapes.of_mesh[number], "low_m": _metres(shapes.low_m[number])}
+            number += 1
+        records.append(record)
+    return records
+
+
+def _revision_record(revision: Revision, before: Revision | None, motions: _Motions, blob: Blob) -> dict[str, Any]:
+    site = revision.plan.site
+    driven = {motion.order: motion for motion in revision.motions}
+    tracks = {track.lift.order: track for track in revision.tracks}
+    lifts = []
+    for lift in revision.lifts:
+        record = lift_record(revision, lift) | {"motion": None, "begins_s": None}
+        if (track := tracks.get(lift.order)) is not None:
+            own = driven.get(lift.order)
+            made = crane_motion(site, own, track, blob) if own is not None else carried_motion(track, blob)
+            record |= {"motion": motions.number(made), "begins_s": track.start_ns / 1e9}
+        lifts.append(record)
+    planned = [lift for lift in revision.lifts if lift.status is Status.PLANNED]
+    return {
+        "number": revision.number,
+        "log": revision.log,
+        "sha256": revision.sha256,
+        "digest": site.digest,
+        "planned": len(planned),
+        "infeasible": len(revision.lifts) - len(planned),
+        "carried": len(revision.plan.lifts),
+        "begins_s": min((track.start_ns for track in revision.tracks), default=0) / 1e9,
+        "ends_s": max((track.end_ns for track in revision.tracks), default=0) / 1e9,
+        "timed": bool(revision.motions),
+        "lifts": lifts,
+        "obstructions": [boxes_record(blocker, blob) for blocker in obstructions(site)],
+        "obstruction_notes": list(site.obstruction_notes),
+        "notes": list(revision.plan.notes),
+        "clashes": [
+            {"first": c.first, "second": c.second, "depth_m": round(c.depth_m, 4), "at_least": c.at_least}
+            for c in revision.plan.clashes
+        ],
+        "proof": _proof_record(revision.proof),
+        "changes": changes(before, revision) if before else None,
+        "metadata": _plain(revision.metadata),
+    }
+
+
+def _proof_record(proof: Verification | None) -> dict[str, Any] | None:
+    if proof is None:
+        return None
+    return {"verified": proof.verified, "checks": [_check_record(check) for check in proof.checks]}
+
+
+def _check_record(check: Check) -> dict[str, Any]:
+    return {
+        "name": check.name,
+        "passed": check.passed,
+        "samples": check.samples,
+        "worst": check.worst if check.worst is not None and np.isfinite(check.worst) else None,
+        "unit": check.unit,
+        "failed": check.failed,
+        "failures": list(check.failures),
+    }
+
+
+def _plain(metadata: Mapping[str, str]) -> dict[str, str]:
+    return {key: metadata[key] for key in sorted(metadata)}
+
+
+def _short(indices: Any) -> Any:
+    return indices.astype(np.uint16) if not indices.size or int(indices.max()) < 2**16 else indices
+
+
+def _metres(point: Any) -> list[float]:
+    return [round(float(value), 6) + 0.0 for value in point]

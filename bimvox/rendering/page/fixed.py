@@ -1,0 +1,59 @@
+"""What stands on a site: the slab with its areas, structure, obstructions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.grid.boxes import boxes_of
+from bimvox.grid.labels import Label
+from bimvox.rendering.page.blob import Blob
+from bimvox.site.site import Blocker, Site
+
+NOTHING, GROUND, AREA, YARD = range(4)
+PROHIBITED = 8
+"""Added to a column's number where a zone forbids the hook."""
+
+
+def slab_map(site: Site) -> NDArray[np.uint8]:
+    """Return (Y, X) uint8 what the slab is in every column."""
+    slab = site.labels[:, :, 0]
+    columns = np.full(slab.shape, GROUND, np.uint8)
+    columns[slab == Label.AIR] = NOTHING
+    columns[slab == Label.CONSTRUCTION_AREA] = AREA
+    # The yard is what `Site.yard` says; labels of the slab need not repeat it.
+    columns[(slab == Label.YARD) | (site.yard & (columns == GROUND))] = YARD
+    closed = [zone for zone in (site.prohibited, site.no_load) if zone is not None]
+    if closed:
+        columns[np.logical_or.reduce(closed)] += PROHIBITED
+    return np.ascontiguousarray(columns.T)
+
+
+def standing(site: Site) -> tuple[Blocker, ...]:
+    """Return what stands there whatever the obstructions: structure, terrain, and a mast that no crane explains."""
+    return tuple(
+        blocker
+        for n, blocker in enumerate(site.blockers)
+        if blocker.kind == "structure"
+        or (blocker.kind == "crane" and site.crane is None)
+        or (n == 0 and bool((blocker.cells[:, 2] > 0).any()))
+    )
+
+
+def obstructions(site: Site) -> tuple[Blocker, ...]:
+    """Return the obstructions."""
+    return tuple(blocker for blocker in site.blockers if blocker.kind == "obstruction")
+
+
+def boxes_record(blocker: Blocker, blob: Blob) -> dict[str, Any]:
+    """Return the cells above the slab as few boxes, in cells."""
+    cells = blocker.cells[blocker.cells[:, 2] > 0]
+    boxes = np.zeros((0, 6), np.int32)
+    if len(cells):
+        low = cells.min(axis=0)
+        dense = np.zeros(cells.max(axis=0) - low + 1, np.bool_)
+        dense[tuple((cells - low).T)] = True
+        boxes = boxes_of(dense) + np.tile(low, 2)
+    return {"id": blocker.id, "kind": blocker.kind, "boxes": blob.put(boxes.astype(np.uint16))}

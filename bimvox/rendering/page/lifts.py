@@ -1,0 +1,105 @@
+"""The lifts of a plan as records: everything that the page says about one, in numbers from the plan itself."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.crane.kinematics import hook_of
+from bimvox.crane.load_chart import capacity_kg, utilisation
+from bimvox.crane.wind import permitted_wind_m_s
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion
+from bimvox.rendering.page.source import Revision
+from bimvox.site.component import Component
+from bimvox.site.site import Site
+
+
+def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
+    """Return what is known of a lift; where and when it is driven is added by the caller."""
+    site = revision.plan.site
+    component = site.components[lift.component]
+    place = lift.place
+    motion = next((m for m in revision.motions if m.order == lift.order), None)
+    culprits = revision.proof.culprits if revision.proof else frozenset()
+    carried = any(lift is own for own in revision.plan.lifts)
+    return {
+        "order": lift.order,
+        "part": lift.component,
+        "status": lift.status.value,
+        "carried": carried,
+        "method": lift.method.value if lift.method else None,
+        "moves": lift.moves,
+        "shortest_moves": lift.shortest_moves,
+        "contact_moves": lift.contact_moves,
+        "reason": lift.reason,
+        "blocked_by": list(lift.blocked_by),
+        "delivery": place.delivery if place else None,
+        "stored": place.pose.value if place else None,
+        "turn": place.turn if place else 0,
+        "start_m": _point(site.frame.corner_of(place.cell_vox)) if place else None,
+        "start_size_m": [round(n * site.frame.voxel_size_m, 6) for n in place.shape.size_vox] if place else None,
+        "lifting": _lifting(site, component),
+        "proven": None if revision.proof is None or lift.path_vox is None else component.id not in culprits,
+        "duration_s": motion.loaded.duration_s if motion else None,
+        "bound_s": motion.loaded.bound_s if motion else None,
+        "samples": sum(len(part.time_ns) for part in motion.trajectories) if motion else None,
+        "governs": _governing(site, motion) if motion else None,
+        "pick": _hook(site, motion, last=False) if motion else None,
+        "set": _hook(site, motion, last=True) if motion else None,
+    }
+
+
+def _lifting(site: Site, component: Component) -> dict[str, Any]:
+    """Where the slings hold the part, how high they are, and which wind its sail area allows."""
+    crane, rules = site.crane_of(component), site.rules
+    wind = None
+    if crane is not None:
+        hung_kg = component.mass_kg + crane.tackle_kg
+        wind = permitted_wind_m_s(crane.max_wind_m_s, hung_kg, component.sail_area_m2, rules.drag_coefficient)
+    rise_m = component.lifting.sling_rise_vox * site.frame.voxel_size_m
+    return {
+        "source": component.lifting.source,
+        "points_m": [list(point) for point in component.lifting.points_m],
+        "sling_m": None if crane is None else round(crane.sling_m + rise_m, 6),
+        "sail_area_m2": component.sail_area_m2,
+        "permitted_wind_m_s": None if wind is None else round(wind, 3),
+    }
+
+
+def _governing(site: Site, motion: LiftMotion) -> dict[str, Any] | None:
+    """The sample at which the part uses most of the crane's capacity, load and rigging together."""
+    crane = site.cranes[motion.crane]
+    mass_kg = site.components[motion.component].mass_kg + crane.tackle_kg
+    held = (motion.raising, motion.loaded)
+    time_ns = np.concatenate([part.time_ns for part in held])
+    radius_m = np.concatenate([part.radius_m for part in held])
+    used = utilisation(crane.chart, radius_m, mass_kg)
+    worst = int(np.argmax(used))
+    return {
+        "utilisation": float(used[worst]) if np.isfinite(used[worst]) else None,
+        "time_s": (motion.start_ns + int(time_ns[worst])) / 1e9,
+        "phase": motion.phase_at(motion.start_ns + int(time_ns[worst])).name.value,
+        "radius_m": float(radius_m[worst]),
+        "capacity_kg": float(capacity_kg(crane.chart, float(radius_m[worst]))),
+        "load_kg": mass_kg,
+    }
+
+
+def _hook(site: Site, motion: LiftMotion, *, last: bool) -> dict[str, Any]:
+    """Where the hook is when the part is hooked on, or set."""
+    crane = site.cranes[motion.crane]
+    part, n = (motion.loaded, -1) if last else (motion.raising, 0)
+    slew_rad, radius_m, height_m = float(part.slew_rad[n]), float(part.radius_m[n]), float(part.height_m[n])
+    return {
+        "hook_m": _point(hook_of(crane, slew_rad, radius_m, height_m)),
+        "slew_rad": slew_rad,
+        "radius_m": radius_m,
+        "height_m": height_m,
+    }
+
+
+def _point(at: NDArray[np.float64]) -> list[float]:
+    return [round(float(value), 6) + 0.0 for value in at]

@@ -1,0 +1,91 @@
+"""A plan as one HTML file. The same plan gives the same bytes."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import json
+import struct
+from html import escape
+
+from bimvox.rendering.page.assets import script, text_of
+from bimvox.rendering.page.document import document_of
+from bimvox.rendering.page.source import PageSource
+from bimvox.rendering.words import counted, hours
+
+_LEVEL = 9
+
+
+def page_of(source: PageSource, live: str = "") -> bytes:
+    """Return the page, UTF-8.
+
+    Nothing in it is fetched from anywhere, and its own policy forbids that. All that comes from the model or the log is
+    packed as data and is only ever shown as text.
+
+    Args:
+        source: What it shows.
+        live: Name of a script beside the page (see ``live_script``) that says when the page was written again; then it
+            loads itself anew. Empty for a page that asks nobody for anything.
+    """
+    style, program = text_of("page.css"), script()
+    shown = source.revisions[-1]
+    title = f"{shown.plan.site.name}: lift plan"
+    values = {
+        "POLICY": _policy(style, program, live=bool(live)),
+        "LIVE": f'\n<meta name="bimvox-live" content="{escape(live)}" data-version="{shown.sha256}">' if live else "",
+        "TITLE": escape(title),
+        "SUMMARY": escape(_summary(source)),
+        "STYLE": style,
+        "PROGRAM": program,
+        "DATA": pack(source),
+    }
+    head, *rest = text_of("page.html").split("{{")
+    parts = [head]
+    for piece in rest:
+        name, _, text = piece.partition("}}")
+        parts += [values[name], text]
+    return "".join(parts).encode()
+
+
+def pack(source: PageSource) -> str:
+    """Return the data: base64 of gzip of the length of the JSON (32 bits), the JSON, and the numbers, each aligned."""
+    document, numbers = document_of(source)
+    text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    return base64.b64encode(gzip.compress(struct.pack("<I", len(text)) + text + numbers, _LEVEL, mtime=0)).decode()
+
+
+def live_script(source: PageSource, *, ended: bool = False) -> bytes:
+    """Return the script beside a live page: which log the page shows now, and whether it will change again."""
+    shown = source.revisions[-1]
+    news = json.dumps({"version": shown.sha256, "revision": shown.number, "ended": ended})
+    return f"window.bimvoxLive?.({news});\n".encode()
+
+
+def _policy(style: str, program: str, *, live: bool) -> str:
+    """The content security policy: the page's own style and program, and nothing else from anywhere.
+
+    A live page may also run scripts from where it lies itself.
+    """
+    beside = " 'self'" if live else ""
+    return (
+        f"default-src 'none'; style-src '{_hash(style)}'; script-src '{_hash(program)}'{beside}; img-src data: blob:; "
+        "base-uri 'none'; form-action 'none'"
+    )
+
+
+def _hash(text: str) -> str:
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+
+
+def _summary(source: PageSource) -> str:
+    """The plan in a sentence, for readers without scripts."""
+    shown = source.revisions[-1]
+    planned = sum(lift.path_vox is not None for lift in shown.lifts)
+    words = f"{counted(planned, 'lift')} planned, {len(shown.lifts) - planned} infeasible"
+    if shown.motions:
+        words += f", {hours(max(motion.end_ns for motion in shown.motions))} of crane time"
+    proof = shown.proof
+    state = "proven" if proof and proof.verified else "NOT PROVEN"
+    return f"{words}; {state}. Log {shown.log}, SHA-256 {shown.sha256}."

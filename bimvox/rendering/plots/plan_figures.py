@@ -1,0 +1,134 @@
+"""The figures of a plan: how much of the crane's capacity its lifts use, and how near its paths are to the shortest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from bimvox.rendering.plots.bars import Bar, draw_bars
+from bimvox.rendering.plots.histogram import Mark, Series, draw_histogram
+from bimvox.rendering.plots.look import Format
+
+_LONG = 2.0
+_METHODS = ("policy", "retrained", "search")
+
+
+def draw_utilisation(lifts: Sequence[dict[str, Any]], critical_share: float, *, file_format: Format = "png") -> bytes:
+    """Return how many lifts use which share of the capacity.
+
+    Args:
+        lifts: Records with ``governs``; those without are left out.
+        critical_share: Marked.
+        file_format: ``png`` or ``svg``.
+    """
+    used = [lift["governs"]["utilisation"] for lift in lifts if lift["governs"]]
+    values = np.array([share for share in used if share is not None], np.float64)
+    marks = [Mark(critical_share, f"critical from {critical_share:.0%} on")]
+    if len(values):
+        marks.append(Mark(float(np.median(values)), f"median {np.median(values):.1%}"))
+    return draw_histogram(
+        [Series("", values)],
+        axis="capacity used at the governing sample",
+        counted="lifts",
+        title="Utilisation of the crane",
+        marks=marks,
+        bins=25,
+        low=0.0,
+        high=max(1.0, float(values.max(initial=0.0))),
+        percent=True,
+        file_format=file_format,
+    )
+
+
+def draw_path_ratios(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png") -> bytes:
+    """Return how long paths are against the fewest moves possible, by how they were found.
+
+    Args:
+        lifts: Records with ``method``, ``moves`` and ``shortest_moves``; those without a path are left out.
+        file_format: ``png`` or ``svg``.
+    """
+    paths = [lift for lift in lifts if lift["moves"] and lift["shortest_moves"]]
+    found = {
+        method: [lift["moves"] / lift["shortest_moves"] for lift in paths if lift["method"] == method]
+        for method in _METHODS
+    }
+    series = [Series(f"{method} ({len(ratios)})", np.array(ratios)) for method, ratios in found.items() if ratios]
+    longest = max((ratio for ratios in found.values() for ratio in ratios), default=1.0)
+    high = min(_LONG, max(1.2, longest))
+    beyond = f" ({_LONG:g} and more in the last bar)" if longest > _LONG else ""
+    whole = sum(lift["moves"] for lift in paths) / max(1, sum(lift["shortest_moves"] for lift in paths))
+    return draw_histogram(
+        series,
+        axis=f"moves / fewest possible{beyond}",
+        counted="lifts",
+        title="Length of the paths",
+        marks=[Mark(whole, f"all together {whole:.3f}")] if paths else [],
+        bins=20,
+        low=1.0,
+        high=high,
+        file_format=file_format,
+    )
+
+
+def draw_methods(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png") -> bytes:
+    """Return which share of the planned lifts each method found the path of.
+
+    Args:
+        lifts: Records with ``method``; those without are left out.
+        file_format: ``png`` or ``svg``.
+    """
+    found = [lift["method"] for lift in lifts if lift["method"]]
+    counts = {method: found.count(method) for method in _METHODS}
+    bars = [Bar(f"{method} ({count})", "", count / max(1, len(found)), 0.0, 0.0) for method, count in counts.items()]
+    return draw_bars(bars, axis="share of the planned lifts", title="How the paths were found", file_format=file_format)
+
+
+def draw_hook_travel(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png") -> bytes:
+    """Return how far the hook travels in a lift, empty and loaded.
+
+    Args:
+        lifts: Records with ``hook_travel_m``; those without are left out.
+        file_format: ``png`` or ``svg``.
+    """
+    values = np.array([lift["hook_travel_m"] for lift in lifts if lift["hook_travel_m"] is not None], np.float64)
+    marks = [Mark(float(np.median(values)), f"median {np.median(values):.0f} m")] if len(values) else []
+    return draw_histogram(
+        [Series("", values)],
+        axis="hook travel of a lift, m",
+        counted="lifts",
+        title=f"Hook travel, {values.sum() / 1000:.2f} km in all",
+        marks=marks,
+        bins=20,
+        low=0.0,
+        file_format=file_format,
+    )
+
+
+def draw_latencies(
+    latencies_ms: Sequence[float], *, bound_ms: float | None = None, file_format: Format = "png"
+) -> bytes:
+    """Return how long replans took, on a logarithmic scale.
+
+    Args:
+        latencies_ms: One a change, above 0.
+        bound_ms: What they must stay below, marked; None for no mark.
+        file_format: ``png`` or ``svg``.
+    """
+    values = np.array(latencies_ms, np.float64)
+    marks = []
+    if len(values):
+        marks = [Mark(float(np.median(values)), f"median {np.median(values):.0f} ms")]
+        marks.append(Mark(float(np.quantile(values, 0.95)), f"95 % below {np.quantile(values, 0.95):.0f} ms"))
+    if bound_ms is not None:
+        marks.append(Mark(bound_ms, f"wanted below {bound_ms:g} ms"))
+    return draw_histogram(
+        [Series("", values)],
+        axis="from the change to the written log, ms",
+        counted="replans",
+        title="Replan latency",
+        marks=marks,
+        logarithmic=len(values) > 0,
+        file_format=file_format,
+    )

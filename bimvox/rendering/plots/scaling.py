@@ -1,0 +1,70 @@
+"""Scaling: a figure against a size, both on logarithmic scales, with the slope that the points have."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from bimvox.rendering.plots.look import LINES, Format, bytes_of, house_style
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Growth:
+    """One series.
+
+    Attributes:
+        label: For the legend.
+        size: (N,) sizes above 0, ascending.
+        value: (N,) figures above 0.
+    """
+
+    label: str
+    size: NDArray[np.float64]
+    value: NDArray[np.float64]
+
+    @property
+    def exponent(self) -> float:
+        """The slope of the line through the logarithms: 1 is linear; not a number below two different sizes."""
+        if len(np.unique(self.size)) < 2:
+            return float("nan")
+        return float(np.polyfit(np.log(self.size), np.log(self.value), 1)[0])
+
+
+def draw_scaling(
+    series: Sequence[Growth], *, size: str, value: str, title: str = "", file_format: Format = "png"
+) -> bytes:
+    """Return the picture of figures against a size.
+
+    Args:
+        series: What grew; the legend says with which exponent.
+        size: What the size is, with its unit.
+        value: What the figure is, with its unit.
+        title: Above the axes.
+        file_format: ``png`` or ``svg``.
+    """
+    with house_style():
+        figure = Figure(figsize=(4.6, 3.2), layout="constrained")
+        axes = figure.add_subplot()
+        for n, one in enumerate(series):
+            look = LINES[n % len(LINES)]
+            slope = "" if np.isnan(one.exponent) else f"  ~ size^{one.exponent:.2f}"
+            axes.plot(
+                one.size,
+                one.value,
+                color=look.colour,
+                linestyle=look.dash,
+                marker=look.marker,
+                label=f"{one.label}{slope}",
+            )
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.set_xlabel(size)
+        axes.set_ylabel(value)
+        axes.set_title(title)
+        if series:
+            axes.legend()
+        return bytes_of(figure, file_format)

@@ -1,0 +1,42 @@
+"""PNG files: pictures without anything but pixels, so that the same picture gives the same bytes."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from bimvox.rendering.picture import PictureOptions, picture_of
+from bimvox.rendering.scene.scene import Scene
+
+
+def png_of(scene: Scene, options: PictureOptions | None = None) -> bytes:
+    """Return the picture of a scene as a PNG file; the same scene gives the same bytes.
+
+    Raises:
+        InputError: If the scene is empty.
+    """
+    return png_from_pixels(picture_of(scene, options))
+
+
+def small_png_of(scene: Scene, options: PictureOptions | None = None, *, colours: int = 192) -> bytes:
+    """Return the picture of a scene as a PNG file of few colours, about a third as large; equal scenes, equal bytes.
+
+    Raises:
+        InputError: If the scene is empty.
+    """
+    image = Image.fromarray(picture_of(scene, options))
+    # Without dithering: flat colours stay flat.
+    small = image.quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    buffer = io.BytesIO()
+    small.save(buffer, format="PNG", compress_level=9)
+    return buffer.getvalue()
+
+
+def png_from_pixels(pixels: NDArray[np.uint8]) -> bytes:
+    """Return (height, width, 3) uint8 pixels as a PNG file, without time or text in it."""
+    buffer = io.BytesIO()
+    Image.fromarray(pixels).save(buffer, format="PNG", compress_level=6)
+    return buffer.getvalue()

@@ -1,0 +1,306 @@
+"""The ray caster: which cell each pixel sees, how far away, and how light it is there.
+
+A ray walks from cell to cell (Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", 1987), and looks
+into the volume only below the highest solid of a column. Light is one sun, whose shadow rays differ between the
+samples of a pixel so that shadows have a soft rim, and the sky: less of it reaches a face where solids are near.
+"""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.grid.frame import GridFrame
+from bimvox.rendering.camera import Camera
+from bimvox.rendering.light import Light, face_light, sky_density
+
+NOTHING = np.float32(np.inf)
+"""Depth where a pixel sees nothing."""
+
+_BAND_ROWS = 32
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Buffers:
+    """What each sample of a picture sees.
+
+    Attributes:
+        solid: (H, W) uint32, 0 where it sees nothing.
+        plane: (H, W) int32, equal for samples on the same plane of the same solid.
+        depth_m: (H, W) float32 along the axis of view.
+        light: (H, W) float32 factor on the colour.
+    """
+
+    solid: NDArray[np.uint32]
+    plane: NDArray[np.int32]
+    depth_m: NDArray[np.float32]
+    light: NDArray[np.float32]
+
+
+def cast(
+    solids: NDArray[np.unsignedinteger], frame: GridFrame, camera: Camera, light: Light, samples: int, *, lines: float
+) -> Buffers:
+    """Look through every sample of a picture.
+
+    Args:
+        solids: (X, Y, Z), 0 for none.
+        frame: Metres to cells.
+        camera: With the samples as its pixels: ``samples`` times the picture's size.
+        light: The sun.
+        samples: Samples per pixel in each direction.
+        lines: How strongly the borders of cells are drawn, 0..1.
+    """
+    width, height = camera.size_px
+    buffers = Buffers(
+        np.zeros((height, width), np.uint32),
+        np.zeros((height, width), np.int32),
+        np.full((height, width), NOTHING, np.float32),
+        np.ones((height, width), np.float32),
+    )
+    low, solids = cropped(solids)
+    if solids.size == 0:
+        return buffers
+    size_m = frame.voxel_size_m
+    eye = (camera.eye_m - frame.corner_of(low)) / size_m
+    axes = np.stack([camera.right, camera.up, camera.forward])
+    lens = np.array([camera.focal_px, *camera.centre_px])
+    suns = light.directions(samples)
+    density, stride = sky_density(solids, size_m)
+    top = tops(solids)
+
+    def band(first: int) -> None:
+        last = min(first + _BAND_ROWS, height)
+        _cast_rows(
+            solids, top, eye, axes, lens, suns, face_light(light), density, stride, samples, size_m, lines,
+            first, last, buffers.solid, buffers.plane, buffers.depth_m, buffers.light,
+        )  # fmt: skip
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(band, range(0, height, _BAND_ROWS)))
+    return buffers
+
+
+def cropped(solids: NDArray[np.unsignedinteger]) -> tuple[NDArray[np.int64], NDArray[np.unsignedinteger]]:
+    """Return the lowest cell of the box around all that is filled, and that box; an empty box where nothing is."""
+    filled = solids != 0
+    low, high = np.zeros(3, np.int64), np.zeros(3, np.int64)
+    for axis in range(3):
+        there = np.flatnonzero(filled.any(axis=tuple(other for other in range(3) if other != axis)))
+        if not len(there):
+            return low, np.zeros((0, 0, 0), solids.dtype)
+        low[axis], high[axis] = there[0], there[-1] + 1
+    box = tuple(slice(int(a), int(b)) for a, b in zip(low, high, strict=True))
+    return low, np.ascontiguousarray(solids[box])
+
+
+@kernel
+def tops(solids: NDArray[np.unsignedinteger]) -> NDArray[np.int32]:
+    """Return one above the highest filled cell of every column: (X, Y) int32."""
+    nx, ny, nz = solids.shape
+    top = np.zeros((nx, ny), np.int32)
+    for i in range(nx):
+        for j in range(ny):
+            k = nz
+            while k > 0 and solids[i, j, k - 1] == 0:
+                k -= 1
+            top[i, j] = k
+    return top
+
+
+@kernel
+def first_hit(
+    solids: NDArray[np.unsignedinteger],
+    top: NDArray[np.int32],
+    ox: float,
+    oy: float,
+    oz: float,
+    dx: float,
+    dy: float,
+    dz: float,
+) -> tuple[int, int, int, int, float]:
+    """Follow a ray to the first filled cell.
+
+    Args:
+        solids: (X, Y, Z), 0 for none.
+        top: One above the highest filled cell of every column.
+        ox: Origin of the ray in cells; oy, oz the same.
+        oy: See ox.
+        oz: See ox.
+        dx: Direction of the ray; dy, dz the same.
+        dy: See dx.
+        dz: See dx.
+
+    Returns:
+        The cell, the axis across whose border the ray came in, and how far along the ray; axis -1 for no hit.
+    """
+    nx, ny, nz = solids.shape
+    enter, leave, axis = 0.0, np.inf, 2
+    for a in range(3):
+        o = ox if a == 0 else (oy if a == 1 else oz)
+        d = dx if a == 0 else (dy if a == 1 else dz)
+        n = nx if a == 0 else (ny if a == 1 else nz)
+        if d == 0.0:
+            if o < 0.0 or o >= n:
+                return 0, 0, 0, -1, 0.0
+            continue
+        near, far = -o / d, (n - o) / d
+        if near > far:
+            near, far = far, near
+        if near > enter:
+            enter, axis = near, a
+        leave = min(leave, far)
+    if enter >= leave:
+        return 0, 0, 0, -1, 0.0
+    i = min(max(int(np.floor(ox + dx * enter + dx * 1e-9)), 0), nx - 1)
+    j = min(max(int(np.floor(oy + dy * enter + dy * 1e-9)), 0), ny - 1)
+    k = min(max(int(np.floor(oz + dz * enter + dz * 1e-9)), 0), nz - 1)
+    step_i, step_j, step_k = (1 if dx > 0 else -1), (1 if dy > 0 else -1), (1 if dz > 0 else -1)
+    wide_x = abs(1.0 / dx) if dx != 0.0 else np.inf
+    wide_y = abs(1.0 / dy) if dy != 0.0 else np.inf
+    wide_z = abs(1.0 / dz) if dz != 0.0 else np.inf
+    next_x = (i + (dx > 0) - ox) / dx if dx != 0.0 else np.inf
+    next_y = (j + (dy > 0) - oy) / dy if dy != 0.0 else np.inf
+    next_z = (k + (dz > 0) - oz) / dz if dz != 0.0 else np.inf
+    along = enter
+    while True:
+        if k < top[i, j] and solids[i, j, k] != 0:
+            return i, j, k, axis, along
+        if next_x < next_y and next_x < next_z:
+            i += step_i
+            if i < 0 or i >= nx:
+                return 0, 0, 0, -1, 0.0
+            along, axis = next_x, 0
+            next_x += wide_x
+        elif next_y < next_z:
+            j += step_j
+            if j < 0 or j >= ny:
+                return 0, 0, 0, -1, 0.0
+            along, axis = next_y, 1
+            next_y += wide_y
+        else:
+            k += step_k
+            if k < 0 or k >= nz:
+                return 0, 0, 0, -1, 0.0
+            along, axis = next_z, 2
+            next_z += wide_z
+
+
+@kernel
+def openness(
+    density: NDArray[np.float32], stride: int, x: float, y: float, z: float, nx: float, ny: float, nz: float
+) -> float:
+    """Return how much of the sky reaches a point with a normal, 0..1, from the density of solids before it."""
+    reach = 1.5 * stride
+    gx, gy, gz = (x + nx * reach) / stride + 0.5, (y + ny * reach) / stride + 0.5, (z + nz * reach) / stride + 0.5
+    i, j, k = int(np.floor(gx)), int(np.floor(gy)), int(np.floor(gz))
+    fx, fy, fz = gx - i, gy - j, gz - k
+    total = 0.0
+    for a in range(2):
+        for b in range(2):
+            for c in range(2):
+                p, q, r = i + a, j + b, k + c
+                inside = 0 <= p < density.shape[0] and 0 <= q < density.shape[1] and 0 <= r < density.shape[2]
+                weight = (fx if a else 1.0 - fx) * (fy if b else 1.0 - fy) * (fz if c else 1.0 - fz)
+                if inside:
+                    total += weight * density[p, q, r]
+    return max(0.0, 1.0 - total)
+
+
+@kernel
+def _filled(solids: NDArray[np.unsignedinteger], i: int, j: int, k: int) -> bool:
+    nx, ny, nz = solids.shape
+    return 0 <= i < nx and 0 <= j < ny and 0 <= k < nz and bool(solids[i, j, k])
+
+
+@kernel
+def _corner_light(solids: NDArray[np.unsignedinteger], i: int, j: int, k: int, axis: int, u: float, v: float) -> float:
+    """Light at the point (u, v) of a face, less near the cells that stand beside the cell (i, j, k) before the face."""
+    shade = 0.0
+    for a in range(-1, 2):
+        for b in range(-1, 2):
+            # How near the point is to that neighbour: 1 at its border, 0 half a cell away.
+            near_u = 1.0 if a == 0 else max(0.0, 1.0 - 2.0 * (1.0 - u if a > 0 else u))
+            near_v = 1.0 if b == 0 else max(0.0, 1.0 - 2.0 * (1.0 - v if b > 0 else v))
+            near = near_u * near_v
+            if near <= shade or (a == 0 and b == 0):
+                continue
+            if axis == 0:
+                there = _filled(solids, i, j + a, k + b)
+            elif axis == 1:
+                there = _filled(solids, i + a, j, k + b)
+            else:
+                there = _filled(solids, i + a, j + b, k)
+            if there:
+                shade = near
+    return 1.0 - shade * shade
+
+
+@kernel
+def _cast_rows(
+    solids: NDArray[np.unsignedinteger],
+    top: NDArray[np.int32],
+    eye: NDArray[np.float64],
+    axes: NDArray[np.float64],
+    lens: NDArray[np.float64],
+    suns: NDArray[np.float64],
+    facing: NDArray[np.float64],
+    density: NDArray[np.float32],
+    stride: int,
+    samples: int,
+    size_m: float,
+    lines: float,
+    first: int,
+    last: int,
+    out_solid: NDArray[np.uint32],
+    out_plane: NDArray[np.int32],
+    out_depth: NDArray[np.float32],
+    out_light: NDArray[np.float32],
+) -> None:
+    focal, centre_x, centre_y = lens[0], lens[1], lens[2]
+    ox, oy, oz = eye[0], eye[1], eye[2]
+    for row in range(first, last):
+        b = (centre_y - (row + 0.5)) / focal
+        for column in range(out_solid.shape[1]):
+            a = (column + 0.5 - centre_x) / focal
+            dx = axes[2, 0] + a * axes[0, 0] + b * axes[1, 0]
+            dy = axes[2, 1] + a * axes[0, 1] + b * axes[1, 1]
+            dz = axes[2, 2] + a * axes[0, 2] + b * axes[1, 2]
+            i, j, k, axis, along = first_hit(solids, top, ox, oy, oz, dx, dy, dz)
+            if axis < 0:
+                continue
+            x, y, z = ox + dx * along, oy + dy * along, oz + dz * along
+            out_solid[row, column] = solids[i, j, k]
+            out_depth[row, column] = along * size_m
+            # The cell before the face, and where on the face.
+            nx, ny, nz = 0, 0, 0
+            if axis == 0:
+                nx = -1 if dx > 0 else 1
+                face, at, u, v = (0 if nx < 0 else 1), i, y - j, z - k
+            elif axis == 1:
+                ny = -1 if dy > 0 else 1
+                face, at, u, v = (2 if ny < 0 else 3), j, x - i, z - k
+            else:
+                nz = -1 if dz > 0 else 1
+                face, at, u, v = (4 if nz < 0 else 5), k, x - i, y - j
+            out_plane[row, column] = face * (1 << 24) + at
+            sun = suns[(row % samples) * samples + column % samples]
+            lit = facing[face, 1]
+            if lit > 0.0:
+                _, _, _, shadow, _ = first_hit(
+                    solids, top, x + nx * 1e-4, y + ny * 1e-4, z + nz * 1e-4, sun[0], sun[1], sun[2]
+                )
+                if shadow >= 0:
+                    lit = 0.0
+            sky = openness(density, stride, x, y, z, nx, ny, nz)
+            corner = _corner_light(solids, i + nx, j + ny, k + nz, axis, u, v)
+            light = facing[face, 0] * (0.45 + 0.55 * sky) * (0.75 + 0.25 * corner) + lit * (0.8 + 0.2 * sky)
+            if lines > 0.0:
+                border = min(min(u, 1.0 - u), min(v, 1.0 - v))
+                across = focal / along * border / samples
+                light *= 1.0 - lines * max(0.0, 1.0 - across)
+            out_light[row, column] = light

@@ -1,0 +1,84 @@
+"""The load chart with every lift in it: how near the crane's limit each one comes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.rendering.report.svg import element, picture, text, ticks
+from bimvox.rendering.report.words import fixed, named
+
+_WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 1040.0, 360.0, 62.0, 14.0, 12.0, 40.0
+_STEPS_M = (1.0, 2.0, 5.0, 10.0, 20.0)
+_STEPS_T = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
+_POINTS = 240
+
+
+def load_chart(crane: TowerCrane, lifts: Sequence[dict[str, Any]], critical_share: float) -> str:
+    """Return the capacity over the radius, and each lift where its governing sample is, as SVG.
+
+    Args:
+        crane: The crane.
+        lifts: Records of lifts; those without a governing sample are left out.
+        critical_share: Drawn as a second curve.
+    """
+    held = [lift for lift in lifts if lift["governs"]]
+    radius_m = np.linspace(crane.min_radius_m, crane.jib_length_m, _POINTS)
+    carries_kg = capacity_kg(crane.chart, radius_m)
+    most_kg: float = max(float(carries_kg.max()), *(lift["governs"]["load_kg"] for lift in held), 1.0) * 1.05
+
+    def x(at_m: float) -> float:
+        return _LEFT + float(at_m) / crane.jib_length_m * (_WIDTH - _LEFT - _RIGHT)
+
+    def y(mass_kg: float) -> float:
+        return _HEIGHT - _BOTTOM - float(mass_kg) / most_kg * (_HEIGHT - _TOP - _BOTTOM)
+
+    def curve(share: float, class_: str) -> str:
+        points = " ".join(f"{x(r):.1f},{y(share * c):.1f}" for r, c in zip(radius_m, carries_kg, strict=True))
+        return element("polyline", points=points, class_=class_)
+
+    parts = []
+    for at in ticks(0.0, crane.jib_length_m, 14, _STEPS_M):
+        parts.append(element("line", x1=x(at), x2=x(at), y1=_TOP, y2=_HEIGHT - _BOTTOM, class_="grid"))
+        parts.append(text(fixed(at, 0), x(at), _HEIGHT - _BOTTOM + 14.0, text_anchor="middle", class_="tick"))
+    for at in ticks(0.0, most_kg / 1000.0, 7, _STEPS_T):
+        parts.append(element("line", x1=_LEFT, x2=_WIDTH - _RIGHT, y1=y(at * 1000), y2=y(at * 1000), class_="grid"))
+        parts.append(text(f"{at:g}", _LEFT - 6.0, y(at * 1000) + 4.0, text_anchor="end", class_="tick"))
+    parts.append(text("radius of the hook, m", _WIDTH / 2.0, _HEIGHT - 6.0, text_anchor="middle", class_="axis"))
+    middle = (_TOP + _HEIGHT - _BOTTOM) / 2.0
+    parts.append(
+        text(
+            "load and rigging, t",
+            14.0,
+            middle,
+            text_anchor="middle",
+            class_="axis",
+            transform=f"rotate(-90 14 {middle:g})",
+        )
+    )
+    parts += [curve(critical_share, "threshold"), curve(1.0, "capacity")]
+    parts += [_point(lift, x, y) for lift in held]
+    return picture(_WIDTH, _HEIGHT, f"Load chart of {crane.name} with {len(held)} lifts", parts, "chart")
+
+
+def _point(lift: dict[str, Any], x: Any, y: Any) -> str:
+    governs = lift["governs"]
+    at_x, at_y = x(governs["radius_m"]), y(governs["load_kg"])
+    if lift["critical"]:
+        d = f"M{at_x:.1f} {at_y - 5.5:.1f}l5 9h-10z"
+        mark = element("path", _title(lift), d=d, class_="dot critical")
+    else:
+        mark = element("circle", _title(lift), cx=at_x, cy=at_y, r=3.0, class_="dot")
+    return mark
+
+
+def _title(lift: dict[str, Any]) -> str:
+    from html import escape
+
+    used = lift["governs"]["utilisation"]
+    share = "beyond the chart" if used is None else f"{fixed(used * 100, 1)} %"
+    return element("title", escape(f"Lift {lift['order'] + 1}, {named(lift)}: {share}"))

@@ -1,0 +1,113 @@
+"""The Gantt chart: one bar a lift, its phases in three shades that stay apart in gray."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from bimvox.rendering.report.record import CARRYING
+from bimvox.rendering.report.svg import element, picture, text, ticks
+from bimvox.rendering.report.words import clock, named
+
+LIFTS_A_CHART = 45
+"""So many bars fit a printed page."""
+
+_WIDTH, _LEFT, _RIGHT, _TOP, _ROW = 1040.0, 232.0, 12.0, 26.0, 13.0
+_STEPS_S = (10.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 14400.0, 28800.0, 86400.0, 604800.0)
+
+
+def gantt_charts(lifts: Sequence[dict[str, Any]]) -> list[str]:
+    """Return charts of ``LIFTS_A_CHART`` lifts each, as SVG; each has the time axis of its own lifts.
+
+    Args:
+        lifts: Records of lifts; those that have no time are left out.
+    """
+    timed = [lift for lift in lifts if lift["begins_s"] is not None]
+    return [_chart(timed[first : first + LIFTS_A_CHART]) for first in range(0, len(timed), LIFTS_A_CHART)]
+
+
+def crane_chart(lifts: Sequence[dict[str, Any]], cranes: Sequence[str]) -> str:
+    """Return all lifts of several cranes, a row a crane, as SVG; empty where none has a time.
+
+    Args:
+        lifts: Records of lifts.
+        cranes: Names of the cranes, by their numbers.
+    """
+    timed = [lift for lift in lifts if lift["begins_s"] is not None]
+    if not timed:
+        return ""
+    low, high = min(lift["begins_s"] for lift in timed), max(lift["ends_s"] for lift in timed)
+    scale = (_WIDTH - _LEFT - _RIGHT) / max(high - low, 1e-9)
+    height = _TOP + 1.5 * _ROW * len(cranes) + 6.0
+    parts = _axis(low, high, scale, height)
+    for number, name in enumerate(cranes):
+        y = _TOP + 1.5 * number * _ROW
+        parts.append(text(name[:36], _LEFT - 8.0, y + 9.5, text_anchor="end", class_="label"))
+        for lift in timed:
+            if lift["crane"] == number:
+                parts += _rectangles(lift["phases"], low, scale, y)
+    return picture(_WIDTH, height, f"Gantt chart of {len(cranes)} cranes", parts, "gantt")
+
+
+def _axis(low: float, high: float, scale: float, height: float) -> list[str]:
+    parts = []
+    for at in ticks(low, high, 9, _STEPS_S):
+        x = _LEFT + (at - low) * scale
+        parts.append(element("line", x1=x, x2=x, y1=_TOP - 5.0, y2=height - 4.0, class_="grid"))
+        parts.append(text(clock(at), x, _TOP - 9.0, text_anchor="middle", class_="tick"))
+    return parts
+
+
+def _chart(lifts: Sequence[dict[str, Any]]) -> str:
+    low, high = min(lift["begins_s"] for lift in lifts), max(lift["ends_s"] for lift in lifts)
+    scale = (_WIDTH - _LEFT - _RIGHT) / max(high - low, 1e-9)
+    height = _TOP + _ROW * len(lifts) + 6.0
+    parts = _axis(low, high, scale, height)
+    for row, lift in enumerate(lifts):
+        parts.append(_bar(lift, low, scale, _TOP + row * _ROW))
+    first, last = lifts[0]["order"] + 1, lifts[-1]["order"] + 1
+    return picture(_WIDTH, height, f"Gantt chart of lifts {first} to {last}", parts, "gantt")
+
+
+def _bar(lift: dict[str, Any], low: float, scale: float, y: float) -> str:
+    mark = "▲ " if lift["critical"] else ""
+    label = f"{mark}{lift['order'] + 1}  {named(lift)}"
+    label = label if len(label) <= 36 else label[:35] + "…"
+    spans = lift["phases"] or [["traverse", lift["begins_s"], lift["ends_s"]]]
+    parts = [text(label, _LEFT - 8.0, y + 9.5, text_anchor="end", class_="label critical" if mark else "label")]
+    parts += _rectangles(spans, low, scale, y)
+    words = f"Lift {lift['order'] + 1}, {named(lift)}: {clock(lift['begins_s'])} to {clock(lift['ends_s'])}"
+    return element(
+        "g", element("title", words.replace("&", "&amp;").replace("<", "&lt;")), *parts, data_order=lift["order"]
+    )
+
+
+def _rectangles(spans: Sequence[Sequence[Any]], low: float, scale: float, y: float) -> list[str]:
+    parts = []
+    for name, start, end in _joined(spans):
+        inset = {"carrying": 1.0, "handling": 2.5, "empty": 4.5}[name]
+        parts.append(
+            element(
+                "rect",
+                x=_LEFT + (start - low) * scale,
+                y=y + inset,
+                width=max((end - start) * scale, 0.4),
+                height=_ROW - 1.0 - 2.0 * inset,
+                class_=name,
+            )
+        )
+    return parts
+
+
+def _joined(spans: Sequence[Sequence[Any]]) -> list[tuple[str, float, float]]:
+    """Phases of one kind that follow each other as one; a crane that waits is left open."""
+    joined: list[tuple[str, float, float]] = []
+    for name, start, end in spans:
+        if name == "wait":
+            continue
+        kind = "carrying" if name in CARRYING else "empty" if name in ("approach", "leave") else "handling"
+        if joined and joined[-1][0] == kind and joined[-1][2] == start:
+            joined[-1] = (kind, joined[-1][1], end)
+        else:
+            joined.append((kind, start, end))
+    return joined

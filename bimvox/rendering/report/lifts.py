@@ -1,0 +1,132 @@
+"""The tables of lifts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import Any
+
+from bimvox.rendering.report.html import number, row, table, tag
+from bimvox.rendering.report.words import METHODS, clock, fixed, named, span, tonnes
+from bimvox.rendering.words import PHASES
+
+_COLUMNS = (
+    "Lift",
+    "Part\nGlobalId",
+    "Pick point, hook\nx, y, z m; radius, slew",
+    "Set point, hook\nx, y, z m; radius, slew",
+    "Load t\n+ rigging",
+    "Radius m\ngoverning",
+    "Capacity\nt",
+    "Use\n%",
+    "Governing sample\nclock, phase",
+    "Begins\nlasts",
+    "Carrying\n/ bound",
+    "Path\nmoves / fewest",
+    "Status\nproof",
+)
+
+
+def lift_table(lifts: Iterable[dict[str, Any]], *, proof_made: bool, id_: str, caption: str) -> str:
+    """Return a table of lifts.
+
+    Args:
+        lifts: Records of lifts, in the order in which they are shown.
+        proof_made: Whether the log was proven for this report.
+        id_: Of the table.
+        caption: For those who do not see the page.
+    """
+    return table(_COLUMNS, [_row(lift, proof_made) for lift in lifts], class_="lifts", caption=caption, id_=id_)
+
+
+def critical_first(lifts: Sequence[dict[str, Any]], critical: Sequence[int]) -> list[dict[str, Any]]:
+    """Return all lifts, those of these orders first, in their order; then the others as they are."""
+    by_order = {lift["order"]: lift for lift in lifts}
+    chosen = set(critical)
+    return [by_order[order] for order in critical] + [lift for lift in lifts if lift["order"] not in chosen]
+
+
+def _row(lift: dict[str, Any], proof_made: bool) -> str:
+    governs = lift["governs"]
+    classes = [name for name in ("critical",) if lift[name]]
+    if lift["status"] != "planned":
+        classes.append("bad")
+    cells = [
+        number(lift["order"], str(lift["order"] + 1), "order"),
+        f"<b>{escape(named(lift))}</b>{_crane(lift)}<br>{tag('code', escape(lift['global_id']))}",
+        _hook(lift["pick"], "pick"),
+        _hook(lift["set"], "set"),
+        *(_load(lift, governs)),
+        _times(lift),
+        _carrying(lift),
+        _path(lift),
+        _status(lift, proof_made),
+    ]
+    return row(cells, " ".join(classes), data_order=str(lift["order"]))
+
+
+def _crane(lift: dict[str, Any]) -> str:
+    """The number of its crane, where there are several."""
+    return f", crane {lift['crane'] + 1}" if "crane" in lift else ""
+
+
+def _hook(at: dict[str, Any] | None, which: str) -> str:
+    if at is None:
+        return number(None, "")
+    axes = zip("xyz", at["hook_m"], strict=True)
+    point = ", ".join(number(value, fixed(value, 2), f"{which}_{axis}_m") for axis, value in axes)
+    radius = number(at["radius_m"], f"r {fixed(at['radius_m'], 2)}", f"{which}_radius_m")
+    slew = number(at["slew_rad"], f"{fixed(math.degrees(at['slew_rad']) % 360.0, 1)}°", f"{which}_slew_rad")
+    return f"{point}<br>{radius}, {slew}"
+
+
+def _load(lift: dict[str, Any], governs: dict[str, Any] | None) -> list[str]:
+    mass = number(lift["mass_kg"], tonnes(lift["mass_kg"]), "mass_kg")
+    if governs is None:
+        return [mass, *[number(None, "")] * 4]
+    used = governs["utilisation"]
+    mark = "▲ " if lift["critical"] else ""
+    phase = escape(PHASES.get(governs["phase"], governs["phase"])) if governs.get("phase") else ""
+    moment = number(governs["time_s"], clock(governs["time_s"]), "governing_time_s")
+    share = number(used, f"{mark}{fixed(used * 100, 1)}", "utilisation") if used is not None else f"{mark}beyond"
+    return [
+        f"{mass}<br>{number(governs['load_kg'], tonnes(governs['load_kg']), 'load_kg')}",
+        number(governs["radius_m"], fixed(governs["radius_m"], 2), "radius_m"),
+        number(governs["capacity_kg"], tonnes(governs["capacity_kg"]), "capacity_kg"),
+        share,
+        f"{moment}<br>{phase}",
+    ]
+
+
+def _times(lift: dict[str, Any]) -> str:
+    if lift["begins_s"] is None:
+        return number(None, "")
+    length_s = lift["ends_s"] - lift["begins_s"]
+    begins = number(lift["begins_s"], clock(lift["begins_s"]), "begins_s")
+    return f"{begins}<br>{number(length_s, span(length_s), 'length_s')}"
+
+
+def _carrying(lift: dict[str, Any]) -> str:
+    if lift["duration_s"] is None:
+        return number(None, "")
+    carrying = number(lift["duration_s"], f"{fixed(lift['duration_s'], 1)} s", "duration_s")
+    return f"{carrying}<br>{number(lift['bound_s'], fixed(lift['bound_s'], 1) + ' s', 'bound_s')}"
+
+
+def _path(lift: dict[str, Any]) -> str:
+    if lift["moves"] is None:
+        return number(None, "")
+    moves = number(lift["moves"], fixed(lift["moves"], 0), "moves")
+    fewest = number(lift["shortest_moves"], fixed(lift["shortest_moves"] or 0, 0), "shortest_moves")
+    return f"{escape(METHODS.get(lift['method'], lift['method'] or ''))}<br>{moves} / {fewest}"
+
+
+def _status(lift: dict[str, Any], proof_made: bool) -> str:
+    if lift["status"] != "planned":
+        return f"<b>✕ {escape(lift['status'])}</b>"
+    if lift["proven"] is None:
+        words = "not in this log" if proof_made else "NOT PROVEN"
+    else:
+        words = "✓ proven" if lift["proven"] else "✕ PROOF FAILED"
+    return f"{escape(lift['status'])}<br>{words}"

@@ -1,0 +1,109 @@
+"""The lift plan record as one HTML file that prints. The same plan gives the same bytes."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from importlib.resources import files
+from typing import Any
+
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.rendering.report import sections
+from bimvox.rendering.report.html import tag
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A picture in the report.
+
+    Attributes:
+        data: The file.
+        media_type: ``image/png`` or ``image/svg+xml``.
+        alt: What it shows, for those who do not see it; and its caption.
+        orders: Lifts that it is about.
+    """
+
+    data: bytes
+    media_type: str
+    alt: str
+    orders: tuple[int, ...] = ()
+
+    def html(self) -> str:
+        """Return it as an element that needs no other file."""
+        source = f"data:{self.media_type};base64,{base64.b64encode(self.data).decode()}"
+        return (
+            f'<figure><img src="{source}" alt="{escape(self.alt)}"><figcaption>{escape(self.alt)}</figcaption></figure>'
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """The pictures of a report.
+
+    Attributes:
+        overview: The finished building; None for none.
+        blocked: What blocks infeasible parts.
+        plots: Figures about all lifts.
+    """
+
+    overview: Figure | None = None
+    blocked: tuple[Figure, ...] = ()
+    plots: tuple[Figure, ...] = ()
+
+
+def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: Figures | None = None) -> bytes:
+    """Return the report, UTF-8.
+
+    Nothing in it is fetched from anywhere, and it has no program: its own policy forbids both. All that comes from the
+    model or the log is only ever text. The record itself is in it as JSON (``<script type="application/json">``, which
+    is data and is not run).
+
+    Args:
+        record: Of the plan, as ``record_of`` gives it.
+        cranes: The site's cranes, for their load charts.
+        figures: Pictures, if any.
+    """
+    figures = figures or Figures()
+    style = (files(__package__) / "report.css").read_text(encoding="utf-8")
+    policy = f"default-src 'none'; style-src '{_hash(style)}'; img-src data:; base-uri 'none'; form-action 'none'"
+    title = f"{record['site']['name']}: lift plan record"
+    body = "".join(
+        [
+            sections.heading(record),
+            figures.overview.html() if figures.overview else "",
+            sections.infeasible(record, [(figure.orders, figure.html()) for figure in figures.blocked]),
+            sections.critical(record),
+            sections.lifts(record),
+            sections.gantt(record),
+            sections.machine(record, cranes),
+            _plots(figures.plots),
+            sections.deliveries(record),
+            sections.proof(record),
+            sections.inputs(record),
+            sections.remarks(record),
+        ]
+    )
+    # "<" cannot stand in the data: "</script" would end it.
+    data = json.dumps(record, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        '<meta name="referrer" content="no-referrer">\n'
+        f'<title>{escape(title)}</title>\n<link rel="icon" href="data:,">\n<style>{style}</style>\n</head>\n'
+        f'<body>\n{body}\n<script type="application/json" id="record">{data}</script>\n</body>\n</html>\n'
+    ).encode()
+
+
+def _plots(plots: Sequence[Figure]) -> str:
+    if not plots:
+        return ""
+    return tag("section", "<h2>Figures</h2>" + tag("div", "".join(plot.html() for plot in plots), "plots"))
+
+
+def _hash(text: str) -> str:
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()

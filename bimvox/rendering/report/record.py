@@ -1,0 +1,285 @@
+"""The lift plan record as plain values: every number that the report shows comes from here."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+from bimvox.motion.figures import hook_travel_m
+from bimvox.records.lift import Lift, Status
+from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.proof import Check, Verification
+from bimvox.rendering.page.lifts import lift_record
+from bimvox.rendering.page.source import Revision
+from bimvox.site.site import Site
+
+FORMAT = 1
+CARRYING = frozenset((PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER))
+"""Phases in which the load is on its way."""
+
+_VALUES = ("policy", "policy_steps", "seed", "bimvox", "schema_version")
+"""Metadata that says how the plan was made, besides files."""
+
+
+def record_of(revision: Revision, *, critical_share: float | None = None) -> dict[str, Any]:
+    """Return the record of a plan, as JSON values.
+
+    Args:
+        revision: The plan as its log holds it.
+        critical_share: From which share of the capacity on a lift is critical, 0..1; None: as the site's rules say.
+
+    Returns:
+        ``log, site, crane, totals, methods, lifts, critical, infeasible, deliveries, proof, inputs, clashes, notes``;
+        ``critical`` are orders of lifts, the most used capacity first; ``infeasible`` orders of lifts, first those that
+        are not blocked only by other infeasible ones.
+    """
+    site = revision.plan.site
+    if critical_share is None:
+        critical_share = site.rules.critical_share
+    motions = {motion.order: motion for motion in revision.motions}
+    lifts = [_lift(revision, lift, motions.get(lift.order), critical_share) for lift in revision.lifts]
+    critical = sorted((lift for lift in lifts if lift["critical"]), key=_most_used)
+    return {
+        "format": FORMAT,
+        "log": {
+            "name": revision.log,
+            "sha256": revision.sha256,
+            "revision": revision.number,
+            "extract": bool(revision.context),
+            "recovered": revision.metadata.get("recovered") == "true",
+        },
+        "site": _site(site),
+        "crane": _crane(site.crane) if site.crane else None,
+        **({"other_cranes": [_crane(crane) for crane in site.other_cranes]} if site.other_cranes else {}),
+        "totals": _totals(revision, lifts) | _of_cranes(site, lifts),
+        "methods": _methods(lifts),
+        "critical_share": critical_share,
+        "lifts": lifts,
+        "critical": [lift["order"] for lift in critical],
+        "infeasible": _causes_first(lifts),
+        "deliveries": _deliveries(lifts),
+        "proof": _proof(revision.proof),
+        "inputs": inputs_of(revision),
+        "clashes": [
+            {"first": c.first, "second": c.second, "depth_m": c.depth_m, "at_least": c.at_least}
+            for c in revision.plan.clashes
+        ],
+        "notes": [*site.notes, *site.obstruction_notes, *revision.plan.notes],
+    }
+
+
+def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_share: float) -> dict[str, Any]:
+    component = revision.plan.site.components[lift.component]
+    track = next((track for track in revision.tracks if track.lift.order == lift.order), None)
+    record = lift_record(revision, lift)
+    used = record["governs"]["utilisation"] if record["governs"] else None
+    return {
+        **record,
+        **({"crane": component.crane} if revision.plan.site.other_cranes else {}),
+        "id": component.id,
+        "global_id": component.global_id,
+        "name": component.name,
+        "ifc_class": component.ifc_class,
+        "storey": component.storey,
+        "mass_kg": component.mass_kg,
+        "mass_source": component.mass_source,
+        # A sample beyond the chart has no share, and nothing is more critical.
+        "critical": record["governs"] is not None and (used is None or used >= critical_share),
+        "begins_s": track.start_ns / 1e9 if track else None,
+        "ends_s": track.end_ns / 1e9 if track else None,
+        "hook_travel_m": hook_travel_m(revision.plan.site, motion) if motion else None,
+        "phases": [[p.name.value, p.start_ns / 1e9, p.end_ns / 1e9] for p in motion.phases] if motion else [],
+    }
+
+
+def _causes_first(lifts: list[dict[str, Any]]) -> list[int]:
+    bad = [lift for lift in lifts if lift["status"] == Status.INFEASIBLE.value]
+    ids = {lift["id"] for lift in bad}
+    follow = {lift["order"] for lift in bad if lift["blocked_by"] and ids.issuperset(lift["blocked_by"])}
+    return sorted((lift["order"] for lift in bad), key=lambda order: (order in follow, order))
+
+
+def _most_used(lift: dict[str, Any]) -> tuple[float, int]:
+    used = lift["governs"]["utilisation"]
+    return (-np.inf if used is None else -used, lift["order"])
+
+
+def _site(site: Site) -> dict[str, Any]:
+    size_m = site.frame.voxel_size_m
+    return {
+        "name": site.name,
+        "model": str(site.source.get("name", "")),
+        "shape": list(site.shape),
+        "extent_m": [round(n * size_m, 6) for n in site.shape],
+        "voxel_size_m": size_m,
+        "origin_m": list(site.frame.origin_m),
+        "yard_m2": float(np.count_nonzero(site.yard)) * size_m**2,
+        "obstructions": [blocker.id for blocker in site.blockers if blocker.kind == "obstruction"],
+        "structure": sum(blocker.kind == "structure" for blocker in site.blockers),
+        "no_load_m2": 0.0 if site.no_load is None else float(np.count_nonzero(site.no_load)) * size_m**2,
+        "prohibited_m2": 0.0 if site.prohibited is None else float(np.count_nonzero(site.prohibited)) * size_m**2,
+        "rules": {
+            "clearance_m": site.rules.clearance_m,
+            "contact_tolerance_m": site.rules.contact_tolerance_m,
+            "support_gap_m": site.rules.support_gap_m,
+            "rope": site.rules.rope,
+            "sample_period_s": site.rules.sample_period_s,
+            "swing": site.rules.swing.value,
+            "wind_speed_m_s": site.rules.wind_speed_m_s,
+            "drag_coefficient": site.rules.drag_coefficient,
+            "sling_angle_rad": site.rules.sling_angle_rad,
+        },
+    }
+
+
+def _crane(crane: TowerCrane) -> dict[str, Any]:
+    return {
+        "name": crane.name,
+        "kind": crane.kind,
+        "luffing": _luffing(crane),
+        "base_m": list(crane.base_m),
+        "jib_height_m": crane.jib_height_m,
+        "jib_length_m": crane.jib_length_m,
+        "min_radius_m": crane.min_radius_m,
+        "sling_m": crane.sling_m,
+        "rigging_mass_kg": crane.rigging_mass_kg,
+        "hook_block_kg": crane.hook_block_kg,
+        "falls": crane.falls,
+        "gears": [list(gear) for gear in crane.gears],
+        "max_wind_m_s": crane.max_wind_m_s,
+        "working_range": {
+            "slew_rad": crane.working_range.slew_rad,
+            "radius_m": crane.working_range.radius_m,
+            "highest_hook_m": crane.working_range.highest_hook_m,
+        },
+        "slow_zones": [zone.share for zone in crane.slow_zones],
+        "slewing": _axis(crane.slewing),
+        "trolley": _axis(crane.trolley),
+        "hoist": _axis(crane.hoist),
+        "chart": [list(pair) for pair in zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True)],
+    }
+
+
+def _luffing(crane: TowerCrane) -> dict[str, Any] | None:
+    jib = crane.luffing
+    if jib is None:
+        return None
+    return {
+        "length_m": jib.length_m,
+        "pivot_height_m": jib.pivot_height_m,
+        "luff_rad": list(jib.luff_rad),
+        "limits": _axis(jib.limits),
+        "winch": _axis(jib.winch),
+        "tail_radius_m": jib.tail_radius_m,
+    }
+
+
+def _axis(limits: AxisLimits) -> dict[str, float]:
+    return {"rate": limits.rate, "acceleration": limits.acceleration, "jerk": limits.jerk}
+
+
+def _totals(revision: Revision, lifts: list[dict[str, Any]]) -> dict[str, Any]:
+    planned = [lift for lift in lifts if lift["status"] == Status.PLANNED.value]
+    begins = [lift["begins_s"] for lift in planned if lift["begins_s"] is not None]
+    ends = [lift["ends_s"] for lift in planned if lift["ends_s"] is not None]
+    used = [lift["governs"]["utilisation"] for lift in planned if lift["governs"]]
+    carried = [end - start for lift in lifts for name, start, end in lift["phases"] if name in CARRYING]
+    return {
+        "lifts": len(lifts),
+        "planned": len(planned),
+        "infeasible": len(lifts) - len(planned),
+        "carried": len(revision.plan.lifts),
+        "critical": sum(lift["critical"] for lift in lifts),
+        "proven": sum(lift["proven"] is True for lift in lifts),
+        "timed_by": "crane" if revision.motions else "nominal",
+        "total_s": max(ends) - min(begins) if begins else 0.0,
+        "carrying_s": sum(carried),
+        "hook_travel_m": sum(lift["hook_travel_m"] or 0.0 for lift in lifts) if revision.motions else None,
+        "mass_kg": sum(lift["mass_kg"] for lift in planned),
+        "heaviest_kg": max((lift["mass_kg"] for lift in planned), default=0.0),
+        "highest_utilisation": max((u for u in used if u is not None), default=None),
+        "moves": sum(lift["moves"] or 0 for lift in planned),
+        "shortest_moves": sum(lift["shortest_moves"] or 0 for lift in planned if lift["moves"] is not None),
+    }
+
+
+def _of_cranes(site: Site, lifts: list[dict[str, Any]]) -> dict[str, Any]:
+    """What each of several cranes does: its lifts, and how long it works and waits between the first and the last."""
+    if not site.other_cranes:
+        return {}
+    found = []
+    for number, crane in enumerate(site.cranes):
+        phases = [phase for lift in lifts if lift["crane"] == number for phase in lift["phases"]]
+        found.append(
+            {
+                "name": crane.name,
+                "lifts": sum(lift["crane"] == number and lift["begins_s"] is not None for lift in lifts),
+                "works_s": sum(end - start for name, start, end in phases if name != PhaseName.WAIT),
+                "waits_s": sum(end - start for name, start, end in phases if name == PhaseName.WAIT),
+            }
+        )
+    return {"cranes": found}
+
+
+def _methods(lifts: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Shares of the planned lifts by how their path was found, the largest first."""
+    found = Counter(lift["method"] for lift in lifts if lift["method"])
+    return [
+        {"method": method, "lifts": count, "share": count / found.total()}
+        for method, count in sorted(found.items(), key=lambda item: (-item[1], item[0]))
+    ]
+
+
+def _deliveries(lifts: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """What comes together to the yard, and which lifts take it away."""
+    groups: dict[int, list[dict[str, Any]]] = {}
+    for lift in lifts:
+        if lift["delivery"] is not None and lift["status"] == Status.PLANNED.value:
+            groups.setdefault(lift["delivery"], []).append(lift)
+    return [
+        {
+            "delivery": number,
+            "orders": [lift["order"] for lift in group],
+            "mass_kg": sum(lift["mass_kg"] for lift in group),
+            "begins_s": group[0]["begins_s"],
+            "ends_s": group[-1]["ends_s"],
+        }
+        for number, group in sorted(groups.items())
+    ]
+
+
+def _proof(proof: Verification | None) -> dict[str, Any] | None:
+    if proof is None:
+        return None
+    return {"verified": proof.verified, "checks": [check_record(check) for check in proof.checks]}
+
+
+def check_record(check: Check) -> dict[str, Any]:
+    """Return what a check says, as JSON values."""
+    return {
+        "name": check.name,
+        "passed": check.passed,
+        "samples": check.samples,
+        "worst": float(check.worst) if check.worst is not None and np.isfinite(check.worst) else None,
+        "unit": check.unit,
+        "failed": check.failed,
+        "failures": list(check.failures),
+    }
+
+
+def inputs_of(revision: Revision) -> list[dict[str, str]]:
+    """Return everything that the plan was made from, with its hash, in the order in which it came in."""
+    site, metadata = revision.plan.site, revision.metadata
+    rows = [("log", revision.log, revision.sha256)]
+    if site.source.get("sha256"):
+        rows.append(("model", str(site.source.get("name", "")), str(site.source["sha256"])))
+    prefix = "sha256 "
+    rows += [("file", key.removeprefix(prefix), metadata[key]) for key in sorted(metadata) if key.startswith(prefix)]
+    rows.append(("digest", "grid, part shapes and crane", site.geometry_digest))
+    rows.append(("digest", "site without obstructions", site.fixed_digest))
+    rows.append(("digest", "site with obstructions", site.digest))
+    rows += [("value", key.replace("_", " "), metadata[key]) for key in _VALUES if key in metadata]
+    return [{"kind": kind, "name": name, "value": value} for kind, name, value in rows if value]

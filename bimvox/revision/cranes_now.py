@@ -1,0 +1,178 @@
+"""What several cranes have done of a plan at a moment, and whether a change meets what they are doing.
+
+Parts are hooked on in the order (R1), so at every moment the lifts that are hooked on or done are the first ones of the
+order. The empty hooks may be anywhere on their ways to the next parts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.cranes.lifts_from import Stands
+from bimvox.motion.ways import between, shifted
+from bimvox.proof.footprint import CellMask, hook_footprint, jib_meets, motion_footprint
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion, Phase, PhaseName
+from bimvox.records.trajectory import Trajectory
+from bimvox.revision.held_cranes import HeldHook, HookWay
+from bimvox.revision.standing import Standing
+from bimvox.site.site import Site
+from bimvox.stop.underway import is_set
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CraneNow:
+    """One crane at a moment.
+
+    Attributes:
+        number: Which it is.
+        stands: Slew (rad), radius (m) and height (m) at which it stood at the start of the clock.
+        motions: Of its lifts that are hooked on or done, by order, without the ways of the hook after them.
+        ways: Ways of its empty hook since, those that have begun, in order.
+    """
+
+    number: int
+    stands: tuple[float, float, float]
+    motions: Mapping[int, LiftMotion]
+    ways: tuple[HookWay, ...]
+
+    @property
+    def goes_on_from(self) -> Stands:
+        """Where it goes on from."""
+        if self.ways:
+            return Stands(self.motions, self.ways[-1].way.axes[-1])
+        return Stands(self.motions, None if self.motions else np.array(self.stands))
+
+    @property
+    def is_safe(self) -> bool:
+        """Whether its hook met nothing where it was stopped."""
+        return all(way.is_free for way in self.ways)
+
+    @property
+    def hook(self) -> HeldHook:
+        """Where it is, as what is kept while all cranes are held."""
+        return HeldHook(self.number, self.stands, self.ways)
+
+
+def cranes_at(site: Site, standing: Standing, now_ns: int) -> tuple[CraneNow, ...]:
+    """Return what every crane that does anything has done until a moment.
+
+    Args:
+        site: The site.
+        standing: The plan that stands.
+        now_ns: On the site's clock.
+    """
+    held = {} if standing.held_cranes is None else {hook.crane: hook for hook in standing.held_cranes.hooks}
+    found = []
+    for number in range(len(site.cranes)):
+        own = [motion for motion in standing.chain if motion.crane == number]
+        if number in held:
+            hook = held[number]
+            found.append(CraneNow(number, hook.stands, {m.order: _without_leaving(m) for m in own}, hook.ways))
+            continue
+        if not own:
+            continue
+        hooked = [motion for motion in own if motion.hooked_ns < now_ns]
+        ways = [*_ways_of(hooked[-1], PhaseName.LEAVE)] if hooked else []
+        if len(hooked) < len(own):
+            ways += _ways_of(own[len(hooked)], PhaseName.APPROACH)
+        slew, radius, height = own[0].samples()[1][0].tolist()
+        motions = {motion.order: _without_leaving(motion) for motion in hooked}
+        begun = tuple(way for way in ways if way.start_ns < now_ns)
+        found.append(CraneNow(number, (slew, radius, height), motions, begun))
+    return tuple(found)
+
+
+def is_met(site: Site, standing: Standing, crane: CraneNow, added: NDArray[np.int32], now_ns: int) -> bool:
+    """Return whether new cells of obstructions meet what is left of what a crane is doing.
+
+    Args:
+        site: The site.
+        standing: The plan that stands.
+        crane: The crane.
+        added: (N, 3) the cells.
+        now_ns: On the site's clock.
+    """
+    if not len(added):
+        return False
+    own, mask = site.for_crane(crane.number), CellMask(site.shape)
+    mask.add(added)
+    lifts = {lift.order: lift for lift in standing.plan.lifts}
+    if any(load_is_met(own, lifts[order], motion, added, now_ns) for order, motion in crane.motions.items()):
+        return True
+    for way in crane.ways:
+        if way.end_ns > now_ns:
+            motion = alone(way)
+            if mask.meets(hook_footprint(own, motion, way.way, now_ns)) or jib_meets(own, motion, added):
+                return True
+    return False
+
+
+def load_is_met(own: Site, lift: Lift, motion: LiftMotion, added: NDArray[np.int32], now_ns: int) -> bool:
+    """Return whether new cells of obstructions meet what is left of the way of a load on a hook.
+
+    Args:
+        own: The site, as its crane works on it.
+        lift: The lift.
+        motion: Its motion.
+        added: (N, 3) the cells.
+        now_ns: On the site's clock.
+    """
+    if not len(added) or is_set(motion, now_ns):
+        return False
+    mask = CellMask(own.shape)
+    mask.add(added)
+    return mask.meets(motion_footprint(own, lift, motion, now_ns)) or jib_meets(own, motion, added)
+
+
+def motion_is_met(site: Site, standing: Standing, motion: LiftMotion, added: NDArray[np.int32]) -> bool:
+    """Return whether new cells of obstructions meet a motion that is to come.
+
+    Args:
+        site: The site.
+        standing: The plan that stands.
+        motion: One of its motions.
+        added: (N, 3) the cells.
+    """
+    if not len(added):
+        return False
+    own, mask = site.for_crane(motion.crane), CellMask(site.shape)
+    mask.add(added)
+    if mask.meets(standing.ways[motion.order]) or jib_meets(own, motion, added):
+        return True
+    leaves = motion.departure
+    return leaves is not None and mask.meets(hook_footprint(own, motion, leaves, motion.start_ns))
+
+
+def _without_leaving(motion: LiftMotion) -> LiftMotion:
+    """The motion until its slings are off."""
+    if motion.departure is None:
+        return motion
+    phases = tuple(phase for phase in motion.phases if phase.end_ns <= motion.released_ns)
+    return replace(motion, departure=None, phases=phases, end_ns=motion.released_ns)
+
+
+def _ways_of(motion: LiftMotion, name: PhaseName) -> Iterator[HookWay]:
+    """The ways of the empty hook in a motion, its approach or its departure."""
+    whole = motion.approach if name is PhaseName.APPROACH else motion.departure
+    if whole is None:
+        return
+    for start_ns, end_ns, stopped_ns in motion.ways_ns(name):
+        # Of a stop the last sample may be that at which the next way begins.
+        last_ns = end_ns - motion.start_ns - (0 if stopped_ns is None else 1)
+        way = between(whole, start_ns - motion.start_ns, last_ns)
+        yield HookWay(start_ns, shifted(way, -int(way.time_ns[0])), stopped_ns)
+
+
+def alone(way: HookWay) -> LiftMotion:
+    """Return a way of the empty hook as a motion of its own."""
+    end_ns = int(way.way.time_ns[-1])
+    slew, radius, height = (np.repeat(axis, 2) for axis in way.way.axes[-1])
+    still = Trajectory(np.array([end_ns, end_ns + 1]), slew, radius, height, np.zeros(0, np.int64), 0.0)
+    ends_ns = way.start_ns + end_ns + 1
+    phases = (Phase(PhaseName.APPROACH, way.start_ns, ends_ns),)
+    return LiftMotion(-1, -1, way.way, still, still, phases, way.start_ns, ends_ns)

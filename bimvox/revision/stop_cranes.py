@@ -1,0 +1,153 @@
+"""All cranes of a site stopped when one of them has to be: their loads, and their empty hooks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.cranes.lifts import NO_CELLS
+from bimvox.motion.empty_hook import HOOK_OFFSET, empty_hook_clearance
+from bimvox.motion.load_frame import load_frame
+from bimvox.motion.swing import pendulum_of
+from bimvox.motion.time_plan import left_cells
+from bimvox.motion.timing import frozen
+from bimvox.planning.assembly import Assembly, Obstacle
+from bimvox.planning.rounds import Refused
+from bimvox.records.lift import Lift, Status
+from bimvox.records.motion import LiftMotion
+from bimvox.records.trajectory import Trajectory
+from bimvox.revision.cranes_now import CraneNow, alone, load_is_met
+from bimvox.revision.held_cranes import HookWay
+from bimvox.revision.made import Wanted
+from bimvox.site.collision import CollisionSpace
+from bimvox.site.lifting import crane_for
+from bimvox.site.site import Site
+from bimvox.stop.evade import STOPPED, manoeuvre
+from bimvox.stop.halt import stop_under_way
+from bimvox.stop.underway import NOT_CARRIED, Held, Redirected, is_carried, redirect, release
+
+
+class StoppedCranes(NamedTuple):
+    """All cranes at rest.
+
+    Attributes:
+        cranes: The cranes, their empty hooks stopped.
+        loads: The loads on their hooks, with a way on, or held, in order.
+    """
+
+    cranes: tuple[CraneNow, ...]
+    loads: tuple[Redirected | Held, ...]
+
+
+class Loads(NamedTuple):
+    """The loads on the hooks, lifts by order.
+
+    Attributes:
+        under_way: Motions of those that are not at their place.
+        held: Those that were held before.
+        added: (N, 3) new cells of obstructions.
+        refused: Ids of components whose way on was not proven, and why.
+    """
+
+    under_way: Mapping[int, LiftMotion]
+    held: Mapping[int, Held]
+    added: NDArray[np.int32]
+    refused: Refused
+
+
+def all_stopped(
+    wanted: Wanted, begun: Sequence[Lift], following: Lift | None, cranes: Sequence[CraneNow], loads: Loads
+) -> StoppedCranes:
+    """Stop all cranes as soon as that can be, and look for ways on for their loads.
+
+    Args:
+        wanted: The site as it is now, and what the revision is made with; it says when.
+        begun: The lifts that are hooked on, done or passed over, in order.
+        following: The next one.
+        cranes: The cranes.
+        loads: What is on their hooks.
+    """
+    assert wanted.now_ns is not None
+    assembly = Assembly(wanted.site, wanted.preparation)
+    found: list[Redirected | Held] = []
+    rule: tuple[Lift, CollisionSpace] | None = None
+    for lift in begun:
+        assembly.skip(lift.component)
+        if lift is begun[-1] and following is None:
+            rule = lift, assembly.space(lift.component)
+        if lift.order in loads.under_way or lift.order in loads.held:
+            found.append(_load(assembly, wanted, lift, loads))
+        assembly.finish(lift.component, placed=lift.status is Status.PLANNED)
+    if following is not None:
+        assembly.skip(following.component)
+        rule = following, assembly.space(following.component)
+    if rule is None or rule[0].place is None:
+        return StoppedCranes(tuple(cranes), tuple(found))
+    lifts = {lift.order: lift for lift in begun}
+    hooks = []
+    for crane in cranes:
+        own = wanted.site.for_crane(crane.number)
+        leaves = len(crane.ways) == 1 and len(crane.motions) > 0
+        left_vox = left_cells(own, lifts[max(crane.motions)]) if leaves else NO_CELLS
+        free = empty_hook_clearance(own, rule[1], rule[0].place, left_vox)
+        hooks.append(_hook(own, crane, free, wanted.now_ns))
+    return StoppedCranes(tuple(hooks), tuple(found))
+
+
+def _load(assembly: Assembly, wanted: Wanted, lift: Lift, loads: Loads) -> Redirected | Held:
+    """A load on its way again, or held."""
+    assert wanted.now_ns is not None
+    assert lift.path_vox is not None
+    component, now_ns, hold_s = wanted.site.components[lift.component], wanted.now_ns, wanted.hold_s
+    site, crane = wanted.site.for_crane(component.crane), wanted.site.cranes[component.crane]
+    rule, blocked = assembly.on_the_way(lift.component, lift.path_vox[len(lift.path_vox) - 1 - lift.contact_moves :])
+    reason = loads.refused.get(component.id)
+    if reason is not None:
+        blocked = Obstacle(reason)
+    if (held := loads.held.get(lift.order)) is not None:
+        return release(site, crane, held, rule, blocked, now_ns, hold_s)
+    motion = loads.under_way[lift.order]
+    if not is_carried(motion, now_ns):
+        if blocked is None and not load_is_met(site, lift, motion, loads.added, now_ns):
+            return Redirected(lift, motion, None, NOT_CARRIED)
+    elif (stop := stop_under_way(crane_for(site, crane, component), motion, now_ns)) is not None:
+        return release(site, crane, Held(lift, motion, stop, STOPPED, True, ""), rule, blocked, now_ns, hold_s)
+    return redirect(site, crane, lift, motion, None, rule, blocked, now_ns, hold_s)
+
+
+def _hook(own: Site, crane: CraneNow, free: CollisionSpace, now_ns: int) -> CraneNow:
+    """A crane whose empty hook is stopped where it is on its way.
+
+    Args:
+        own: The site as the crane works on it.
+        crane: The crane.
+        free: The collision rule for its empty hook now.
+        now_ns: When that is told, on the site's clock.
+    """
+    if not crane.ways or crane.ways[-1].end_ns <= now_ns or crane.ways[-1].stopped_ns is not None:
+        return crane
+    way = crane.ways[-1]
+    assert own.crane is not None
+    machine = crane_for(own, own.crane, None)
+    hook, empty = load_frame(machine, own.frame, HOOK_OFFSET), pendulum_of(own, None)
+    found = manoeuvre(own, machine, alone(way), way.way, now_ns, free, hook, empty)
+    stop = found.stop
+    if stop.start_ns >= way.end_ns:
+        return crane
+    told_ns = stop.start_ns - way.start_ns
+    driven = way.way.time_ns < told_ns
+    axes = np.concatenate([way.way.axes[driven], stop.trajectory.axes])
+    slew, radius, height = (frozen(axis.copy()) for axis in axes.T)
+    trajectory = Trajectory(
+        frozen(np.concatenate([way.way.time_ns[driven], stop.trajectory.time_ns + told_ns])),
+        slew,
+        radius,
+        height,
+        frozen(way.way.corner[way.way.corner < int(driven.sum())]),
+        way.way.bound_s,
+    )
+    return replace(crane, ways=(*crane.ways[:-1], HookWay(way.start_ns, trajectory, stop.start_ns, found.is_free)))

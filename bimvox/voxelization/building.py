@@ -1,0 +1,280 @@
+"""A building as one labelled grid, streamed part by part."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bimvox.bim.building import Building, Element, Role
+from bimvox.errors import InputError, SelectionError
+from bimvox.grid.frame import GridFrame
+from bimvox.grid.labels import Label
+from bimvox.grid.limits import CELL_LIMIT
+from bimvox.grid.voxel_grid import Part, VoxelGrid
+from bimvox.voxelization.batch import Batch, Meshes, batches_of, wind_batch
+from bimvox.voxelization.lattice import cell_range, require_size
+from bimvox.voxelization.limits import require_fit
+from bimvox.voxelization.ownership import Ownership
+from bimvox.voxelization.part import PartVoxels, lattice_bounds, voxelize_mesh
+from bimvox.voxelization.repeats import grouped, kinds_of, part_keys
+from bimvox.voxelization.solid import Fill
+
+LABEL_OF_ROLE = {
+    Role.COMPONENT: Label.COMPONENT,
+    Role.STRUCTURE: Label.STRUCTURE,
+    Role.FITTING: Label.STRUCTURE,
+    Role.GROUND: Label.GROUND,
+}
+"""The label of an element's cells."""
+
+_ANCHOR = np.zeros(3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Voxels:
+    """The voxels of a batch of parts.
+
+    Attributes:
+        batch: Those that winding fills, repeats left out.
+        places: (P,) int64, which part of ``batch`` each part is, or repeats.
+        lows: (P, 3) int64 lattice cell of the lowest corner of each part's box.
+        left: Those that need more than winding, by their number among the P.
+    """
+
+    batch: Batch
+    places: NDArray[np.int64]
+    lows: NDArray[np.int64]
+    left: dict[int, PartVoxels]
+
+
+def voxelize_building(
+    building: Building,
+    voxel_size_m: float,
+    *,
+    low_vox: ArrayLike | None = None,
+    high_vox: ArrayLike | None = None,
+    threads: int = 1,
+    progress: Callable[[str, int, int], None] | None = None,
+    cell_limit: int = CELL_LIMIT,
+) -> VoxelGrid:
+    """Voxelize every element of a building into one labelled grid.
+
+    The lattice is anchored at 0 of the building's frame: the grid's origin is a whole number of cells from it. The
+    result does not depend on the number of threads.
+
+    Args:
+        building: Its elements become the grid's parts, in the same order.
+        voxel_size_m: Edge of a cell.
+        low_vox: (3,) lowest lattice cell of the grid; default: it covers the building.
+        high_vox: (3,) one past the highest lattice cell; parts are clipped to the grid.
+        threads: Batches of parts voxelized at the same time.
+        progress: Called with ``"voxelize"``, parts done, parts in all.
+        cell_limit: Largest number of cells of the grid.
+
+    Raises:
+        SelectionError: If the building has no elements.
+        GridTooLargeError: If the grid would have more cells than ``cell_limit``; raised before it is allocated.
+        InputError: If a mesh or the cell size cannot be used.
+    """
+    if not building.elements:
+        raise SelectionError("the building has no elements to voxelize", hint="check the selection")
+    bounds, keys = _bounds_of(building, voxel_size_m)
+    part_lows, part_highs = cell_range(bounds[:, 0], bounds[:, 1], voxel_size_m)
+    low = part_lows.min(axis=0) if low_vox is None else np.asarray(low_vox, dtype=np.int64)
+    high = part_highs.max(axis=0) if high_vox is None else np.asarray(high_vox, dtype=np.int64)
+    if np.any(high <= low):
+        raise SelectionError(f"the grid from cell {low.tolist()} to cell {high.tolist()} is empty")
+    require_fit(low, high, voxel_size_m, cell_limit)
+    # A part's box reaches one cell beyond the grid.
+    part_limit = int(np.prod((high - low + 2).astype(object)))
+
+    elements = building.elements
+    cut: NDArray[np.bool_] = np.any((part_lows < low) | (part_highs > high), axis=1)
+    kinds = kinds_of(keys, cut)
+    batches = batches_of([len(element.mesh.faces) for element in elements], part_lows, part_highs, kinds)
+
+    def voxelize(numbers: range) -> _Voxels:
+        stand, places = grouped(kinds[numbers.start : numbers.stop])
+        firsts = [numbers[n] for n in stand]
+        batch = wind_batch(
+            Meshes.of([elements[n].mesh for n in firsts]),
+            bounds[firsts],
+            voxel_size_m,
+            _ANCHOR,
+            clip=(low, high),
+            cell_limit=part_limit,
+        )
+        moved = part_lows[numbers.start : numbers.stop] - part_lows[firsts][places]
+        found = {
+            place: voxelize_mesh(elements[firsts[place]].mesh, voxel_size_m, clip=(low, high), cell_limit=part_limit)
+            for place in np.flatnonzero(~batch.done).tolist()
+        }
+        left = {}
+        for n in np.flatnonzero(~batch.done[places]).tolist():
+            voxels = found[int(places[n])]
+            left[n] = replace(voxels, low=voxels.low + moved[n])
+        return _Voxels(batch, places, batch.lows[places] + moved, left)
+
+    ownership = Ownership(low, high, len(elements))
+    parts: list[Part] = []
+    boxes: list[NDArray[np.int32]] = []
+    box_counts: list[NDArray[np.int64]] = []
+    for numbers, voxels in zip(batches, _in_order(voxelize, batches, threads), strict=True):
+        _enter(ownership, numbers.start, voxels)
+        parts += _parts_of(elements, numbers, voxels, voxel_size_m)
+        rows, counts = _boxes_of(voxels, low)
+        boxes.append(rows)
+        box_counts.append(counts)
+        if progress is not None:
+            for n in numbers:
+                progress("voxelize", n + 1, len(elements))
+    # In this order: owners give back the memory that the others need.
+    owners = ownership.owners()
+    cells, sharers, fractions = ownership.shared()
+    source = building.source
+    return VoxelGrid(
+        frame=GridFrame(_metres(low, voxel_size_m), voxel_size_m),
+        owners=owners,
+        parts=tuple(parts),
+        shared_cells=cells,
+        shared_parts=sharers,
+        shared_fractions=fractions,
+        boxes=np.concatenate(boxes),
+        box_parts=np.repeat(np.arange(len(elements), dtype=np.int32), np.concatenate(box_counts)),
+        source={
+            "name": source.name,
+            "sha256": source.sha256,
+            "format": source.format,
+            "unit": source.unit,
+            "unit_assumed": source.unit_assumed,
+        },
+        origin_m=(float(building.origin_m[0]), float(building.origin_m[1]), float(building.origin_m[2])),
+        georeference=building.georeference,
+    )
+
+
+def building_range(building: Building, voxel_size_m: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the half-open range of lattice cells that covers every element: two (3,) int64.
+
+    Raises:
+        InputError: Naming the element whose mesh cannot be used.
+    """
+    bounds, _ = _bounds_of(building, voxel_size_m)
+    low, high = cell_range(bounds[:, 0], bounds[:, 1], voxel_size_m)
+    return low.min(axis=0), high.max(axis=0)
+
+
+def _bounds_of(building: Building, voxel_size_m: float) -> tuple[NDArray[np.float64], NDArray[np.uint64]]:
+    """Return (P, 2, 3) float64, the box around each element in cells; and (P, 2) uint64, the keys of ``part_keys``."""
+    require_size(voxel_size_m)
+    triangles = [len(element.mesh.faces) for element in building.elements]
+    nowhere = np.zeros((len(triangles), 3), np.int64)
+    found, keys = [], []
+    for numbers in batches_of(triangles, nowhere, nowhere):
+        meshes = Meshes.of([building.elements[n].mesh for n in numbers])
+        bounds = meshes.bounds(voxel_size_m, _ANCHOR)
+        for n in np.flatnonzero(np.isnan(bounds[:, 0, 0])).tolist():
+            _refuse(building.elements[numbers[n]], voxel_size_m)
+        found.append(bounds)
+        keys.append(
+            part_keys(
+                meshes.vertices_m,
+                meshes.faces,
+                meshes.vertex_starts,
+                meshes.face_starts,
+                float(voxel_size_m),
+                _ANCHOR,
+                cell_range(bounds[:, 0], bounds[:, 1], voxel_size_m)[0],
+            )
+        )
+    return np.concatenate(found), np.concatenate(keys)
+
+
+def _refuse(element: Element, voxel_size_m: float) -> None:
+    """Raise what is wrong with a mesh that cannot be used."""
+    try:
+        lattice_bounds(element.mesh, voxel_size_m, _ANCHOR)
+    except InputError as error:
+        raise InputError(f"element {element.id}: {error.message}", hint=error.hint) from error
+
+
+def _metres(cell: NDArray[np.int64], voxel_size_m: float) -> tuple[float, float, float]:
+    x, y, z = (float(n) * voxel_size_m for n in cell)
+    return (x, y, z)
+
+
+def _enter(ownership: Ownership, first_index: int, voxels: _Voxels) -> None:
+    """Enter the parts of a batch in their order; ``first_index`` is the index of its first."""
+    start = 0
+    for n, alone in voxels.left.items():
+        ownership.add_batch(first_index, voxels.batch, voxels.places, voxels.lows, start, n)
+        ownership.add(first_index + n, alone)
+        start = n + 1
+    ownership.add_batch(first_index, voxels.batch, voxels.places, voxels.lows, start, len(voxels.places))
+
+
+def _boxes_of(voxels: _Voxels, low: NDArray[np.int64]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    """Return the boxes of a batch's parts in cells of the grid, (B, 6), and how many each part has."""
+    batch, places = voxels.batch, voxels.places
+    counts = np.diff(batch.box_starts)[places]
+    stops = np.cumsum(counts)
+    rows = batch.boxes[np.repeat(batch.box_starts[places] - stops + counts, counts) + np.arange(stops[-1])]
+    shift = (voxels.lows - low).astype(np.int32)
+    rows += np.repeat(np.concatenate([shift, shift], axis=1), counts, axis=0)
+    if not voxels.left:
+        return rows, counts
+    pieces = np.split(rows, stops[:-1])
+    for n, alone in voxels.left.items():
+        pieces[n] = alone.boxes() + np.tile(alone.low - low, 2).astype(np.int32)
+        counts[n] = len(pieces[n])
+    return np.concatenate(pieces), counts
+
+
+def _parts_of(elements: tuple[Element, ...], numbers: range, voxels: _Voxels, voxel_size_m: float) -> Iterator[Part]:
+    """Yield the rows of the table of parts."""
+    volume_m3 = voxel_size_m**3
+    winding = Fill.WINDING.value
+    counts, volumes = voxels.batch.counts[voxels.places].tolist(), voxels.batch.volumes[voxels.places].tolist()
+    for n, cells, volume in zip(numbers, counts, volumes, strict=True):
+        alone = voxels.left.get(n - numbers.start)
+        element = elements[n]
+        yield Part(
+            id=element.id,
+            global_id=element.global_id,
+            ifc_class=element.ifc_class,
+            name=element.name,
+            role=element.role.value,
+            label=LABEL_OF_ROLE[element.role],
+            cells=cells if alone is None else alone.count,
+            solid_volume_m3=volume * volume_m3 if alone is None else alone.solid_volume_m3,
+            mass_kg=element.mass_kg,
+            mass_source=element.mass_source,
+            fill=winding if alone is None else alone.fill,
+            type_name=element.type_name,
+            storey=element.storey,
+            material=element.material,
+        )
+
+
+def _in_order(voxelize: Callable[[range], _Voxels], batches: list[range], threads: int) -> Iterator[_Voxels]:
+    """Yield the voxels of each batch in order; at most two batches a thread wait in memory."""
+    if threads <= 1:
+        yield from map(voxelize, batches)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        waiting: deque[Future[_Voxels]] = deque()
+        try:
+            for numbers in batches:
+                waiting.append(pool.submit(voxelize, numbers))
+                if len(waiting) >= 2 * threads:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            for future in waiting:
+                future.cancel()

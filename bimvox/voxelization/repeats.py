@@ -1,0 +1,89 @@
+"""Parts that repeat each other: the same triangles, moved by whole cells.
+
+The lattice stands in the world, and coordinates are whole steps of it, so the cells of such parts are the same, moved
+by as many cells, to the last bit. They are found once: storeys, frames and columns on a grid repeat often.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import inline_kernel, kernel
+from bimvox.voxelization.lattice import STEPS_PER_CELL, rounded
+
+# Odd numbers: the fractions of the golden ratio, of the square root of 2 and of 3, and the mixers of MurmurHash3.
+_BY_A = np.uint64(0x9E3779B97F4A7C15)
+_BY_B = np.uint64(0x6A09E667F3BCC909)
+_BY_C = np.uint64(0xBB67AE8584CAA73B)
+_MIX_A = np.uint64(0xFF51AFD7ED558CCD)
+_MIX_B = np.uint64(0xC4CEB9FE1A85EC53)
+_HIGH = np.uint64(32)
+_STEPS = STEPS_PER_CELL
+
+
+@inline_kernel
+def _mixed(one: np.uint64, two: np.uint64, value: np.uint64) -> tuple[np.uint64, np.uint64]:
+    """Return both halves of a 128-bit key with a number stirred in."""
+    one, two = (one ^ value) * _MIX_A, (two + value) * _MIX_B
+    return one ^ (one >> _HIGH), two ^ (two >> _HIGH)
+
+
+@kernel
+def part_keys(
+    vertices_m: NDArray[np.float64],
+    faces: NDArray[np.int32],
+    vertex_starts: NDArray[np.int64],
+    face_starts: NDArray[np.int64],
+    voxel_size_m: float,
+    origin_m: NDArray[np.float64],
+    lows: NDArray[np.int64],
+) -> NDArray[np.uint64]:
+    """Return a 128-bit key of each mesh, (P, 2) uint64: of its triangles relative to the cell ``lows`` (P, 3).
+
+    Meshes of one key are the same, moved by whole cells, but for a chance of about 2^-128 a pair. The key is 0, 0 where
+    a vertex cannot be used. Vertices and faces of a mesh follow each other; see ``batch.Meshes``.
+    """
+    keys = np.zeros((lows.shape[0], 2), np.uint64)
+    for mesh in range(lows.shape[0]):
+        one, two = _mixed(_BY_A, _BY_B, np.uint64(vertex_starts[mesh + 1] - vertex_starts[mesh]))
+        usable = True
+        for vertex in range(vertex_starts[mesh], vertex_starts[mesh + 1]):
+            for axis in range(3):
+                at = rounded(vertices_m[vertex, axis], origin_m[axis], voxel_size_m) - lows[mesh, axis]
+                usable = usable and at == at
+                one, two = _mixed(one, two, np.uint64(np.int64(at * _STEPS)) if usable else np.uint64(0))
+        for face in range(face_starts[mesh], face_starts[mesh + 1]):
+            a, b, c = np.uint64(faces[face, 0]), np.uint64(faces[face, 1]), np.uint64(faces[face, 2])
+            one, two = _mixed(one, two, a * _BY_A + b * _BY_B + c * _BY_C)
+        if usable:
+            keys[mesh, 0], keys[mesh, 1] = one, two
+    return keys
+
+
+def kinds_of(keys: NDArray[np.uint64], alone: NDArray[np.bool_]) -> list[int]:
+    """Return the first part that each part repeats, itself if there is none.
+
+    Args:
+        keys: (P, 2) uint64, see ``part_keys``.
+        alone: (P,) bool, parts that count as no other's repeat (they are cut, each in its own way).
+    """
+    firsts: dict[tuple[int, int], int] = {}
+    unlike = (alone | ~np.any(keys, axis=1)).tolist()
+    pairs = zip(keys[:, 0].tolist(), keys[:, 1].tolist(), strict=True)
+    return [part if unlike[part] else firsts.setdefault(pair, part) for part, pair in enumerate(pairs)]
+
+
+def grouped(kinds: Iterable[int]) -> tuple[list[int], NDArray[np.int64]]:
+    """Return which of some parts stand for the others, and for each part the place of its own in that list."""
+    places: dict[int, int] = {}
+    stand: list[int] = []
+    at: list[int] = []
+    for n, kind in enumerate(kinds):
+        if kind not in places:
+            places[kind] = len(stand)
+            stand.append(n)
+        at.append(places[kind])
+    return stand, np.array(at, np.int64)

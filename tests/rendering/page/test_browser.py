@@ -1,0 +1,456 @@
+"""The page in a real browser: it draws, plays, is searched and clicked, and its numbers are those of the log."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import itertools
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from log_building import tiny_log
+from opened_pages import EVIL, evil_log, failed_proof, passed_proof, revision_of, tiny_source
+from PIL import Image
+from two_cranes import two_crane_plan
+
+from bimvox.crane.kinematics import hook_of
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.recorder import tracks_of
+from bimvox.records.lift import Method
+from bimvox.rendering.page.page import page_of
+from bimvox.rendering.page.source import PageSource, Revision
+from bimvox.rendering.scene.cranes import poses_at
+
+pytestmark = pytest.mark.browser
+
+WAIT_MS = 60_000
+TO_PIXELS = """(at) => {
+  const { camera, scene } = window.page, m = camera.matrix(scene.radius);
+  const box = document.getElementById("canvas").getBoundingClientRect();
+  const clip = [0, 1, 2, 3].map((row) => m[row] * at[0] + m[4 + row] * at[1] + m[8 + row] * at[2] + m[12 + row]);
+  return [box.left + (clip[0] / clip[3] + 1) / 2 * box.width, box.top + (1 - clip[1] / clip[3]) / 2 * box.height];
+}"""
+
+
+class Seen:
+    """A page that is open, and what it did."""
+
+    def __init__(self, page: Any) -> None:
+        self.page = page
+        self.complaints: list[str] = []
+        self.requests: list[str] = []
+        page.set_default_timeout(WAIT_MS)
+        page.on(
+            "console", lambda said: self.complaints.append(said.text) if said.type in ("error", "warning") else None
+        )
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.on("request", lambda request: self.requests.append(request.url))
+
+    def text(self, selector: str) -> str:
+        return str(self.page.inner_text(selector))
+
+    def terms(self, panel: str = "#panel-part") -> dict[str, str]:
+        pairs = self.page.eval_on_selector_all(
+            f"{panel} dt", "(terms) => terms.map((dt) => [dt.innerText, dt.nextElementSibling.innerText])"
+        )
+        return dict(pairs)
+
+    def seek(self, seconds: float) -> None:
+        self.page.evaluate(
+            "(at) => { const s = document.getElementById('time'); s.value = at; s.dispatchEvent(new Event('input')); }",
+            seconds,
+        )
+        self.drawn()
+
+    def drawn(self) -> None:
+        """Wait until what the page knows now has been drawn: it draws in the next frame, not at once."""
+        self.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+    def wait(self, condition: str) -> None:
+        """Wait for a JavaScript condition; asked from here, since the page allows no evaluation within it."""
+        deadline = time.monotonic() + WAIT_MS / 1000
+        while not self.page.evaluate(f"() => Boolean({condition})"):
+            assert time.monotonic() < deadline, f"never: {condition}"
+            self.page.wait_for_timeout(30)
+
+    def picture(self) -> np.ndarray:
+        """The view, as pixels, once it has been drawn."""
+        self.drawn()
+        data = self.page.locator("#canvas").screenshot()
+        return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(int)
+
+
+def show(browser: Any, folder: Path, source: PageSource, **context: Any) -> Seen:
+    file = folder / "plan page.html"
+    file.write_bytes(page_of(source))
+    seen = Seen(browser.new_context(viewport={"width": 1280, "height": 720}, **context).new_page())
+    seen.page.goto(file.as_uri())
+    seen.wait("document.documentElement.dataset.drawn > 0")
+    return seen
+
+
+@pytest.fixture
+def seen(browser: Any, tmp_path: Path) -> Iterator[Seen]:
+    seen = show(browser, tmp_path, tiny_source(proof=passed_proof()), reduced_motion="reduce")
+    yield seen
+    assert seen.complaints == []
+    assert len(seen.requests) == 1  # the page itself
+    seen.page.context.close()
+
+
+def clock(seconds: float) -> str:
+    whole = int(seconds + 0.5)
+    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
+
+
+def test_the_first_frame_is_a_picture_of_the_site(seen):
+    picture = seen.picture()
+    colours = np.unique(picture.reshape(-1, 3), axis=0)
+    assert len(colours) > 200
+    orange = (picture[..., 0] > 150) & (picture[..., 2] < 60) & (picture[..., 1] < picture[..., 0] - 50)
+    assert orange.sum() > 50  # parts wait in the yard
+    assert seen.page.title() == "tiny: lift plan"
+    assert "2 lifts planned, 1 infeasible" in seen.text("#facts")
+    assert seen.text("#proof") == "✓ proven"
+
+
+def test_every_lift_is_in_the_list_with_the_numbers_of_the_log(seen):
+    log = tiny_log()
+    rows = seen.page.eval_on_selector_all("#list tbody tr", "(rows) => rows.map((row) => row.innerText)")
+    assert len(rows) == 3
+    assert "infeasible" in rows[1]
+    for motion in log.motions:
+        component = log.plan.site.components[motion.component]
+        seen.page.click(f'#list tr[data-part="{motion.component}"] button')
+        lift, terms = log.plan.lifts[motion.order], seen.terms()
+        assert seen.text("#panel-part h2") == component.name
+        assert terms["GlobalId"] == component.global_id
+        assert terms["Class"] == component.ifc_class
+        assert terms["Mass"] == f"{component.mass_kg / 1000:.2f} t"
+        assert terms["Cells"] == str(len(component.shape.cells))
+        assert terms["Moves"].startswith(f"{lift.moves} cells")
+        assert terms["Shortest"] == f"{lift.shortest_moves} cells"
+        assert terms["Found by"] == {Method.POLICY: "policy", Method.SEARCH: "search (A*)"}[lift.method]
+        assert terms["Begins"] == clock(motion.start_ns / 1e9)
+        assert terms["Bound"].startswith(f"{motion.loaded.bound_s:.1f} s")
+        assert terms["Carrying"] == f"{motion.loaded.duration_s:.1f} s"
+        crane = log.plan.site.crane
+        assert terms["Load + rigging"] == f"{(component.mass_kg + crane.rigging_mass_kg) / 1000:.2f} t"
+        radius_m = max(motion.raising.radius_m.max(), motion.loaded.radius_m.max())
+        assert terms["Capacity"].endswith(f"at {radius_m:.2f} m")
+        share = float(terms["Utilisation"].removesuffix(" %"))
+        assert f"{share:.0f} %" in rows[motion.order]
+        assert "✓ Proven" in seen.text("#panel-part")
+
+
+def test_sliding_shows_that_time_and_playing_goes_on(seen):
+    log = tiny_log()
+    first, last = log.motions
+    track = tracks_of(log)[1]
+    seen.seek(track.lifted_ns / 1e9 + 5)
+    assert seen.text("#clock") == clock(track.lifted_ns / 1e9 + 5)
+    assert "Lift 3 of 3: Beam" in seen.text("#now")
+    assert seen.page.get_attribute("#time", "aria-valuetext").endswith("lift 3 of 3")
+    assert seen.text("#live") == "Lift 3 of 3: Beam"
+    before = seen.picture()
+    blue = (before[..., 2] > 120) & (before[..., 0] < 60)
+    assert blue.sum() > 100  # the load and its way
+    seen.page.select_option("#speed", "20")
+    seen.page.click("#play")
+    seen.wait(f"Number(document.getElementById('time').value) > {track.lifted_ns / 1e9 + 8}")
+    assert seen.page.get_attribute("#play", "aria-label") == "Pause"
+    seen.page.keyboard.press("Escape")
+    seen.page.click("#play")
+    stopped = seen.text("#clock")
+    assert np.abs(seen.picture() - before).max() > 50
+    assert seen.text("#clock") == stopped
+    seen.page.click("#next")
+    assert seen.text("#clock") == clock(last.end_ns / 1e9)
+    seen.page.click("#previous")
+    seen.page.click("#previous")
+    assert seen.text("#clock") == clock(first.start_ns / 1e9)
+
+
+def test_the_load_is_drawn_where_the_log_has_it(seen):
+    track = tracks_of(tiny_log())[1]
+    for n in (0, len(track.time_ns) // 3, len(track.time_ns) // 2):
+        seen.seek(track.time_ns[n] / 1e9)
+        seen.picture()
+        place = seen.page.evaluate("() => window.page.scene.rows.placeOf(window.page.scene.partRow(2))[0]")
+        np.testing.assert_allclose(place, track.corner_m[n], atol=0.11)  # the slider steps by 0.1 s
+        seen.page.evaluate("(at) => window.page.seek(at)", track.time_ns[n] / 1e9)
+        seen.picture()
+        place = seen.page.evaluate("() => window.page.scene.rows.placeOf(window.page.scene.partRow(2))[0]")
+        np.testing.assert_allclose(place, track.corner_m[n], atol=0.02)
+
+
+def test_a_click_on_a_part_in_the_view_chooses_it(seen):
+    log = tiny_log()
+    seen.seek(log.motions[-1].end_ns / 1e9)
+    seen.picture()
+    for index in (2, 0):
+        component = log.plan.site.components[index]
+        low, high = component.mesh.bounds_m
+        middle = (low + high) / 2
+        eye = np.array(seen.page.evaluate("() => window.page.camera.eye"))
+        # The side nearest to the eye: the middle of the face that it sees best.
+        axis = int(np.argmax(np.abs((eye - middle) / (high - low))[:2]))
+        at = middle.copy()
+        at[axis] = high[axis] if eye[axis] > middle[axis] else low[axis]
+        x, y = seen.page.evaluate(TO_PIXELS, at.tolist())
+        seen.page.mouse.click(x, y)
+        assert seen.text("#panel-part h2") == component.name
+        assert seen.page.get_attribute("#list tr.chosen", "data-part") == str(index)
+    seen.page.mouse.click(640, 240)
+    assert seen.page.evaluate("() => window.page.chosen") is None
+    assert seen.page.locator("#list tr.chosen").count() == 0
+
+
+def test_a_drag_turns_the_view_and_chooses_nothing(seen):
+    before = seen.page.evaluate("() => window.page.camera.azimuth")
+    seen.page.mouse.move(600, 400)
+    seen.page.mouse.down()
+    seen.page.mouse.move(700, 420, steps=4)
+    seen.page.mouse.up()
+    assert seen.page.evaluate("() => window.page.camera.azimuth") < before - 20
+    assert seen.page.evaluate("() => window.page.chosen") is None
+    distance = seen.page.evaluate("() => window.page.camera.distance")
+    seen.page.mouse.wheel(0, -300)
+    seen.wait(f"window.page.camera.distance < {distance}")
+
+
+def test_an_infeasible_lift_says_why_and_leads_to_what_blocks_it(seen):
+    seen.page.click("#list tr.bad button")
+    told = seen.text("#panel-part")
+    assert "INFEASIBLE" in told
+    assert "the obstruction stands on its place" in told
+    picture = seen.picture()
+    assert ((picture[..., 0] > 170) & (picture[..., 1] < 70) & (picture[..., 2] < 60)).sum() > 30  # red boxes
+    seen.page.click("#panel-part .links button")
+    assert seen.text("#panel-part h2") == "truck-7"
+    assert "ColumnB" in seen.text("#panel-part")
+
+
+def test_search_and_sort(seen):
+    seen.page.keyboard.press("/")
+    seen.page.keyboard.type("0globalidcol")
+    rows = "#list tbody tr"
+    assert seen.page.locator(rows).count() == 2
+    assert seen.text("#count") == "2 of 3 lifts"
+    seen.page.keyboard.press("Escape")
+    assert seen.page.locator(rows).count() == 3
+    seen.page.click('[data-sort="utilisation"]')
+    shares = seen.page.eval_on_selector_all(rows, "(rows) => rows.map((row) => row.cells[3].innerText)")
+    assert shares[-1] == ""
+    assert [float(share[:-2]) for share in shares[:2]] == sorted([float(s[:-2]) for s in shares[:2]], reverse=True)
+
+
+def test_keys(seen):
+    press = seen.page.keyboard.press
+    log = tiny_log()
+    press("ArrowRight")
+    assert seen.text("#clock") == clock(log.motions[1].start_ns / 1e9)
+    press("ArrowLeft")
+    assert seen.text("#clock") == "0:00:00"
+    press("Shift+ArrowRight")
+    assert seen.text("#clock") == "0:00:10"
+    press("ArrowUp")
+    assert seen.page.input_value("#speed") == "100"
+    press("1")
+    assert seen.page.evaluate("() => window.page.camera.elevation") > 89
+    press("2")
+    assert seen.page.evaluate("() => window.page.camera.elevation") < 10
+    press("4")
+    assert seen.page.get_attribute('[data-view="follow"]', "aria-pressed") == "true"
+    press("3")
+    assert seen.page.get_attribute('[data-view="follow"]', "aria-pressed") == "false"
+    press("v")
+    assert seen.page.evaluate("() => window.page.layers.voxels") is True
+    press("p")
+    assert seen.page.input_value("#paths") == "chosen"
+    press("?")
+    assert seen.page.is_visible("#help")
+    press("Escape")
+    assert not seen.page.is_visible("#help")
+    press("End")
+    assert seen.text("#clock") == clock(log.motions[-1].end_ns / 1e9)
+    press(" ")
+    seen.wait("Number(document.getElementById('time').value) > 0")
+    press(" ")
+    assert seen.page.get_attribute("#play", "aria-label") == "Play"
+
+
+def test_a_row_is_a_button_for_the_keyboard(seen):
+    seen.page.focus("#list tbody tr:nth-child(3) button")
+    seen.page.keyboard.press("Enter")
+    assert seen.text("#panel-part h2") == "Beam"
+    assert seen.page.get_attribute("#list tr.chosen button", "aria-current") == "true"
+
+
+@pytest.mark.parametrize("layer", ["crane", "yard", "structure", "obstructions", "boxes", "voxels", "targets"])
+def test_every_layer_changes_the_picture(seen, layer):
+    seen.seek(tracks_of(tiny_log())[0].lifted_ns / 1e9 + 3)
+    before = seen.picture()
+    seen.page.click("#layers summary")
+    seen.page.click(f'[data-layer="{layer}"]')
+    seen.page.click("#layers summary")
+    assert (np.abs(seen.picture() - before).max(axis=2) > 24).sum() > 20
+
+
+def test_the_plan_says_how_it_was_proven_and_from_what(seen):
+    seen.page.click("#plan-button")
+    told, terms = seen.text("#panel-plan"), seen.terms("#panel-plan")
+    assert "Proven again" in told
+    assert "2 checks, 19 samples" in told
+    assert terms["Planned"] == "2 of 3 lifts"
+    assert terms["Model"] == "tiny.ifc"
+    assert "cd" * 32 in told
+    assert "ab" * 32 in told
+    assert "nothing supports the far end of the beam" in told
+    assert "at least 250.0 mm" in told
+
+
+def test_a_plan_that_is_not_proven_says_so(browser, tmp_path):
+    for proof in (None, failed_proof("0GlobalIdBeam")):
+        seen = show(browser, tmp_path, tiny_source(proof=proof))
+        assert seen.text("#proof") == "✕ NOT PROVEN"
+        seen.page.click('#list tr[data-part="2"] button')
+        assert "NOT PROVEN" in seen.text("#panel-part")
+        seen.page.click("#plan-button")
+        assert "NOT PROVEN" in seen.text("#panel-plan")
+        if proof:
+            assert "is in cells of truck-7" in seen.text("#panel-plan")
+        seen.page.context.close()
+
+
+def test_revisions_are_switched_and_say_what_changed(browser, tmp_path):
+    before = tiny_log()
+    beam = before.plan.lifts[2]
+    blocked = dataclasses.replace(beam, path_vox=beam.path_vox[[0, *range(len(beam.path_vox))]])
+    site = dataclasses.replace(before.plan.site, blockers=before.plan.site.blockers[:1])
+    plan = dataclasses.replace(before.plan, site=site, lifts=(*before.plan.lifts[:2], blocked))
+    after = dataclasses.replace(before, plan=plan, revision=4)
+    revisions = (revision_of(before, passed_proof()), revision_of(after))
+    seen = show(browser, tmp_path, PageSource(revisions), reduced_motion="reduce")
+    assert seen.text("#proof") == "✕ NOT PROVEN"
+    seen.page.click("#plan-button")
+    terms = seen.terms("#panel-plan")
+    assert (terms["Kept"], terms["Replanned"], terms["Infeasible"]) == ("1", "1", "1")
+    picture = seen.picture()
+    seen.page.click("#revision-earlier")
+    assert seen.text("#proof") == "✓ proven"
+    assert np.abs(seen.picture() - picture).max() > 50  # the truck is there
+    seen.page.keyboard.press("]")
+    assert seen.page.input_value("#revision") == "1"
+    assert seen.complaints == []
+    seen.page.context.close()
+
+
+@pytest.mark.parametrize("width", [1280, 900])
+def test_a_long_heading_with_revisions_does_not_widen_the_page(browser, tmp_path, width):
+    log = tiny_log()
+    site = dataclasses.replace(log.plan.site, name="a site with a long name, " * 8)
+    log = dataclasses.replace(log, plan=dataclasses.replace(log.plan, site=site))
+    revisions = (revision_of(log, passed_proof()), revision_of(dataclasses.replace(log, revision=1)))
+    seen = show(browser, tmp_path, PageSource(revisions), reduced_motion="reduce")
+    seen.page.set_viewport_size({"width": width, "height": 700})
+    assert seen.page.evaluate("document.documentElement.scrollWidth") <= width
+    for name in ("#plan-button", "#help-button", "#panel-part"):
+        box = seen.page.locator(name).bounding_box()
+        assert box["x"] + box["width"] <= width
+    seen.page.context.close()
+
+
+def test_hostile_names_are_only_text(browser, tmp_path):
+    seen = show(browser, tmp_path, PageSource((revision_of(evil_log(), passed_proof()),)))
+    seen.page.click("#list tbody tr:nth-child(2) button")
+    assert EVIL in seen.text("#panel-part h2")
+    seen.page.click("#plan-button")
+    assert EVIL in seen.text("#panel-plan")
+    assert seen.page.evaluate("() => window.hacked") is None
+    assert seen.page.locator("img").count() == 1  # the page's own, for printing
+    assert seen.complaints == []
+    seen.page.context.close()
+
+
+def test_a_site_without_a_crane_plays_as_well(browser, tmp_path):
+    seen = show(browser, tmp_path, tiny_source(crane=False, proof=passed_proof()), reduced_motion="reduce")
+    assert "no crane" in seen.text("#facts")
+    seen.seek(4)
+    place = seen.page.evaluate(
+        "() => { window.page._draw(); return window.page.scene.rows.placeOf(window.page.scene.partRow(0))[0]; }"
+    )
+    np.testing.assert_allclose(place, tracks_of(tiny_log(crane=False))[0].corner_m[4], atol=0.01)
+    assert seen.complaints == []
+    seen.page.context.close()
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1024, 768), (820, 1180)])
+def test_nothing_is_out_of_the_window(seen, width, height):
+    seen.page.set_viewport_size({"width": width, "height": height})
+    seen.picture()
+    out = seen.page.evaluate(
+        """() => [...document.querySelectorAll("button, input, select, h1, canvas")].filter((e) => {
+          const box = e.getBoundingClientRect();
+          const out = box.left < -1 || box.right > innerWidth + 1 || box.top < -1 || box.bottom > innerHeight + 1;
+          return box.width > 0 && !e.closest(".scroll, details:not([open])") && out;
+        }).map((e) => e.id || e.outerHTML.slice(0, 60))"""
+    )
+    assert out == []
+    assert seen.page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_it_prints_a_picture_and_all_lifts(seen):
+    seen.page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
+    seen.page.emulate_media(media="print")
+    assert seen.page.evaluate("() => document.getElementById('still').naturalWidth") > 100
+    assert seen.page.is_visible("#still")
+    assert not seen.page.is_visible("#play")
+    assert seen.page.is_visible("#panel-plan")
+    seen.page.emulate_media(media="screen")
+
+
+def test_without_webgl_the_lists_work(browser, tmp_path):
+    file = tmp_path / "plain.html"
+    file.write_bytes(page_of(tiny_source(proof=passed_proof())))
+    seen = Seen(browser.new_context().new_page())
+    seen.page.add_init_script(
+        """const own = HTMLCanvasElement.prototype.getContext;
+        HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+          return kind === "webgl2" ? null : own.call(this, kind, ...more);
+        };"""
+    )
+    seen.page.goto(file.as_uri())
+    seen.page.wait_for_selector("#list tbody tr")
+    assert "no WebGL 2" in seen.text("#failure")
+    seen.page.click('#list tr[data-part="2"] button')
+    assert seen.text("#panel-part h2") == "Beam"
+    assert seen.complaints == []
+    seen.page.context.close()
+
+
+def test_a_page_of_two_cranes_moves_both(browser, tmp_path):
+    plan, motions = two_crane_plan()
+    log = PlanLog(plan=plan, motions=motions, attachments={}, metadata={})
+    revision = Revision(0, "two.mcap", "0" * 64, plan, (), motions, tracks_of(log), passed_proof())
+    seen = show(browser, tmp_path, PageSource((revision,)), reduced_motion="reduce")
+    places = []
+    for seconds in (0.0, 95.0, 330.0, 700.0):
+        seen.seek(seconds)
+        seen.wait(f"Math.abs(window.page.time - {seconds}) < 1")
+        poses = poses_at(plan.site, motions, int(seconds * 1e9))
+        hook = seen.page.evaluate("() => window.page.scene.hook")
+        hooks = [hook_of(crane, *dataclasses.astuple(poses[n])) for n, crane in enumerate(plan.site.cranes)]
+        assert min(np.linalg.norm(np.array(hook) - own) for own in hooks) < 0.05
+        places.append(seen.picture())
+    assert all((one != other).any() for one, other in itertools.pairwise(places))
+    seen.page.click("#tab-plan")
+    terms = seen.terms("#panel-plan")
+    assert terms["Crane west"].startswith("4 lifts, busy")
+    assert terms["Crane east"].startswith("3 lifts, busy")
+    assert seen.complaints == []
+    seen.page.context.close()

@@ -1,0 +1,196 @@
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+
+import numpy as np
+import pytest
+from log_building import tiny_log
+from opened_pages import EVIL, evil_log, failed_proof, passed_proof, revision_of
+from report_reading import ReadReport
+
+from bimvox.crane.kinematics import hook_of
+from bimvox.crane.load_chart import capacity_kg
+from bimvox.rendering.report.gantt import LIFTS_A_CHART, gantt_charts
+from bimvox.rendering.report.page import Figure, Figures, report_page
+from bimvox.rendering.report.record import record_of
+
+
+def page_of(log, proof=None, *, critical_share: float = 0.75, figures: Figures | None = None) -> bytes:
+    record = record_of(revision_of(log, proof), critical_share=critical_share)
+    return report_page(record, log.plan.site.cranes, figures)
+
+
+def test_every_number_of_a_lift_is_that_of_the_log():
+    log = tiny_log(crane=True)
+    site, crane = log.plan.site, log.plan.site.crane
+    rows = {int(row["order"]): row for row in ReadReport(page_of(log, passed_proof())).rows["lifts"] if "order" in row}
+    assert sorted(rows) == [lift.order for lift in log.plan.lifts]
+    for motion in log.motions:
+        row, lift = rows[motion.order], log.plan.lifts[motion.order]
+        component = site.components[motion.component]
+        load_kg = component.mass_kg + crane.rigging_mass_kg
+        radius_m = np.concatenate([motion.raising.radius_m, motion.loaded.radius_m])
+        share = load_kg / capacity_kg(crane.chart, radius_m)
+        worst = int(np.argmax(share))
+        assert row["mass_kg"] == component.mass_kg
+        assert row["load_kg"] == load_kg
+        assert row["radius_m"] == radius_m[worst]
+        assert row["utilisation"] == pytest.approx(share[worst], rel=1e-12)
+        assert row["capacity_kg"] == pytest.approx(capacity_kg(crane.chart, float(radius_m[worst])), rel=1e-12)
+        assert row["moves"] == lift.moves
+        assert row["shortest_moves"] == lift.shortest_moves
+        assert row["duration_s"] == motion.loaded.duration_s
+        assert row["bound_s"] == motion.loaded.bound_s
+        assert row["begins_s"] == motion.start_ns / 1e9
+        assert row["length_s"] == pytest.approx((motion.end_ns - motion.start_ns) / 1e9, abs=1e-9)
+        for which, part, n in (("pick", motion.raising, 0), ("set", motion.loaded, -1)):
+            wanted = hook_of(crane, part.slew_rad[n], part.radius_m[n], part.height_m[n])
+            assert [row[f"{which}_{axis}_m"] for axis in "xyz"] == pytest.approx(wanted.tolist(), abs=1e-6)
+            assert row[f"{which}_radius_m"] == part.radius_m[n]
+        # The governing sample is a sample of the motion at that radius.
+        at_ns = round(row["governing_time_s"] * 1e9) - motion.start_ns
+        times = np.concatenate([motion.raising.time_ns, motion.loaded.time_ns])
+        assert radius_m[int(np.flatnonzero(times == at_ns)[0])] == row["radius_m"]
+        # And what people read is the same, rounded.
+        assert f"{100 * row['utilisation']:.1f}" in row["words"]
+        assert f"{row['radius_m']:.2f}" in row["words"]
+
+
+def test_totals_and_shares_are_those_of_the_log():
+    log = tiny_log(crane=True)
+    read = ReadReport(page_of(log, passed_proof()))
+    totals = read.totals
+    assert (totals["lifts"], totals["planned"], totals["infeasible"]) == (3, 2, 1)
+    assert totals["total_s"] == pytest.approx((log.motions[-1].end_ns - log.motions[0].start_ns) / 1e9)
+    assert (totals["lifts_policy"], totals["lifts_search"]) == (1, 1)
+    assert (totals["share_policy"], totals["share_search"]) == (0.5, 0.5)
+    moves = [(lift.moves, lift.shortest_moves) for lift in log.planned]
+    assert totals["moves_ratio"] == pytest.approx(sum(a for a, _ in moves) / sum(b for _, b in moves))
+
+
+def test_the_page_carries_the_record_itself():
+    log = tiny_log(crane=True)
+    record = record_of(revision_of(log, passed_proof()))
+    read = ReadReport(report_page(record, log.plan.site.cranes))
+    assert read.record == json.loads(json.dumps(record))
+
+
+def test_critical_lifts_come_first_the_most_used_capacity_first():
+    log = tiny_log(crane=True)
+    shares = {
+        lift["order"]: lift["governs"]["utilisation"]
+        for lift in record_of(revision_of(log))["lifts"]
+        if lift["governs"]
+    }
+    worst = max(shares, key=lambda order: shares[order])
+    read = ReadReport(page_of(log, critical_share=0.999 * shares[worst]))
+    rows = [row for row in read.rows["lifts"] if "order" in row]
+    assert int(rows[0]["order"]) == worst
+    assert [row["class"] for row in rows].count("critical") == 1
+    assert "▲" in rows[0]["words"]
+    assert read.totals["critical"] == 1
+    everything = ReadReport(page_of(log, critical_share=1e-9)).record["critical"]
+    assert everything == sorted(shares, key=lambda order: -shares[order])
+
+
+def test_an_infeasible_part_says_why_and_what_blocks_it():
+    log = tiny_log(crane=True)
+    figure = Figure(b"picture", "image/png", "what is in the way", (1,))
+    read = ReadReport(page_of(log, figures=Figures(blocked=(figure,))))
+    (row,) = [row for row in read.rows["infeasible"] if "order" in row]
+    assert row["order"] == 1
+    assert log.plan.lifts[1].reason in row["words"]
+    assert "truck-7" in row["words"]
+    assert "img" in read.tags
+    assert "without a picture" not in read.text
+    assert "without a picture" in ReadReport(page_of(log)).text
+
+
+def test_what_was_proven_and_what_failed():
+    log = tiny_log(crane=True)
+    proof = passed_proof()
+    read = ReadReport(page_of(log, proof))
+    rows = {row["data-check"]: row for row in read.rows["checks"] if "data-check" in row}
+    assert {name: row["samples"] for name, row in rows.items()} == {c.name: c.samples for c in proof.checks}
+    assert "NOT PROVEN" not in read.text
+    assert "NOT PROVEN" in ReadReport(page_of(log)).text
+    failed = ReadReport(page_of(log, failed_proof(log.plan.site.components[0].id)))
+    assert "NOT PROVEN" in failed.text
+    assert "is in cells of truck-7" in failed.text
+    assert "PROOF FAILED" in failed.text
+
+
+def test_every_input_has_its_hash():
+    log = tiny_log(crane=True)
+    text = ReadReport(page_of(log)).text
+    for digest in ("cd" * 32, "ef" * 32, "ab" * 32, log.plan.site.digest, log.plan.site.geometry_digest):
+        assert digest in text
+
+
+def test_nothing_comes_from_elsewhere_and_names_are_only_text():
+    log = evil_log()
+    record = record_of(revision_of(log))
+    page = report_page(record, log.plan.site.cranes)
+    text = page.decode()
+    # Every number but sizes of the drawing itself is text; nothing is fetched and nothing runs.
+    assert re.findall(r'(?:src|href)="(?!data:)', text) == []
+    assert "default-src 'none'" in text
+    assert "script-src" not in text
+    read = ReadReport(page)
+    assert read.tags.count("script") == 1
+    assert "img" not in read.tags
+    assert read.record["lifts"][0]["name"] == EVIL
+    assert EVIL in read.text
+
+
+def test_without_a_crane_times_are_nominal_and_nothing_is_critical():
+    log = tiny_log(crane=False)
+    read = ReadReport(page_of(log))
+    assert "nominal" in read.text
+    assert read.record["crane"] is None
+    assert read.record["critical"] == []
+    assert read.totals["total_s"] > 0
+
+
+def test_the_same_plan_gives_the_same_bytes():
+    assert page_of(tiny_log(crane=True), passed_proof()) == page_of(tiny_log(crane=True), passed_proof())
+
+
+def test_gantt_bars_begin_and_end_with_the_phases_of_the_log():
+    log = tiny_log(crane=True)
+    lifts = record_of(revision_of(log))["lifts"]
+    (chart,) = gantt_charts(lifts)
+    bars = re.findall(r'<rect x="([\d.]+)" y="[\d.]+" width="([\d.]+)" height="[\d.]+" class="(\w+)"', chart)
+    ends = [(float(x), float(x) + float(width)) for x, width, _ in bars]
+    timed = [lift for lift in lifts if lift["begins_s"] is not None]
+    low, high = timed[0]["begins_s"], timed[-1]["ends_s"]
+    scale = (ends[-1][1] - ends[0][0]) / (high - low)
+    carrying = [(x, x + float(w)) for (x, _), (_, w, kind) in zip(ends, bars, strict=True) if kind == "carrying"]
+    for lift, (first, last) in zip(timed, carrying, strict=True):
+        held = [(start, end) for name, start, end in lift["phases"] if name in ("hoist", "traverse", "lower")]
+        assert first == pytest.approx(ends[0][0] + (held[0][0] - low) * scale, abs=0.02)
+        assert last == pytest.approx(ends[0][0] + (held[-1][1] - low) * scale, abs=0.02)
+
+
+def test_long_plans_have_a_chart_a_page():
+    lift = record_of(revision_of(tiny_log(crane=True)))["lifts"][0]
+    many = [
+        {**lift, "order": n, "begins_s": 100.0 * n, "ends_s": 100.0 * n + 90.0, "phases": []}
+        for n in range(2 * LIFTS_A_CHART + 1)
+    ]
+    charts = gantt_charts(many)
+    assert [chart.count("data-order=") for chart in charts] == [LIFTS_A_CHART, LIFTS_A_CHART, 1]
+
+
+def test_a_lift_beyond_the_chart_is_critical_above_all():
+    log = tiny_log(crane=True)
+    crane = dataclasses.replace(
+        log.plan.site.crane, chart=dataclasses.replace(log.plan.site.crane.chart, radius_m=(2.0, 2.5, 3.0))
+    )
+    plan = dataclasses.replace(log.plan, site=dataclasses.replace(log.plan.site, crane=crane))
+    log = dataclasses.replace(log, plan=plan)
+    read = ReadReport(page_of(log))
+    assert len(read.record["critical"]) == len(log.motions)
+    assert "beyond" in read.text
