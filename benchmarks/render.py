@@ -160,11 +160,11 @@ def main() -> None:
     parser.add_argument("--log", type=Path, help="measure this log instead")
     arguments = parser.parse_args()
     wall, cpu = time.perf_counter(), time.process_time()
+    from bimvox.rendering.draw.picture import PictureOptions
+    from bimvox.rendering.draw.png import png_of
     from bimvox.rendering.film.film import FilmOptions, write_film
     from bimvox.rendering.film.pace import frame_times_ns
     from bimvox.rendering.film.scene import Film
-    from bimvox.rendering.picture import PictureOptions
-    from bimvox.rendering.png import png_of
     from bimvox.rendering.scene.plan import scene_of_plan
     from bimvox.rendering.scene.site import view_of_site
 

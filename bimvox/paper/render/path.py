@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bimvox.paper.env.picture import SitePicture
 from bimvox.paper.render.picture import scene_of_prefab
 from bimvox.rendering.colours import FAINT_INK, PAPER, PATH
-from bimvox.rendering.picture import PictureOptions, picture_of
+from bimvox.rendering.draw.picture import PictureOptions, picture_of
 from bimvox.rendering.scene.scene import LegendEntry, Scene, Strokes, Swatch, polyline
 
 _CENTRE = 0.5

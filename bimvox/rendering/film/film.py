@@ -12,10 +12,10 @@ from PIL import Image
 
 from bimvox.compiled import kernel
 from bimvox.errors import InputError
-from bimvox.rendering.camera import View
 from bimvox.rendering.colours import INK, PAPER
+from bimvox.rendering.draw.camera import View
+from bimvox.rendering.draw.picture import PictureOptions, camera_of, picture_of
 from bimvox.rendering.film.scene import Film
-from bimvox.rendering.picture import PictureOptions, camera_of, picture_of
 from bimvox.rendering.scene.layers import Layer, without
 
 FilmFormat = Literal["gif", "webp"]

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.records.lift import Lift, Status
-from bimvox.rendering.camera import View
 from bimvox.rendering.colours import ASSEMBLED, IN_THE_WAY, START_BOX, TARGET_BOX, UNBUILT
-from bimvox.rendering.picture import PictureOptions, solids_seen
+from bimvox.rendering.draw.camera import View
+from bimvox.rendering.draw.picture import PictureOptions, solids_seen
 from bimvox.rendering.scene.cranes import site_cranes
 from bimvox.rendering.scene.scene import LegendEntry, Scene, Swatch
 from bimvox.rendering.scene.site import boxes_strokes, site_canvas, site_legend, target_cells, view_of_site

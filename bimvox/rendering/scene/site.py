@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from bimvox.grid.labels import Label
 from bimvox.planning.yard import storage_poses
-from bimvox.rendering.camera import View
 from bimvox.rendering.colours import (
     ASSEMBLED,
     CONSTRUCTION_AREA,
@@ -21,6 +20,7 @@ from bimvox.rendering.colours import (
     UNBUILT,
     YARD,
 )
+from bimvox.rendering.draw.camera import View
 from bimvox.rendering.scene.cranes import building_centre_m, site_cranes
 from bimvox.rendering.scene.layers import Layer
 from bimvox.rendering.scene.scene import LegendEntry, Scene, Strokes, box_edges

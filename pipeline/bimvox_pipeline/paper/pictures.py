@@ -36,7 +36,7 @@ def pictures_of(results: ExperimentResults, document: dict[str, Any]) -> dict[st
         scenes = _policies([run for run in results.scenarios if run.mode == mode])
         if scenes:
             from bimvox.paper.render.path import draw_sheet
-            from bimvox.rendering.png import png_from_pixels
+            from bimvox.rendering.draw.png import png_from_pixels
 
             pictures[f"policies-{mode}.png"] = png_from_pixels(draw_sheet(scenes))
     return pictures

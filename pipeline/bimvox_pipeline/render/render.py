@@ -104,8 +104,8 @@ def render(
 def _render_picture(
     source: Path, kind: Kind, target: Path, size: tuple[int, int], wanted: SceneOptions, progress: Progress
 ) -> dict[str, Any]:
-    from bimvox.rendering.picture import PictureOptions
-    from bimvox.rendering.png import png_of
+    from bimvox.rendering.draw.picture import PictureOptions
+    from bimvox.rendering.draw.png import png_of
     from bimvox.rendering.scene.layers import Layer, layers_named, without
 
     # What cannot be is said before the work.

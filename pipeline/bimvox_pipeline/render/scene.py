@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from bimvox.grid.voxel_grid import VoxelGrid
     from bimvox.log.plan_log import PlanLog
-    from bimvox.rendering.camera import View
+    from bimvox.rendering.draw.camera import View
     from bimvox.rendering.film.scene import Film
     from bimvox.rendering.scene.scene import Scene
     from bimvox.site.site import Site
@@ -47,7 +47,7 @@ class SceneOptions:
 
 def picture_scene(source: Path, kind: Kind, options: SceneOptions, progress: Progress) -> tuple[Scene, View]:
     """Return the scene of a file, and from where it is looked at."""
-    from bimvox.rendering.camera import View
+    from bimvox.rendering.draw.camera import View
     from bimvox.rendering.scene.site import scene_of_site, view_of_site
 
     if kind is Kind.LOG:

@@ -116,9 +116,9 @@ def _page(revision: Revision, record: dict[str, Any], pictures: int, progress: P
 
 
 def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress: Progress) -> Figures:
-    from bimvox.rendering.picture import PictureOptions
+    from bimvox.rendering.draw.picture import PictureOptions
+    from bimvox.rendering.draw.png import small_png_of
     from bimvox.rendering.plots.plan_figures import draw_path_ratios, draw_utilisation
-    from bimvox.rendering.png import small_png_of
     from bimvox.rendering.report.page import Figure, Figures
     from bimvox.rendering.scene.plan import scene_of_plan
     from bimvox.rendering.scene.site import view_of_site
@@ -142,8 +142,8 @@ def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress
 
 def _blocked(revision: Revision, orders: list[int], most: int, progress: Progress) -> tuple[Figure, ...]:
     """Pictures of what blocks the lifts of these orders, one for all that the same things block."""
-    from bimvox.rendering.picture import PictureOptions
-    from bimvox.rendering.png import small_png_of
+    from bimvox.rendering.draw.picture import PictureOptions
+    from bimvox.rendering.draw.png import small_png_of
     from bimvox.rendering.report.page import Figure
     from bimvox.rendering.report.words import named
     from bimvox.rendering.scene.blocked import scene_of_blocked

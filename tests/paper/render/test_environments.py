@@ -18,7 +18,7 @@ from bimvox.paper.env.vector_env import PrefabVectorEnv
 from bimvox.paper.render import environments as prefab_env
 from bimvox.paper.render.picture import pixels_of_prefab, scene_of_prefab
 from bimvox.rendering.colours import START_BOX, TARGET_BOX
-from bimvox.rendering.picture import PictureOptions, picture_of
+from bimvox.rendering.draw.picture import PictureOptions, picture_of
 
 LAYOUT = PrefabLayout((YardPose(4, 7, "y"),), ((7, 7, 1),), (((12, 2, 1), (13, 5, 3)),))
 

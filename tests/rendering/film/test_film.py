@@ -10,12 +10,12 @@ from PIL import Image
 from bimvox.errors import InputError
 from bimvox.log.recorder import tracks_of
 from bimvox.records.motion import PhaseName
-from bimvox.rendering.camera import Camera
 from bimvox.rendering.colours import ARRIVED, ASSEMBLED, IN_TRANSIT, PAPER, UNBUILT
+from bimvox.rendering.draw.camera import Camera
+from bimvox.rendering.draw.picture import PictureOptions
 from bimvox.rendering.film.film import FilmOptions, write_film
 from bimvox.rendering.film.pace import STANDING, default_seconds, frame_times_ns
 from bimvox.rendering.film.scene import Film, rotation
-from bimvox.rendering.picture import PictureOptions
 from bimvox.rendering.scene.scene import Scene
 from bimvox.site.component import StoredPose
 

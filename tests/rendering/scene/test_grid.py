@@ -8,7 +8,7 @@ from bimvox.errors import InputError
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.grid.voxel_grid import VoxelGrid
-from bimvox.rendering.picture import PictureOptions, picture_of
+from bimvox.rendering.draw.picture import PictureOptions, picture_of
 from bimvox.rendering.scene.grid import scene_of_grid
 
 

@@ -8,17 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import InputError
-from bimvox.rendering.annotate import annotate, frame_for
-from bimvox.rendering.blocks import draw_blocks
-from bimvox.rendering.camera import Camera, View, fitted_camera
 from bimvox.rendering.colours import PAPER
-from bimvox.rendering.light import light_for
-from bimvox.rendering.outline import draw_outline
-from bimvox.rendering.pixels import joined, painted
-from bimvox.rendering.raycast import cast, cropped
+from bimvox.rendering.draw.annotate import annotate, frame_for
+from bimvox.rendering.draw.blocks import draw_blocks
+from bimvox.rendering.draw.camera import Camera, View, fitted_camera
+from bimvox.rendering.draw.light import light_for
+from bimvox.rendering.draw.outline import draw_outline
+from bimvox.rendering.draw.pixels import joined, painted
+from bimvox.rendering.draw.raycast import cast, cropped
+from bimvox.rendering.draw.strokes import draw_strokes
 from bimvox.rendering.scene.coarsen import coarsened
 from bimvox.rendering.scene.scene import Scene
-from bimvox.rendering.strokes import draw_strokes
 
 _SMALLEST_PX, _LARGEST_PX = 16, 4096
 _CELL_LINES_FROM_PX, _FACE_EDGES_FROM_PX = 9.0, 2.0

@@ -6,10 +6,10 @@ from drawn_plans import motions_by_hand, plan_by_hand
 
 from bimvox.errors import InputError
 from bimvox.grid.frame import GridFrame
-from bimvox.rendering.camera import View
 from bimvox.rendering.colours import PAPER
-from bimvox.rendering.picture import PictureOptions, picture_of
-from bimvox.rendering.png import png_of
+from bimvox.rendering.draw.camera import View
+from bimvox.rendering.draw.picture import PictureOptions, picture_of
+from bimvox.rendering.draw.png import png_of
 from bimvox.rendering.scene.coarsen import _halved
 from bimvox.rendering.scene.plan import Instant, scene_of_plan
 from bimvox.rendering.scene.scene import Scene

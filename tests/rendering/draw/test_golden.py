@@ -16,10 +16,10 @@ from log_building import tiny_log
 from PIL import Image
 
 from bimvox.log.recorder import tracks_of
-from bimvox.rendering.camera import View
+from bimvox.rendering.draw.camera import View
+from bimvox.rendering.draw.picture import PictureOptions, picture_of
+from bimvox.rendering.draw.png import png_from_pixels
 from bimvox.rendering.film.scene import Film
-from bimvox.rendering.picture import PictureOptions, picture_of
-from bimvox.rendering.png import png_from_pixels
 from bimvox.rendering.scene.blocked import scene_of_blocked
 from bimvox.rendering.scene.plan import Instant, scene_of_plan
 from bimvox.rendering.scene.scene import Scene

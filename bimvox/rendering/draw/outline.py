@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.rendering.raycast import Buffers
+from bimvox.rendering.draw.raycast import Buffers
 
 _SOLID_EDGE = 0.62
 _FACE_EDGE = 0.22

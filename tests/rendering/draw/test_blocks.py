@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 
 from bimvox.grid.frame import GridFrame
-from bimvox.rendering.blocks import draw_blocks
-from bimvox.rendering.camera import View
-from bimvox.rendering.light import light_for
-from bimvox.rendering.picture import PictureOptions, camera_of
-from bimvox.rendering.raycast import cast
+from bimvox.rendering.draw.blocks import draw_blocks
+from bimvox.rendering.draw.camera import View
+from bimvox.rendering.draw.light import light_for
+from bimvox.rendering.draw.picture import PictureOptions, camera_of
+from bimvox.rendering.draw.raycast import cast
 from bimvox.rendering.scene.scene import Block, Scene
 
 FRAME = GridFrame((0.0, 0.0, 0.0), 1.0)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.rendering.camera import View
+from bimvox.rendering.draw.camera import View
 
 _SUN_LEFT_DEG = 62.0
 _SUN_ELEVATION_DEG = 46.0

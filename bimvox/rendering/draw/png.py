@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from bimvox.rendering.picture import PictureOptions, picture_of
+from bimvox.rendering.draw.picture import PictureOptions, picture_of
 from bimvox.rendering.scene.scene import Scene
 
 

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.grid.frame import GridFrame
-from bimvox.rendering.camera import Camera, View, fitted_camera
-from bimvox.rendering.light import light_for
-from bimvox.rendering.raycast import cast, cropped, first_hit, tops
+from bimvox.rendering.draw.camera import Camera, View, fitted_camera
+from bimvox.rendering.draw.light import light_for
+from bimvox.rendering.draw.raycast import cast, cropped, first_hit, tops
 
 FRAME = GridFrame((10.0, -4.0, 2.0), 0.5)
 

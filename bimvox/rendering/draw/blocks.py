@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.rendering.camera import Camera
-from bimvox.rendering.light import Light, light_on
-from bimvox.rendering.raycast import Buffers
+from bimvox.rendering.draw.camera import Camera
+from bimvox.rendering.draw.light import Light, light_on
+from bimvox.rendering.draw.raycast import Buffers
 from bimvox.rendering.scene.scene import Block
 
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.grid.frame import GridFrame
-from bimvox.rendering.camera import Camera
-from bimvox.rendering.light import Light, face_light, sky_density
+from bimvox.rendering.draw.camera import Camera
+from bimvox.rendering.draw.light import Light, face_light, sky_density
 
 NOTHING = np.float32(np.inf)
 """Depth where a pixel sees nothing."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.rendering.camera import Camera
+from bimvox.rendering.draw.camera import Camera
 from bimvox.rendering.scene.scene import Strokes
 from bimvox.site.construction import Rgb
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 
 from bimvox.grid.frame import GridFrame
-from bimvox.rendering.camera import View
-from bimvox.rendering.picture import PictureOptions, camera_of, picture_of
+from bimvox.rendering.draw.camera import View
+from bimvox.rendering.draw.picture import PictureOptions, camera_of, picture_of
 from bimvox.rendering.scene.scene import Scene, Strokes, box_edges, polyline
 
 RED = (255, 0, 0)

@@ -1,0 +1,1 @@
+"""From a scene to pixels: a voxel ray caster, boxes, strokes, outlines and words."""
