@@ -9,8 +9,9 @@ import math
 
 import numpy as np
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.luffing import luff_of_radius
-from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane
+from bimvox.crane.tower_crane import CranePose, TowerCrane
 
 
 def rest_to_rest_s(distance: float, limits: AxisLimits) -> float:

@@ -11,8 +11,10 @@ from __future__ import annotations
 from dataclasses import replace
 from math import pi
 
+from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.rigging import reeving_of
-from bimvox.crane.tower_crane import AxisLimits, LoadChart, Reeving, TowerCrane
+from bimvox.crane.tower_crane import Reeving, TowerCrane
 from bimvox.errors import InputError
 
 _PER_MIN = 1.0 / 60.0

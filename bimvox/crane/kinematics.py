@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.luffing import luff_of_radius, radius_of_luff, tip_height_m
-from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane
+from bimvox.crane.tower_crane import CranePose, TowerCrane
 
 Axes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 """slew_rad, radius_m, height_m, of equal shape."""

@@ -2,12 +2,50 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bimvox.crane.tower_crane import LoadChart
+from bimvox.errors import InputError
+
+
+@dataclass(frozen=True, slots=True)
+class LoadChart:
+    """Capacity over radius, as data sheets give it.
+
+    Attributes:
+        radius_m: Radii, ascending.
+        capacity_kg: Capacity at each radius (load and rigging together), descending.
+
+    Raises:
+        InputError: If it is empty, its lists differ in length, a number is not positive and finite, the radii do not
+            ascend, or the capacity grows with the radius.
+    """
+
+    radius_m: tuple[float, ...]
+    capacity_kg: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse a chart that cannot be read."""
+        if len(self.radius_m) != len(self.capacity_kg) or not self.radius_m:
+            raise InputError(
+                f"a load chart with {len(self.radius_m)} radii and {len(self.capacity_kg)} capacities",
+                hint="give one capacity per radius, at least one pair",
+            )
+        for name, values in (("radius_m", self.radius_m), ("capacity_kg", self.capacity_kg)):
+            bad = [value for value in values if not 0.0 < value < float("inf")]
+            if bad:
+                raise InputError(f"load chart: {name} holds {bad[0]:g}", hint="every value must be positive and finite")
+        for i in range(1, len(self.radius_m)):
+            if self.radius_m[i] <= self.radius_m[i - 1]:
+                raise InputError(f"load chart: radius {self.radius_m[i]:g} m does not ascend", hint="sort it by radius")
+            if self.capacity_kg[i] > self.capacity_kg[i - 1]:
+                raise InputError(
+                    f"load chart: capacity grows to {self.capacity_kg[i]:g} kg at {self.radius_m[i]:g} m",
+                    hint="capacity cannot grow with the radius; check the pairs",
+                )
 
 
 @overload

@@ -10,9 +10,11 @@ from __future__ import annotations
 
 from math import pi, radians
 
+from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.luffing import LuffingJib
 from bimvox.crane.rigging import with_luffing_jib
-from bimvox.crane.tower_crane import AxisLimits, LoadChart, TowerCrane
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
 
 _ANY = AxisLimits(1.0, 1.0, 1.0)  # follows from the jib

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.luffing import LuffingJib, hook_limits, radius_limits
-from bimvox.crane.tower_crane import AxisLimits, Reeving, TowerCrane
+from bimvox.crane.tower_crane import Reeving, TowerCrane
 
 
 def with_reeving(crane: TowerCrane, reeving: Reeving) -> TowerCrane:

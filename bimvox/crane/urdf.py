@@ -9,8 +9,9 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.luffing import LuffingJib
-from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+from bimvox.crane.tower_crane import TowerCrane
 
 _COUNTER_JIB_SHARE = 0.25
 _HOOK_BLOCK_M = (0.5, 0.5, 1.0)

@@ -13,10 +13,11 @@ from math import hypot, pi
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.bound import rest_to_rest_s
 from bimvox.crane.kinematics import hook_of, pose_of
 from bimvox.crane.luffing import radius_limits
-from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane
+from bimvox.crane.tower_crane import CranePose, TowerCrane
 
 AXES = 3
 

@@ -19,8 +19,8 @@ from ruckig import InputParameter, Ruckig, RuckigError
 from ruckig import Trajectory as RuckigTrajectory
 
 from bimvox.compiled import kernel
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.bound import rest_to_rest_s
-from bimvox.crane.tower_crane import AxisLimits
 from bimvox.errors import PlanningError
 
 # A limit this far beyond what the motion takes is none.

@@ -13,8 +13,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.pendulum import half_period_s, pendulum_length_m
-from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.course import Course, Moves
 from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.move import Line, Move, share_limits, slowed

@@ -11,9 +11,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.bound import rest_to_rest_s
 from bimvox.crane.kinematics import Axes, pose_of
-from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+from bimvox.crane.tower_crane import TowerCrane
 
 _STEPS = 1024
 

@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Element
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.catalogue import BUILT_IN
 from bimvox.crane.defaults import DEFAULT_CRANES
 from bimvox.crane.fit import fit_crane
 from bimvox.crane.fit_luffing import BuiltHeights, standing_of
-from bimvox.crane.tower_crane import AxisLimits, LoadChart, TowerCrane
+from bimvox.crane.load_chart import LoadChart
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
 from bimvox.site.config import Polygon
 from bimvox.site.parts import centre_of_mass_m

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.luffing import LuffingJib
 from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES
 from bimvox.crane.rigging import with_luffing_jib
-from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
 from bimvox.site.config import CraneConfig, LuffAxisConfig, LuffingConfig, SiteConfig, TravelConfig
 

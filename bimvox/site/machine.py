@@ -6,9 +6,11 @@ import difflib
 from dataclasses import MISSING, fields, replace
 from typing import Any
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.defaults import DEFAULT_CRANES, DEFAULT_REEVINGS
+from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.rigging import with_reeving
-from bimvox.crane.tower_crane import AxisLimits, LoadChart, Reeving, TowerCrane
+from bimvox.crane.tower_crane import Reeving, TowerCrane
 from bimvox.crane.working_range import UNLIMITED, SlowZone, WorkingRange
 from bimvox.errors import ConfigError
 from bimvox.site.config import CraneConfig, SiteConfig, SlewingConfig, TravelConfig, WorkingRangeConfig

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.tower_crane import AxisLimits
+from bimvox.crane.axis_limits import AxisLimits
 
 
 @dataclass(frozen=True, slots=True, eq=False)

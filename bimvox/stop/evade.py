@@ -16,7 +16,8 @@ import numpy as np
 from ruckig import InputParameter, Ruckig, RuckigError
 from ruckig import Trajectory as RuckigTrajectory
 
-from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.swept import samples_are_free
 from bimvox.motion.swing import Pendulum

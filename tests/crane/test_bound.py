@@ -5,9 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ruckig import InputParameter, Ruckig, Trajectory
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.bound import point_to_point_s, rest_to_rest_s
 from bimvox.crane.defaults import default_crane
-from bimvox.crane.tower_crane import AxisLimits, CranePose
+from bimvox.crane.tower_crane import CranePose
 
 CRANE = default_crane("hammerhead-45")
 POSITIVE = st.floats(0.02, 3.0)

@@ -4,8 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bimvox.crane.defaults import DEFAULT_CRANES
-from bimvox.crane.load_chart import capacity_kg, max_radius_m, utilisation
-from bimvox.crane.tower_crane import LoadChart
+from bimvox.crane.load_chart import LoadChart, capacity_kg, max_radius_m, utilisation
 from bimvox.errors import InputError
 
 

@@ -4,9 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bimvox.crane.defaults import DEFAULT_CRANES, DEFAULT_REEVINGS, default_crane
-from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.load_chart import LoadChart, capacity_kg
 from bimvox.crane.rigging import hoist_limits, reeving_of, rigged, with_reeving
-from bimvox.crane.tower_crane import LoadChart, Reeving
+from bimvox.crane.tower_crane import Reeving
 from bimvox.errors import InputError
 
 PER_MIN = 1.0 / 60.0

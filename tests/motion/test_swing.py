@@ -9,10 +9,11 @@ from crane_rooms import crane_room
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.defaults import default_crane
 from bimvox.crane.pendulum import GRAVITY_M_S2, half_period_s, pendulum_length_m
-from bimvox.crane.tower_crane import AxisLimits, CranePose
+from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import PlanningError
 from bimvox.motion.drive import drive_path
 from bimvox.motion.move import Line, Move

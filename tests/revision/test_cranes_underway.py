@@ -11,7 +11,7 @@ import pytest
 from bimvox_pipeline.load_site import rasterise
 from two_cranes import two_crane_site
 
-from bimvox.crane.tower_crane import AxisLimits
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.cranes.schedule import time_lifts
 from bimvox.motion.load_frame import cells_of_axes, load_frame
 from bimvox.planning.assembly import Preparation, prepare, replay

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from ruckig import ControlInterface, InputParameter, Ruckig
 from ruckig import Trajectory as RuckigTrajectory
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.defaults import SLEWING, default_crane
-from bimvox.crane.tower_crane import AxisLimits, CranePose
+from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import InputError, PlanningError
 from bimvox.motion.drive import drive_path
 from bimvox.motion.load_frame import load_frame

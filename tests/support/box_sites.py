@@ -8,7 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.crane.tower_crane import AxisLimits, LoadChart, TowerCrane
+from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.load_chart import LoadChart
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
 from bimvox.site.component import Component

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.figures import hook_travel_m
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion, PhaseName
