@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from bimvox.errors import MotionError
@@ -10,94 +9,65 @@ from bimvox.motion.shift import joined_on, waiting
 from bimvox.motion.time_plan import time_lift
 from bimvox.motion.timing import NS_PER_S
 from bimvox.planning.assembly import Assembly, with_cleared
+from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.revision.made import Made, Wanted
 from bimvox.site.collision import CollisionSpace
 
 
-class MotionMaker:
-    """Makes motions of a part's lifts, in ascending order; not all of them need be asked for.
+def made_in_full(wanted: Wanted, made: Made) -> Made | Refused:
+    """Return what a walk made with all motions made and laid on the clock one after the other.
 
     Args:
         wanted: What the part is made of.
-        made: Its lifts, as far as they are known: those with a motion to be made, and all before them.
-    """
-
-    def __init__(self, wanted: Wanted, made: Made) -> None:
-        assert wanted.site.crane is not None
-        self._site, self._crane, self._made = wanted.site, wanted.site.crane, made
-        self._assembly = Assembly(wanted.site, wanted.preparation, one_at_a_time=True)
-        self._come_to = 0
-        self._before: Lift | None = None
-
-    def motion(self, order: int) -> LiftMotion:
-        """Return the motion of a lift; it begins at 0, in the turn nearest to 0.
-
-        Raises:
-            MotionError: If the crane cannot drive it.
-        """
-        lift = self._come(order)
-        rule = _with_last_moves(self._assembly.space(lift.component), lift)
-        return time_lift(self._site, self._crane, lift, rule, self._before, 0, 0.0)
-
-    def _come(self, order: int) -> Lift:
-        """Let everything before a lift happen."""
-        assembly, lifts = self._assembly, self._made.lifts
-        while lifts[self._come_to].order != order:
-            lift = lifts[self._come_to]
-            assembly.skip(lift.component)
-            is_placed = lift.status is Status.PLANNED
-            assembly.finish(lift.component, placed=is_placed)
-            self._before = lift if is_placed else self._before
-            self._come_to += 1
-        assembly.skip(lifts[self._come_to].component)
-        return lifts[self._come_to]
-
-
-def make_motions(
-    wanted: Wanted, made: Made, claim: Callable[[], int | None]
-) -> tuple[dict[int, LiftMotion], dict[int, str]]:
-    """Make some of the motions that are missing.
-
-    Args:
-        wanted: What the part is made of.
-        made: Its lifts, as far as they are known.
-        claim: Says which of ``made.motions_to_make`` is to be made next, ascending; None where nothing is left.
+        made: What the walk made.
 
     Returns:
-        Motions, and why others cannot be driven; by order.
+        The same with every motion; or the lifts that the crane cannot drive, and why.
     """
-    to_make, maker = made.motions_to_make, None
-    motions: dict[int, LiftMotion] = {}
-    untimed: dict[int, str] = {}
-    while (number := claim()) is not None:
-        maker = maker or MotionMaker(wanted, made)
-        order = to_make[number]
-        try:
-            motions[order] = maker.motion(order)
-        except MotionError as error:
-            untimed[order] = error.message
-    return motions, untimed
-
-
-def on_the_clock(wanted: Wanted, made: Made, motions: Mapping[int, LiftMotion]) -> Made:
-    """Return what a walk made with its motions laid one after the other.
-
-    Args:
-        wanted: What it was made of.
-        made: The lifts, as far as they are known.
-        motions: Those of ``made.motions_to_make``, by order.
-    """
-    laid, before = dict(made.motions), None
+    motions, refused = _missing_motions(wanted, made)
+    if refused:
+        return refused
+    on_clock, before = dict(made.motions), None
     for lift in made.lifts:
         order = lift.order
         if order in made.laid:
             motion = made.laid[order] or motions[order]
-            laid[order] = _in_time(wanted, joined_on(motion, None if before is None else laid.get(before)))
+            on_clock[order] = _in_time(wanted, joined_on(motion, None if before is None else on_clock.get(before)))
         if lift.status is Status.PLANNED:
             before = order
-    return replace(made, motions={order: laid[order] for order in sorted(laid)}, laid={})
+    return replace(made, motions={order: on_clock[order] for order in sorted(on_clock)}, laid={})
+
+
+def _missing_motions(wanted: Wanted, made: Made) -> tuple[dict[int, LiftMotion], Refused]:
+    """Return the motions that the walk left open, each timed at its own stage; they start at 0, in the turn nearest 0.
+
+    Returns:
+        Motions by order; and why the crane cannot drive other lifts, by component.
+    """
+    motions: dict[int, LiftMotion] = {}
+    refused: dict[str, str] = {}
+    site, crane, missing = wanted.site, wanted.site.crane, set(made.motions_to_make)
+    if crane is None or not missing:
+        return motions, refused
+    assembly, before = Assembly(site, wanted.preparation, one_at_a_time=True), None
+    for lift in made.lifts:
+        assembly.skip(lift.component)
+        if lift.order in missing:
+            rule = _with_last_moves(assembly.space(lift.component), lift)
+            try:
+                motions[lift.order] = time_lift(site, crane, lift, rule, before, 0, 0.0)
+            except MotionError as error:
+                component = site.components[lift.component].id
+                refused[component] = f"the crane cannot drive its path: {error.message}"
+            missing.remove(lift.order)
+            if not missing:
+                break
+        is_placed = lift.status is Status.PLANNED
+        assembly.finish(lift.component, placed=is_placed)
+        before = lift if is_placed else before
+    return motions, refused
 
 
 def _in_time(wanted: Wanted, motion: LiftMotion) -> LiftMotion:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from functools import partial
@@ -12,6 +12,10 @@ from bimvox.proof.footprint import Footprint, motion_footprint, path_footprint
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
+from bimvox.revision.made import Made
+
+_PROVEN_AT_ONCE = 4
+"""Lifts that are proven together."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,25 +33,39 @@ class Proof:
     ways: Mapping[int, Footprint]
 
 
-def prove(
+def prove_new(plan: LiftPlan, made: Made, known_shapes: set[int]) -> Proof:
+    """Return the proof of the paths and motions that are new in a part.
+
+    Args:
+        plan: The plan of the part.
+        made: What the walk made, with all motions.
+        known_shapes: See ``verify_plan``.
+
+    Raises:
+        VerificationError: If the proof fails, and no lift is at fault.
+    """
+    to_prove_paths, to_prove_motions = made.paths_to_prove, made.motions_to_prove
+    orders = sorted(to_prove_paths | to_prove_motions)
+    refused: dict[str, str] = {}
+    paths: dict[int, Footprint] = {}
+    ways: dict[int, Footprint] = {}
+    for n in range(0, len(orders), _PROVEN_AT_ONCE):
+        batch = set(orders[n : n + _PROVEN_AT_ONCE])
+        found = _prove(plan, batch & to_prove_paths, batch & to_prove_motions, made.motions, known_shapes)
+        refused |= found.refused
+        paths |= found.paths
+        ways |= found.ways
+    return Proof(refused, paths, ways)
+
+
+def _prove(
     plan: LiftPlan,
     paths: AbstractSet[int],
     motions: AbstractSet[int],
     timed: Mapping[int, LiftMotion],
     known_shapes: set[int],
 ) -> Proof:
-    """Prove lifts of a plan.
-
-    Args:
-        plan: The plan.
-        paths: Orders of the lifts whose path is proven.
-        motions: Orders of the lifts whose motion is proven.
-        timed: All motions, by order.
-        known_shapes: See ``verify_plan``.
-
-    Raises:
-        VerificationError: If the proof fails, and no lift is at fault.
-    """
+    """Prove the paths and the motions of some lifts."""
     reasons: dict[str, str] = {}
     for orders, verify in (
         (paths, partial(verify_plan_over_time, known_shapes=known_shapes)),
@@ -65,16 +83,6 @@ def prove(
         {},
         {order: path_footprint(plan.site, lifts[order]) for order in sorted(paths)},
         {order: motion_footprint(plan.site, lifts[order], timed[order]) for order in sorted(motions)},
-    )
-
-
-def together(proofs: Iterable[Proof]) -> Proof:
-    """Return what several proofs of different lifts say."""
-    found = tuple(proofs)
-    return Proof(
-        {component: reason for one in found for component, reason in one.refused.items()},
-        {order: footprint for one in found for order, footprint in one.paths.items()},
-        {order: footprint for one in found for order, footprint in one.ways.items()},
     )
 
 

@@ -15,8 +15,7 @@ and proven in the parts that follow.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterator
 
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.propose import Propose
@@ -26,9 +25,9 @@ from bimvox.revision.cranes import revised_together
 from bimvox.revision.cranes_underway import revised_now
 from bimvox.revision.in_transit import behind
 from bimvox.revision.made import Made, Wanted
+from bimvox.revision.motions import made_in_full
 from bimvox.revision.obstruction_change import ObstructionChange, change_between
-from bimvox.revision.part_work import PartWork
-from bimvox.revision.sides import Side, Together, alone
+from bimvox.revision.part_proof import Proof, prove_new
 from bimvox.revision.standing import Better, RevisedPart, Standing
 from bimvox.revision.walk import Walk
 from bimvox.site.site import Site
@@ -47,8 +46,6 @@ def revise(
     now_ns: int | None = None,
     hold_s: float = HOLD_S,
     better: Better | None = None,
-    on_draft: Callable[[RevisedPart], None] | None = None,
-    beside: Together = alone,
 ) -> Iterator[RevisedPart]:
     """Revise a plan for a site with other obstructions.
 
@@ -65,9 +62,6 @@ def revise(
         hold_s: How long a stopped load is held at least.
         better: A policy that was trained further, asked once more for some lifts; its paths are taken where they are
             proven and no longer.
-        on_draft: Called with a part that is not proven yet, the footprints of its new lifts missing, while its proof
-            goes on: what is made ready from it is of use only if that very part is yielded next.
-        beside: Lets a copy make half of the motions and proofs.
 
     Yields:
         The plan in parts, the first lifts first; the last part has nothing pending.
@@ -80,13 +74,10 @@ def revise(
     shapes = set() if known_shapes is None else known_shapes
     if site.other_cranes:
         together = revised_together if now_ns is None else revised_now
-        part = together(standing, wanted, change, shapes, on_verdict)
-        if on_draft is not None:
-            on_draft(part)
-        yield part
+        yield together(standing, wanted, change, shapes, on_verdict)
         return
     while True:
-        part = _proven_part(standing, wanted, change, shapes, on_verdict, on_draft, beside)
+        part = _proven_part(standing, wanted, change, shapes, on_verdict)
         yield part
         standing, change = part.standing, change_between(site, site)
         if not standing.pending or standing.held is not None:
@@ -99,34 +90,21 @@ def _proven_part(
     change: ObstructionChange,
     known_shapes: set[int],
     on_verdict: Callable[[], None] | None,
-    on_draft: Callable[[RevisedPart], None] | None,
-    beside: Together,
 ) -> RevisedPart:
     def attempt(refused: Refused) -> RevisedPart | Refused:
-        begun: list[tuple[PartWork, Side]] = []
-
-        def begin(walk: Walk) -> None:
-            work = PartWork(standing, wanted, change, known_shapes, walk.made)
-            begun.append((work, beside(work.counts, work.beside)))
-
-        walk = Walk(standing, wanted, change, refused, begin)
+        walk = Walk(standing, wanted, change, refused)
         walk.run()
-        ((work, side),) = begun
         if on_verdict is not None:
             on_verdict()
-        made = work.motions(side)
-        if isinstance(made, Mapping):
+        made = made_in_full(wanted, walk.made)
+        if not isinstance(made, Made):
             return made
-        draft = _draft(standing, made, made.plan(standing, wanted, change), change)
-        if on_draft is not None:
-            on_draft(draft)
-        found = work.proof(side, made)
+        plan = made.plan(standing, wanted, change)
+        found = prove_new(plan, made, known_shapes)
         if found.refused:
             return _of_what_is_left(found.refused, standing, wanted.now_ns)
         known_shapes.update(lift.component for lift in made.lifts if lift.order in found.paths)
-        whole = draft.standing
-        whole = replace(whole, paths={**whole.paths, **found.paths}, ways={**whole.ways, **found.ways})
-        return replace(draft, standing=whole)
+        return _part(standing, made, plan, change, found)
 
     return proven_in_rounds(attempt, "changed")
 
@@ -145,8 +123,8 @@ def _of_what_is_left(refused: Refused, standing: Standing, now_ns: int | None) -
     return dict.fromkeys(left, f"the hook cannot leave where the last part was set: {stuck}")
 
 
-def _draft(was: Standing, made: Made, plan: LiftPlan, change: ObstructionChange) -> RevisedPart:
-    """What stands after a walk if it is proven; the footprints of what is proven anew are still missing."""
+def _part(was: Standing, made: Made, plan: LiftPlan, change: ObstructionChange, proof: Proof) -> RevisedPart:
+    """Return the plan after a walk whose new lifts are proven."""
     made_paths = made.new_paths - made.pending
     planned = {lift.order: lift for lift in made.lifts if lift.status is Status.PLANNED}
     paths = {order: was.paths[order] for order in planned if order in was.paths}
@@ -157,6 +135,7 @@ def _draft(was: Standing, made: Made, plan: LiftPlan, change: ObstructionChange)
         ways.pop(order, None)
         if order in made.new_paths or order in was.pending - was.paths.keys():
             paths.pop(order, None)
+    paths, ways = {**paths, **proof.paths}, {**ways, **proof.ways}
     before = {lift.order: lift for lift in was.plan.lifts}
     replanned = {order for order in made_paths if not same_path(before[order], planned[order])}
     return RevisedPart(

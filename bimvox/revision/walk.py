@@ -5,8 +5,6 @@ That is the verdict. New motions are made after it (``bimvox.revision.motions``)
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from bimvox.planning.assembly import Assembly, Obstacle
 from bimvox.planning.insertion import SIDEWAYS_VOX
 from bimvox.planning.planner import plan_lift, proposed_again
@@ -23,10 +21,6 @@ from bimvox.revision.touched import Touched
 from bimvox.stop.underway import Held, redirect, release
 
 
-def _nothing(_: Walk) -> None:
-    """Nobody is to be told."""
-
-
 class Walk:
     """Keeps or makes every lift.
 
@@ -35,24 +29,15 @@ class Walk:
         wanted: What is to be made of it.
         change: What changed about the obstructions.
         refused: Components whose lifts failed their proof, and why.
-        on_full: Called with the walk when it is known which lifts this part holds: all others are pending, or kept.
 
     Attributes:
         made: What was made.
     """
 
-    def __init__(
-        self,
-        standing: Standing,
-        wanted: Wanted,
-        change: ObstructionChange,
-        refused: Refused,
-        on_full: Callable[[Walk], None] = _nothing,
-    ) -> None:
+    def __init__(self, standing: Standing, wanted: Wanted, change: ObstructionChange, refused: Refused) -> None:
         self.was, self.wanted, self.change, self.refused = standing, wanted, change, refused
         self.site, self.preparation = wanted.site, wanted.preparation
         self.made = Made(memory=dict(standing.memory))
-        self.on_full = on_full
         self.touched = Touched(standing, self.site, self.preparation, change)
         self.recall = Recall(standing.memory, self.site)
         self.was_obstructed: CellMask | None = None
@@ -60,15 +45,12 @@ class Walk:
         self.before: Lift | None = None
         self.was_before: int | None = None
         self.was_done = self.done = 0
-        self.was_full = False
         self.behind = behind(standing, wanted.now_ns)
 
     def run(self) -> None:
         """Keep or make every lift that is left."""
         for was in self.was.plan.lifts:
             self._take(was)
-        if not self.was_full:
-            self.on_full(self)
 
     def _take(self, was: Lift) -> None:
         """Keep or make one lift, the next one."""
@@ -95,9 +77,6 @@ class Walk:
         if was.status is Status.PLANNED:
             self.was_before = was.component
             self.was_done |= 1 << was.order
-        if not self.was_full and made.pending:
-            self.was_full = True
-            self.on_full(self)
 
     def _as_driven(self, was: Lift) -> Lift:
         """Keep what is done, or was passed over."""

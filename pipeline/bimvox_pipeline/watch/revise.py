@@ -10,7 +10,6 @@ from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 from bimvox_pipeline.artifacts import write_atomically
-from bimvox_pipeline.watch.beside import Beside
 from bimvox_pipeline.watch.documents import blocked, event_fields, stop_events, transit
 from bimvox_pipeline.watch.log import segment_file
 from bimvox_pipeline.watch.plan import WatchedPlan, ms_since
@@ -78,7 +77,6 @@ class Reviser:
 
     def __init__(self, plan: WatchedPlan, preparation: Preparation, clock: PlanClock | None) -> None:
         self._plan, self._preparation, self._clock = plan, preparation, clock
-        self._beside = Beside()
         self.propose: Propose | None = None
         self.known_shapes: set[int] = set()
         self._sites: SiteWriter | None = None
@@ -114,14 +112,9 @@ class Reviser:
             now_ns=now_ns,
             better=change.better,
             hold_s=HOLD_S if self._clock is None else max(HOLD_S, self._clock.hold_s(len(change.site.cranes))),
-            on_draft=making.draft,
-            beside=self._beside.share,
         )
-        try:
-            for part in parts:
-                yield Revised(part, making.write(part))
-        finally:
-            self._beside.close()
+        for part in parts:
+            yield Revised(part, making.write(part))
 
     def _site_bytes(self, site: Site) -> Callable[[], bytes]:
         if self._sites is None:
@@ -129,16 +122,9 @@ class Reviser:
         assert self._sites is not None
         return partial(self._sites.to_bytes, site)
 
-    def close(self) -> None:
-        """End what goes on beside."""
-        self._beside.close()
-
 
 class _Making:
-    """One revision as it is made.
-
-    While a part is being proven its segment is put into bytes already; they are written once it is proven.
-    """
+    """One revision, and how long its stages take."""
 
     def __init__(
         self,
@@ -156,18 +142,13 @@ class _Making:
         self._retimed: set[int] = set()
         self._cells, self._ids = 0, frozenset[str]()
         self._number = 0
-        self._document: dict[str, Any] = {}
-        self._segment = b""
 
     def note_verdict(self) -> None:
         """It is known which lifts can be planned."""
         self._verdicts_s.append(time.monotonic())
 
-    def draft(self, part: RevisedPart) -> None:
-        """Make the segment of a part, and what is said of it, while it is being proven."""
-        from bimvox.log.plan_log import LogEvent
-        from bimvox.log.recorder import write_log
-
+    def _document(self, part: RevisedPart) -> dict[str, Any]:
+        """Return what is said of a part, but for its latency."""
         plan, now_ns = part.standing.plan, self._now_ns
         event = self._event if self._number == 0 else "continued"
         retimed = self._retimed | set(part.retimed)
@@ -181,21 +162,24 @@ class _Making:
         }
         if self._change.policy is not None:
             document["policy"] = self._change.policy
-        stops: list[LogEvent] = []
-        if now_ns is not None:
-            document |= transit(part, now_ns)
-            stops = stop_events(part, document, now_ns)
+        return document if now_ns is None else document | transit(part, now_ns)
+
+    def _segment(self, part: RevisedPart, document: dict[str, Any]) -> bytes:
+        from bimvox.log.recorder import write_log
+
+        now_ns = self._now_ns
+        stops = [] if now_ns is None else stop_events(part, document, now_ns)
         record = self._plan.segment(part, self._change.content, event_fields(document), stops, now_ns or 0)
         stream = io.BytesIO()
         write_log(stream, record, self._site_bytes())
-        self._document, self._segment = document, stream.getvalue()
+        return stream.getvalue()
 
     def write(self, part: RevisedPart) -> dict[str, Any]:
-        """Write the segment of the part that was proven last, let it stand, and return what is said of it."""
+        """Write the segment of a proven part, make it the current plan, and return what is said of it."""
         self._marks += [self._verdicts_s[-1], time.monotonic()]
-        plan, document = self._plan, self._document
+        plan, document = self._plan, self._document(part)
         target = segment_file(plan.target, plan.revision + 1)
-        write_atomically(target, self._segment)
+        write_atomically(target, self._segment(part, document))
         plan.revision, plan.standing, plan.content = plan.revision + 1, part.standing, self._change.content
         if self._now_ns is not None:
             plan.carried_out_ns = self._now_ns

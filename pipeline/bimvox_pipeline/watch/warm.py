@@ -1,7 +1,7 @@
-"""A revision in vain, so that the first real one is as quick as the others.
+"""A warm-up revision, so that the first real one is as quick as the others.
 
-Compiled code is loaded when it is first called, schemas are built when they are first written: a second and more, which
-a watch had better spend before it says that it is ready.
+The first revision loads compiled code and builds schemas, which takes more than a second. The warm-up does that before
+the watch reports that it is ready.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ if TYPE_CHECKING:
 _TRIES = 3
 
 
-def revise_in_vain(
+def warm_up(
     standing: Standing,
     preparation: Preparation,
     propose: Propose | None,
     known_shapes: set[int],
     record_of: Callable[[RevisedPart, dict[str, bytes], dict[str, str]], PlanLog],
 ) -> None:
-    """Put an obstruction of one cell on the middle of some lifts' paths, revise, write to memory, and forget it all.
+    """Revise for an obstruction of one cell on some lifts' paths, write to memory, and discard the result.
 
     Args:
-        standing: The plan that stands; it is not changed.
+        standing: The current plan; it is not changed.
         preparation: What was prepared for its site.
         propose: The policy.
         known_shapes: See ``verify_plan``.
@@ -52,6 +52,7 @@ def revise_in_vain(
 
 
 def _with_cell(site: Site, cell: object) -> Site:
+    """Return the site with one more obstruction, of one cell."""
     from bimvox.site.build import with_obstructions
     from bimvox.site.obstructions.obstruction_set import Obstruction, ObstructionSet, Voxels
     from bimvox_pipeline.load_site import rasterise

@@ -233,14 +233,14 @@ class Watcher:
         return self._plan.is_left_over or news or trained or self._reader.is_due
 
     def warm(self) -> None:
-        """Revise once in vain: compiled code is loaded and whatever is built once is there before the first change."""
-        from bimvox_pipeline.watch.warm import revise_in_vain
+        """Make a warm-up revision: it loads compiled code and builds whatever is built once."""
+        from bimvox_pipeline.watch.warm import warm_up
 
         # A plan of several cranes is revised as a whole: that takes longer than it saves.
         if self.standing is not None and not self.standing.plan.site.other_cranes:
             reviser = self._reviser
             reviser.know(self.standing.plan.site)
-            revise_in_vain(self.standing, self._preparation, reviser.propose, reviser.known_shapes, self._plan.segment)
+            warm_up(self.standing, self._preparation, reviser.propose, reviser.known_shapes, self._plan.segment)
         # What is there now stays: the collector need not look through it at every change.
         gc.collect()
         gc.freeze()
@@ -270,12 +270,11 @@ class Watcher:
         self._show()
 
     def close(self) -> None:
-        """End what goes on beside, and write the whole log if it is behind."""
+        """End the training and the live view, and write the whole log if it is behind."""
         if self.live is not None:
             self.live.close()
         if self._retraining is not None:
             self._retraining.cancel()
-        self._reviser.close()
         self._whole.close()
 
     def _change(self, state: FileState) -> Iterator[dict[str, Any]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,6 @@ from bimvox_pipeline.plan import prepared
 from bimvox_pipeline.policy.choice import NO_POLICY
 from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.prove import plan_and_prove
-from bimvox_pipeline.watch.beside import Beside
 
 from bimvox.errors import MotionError
 from bimvox.log.reader import read_log
@@ -285,65 +283,7 @@ def in_the_way(frame) -> Any:
     return with_obstructions(log.plan.site, ObstructionSet.of(boxes), rasterise)
 
 
-class OneSide:
-    """This side of shared work, as it may come about: it does all, some, or nothing of it."""
-
-    def __init__(self, side, counts, share) -> None:
-        self._side, self._left = side, [round(share * count) for count in counts]
-        self.give, self.take = side.give, side.take
-
-    def claim(self, kind):
-        self._left[kind] -= 1
-        return self._side.claim(kind) if self._left[kind] >= 0 else None
-
-
-def shared_so(share, works=lambda work, side: work(side)):
-    def begin(counts, work):
-        return OneSide(Beside().share(counts, lambda side: works(work, side)), counts, share)
-
-    return begin
-
-
-def dies_with_a_piece_of_each_kind(_, side):
-    side.claim(0)
-    side.claim(1)
-    os._exit(1)
-
-
-@pytest.mark.parametrize(
-    "beside",
-    [
-        Beside().share,
-        shared_so(0.0),
-        shared_so(0.4),
-        shared_so(1.0),
-        shared_so(1.0, dies_with_a_piece_of_each_kind),
-    ],
-    ids=["as it comes", "all there", "some here", "all here", "the copy dies"],
-)
-def test_what_a_copy_does_its_share_of_is_what_is_done_here(frame, in_the_way, beside):
-    """The same paths and motions to the last bit, and the same proof."""
-    log, preparation = frame
-    standing = standing_of(log.plan, log.motions)
-    alone, shared = (next(revise(standing, in_the_way, preparation, first=6, **so)) for so in ({}, {"beside": beside}))
-    assert len(alone.replanned) > 3
-    assert (shared.made, shared.replanned, shared.retimed) == (alone.made, alone.replanned, alone.retimed)
-    assert shared.standing.motions.keys() == alone.standing.motions.keys()
-    for motion, other in zip(alone.standing.chain, shared.standing.chain, strict=True):
-        assert motion.phases == other.phases
-        for part, same in zip(motion.trajectories, other.trajectories, strict=True):
-            for field in ("time_ns", "slew_rad", "radius_m", "height_m"):
-                assert np.array_equal(getattr(part, field), getattr(same, field))
-    for footprints, others in (
-        (alone.standing.ways, shared.standing.ways),
-        (alone.standing.paths, shared.standing.paths),
-    ):
-        assert footprints.keys() == others.keys()
-        assert all(np.array_equal(found.heights, others[order].heights) for order, found in footprints.items())
-
-
-@pytest.mark.parametrize("share", [0.0, 0.4, 1.0], ids=["all there", "some here", "all here"])
-def test_a_lift_that_the_crane_cannot_drive_is_named_and_the_others_are_planned(frame, in_the_way, share, monkeypatch):
+def test_a_lift_that_the_crane_cannot_drive_is_named_and_the_others_are_planned(frame, in_the_way, monkeypatch):
     log, preparation = frame
     standing = standing_of(log.plan, log.motions)
     whole = next(revise(standing, in_the_way, preparation, first=6))
@@ -356,7 +296,7 @@ def test_a_lift_that_the_crane_cannot_drive_is_named_and_the_others_are_planned(
         return time_lift(site, crane, lift, *more)
 
     monkeypatch.setattr("bimvox.revision.motions.time_lift", timed)
-    part = next(revise(standing, in_the_way, preparation, first=6, beside=shared_so(share)))
+    part = next(revise(standing, in_the_way, preparation, first=6))
     refused = part.standing.plan.lifts[bad]
     assert refused.status is Status.INFEASIBLE
     assert refused.reason == f"the crane cannot drive its path: {component}: the rope is too short"
