@@ -28,13 +28,14 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import ACTION_COUNT
+from bimvox.env.block import bounding_box, swept_fill
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT, frame_of, from_frame, to_frame
+from bimvox.env.goal import GOAL_SIZE as WAY_SIZE
+from bimvox.env.goal import LOG_FARTHEST, write_goal
 from bimvox.env.guard import visits_around
 from bimvox.env.state import LiftState
-from bimvox.env.window import GOAL_SIZE as WAY_SIZE
-from bimvox.env.window import LOG_FARTHEST, bounding_box, write_goal
 from bimvox.grid.summed_area import box_sum
-from bimvox.site.collision import CollisionSpace, hook_is_free, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 
 WINDOW = (7, 7, 5)
 """Cells of the window about the component; odd, so that it is in the middle."""
@@ -187,32 +188,11 @@ def _block_filled(
     reach_z: int,
 ) -> float:
     """Return how blocked the placements within reach of (x, y, z) are: one cell of a coarse level."""
-    hook_x, hook_y = x + space.hook_offset[0], y + space.hook_offset[1]
-    on_site = 0 <= hook_x < space.hook_floor.shape[0] and 0 <= hook_y < space.hook_floor.shape[1]
-    # Beyond the border it is the share of filled cells that tells: a block may lie across it.
-    if on_site and not hook_is_free(space, x, y, max(z, 0)):
+    filled, volume = swept_fill(space, low, high, (x, y, z), (reach, reach, reach_z))
+    if volume == 0:
         return 1.0
-    table = space.table
-    nx, ny, nz = table.shape[0] - 1, table.shape[1] - 1, table.shape[2] - 1
-    x0, y0, z0 = x + low[0] - reach, y + low[1] - reach, z + low[2] - reach_z
-    x1, y1, z1 = x + high[0] + reach, y + high[1] + reach, z + high[2] + reach_z
-    inside_x0, inside_y0, inside_z0 = max(x0, 0), max(y0, 0), max(z0, 0)
-    inside_x1, inside_y1, inside_z1 = min(x1, nx), min(y1, ny), min(z1, nz)
-    if inside_x0 >= inside_x1 or inside_y0 >= inside_y1 or inside_z0 >= inside_z1:
-        return 1.0
-    volume = (x1 - x0) * (y1 - y0) * (z1 - z0)
-    inside = (inside_x1 - inside_x0) * (inside_y1 - inside_y0) * (inside_z1 - inside_z0)
-    filled = volume - inside
-    filled += box_sum(table, inside_x0, inside_y0, inside_z0, inside_x1, inside_y1, inside_z1)
     if filled == 0:
         return 0.0
-    core_x0, core_y0, core_z0 = x0 + 2 * reach, y0 + 2 * reach, z0 + 2 * reach_z
-    core_x1, core_y1, core_z1 = x1 - 2 * reach, y1 - 2 * reach, z1 - 2 * reach_z
-    if core_x0 < core_x1 and core_y0 < core_y1 and core_z0 < core_z1:
-        if core_x0 < 0 or core_y0 < 0 or core_z0 < 0 or core_x1 > nx or core_y1 > ny or core_z1 > nz:
-            return 1.0
-        if space.boxes.shape[0] == 1 and box_sum(table, core_x0, core_y0, core_z0, core_x1, core_y1, core_z1) != 0:
-            return 1.0
     h, hz = max(1, reach // 2), max(1, reach_z // 2)
     blocked = 0
     for u, v, w in ((0, 0, 0), (h, h, hz), (-h, -h, hz), (h, -h, -hz), (-h, h, -hz)):

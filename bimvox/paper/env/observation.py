@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.env.window import OBSERVATION_SIZE, observe
 from bimvox.paper.env.dynamics import clearance_of
 from bimvox.paper.env.paper_map import CHANNELS, write_map
+from bimvox.paper.env.pyramid import OBSERVATION_SIZE, observe
 from bimvox.paper.env.rules import SpecArrays
 from bimvox.paper.env.spec import PrefabSpec
 from bimvox.paper.env.state import PrefabState, SiteState, lift_state
@@ -39,8 +39,8 @@ OBSERVATIONS: dict[str, Observation] = {
     "egocentric": Observation(EGOCENTRIC),
     "window": Observation(WINDOW),
 }
-"""``paper``: the paper's map, (X, Y, 6). ``paper_flat``: the same numbers as a vector, C order: stable-baselines3 takes
-every three-dimensional box for an image. ``egocentric``: the occupancy pyramid of ``bimvox.env.window``, about the
+"""``paper``: the paper's map, (X, Y, 6). ``paper_flat``: the same numbers as a vector, C order, because stable-baselines3
+takes every three-dimensional box for an image. ``egocentric``: the pyramid of ``bimvox.paper.env.pyramid`` around the
 component in transit. ``window``: ``bimvox.paper.env.window``."""
 
 

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import ACTION_COUNT, MOVES
-from bimvox.env.window import GOAL_SIZE, OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE
+from bimvox.env.goal import GOAL_SIZE
+from bimvox.paper.env.pyramid import OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE
 from bimvox.paper.policy.gradient_arrays import Memory
 
 IMAGES = 8

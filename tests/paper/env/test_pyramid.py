@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from lift_sites import clearance_of, random_occupancy
 
+from bimvox.env.goal import GOAL_SIZE
 from bimvox.env.state import LiftState
-from bimvox.env.window import GOAL_SIZE, OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE, observe
+from bimvox.paper.env.pyramid import OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE, observe
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
 OFFSETS = [range(-(n // 2), n // 2 + 1) for n in WINDOW]
