@@ -59,9 +59,9 @@ def steps_per_s(step: Callable[[int], object], sites: int) -> float:
 
 def single_rate(observation: str) -> float:
     """Return the rate of the single environment."""
-    from bimvox.paper.env.site_env import PrefabSiteEnv
+    from bimvox.paper.env.site_env import PaperSiteEnv
 
-    env = PrefabSiteEnv(observation=observation)
+    env = PaperSiteEnv(observation=observation)
     env.reset(seed=0)
     actions = np.random.default_rng(0).integers(6, size=1000)
 
@@ -75,24 +75,24 @@ def single_rate(observation: str) -> float:
 
 def batched_rate(interface: str, sites: int, threads: int, observation: str = "paper") -> float:
     """Return the rate of one of the batched interfaces."""
-    from bimvox.paper.env.batched import BatchedPrefabSite
+    from bimvox.paper.env.batched import BatchedPaperSite
     from bimvox.paper.env.presets import PAPER
-    from bimvox.paper.env.vector_env import PrefabVectorEnv
-    from bimvox.paper.policy.vec_env import PrefabVecEnv
+    from bimvox.paper.env.vector_env import PaperVectorEnv
+    from bimvox.paper.policy.vec_env import PaperVecEnv
 
     actions = np.random.default_rng(0).integers(6, size=(100, sites))
     name, _, how = interface.partition(" ")
     copy = how != "copy=False"
     if name == "VectorEnv":
-        vector = PrefabVectorEnv(sites, observation=observation, threads=threads, copy=copy)
+        vector = PaperVectorEnv(sites, observation=observation, threads=threads, copy=copy)
         vector.reset(seed=0)
         rate = steps_per_s(lambda n: vector.step(actions[n % 100]), sites)
         vector.close()
         return rate
     turns = 2 if interface == "VecEnv copy=False" else 1
-    batch = BatchedPrefabSite(PAPER, sites, observation=observation, threads=threads, turns=turns)
+    batch = BatchedPaperSite(PAPER, sites, observation=observation, threads=threads, turns=turns)
     if name == "VecEnv":
-        vec = PrefabVecEnv(batch, copy=copy)
+        vec = PaperVecEnv(batch, copy=copy)
         vec.reset()
         rate = steps_per_s(lambda n: vec.step(actions[n % 100]), sites)
     else:

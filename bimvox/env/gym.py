@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import gymnasium
 
-PREFAB_ENV_IDS: dict[str, str] = {
+PAPER_ENV_IDS: dict[str, str] = {
     "bimvox/PrefabSite-v0": "paper",
     "bimvox/PrefabSiteObstructed-v0": "obstructed",
     "bimvox/PrefabFrame-v0": "frame",
@@ -23,12 +23,12 @@ LIFT_ENV_ID = "bimvox/Lift-v0"
 
 def register() -> None:
     """Make ``gymnasium.make`` and ``gymnasium.make_vec`` know the ids; what they name is imported when it is made."""
-    for env_id, site in PREFAB_ENV_IDS.items():
+    for env_id, site in PAPER_ENV_IDS.items():
         if env_id not in gymnasium.registry:
             gymnasium.register(
                 env_id,
-                entry_point="bimvox.paper.render.environments:DrawnPrefabSiteEnv",
-                vector_entry_point="bimvox.paper.render.environments:DrawnPrefabVectorEnv",
+                entry_point="bimvox.paper.rendering.environments:DrawnPaperSiteEnv",
+                vector_entry_point="bimvox.paper.rendering.environments:DrawnPaperVectorEnv",
                 kwargs={"site": site},
             )
     if LIFT_ENV_ID not in gymnasium.registry:

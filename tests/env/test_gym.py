@@ -11,7 +11,7 @@ from bimvox.env import gym
 HEAVY = ("numba", "torch", "stable_baselines3", "bimvox.paper.env.spec", "bimvox.rendering")
 
 
-@pytest.mark.parametrize("env_id", [*gym.PREFAB_ENV_IDS, gym.LIFT_ENV_ID])
+@pytest.mark.parametrize("env_id", [*gym.PAPER_ENV_IDS, gym.LIFT_ENV_ID])
 def test_importing_the_module_registers_and_loads_nothing_heavy(env_id):
     code = (
         f"import gymnasium, sys; import bimvox.env.gym; assert not set({HEAVY!r}) & set(sys.modules); "
@@ -28,6 +28,6 @@ def test_made_by_module_and_id():
 
 def test_registering_twice_is_harmless():
     gym.register()
-    assert set(gym.PREFAB_ENV_IDS) <= set(gymnasium.registry)
+    assert set(gym.PAPER_ENV_IDS) <= set(gymnasium.registry)
     spec = gymnasium.spec("bimvox/PrefabFrame-v0")
     assert gymnasium.envs.registration.EnvSpec.from_json(spec.to_json()).kwargs == {"site": "frame"}

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from prefab_lessons import QUICK
-from prefab_lessons import TINY as TINY_PREFAB
+from paper_lessons import QUICK
+from paper_lessons import TINY as TINY_PAPER
 
 from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.default_problem import default_problem
@@ -72,7 +72,7 @@ def test_a_gpu_in_the_machine_changes_no_policy_of_a_site(gpu_there):
 def test_a_gpu_in_the_machine_changes_neither_of_the_papers_layers(gpu_there):
     def weights() -> list[np.ndarray]:
         found = []
-        learn(TINY_PREFAB, QUICK, lambda network, _: bool(found.append(network)), seed=0, budget=QUICK.test_every)
+        learn(TINY_PAPER, QUICK, lambda network, _: bool(found.append(network)), seed=0, budget=QUICK.test_every)
         return list(found[-1].actions.weights)
 
     before = weights()

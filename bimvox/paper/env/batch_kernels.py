@@ -15,13 +15,13 @@ from bimvox.paper.env.dynamics import assemble, is_complete, is_late, is_truncat
 from bimvox.paper.env.layout import LayoutPool
 from bimvox.paper.env.observation import PAPER_MAP, write_observation
 from bimvox.paper.env.paper_map import move_on_map
-from bimvox.paper.env.reward import PrefabReward
+from bimvox.paper.env.reward import PaperReward
 from bimvox.paper.env.rules import Drawing, SpecArrays
-from bimvox.paper.env.state import PrefabState, SiteState
+from bimvox.paper.env.state import PaperState, SiteState
 
 
 class BatchOut(NamedTuple):
-    """Where a step of N sites is written; see ``PrefabStep``. Observations are flat: (N, size).
+    """Where a step of N sites is written; see ``PaperStep``. Observations are flat: (N, size).
 
     Where several arrays of observations take turns, each shows what was when its turn was last. The paper's map is made
     up to date by moving the component in transit from where the array shows it, unless it has been redrawn meanwhile.
@@ -47,13 +47,13 @@ class BatchOut(NamedTuple):
 
 
 @leaf_kernel
-def state_row(states: NDArray[np.int64], n: int) -> PrefabState:
+def state_row(states: NDArray[np.int64], n: int) -> PaperState:
     """Return the state of one site of a batch."""
-    return PrefabState(states[n, 0], states[n, 1], states[n, 2], states[n, 3], states[n, 4], states[n, 5], states[n, 6])
+    return PaperState(states[n, 0], states[n, 1], states[n, 2], states[n, 3], states[n, 4], states[n, 5], states[n, 6])
 
 
 @leaf_kernel
-def store_row(states: NDArray[np.int64], n: int, state: PrefabState) -> None:
+def store_row(states: NDArray[np.int64], n: int, state: PaperState) -> None:
     """Overwrite the state of one site of a batch."""
     states[n, 0], states[n, 1], states[n, 2], states[n, 3] = state.component, state.x, state.y, state.z
     states[n, 4], states[n, 5], states[n, 6] = state.last_action, state.steps, state.total
@@ -63,7 +63,7 @@ def store_row(states: NDArray[np.int64], n: int, state: PrefabState) -> None:
 def move_rows(
     code: int,
     rules: SpecArrays,
-    scheme: PrefabReward,
+    scheme: PaperReward,
     batch: SiteState,
     states: NDArray[np.int64],
     out: BatchOut,

@@ -19,19 +19,19 @@ from numpy.typing import ArrayLike, NDArray
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.paper.env.batch_kernels import BatchOut, greedy_rows, move_rows, settle_rows, show, store_row
 from bimvox.paper.env.dynamics import stand_up
-from bimvox.paper.env.layout import PrefabLayout, layout_of, no_layout, pool_of_layouts, random_words, write_layout
+from bimvox.paper.env.layout import PaperLayout, layout_of, no_layout, pool_of_layouts, random_words, write_layout
 from bimvox.paper.env.observation import observation_named, observation_space
 from bimvox.paper.env.picture import SitePicture, picture_of_site
 from bimvox.paper.env.reward import needs_field, reward_named
 from bimvox.paper.env.rules import drawing_of, empty_sites, rules_of
-from bimvox.paper.env.spec import PrefabSpec
-from bimvox.paper.env.state import STATE_SIZE, PrefabState, SiteState
+from bimvox.paper.env.spec import PaperSpec
+from bimvox.paper.env.state import STATE_SIZE, PaperState, SiteState
 
 _ROWS_PER_THREAD = 256
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PrefabStep:
+class PaperStep:
     """What one step of N sites gave. The arrays are the environment's own and hold until its next step.
 
     Where several arrays of observations take turns, the observations hold for as many steps.
@@ -44,7 +44,7 @@ class PrefabStep:
         bumped: (N,) bool, the move was blocked.
         assembled: (N,) bool, a component was assembled.
         final_observations: (N, *shape) float32; only the rows of ended episodes are meant.
-        final_states: (N, 7) int64 ``PrefabState`` after the action, before a new episode began.
+        final_states: (N, 7) int64 ``PaperState`` after the action, before a new episode began.
         late: (N,) bool, the component in transit was late after the action, before a new episode began.
     """
 
@@ -64,14 +64,14 @@ class PrefabStep:
         return self.terminated | self.truncated
 
 
-class BatchedPrefabSite:
+class BatchedPaperSite:
     """N sites of one description.
 
     Args:
         spec: The site; its components are renumbered in the order of building.
         sites: N.
         observation: A key of ``OBSERVATIONS``.
-        reward: A key of ``PREFAB_REWARDS``.
+        reward: A key of ``PAPER_REWARDS``.
         layouts: What to draw episodes from; None draws every layout anew, as ``spec`` says.
         seed: Same seed, same actions: same everything.
         threads: That step; None takes one per core, fewer where there are few sites.
@@ -85,12 +85,12 @@ class BatchedPrefabSite:
 
     def __init__(
         self,
-        spec: PrefabSpec,
+        spec: PaperSpec,
         sites: int,
         *,
         observation: str = "paper_flat",
         reward: str = "paper",
-        layouts: Sequence[PrefabLayout] | None = None,
+        layouts: Sequence[PaperLayout] | None = None,
         seed: int = 0,
         threads: int | None = None,
         teacher: bool = False,
@@ -116,7 +116,7 @@ class BatchedPrefabSite:
         with_field = teacher or needs_field(self._scheme)
         self._batch = empty_sites(self.spec, self._drawing, sites, with_field=with_field)
         self.states: NDArray[np.int64] = np.zeros((sites, STATE_SIZE), np.int64)
-        """(N, 7) int64, columns as the fields of ``PrefabState``."""
+        """(N, 7) int64, columns as the fields of ``PaperState``."""
         size = int(np.prod(self.observation_space.shape))
         first = BatchOut(
             np.zeros((sites, size), np.float32),
@@ -172,7 +172,7 @@ class BatchedPrefabSite:
             raise no_layout(self.spec)
         return self._step.observations
 
-    def place(self, site: int, layout: PrefabLayout) -> None:
+    def place(self, site: int, layout: PaperLayout) -> None:
         """Begin an episode of a given layout; its observation is row ``site`` of the environment's own array.
 
         Raises:
@@ -185,7 +185,7 @@ class BatchedPrefabSite:
         self._out.drawings[site] += 1
         show(self._code, self._rules, one, self.states, self._out, site)
 
-    def step(self, actions: ArrayLike, *, copy_to: NDArray[np.float32] | None = None) -> PrefabStep:
+    def step(self, actions: ArrayLike, *, copy_to: NDArray[np.float32] | None = None) -> PaperStep:
         """Take one action a site.
 
         Args:
@@ -213,11 +213,11 @@ class BatchedPrefabSite:
             raise no_layout(self.spec)
         return self._step
 
-    def state(self, site: int) -> PrefabState:
+    def state(self, site: int) -> PaperState:
         """Return the state of one site."""
-        return PrefabState(*(int(value) for value in self.states[site]))
+        return PaperState(*(int(value) for value in self.states[site]))
 
-    def layout(self, site: int) -> PrefabLayout:
+    def layout(self, site: int) -> PaperLayout:
         """Return the layout of one site's running episode."""
         return layout_of(self._site(site))
 
@@ -251,10 +251,10 @@ class BatchedPrefabSite:
         self._turns = [*self._turns[1:], self._turns[0]]
         self._out, self._step = self._turns[-1]
 
-    def _step_of(self, out: BatchOut) -> PrefabStep:
+    def _step_of(self, out: BatchOut) -> PaperStep:
         """Return what is written to, as it is handed out."""
         shape = (self.sites, *self.observation_space.shape)
-        return PrefabStep(
+        return PaperStep(
             out.observations.reshape(shape),
             out.rewards,
             out.terminated,

@@ -50,8 +50,8 @@ class YardPose(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class PrefabComponent:
-    """One component; its serial number is its place in ``PrefabSpec.components``, from 1.
+class PaperComponent:
+    """One component; its serial number is its place in ``PaperSpec.components``, from 1.
 
     Attributes:
         kind: Column or beam.
@@ -86,9 +86,9 @@ class PrefabComponent:
 
 def column(
     length_vox: int, target_vox: IntVec, *, start: YardPose | None = None, after: tuple[int, ...] | None = None
-) -> PrefabComponent:
+) -> PaperComponent:
     """Return a column with its foot at a cell."""
-    return PrefabComponent(ComponentKind.COLUMN, length_vox, target_vox, after=after, start=start)
+    return PaperComponent(ComponentKind.COLUMN, length_vox, target_vox, after=after, start=start)
 
 
 def beam(
@@ -98,9 +98,9 @@ def beam(
     *,
     start: YardPose | None = None,
     after: tuple[int, ...] | None = None,
-) -> PrefabComponent:
+) -> PaperComponent:
     """Return a beam with its lowest-index end at a cell, along an axis."""
-    return PrefabComponent(ComponentKind.BEAM, length_vox, target_vox, axis, after, start)
+    return PaperComponent(ComponentKind.BEAM, length_vox, target_vox, axis, after, start)
 
 
 def overlap(first: Box, second: Box) -> bool:

@@ -16,9 +16,9 @@ from bimvox.env.distance import distance_field
 from bimvox.env.state import NO_ACTION
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.paper.env.component import HUNG_LAYER, STORED_LAYER
-from bimvox.paper.env.reward import PrefabReward, earned
+from bimvox.paper.env.reward import PaperReward, earned
 from bimvox.paper.env.rules import SpecArrays
-from bimvox.paper.env.state import AIR, FIRST_COMPONENT, GROUND, OBSTRUCTION, PrefabState, SiteState
+from bimvox.paper.env.state import AIR, FIRST_COMPONENT, GROUND, OBSTRUCTION, PaperState, SiteState
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
 
@@ -56,7 +56,7 @@ def clearance_of(rules: SpecArrays, site: SiteState, component: int) -> Collisio
 
 
 @leaf_kernel
-def transition(rules: SpecArrays, site: SiteState, state: PrefabState, action: int) -> tuple[PrefabState, bool]:
+def transition(rules: SpecArrays, site: SiteState, state: PaperState, action: int) -> tuple[PaperState, bool]:
     """Move the component in transit by one cell.
 
     Returns:
@@ -68,12 +68,12 @@ def transition(rules: SpecArrays, site: SiteState, state: PrefabState, action: i
     x, y, z = int(state.x), int(state.y), int(state.z)
     u, v, w = int(x + MOVES[action, 0]), int(y + MOVES[action, 1]), int(z + MOVES[action, 2])
     if i < rules.boxes.shape[0] and may_be(rules, site, i, u, v, w):
-        return PrefabState(i, u, v, w, int(action), steps, total), False
-    return PrefabState(i, x, y, z, int(action), steps, total), True
+        return PaperState(i, u, v, w, int(action), steps, total), False
+    return PaperState(i, x, y, z, int(action), steps, total), True
 
 
 @leaf_kernel
-def has_arrived(site: SiteState, state: PrefabState) -> bool:
+def has_arrived(site: SiteState, state: PaperState) -> bool:
     """Return whether the component in transit is at its target; arriving and assembling are one event."""
     i = state.component
     if i >= site.target.shape[0]:
@@ -82,19 +82,19 @@ def has_arrived(site: SiteState, state: PrefabState) -> bool:
 
 
 @leaf_kernel
-def is_late(rules: SpecArrays, state: PrefabState) -> bool:
+def is_late(rules: SpecArrays, state: PaperState) -> bool:
     """Return whether the component in transit has used up its restricted number of steps: s >= limit."""
     return bool(state.component < rules.boxes.shape[0] and state.steps >= rules.step_limit)
 
 
 @leaf_kernel
-def is_complete(rules: SpecArrays, state: PrefabState) -> bool:
+def is_complete(rules: SpecArrays, state: PaperState) -> bool:
     """Return whether every component is assembled: success, the only terminal state."""
     return bool(state.component >= rules.boxes.shape[0])
 
 
 @leaf_kernel
-def is_truncated(rules: SpecArrays, state: PrefabState) -> bool:
+def is_truncated(rules: SpecArrays, state: PaperState) -> bool:
     """Return whether the steps of the episode are used up before that: failure."""
     return bool(state.total >= rules.max_steps and not is_complete(rules, state))
 
@@ -151,18 +151,18 @@ def paint_fixed(site: SiteState) -> None:
 
 
 @kernel
-def take_up(rules: SpecArrays, site: SiteState, component: int, total: int) -> PrefabState:
+def take_up(rules: SpecArrays, site: SiteState, component: int, total: int) -> PaperState:
     """Take a component out of the yard: erected (a column) and lifted by one cell, it hangs in transit."""
     paint_stored(rules, site, component, AIR)
     site.table[:] = summed_area_table(site.cells != AIR)
     if site.field.size > 0:
         site.field[:] = distance_field(clearance_of(rules, site, component), site.target[component])
     x, y = site.stored[component, 0], site.stored[component, 1]
-    return PrefabState(int(component), int(x), int(y), HUNG_LAYER, NO_ACTION, 0, int(total))
+    return PaperState(int(component), int(x), int(y), HUNG_LAYER, NO_ACTION, 0, int(total))
 
 
 @kernel
-def stand_up(rules: SpecArrays, site: SiteState) -> PrefabState:
+def stand_up(rules: SpecArrays, site: SiteState) -> PaperState:
     """Begin an episode of the layout that the site holds: everything stored, the first component taken up.
 
     Args:
@@ -177,20 +177,20 @@ def stand_up(rules: SpecArrays, site: SiteState) -> PrefabState:
 
 
 @kernel
-def assemble(rules: SpecArrays, site: SiteState, state: PrefabState) -> PrefabState:
+def assemble(rules: SpecArrays, site: SiteState, state: PaperState) -> PaperState:
     """Fix the component that has arrived and take up the next."""
     i = int(state.component)
     paint_built(rules, site, i, FIRST_COMPONENT + i)
     if i + 1 < rules.boxes.shape[0]:
         return take_up(rules, site, i + 1, state.total)
     site.table[:] = summed_area_table(site.cells != AIR)
-    return PrefabState(i + 1, int(state.x), int(state.y), int(state.z), NO_ACTION, 0, int(state.total))
+    return PaperState(i + 1, int(state.x), int(state.y), int(state.z), NO_ACTION, 0, int(state.total))
 
 
 @leaf_kernel
 def move(
-    rules: SpecArrays, scheme: PrefabReward, site: SiteState, state: PrefabState, action: int
-) -> tuple[PrefabState, float, bool, bool]:
+    rules: SpecArrays, scheme: PaperReward, site: SiteState, state: PaperState, action: int
+) -> tuple[PaperState, float, bool, bool]:
     """Take one action, up to but without the assembling.
 
     Returns:
@@ -213,8 +213,8 @@ def move(
 
 @kernel
 def step_site(
-    rules: SpecArrays, scheme: PrefabReward, site: SiteState, state: PrefabState, action: int
-) -> tuple[PrefabState, float, bool, bool]:
+    rules: SpecArrays, scheme: PaperReward, site: SiteState, state: PaperState, action: int
+) -> tuple[PaperState, float, bool, bool]:
     """Take one action; where the component arrives, it is assembled and the next taken up.
 
     Returns:
@@ -227,7 +227,7 @@ def step_site(
 
 
 @leaf_kernel
-def distance_to_go(site: SiteState, state: PrefabState) -> int:
+def distance_to_go(site: SiteState, state: PaperState) -> int:
     """Return the moves to the target, -1 where there is no way; 0 on a site without the field."""
     if site.field.size == 0:
         return 0

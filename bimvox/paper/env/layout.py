@@ -14,13 +14,13 @@ from bimvox.paper.env.component import AXES, HUNG_LAYER, Box, ComponentKind, Yar
 from bimvox.paper.env.draw import draw_layout, every_component_has_a_way, may_lie
 from bimvox.paper.env.dynamics import paint_fixed
 from bimvox.paper.env.rules import Drawing, drawing_of, empty_site, rules_of
-from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.env.state import SiteState
 from bimvox.site.component import IntVec
 
 
 @dataclass(frozen=True, slots=True)
-class PrefabLayout:
+class PaperLayout:
     """Where everything is when an episode begins; components in the order of building.
 
     Attributes:
@@ -48,7 +48,7 @@ class LayoutPool(NamedTuple):
     obstructions: NDArray[np.int32]
 
 
-def random_layouts(spec: PrefabSpec, count: int, seed: int) -> tuple[PrefabLayout, ...]:
+def random_layouts(spec: PaperSpec, count: int, seed: int) -> tuple[PaperLayout, ...]:
     """Draw layouts as episodes do; the same seed gives the same layouts.
 
     Raises:
@@ -66,7 +66,7 @@ def random_layouts(spec: PrefabSpec, count: int, seed: int) -> tuple[PrefabLayou
     return tuple(layouts)
 
 
-def yard_layouts(spec: PrefabSpec) -> tuple[PrefabLayout, ...]:
+def yard_layouts(spec: PaperSpec) -> tuple[PaperLayout, ...]:
     """Return a layout for every distinct transit start of a site with one component, ascending.
 
     A column that lies along x and one that lies along y from the same cell are the same start once they are erected:
@@ -88,11 +88,11 @@ def yard_layouts(spec: PrefabSpec) -> tuple[PrefabLayout, ...]:
             axis = next((a for a in range(2) if may_lie(rules, drawing, site.cells, 0, x, y, a)), None)
             if axis is not None:
                 place = YardPose(x, y, AXES[axis])
-                layouts.append(PrefabLayout((place,), (spec.components[0].target_vox,), spec.obstructions))
+                layouts.append(PaperLayout((place,), (spec.components[0].target_vox,), spec.obstructions))
     return tuple(layouts)
 
 
-def is_solvable(spec: PrefabSpec, layout: PrefabLayout) -> bool:
+def is_solvable(spec: PaperSpec, layout: PaperLayout) -> bool:
     """Return whether every component of a layout can reach its target, one after the other, however many steps."""
     spec = spec.in_building_order()
     rules, drawing = rules_of(spec), drawing_of(spec, room_for=len(layout.obstructions))
@@ -101,9 +101,9 @@ def is_solvable(spec: PrefabSpec, layout: PrefabLayout) -> bool:
     return bool(every_component_has_a_way(rules, site))
 
 
-def layout_of(site: SiteState) -> PrefabLayout:
+def layout_of(site: SiteState) -> PaperLayout:
     """Return the layout that a site holds."""
-    return PrefabLayout(
+    return PaperLayout(
         tuple(YardPose(int(x), int(y), AXES[axis]) for x, y, axis in site.stored),
         tuple((int(x), int(y), int(z)) for x, y, z in site.target),
         tuple(
@@ -114,7 +114,7 @@ def layout_of(site: SiteState) -> PrefabLayout:
     )
 
 
-def write_layout(spec: PrefabSpec, layout: PrefabLayout, site: SiteState) -> None:
+def write_layout(spec: PaperSpec, layout: PaperLayout, site: SiteState) -> None:
     """Write a layout into the arrays of a site.
 
     Raises:
@@ -130,7 +130,7 @@ def write_layout(spec: PrefabSpec, layout: PrefabLayout, site: SiteState) -> Non
         site.obstructions[row] = (*low, *high)
 
 
-def pool_of_layouts(spec: PrefabSpec, drawing: Drawing, layouts: Sequence[PrefabLayout]) -> LayoutPool:
+def pool_of_layouts(spec: PaperSpec, drawing: Drawing, layouts: Sequence[PaperLayout]) -> LayoutPool:
     """Pack layouts; none at all lets every episode draw its own."""
     site = empty_site(spec, drawing, with_field=False)
     pool = LayoutPool(
@@ -142,7 +142,7 @@ def pool_of_layouts(spec: PrefabSpec, drawing: Drawing, layouts: Sequence[Prefab
     return pool
 
 
-def check_layout(spec: PrefabSpec, layout: PrefabLayout) -> None:
+def check_layout(spec: PaperSpec, layout: PaperLayout) -> None:
     """Refuse a layout that does not fit a site whose components are in the order of building.
 
     Raises:
@@ -173,7 +173,7 @@ def random_words(seed: int, count: int) -> NDArray[np.uint64]:
     return np.random.SeedSequence(seed).generate_state(count, np.uint64).astype(np.uint64, copy=False)
 
 
-def no_layout(spec: PrefabSpec) -> PlanningError:
+def no_layout(spec: PaperSpec) -> PlanningError:
     """Return the error for a site on which no layout was found."""
     return PlanningError(
         f"no layout of {spec.count} components was found on a site of {spec.shape} cells: the yard has no room for all,"

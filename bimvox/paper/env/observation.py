@@ -13,8 +13,8 @@ from bimvox.paper.env.dynamics import clearance_of
 from bimvox.paper.env.paper_map import CHANNELS, write_map
 from bimvox.paper.env.pyramid import OBSERVATION_SIZE, observe
 from bimvox.paper.env.rules import SpecArrays
-from bimvox.paper.env.spec import PrefabSpec
-from bimvox.paper.env.state import PrefabState, SiteState, lift_state
+from bimvox.paper.env.spec import PaperSpec
+from bimvox.paper.env.state import PaperState, SiteState, lift_state
 from bimvox.paper.env.window import WINDOW_OBSERVATION_SIZE, write_window
 
 PAPER_MAP, EGOCENTRIC, WINDOW = range(3)
@@ -39,8 +39,8 @@ OBSERVATIONS: dict[str, Observation] = {
     "egocentric": Observation(EGOCENTRIC),
     "window": Observation(WINDOW),
 }
-"""``paper``: the paper's map, (X, Y, 6). ``paper_flat``: the same numbers as a vector, C order, because stable-baselines3
-takes every three-dimensional box for an image. ``egocentric``: the pyramid of ``bimvox.paper.env.pyramid`` around the
+"""``paper``: the paper's map, (X, Y, 6). ``paper_flat``: the same numbers as a vector, C order; stable-baselines3 takes
+every three-dimensional box for an image. ``egocentric``: the pyramid of ``bimvox.paper.env.pyramid`` around the
 component in transit. ``window``: ``bimvox.paper.env.window``."""
 
 
@@ -55,7 +55,7 @@ def observation_named(name: str) -> Observation:
     return OBSERVATIONS[name]
 
 
-def observation_space(spec: PrefabSpec, name: str) -> gymnasium.spaces.Box:
+def observation_space(spec: PaperSpec, name: str) -> gymnasium.spaces.Box:
     """Return the space of an observation.
 
     Bounds of the paper's channels: heights 0 .. Z - 1, flag and arrived 0 .. 1, count 0 .. n. The others lie in
@@ -78,7 +78,7 @@ def observation_space(spec: PrefabSpec, name: str) -> gymnasium.spaces.Box:
 
 @kernel
 def write_observation(
-    code: int, rules: SpecArrays, site: SiteState, state: PrefabState, out: NDArray[np.float32]
+    code: int, rules: SpecArrays, site: SiteState, state: PaperState, out: NDArray[np.float32]
 ) -> None:
     """Write an observation.
 

@@ -24,14 +24,14 @@ from bimvox.compiled import leaf_kernel
 from bimvox.paper.env.component import STORED_LAYER
 from bimvox.paper.env.dynamics import is_late, length_of, lying
 from bimvox.paper.env.rules import SpecArrays
-from bimvox.paper.env.state import PrefabState, SiteState
+from bimvox.paper.env.state import PaperState, SiteState
 
 CHANNELS = 6
 INITIAL_HEIGHT, LATE, TRANSIT_HEIGHT, TARGET_HEIGHT, ARRIVED, COUNT = range(CHANNELS)
 
 
 @leaf_kernel
-def write_map(rules: SpecArrays, site: SiteState, state: PrefabState, out: NDArray[np.float32]) -> None:
+def write_map(rules: SpecArrays, site: SiteState, state: PaperState, out: NDArray[np.float32]) -> None:
     """Write the map of a state.
 
     Args:
@@ -67,9 +67,7 @@ def write_map(rules: SpecArrays, site: SiteState, state: PrefabState, out: NDArr
 
 
 @leaf_kernel
-def move_on_map(
-    rules: SpecArrays, before: PrefabState, after: PrefabState, out: NDArray[np.float32], depth: int
-) -> None:
+def move_on_map(rules: SpecArrays, before: PaperState, after: PaperState, out: NDArray[np.float32], depth: int) -> None:
     """Turn the map of a state into that of the next, in which the same component is in transit.
 
     Args:
@@ -88,7 +86,7 @@ def move_on_map(
 
 @leaf_kernel
 def _draw_transit(
-    rules: SpecArrays, state: PrefabState, late: float, height: float, out: NDArray[np.float32], depth: int
+    rules: SpecArrays, state: PaperState, late: float, height: float, out: NDArray[np.float32], depth: int
 ) -> None:
     i = state.component
     for x in range(state.x, state.x + rules.boxes[i, 3]):

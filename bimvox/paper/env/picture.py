@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.paper.env.component import Box, YardPose
-from bimvox.paper.env.spec import PrefabSpec
-from bimvox.paper.env.state import FIRST_COMPONENT, OBSTRUCTION, PrefabState, SiteState
+from bimvox.paper.env.spec import PaperSpec
+from bimvox.paper.env.state import FIRST_COMPONENT, OBSTRUCTION, PaperState, SiteState
 from bimvox.site.component import IntVec
 from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
 
@@ -66,7 +66,7 @@ class SitePicture:
     caption: str
 
 
-def states_of(spec: PrefabSpec, state: PrefabState, *, just_assembled: bool) -> tuple[ConstructionState, ...]:
+def states_of(spec: PaperSpec, state: PaperState, *, just_assembled: bool) -> tuple[ConstructionState, ...]:
     """Return the state of every component, in the order of building.
 
     Arriving and assembling are one event: after the action that did it the component is shown as arrived, and as
@@ -82,7 +82,7 @@ def states_of(spec: PrefabSpec, state: PrefabState, *, just_assembled: bool) -> 
 
 
 def picture_of_site(
-    spec: PrefabSpec, site: SiteState, state: PrefabState, *, just_assembled: bool = False
+    spec: PaperSpec, site: SiteState, state: PaperState, *, just_assembled: bool = False
 ) -> SitePicture:
     """Return what a picture of a site shows.
 
@@ -114,7 +114,7 @@ def picture_of_site(
     )
 
 
-def caption_of(spec: PrefabSpec, site: SiteState, state: PrefabState) -> str:
+def caption_of(spec: PaperSpec, site: SiteState, state: PaperState) -> str:
     """Return one line about a state."""
     step = f"step {state.total} of {spec.steps_allowed}"
     if state.component >= spec.count:

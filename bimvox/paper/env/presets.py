@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from bimvox.paper.env.component import Box, beam, column
-from bimvox.paper.env.spec import PrefabSpec, RandomObstructions
+from bimvox.paper.env.spec import PaperSpec, RandomObstructions
 
-PAPER = PrefabSpec(
+PAPER = PaperSpec(
     shape=(15, 15, 6),
     construction_area=(5, 5, 10, 10),
     components=(column(4, (7, 7, 1)),),
@@ -15,7 +15,7 @@ PAPER = PrefabSpec(
 """The experiment: one column of four cells to the middle of 15 x 15 x 6. The paper's Figure 3, which shows the areas,
 is not in its text: the construction area and the target are the middle of the site here."""
 
-OBSTRUCTED = PrefabSpec(
+OBSTRUCTED = PaperSpec(
     PAPER.shape,
     PAPER.construction_area,
     PAPER.components,
@@ -25,7 +25,7 @@ OBSTRUCTED = PrefabSpec(
 )
 """The same with one to three obstructions of the experiment's size anywhere, drawn for every episode."""
 
-FOUR_COLUMNS_FOUR_BEAMS = PrefabSpec(
+FOUR_COLUMNS_FOUR_BEAMS = PaperSpec(
     shape=(15, 15, 8),
     construction_area=(6, 6, 15, 15),
     components=(
@@ -42,14 +42,14 @@ FOUR_COLUMNS_FOUR_BEAMS = PrefabSpec(
 """The authors' later case: a frame of four columns with four beams between their heads, from random yards. Areas,
 targets and lengths are those of the environment that they published."""
 
-PRESETS: dict[str, PrefabSpec] = {
+PRESETS: dict[str, PaperSpec] = {
     "paper": PAPER,
     "obstructed": OBSTRUCTED,
     "frame": FOUR_COLUMNS_FOUR_BEAMS,
 }
 
 
-def site_named(site: PrefabSpec | str) -> PrefabSpec:
+def site_named(site: PaperSpec | str) -> PaperSpec:
     """Return a site, or the one of that name in ``PRESETS``.
 
     Raises:

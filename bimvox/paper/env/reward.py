@@ -12,7 +12,7 @@ from bimvox.compiled import leaf_kernel
 from bimvox.env.reward import REWARDS, RewardWeights, reward
 
 
-class PrefabReward(NamedTuple):
+class PaperReward(NamedTuple):
     """How actions are rewarded; a plain tuple, so that kernels take it.
 
     Attributes:
@@ -24,12 +24,10 @@ class PrefabReward(NamedTuple):
     by_serial: bool
 
 
-PREFAB_REWARDS: dict[str, PrefabReward] = {
-    "paper": PrefabReward(
-        RewardWeights(progress=0.0, step=-1.0, late_step=-1.0, bump=0.0, arrival=1.0), by_serial=True
-    ),
-    "shaped": PrefabReward(REWARDS["shaped"], by_serial=False),
-    "sparse": PrefabReward(REWARDS["sparse"], by_serial=False),
+PAPER_REWARDS: dict[str, PaperReward] = {
+    "paper": PaperReward(RewardWeights(progress=0.0, step=-1.0, late_step=-1.0, bump=0.0, arrival=1.0), by_serial=True),
+    "shaped": PaperReward(REWARDS["shaped"], by_serial=False),
+    "sparse": PaperReward(REWARDS["sparse"], by_serial=False),
 }
 """``paper``: equation (1). ``shaped``: the exact distance-to-go of the component in transit is the teacher.
 ``sparse``: every step costs the same, twice as much when late; every arrival earns the same. One entry adds another."""
@@ -37,7 +35,7 @@ PREFAB_REWARDS: dict[str, PrefabReward] = {
 
 @leaf_kernel
 def earned(
-    scheme: PrefabReward,
+    scheme: PaperReward,
     serial: int,
     count: int,
     distance: int,
@@ -70,17 +68,17 @@ def earned(
     return reward(weights, distance, next_distance, bumped, arrived, late)
 
 
-def needs_field(scheme: PrefabReward) -> bool:
+def needs_field(scheme: PaperReward) -> bool:
     """Return whether the distance field of every component in transit is needed."""
     return scheme.weights.needs_distance
 
 
-def reward_named(name: str) -> PrefabReward:
+def reward_named(name: str) -> PaperReward:
     """Return a reward by its name.
 
     Raises:
         ValueError: There is none of that name.
     """
-    if name not in PREFAB_REWARDS:
-        raise ValueError(f"reward: {name!r} is unknown; there are {', '.join(PREFAB_REWARDS)}")
-    return PREFAB_REWARDS[name]
+    if name not in PAPER_REWARDS:
+        raise ValueError(f"reward: {name!r} is unknown; there are {', '.join(PAPER_REWARDS)}")
+    return PAPER_REWARDS[name]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.paper.env.component import AXES, ComponentKind
-from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.env.state import SiteState
 
 
@@ -68,7 +68,7 @@ class Drawing(NamedTuple):
     random_targets: bool
 
 
-def rules_of(spec: PrefabSpec) -> SpecArrays:
+def rules_of(spec: PaperSpec) -> SpecArrays:
     """Return a site's rules.
 
     Raises:
@@ -88,7 +88,7 @@ def rules_of(spec: PrefabSpec) -> SpecArrays:
     )
 
 
-def drawing_of(spec: PrefabSpec, *, room_for: int = 0) -> Drawing:
+def drawing_of(spec: PaperSpec, *, room_for: int = 0) -> Drawing:
     """Return how layouts of a site are drawn.
 
     Args:
@@ -119,12 +119,12 @@ def drawing_of(spec: PrefabSpec, *, room_for: int = 0) -> Drawing:
     )
 
 
-def empty_site(spec: PrefabSpec, drawing: Drawing, *, with_field: bool) -> SiteState:
+def empty_site(spec: PaperSpec, drawing: Drawing, *, with_field: bool) -> SiteState:
     """Return arrays of the right shapes for one site."""
     return SiteState(*(array[0] for array in empty_sites(spec, drawing, 1, with_field=with_field)))
 
 
-def empty_sites(spec: PrefabSpec, drawing: Drawing, sites: int, *, with_field: bool) -> SiteState:
+def empty_sites(spec: PaperSpec, drawing: Drawing, sites: int, *, with_field: bool) -> SiteState:
     """Return arrays for many sites; each has a first axis of that length."""
     nx, ny, nz = spec.shape
     field_shape = spec.shape if with_field else (0, 0, 0)
@@ -138,7 +138,7 @@ def empty_sites(spec: PrefabSpec, drawing: Drawing, sites: int, *, with_field: b
     )
 
 
-def _groups(spec: PrefabSpec) -> NDArray[np.int32]:
+def _groups(spec: PaperSpec) -> NDArray[np.int32]:
     """Number the sets of components that wait for one another, directly or not."""
     group = list(range(spec.count))
     for serial in range(1, spec.count + 1):

@@ -1,4 +1,4 @@
-"""The site as a Gymnasium environment; ``bimvox.paper.render.environments`` adds pictures and registers it."""
+"""The site as a Gymnasium environment; ``bimvox.paper.rendering.environments`` adds pictures and registers it."""
 
 from __future__ import annotations
 
@@ -23,35 +23,35 @@ from bimvox.paper.env.dynamics import (
     move,
     stand_up,
 )
-from bimvox.paper.env.layout import PrefabLayout, layout_of, no_layout, write_layout
+from bimvox.paper.env.layout import PaperLayout, layout_of, no_layout, write_layout
 from bimvox.paper.env.observation import observation_named, observation_space, write_observation
 from bimvox.paper.env.picture import SitePicture, picture_of_site, states_of, target_of
 from bimvox.paper.env.presets import site_named
 from bimvox.paper.env.reward import needs_field, reward_named
 from bimvox.paper.env.rules import drawing_of, empty_site, rules_of
-from bimvox.paper.env.spec import PrefabSpec
-from bimvox.paper.env.state import PrefabState
+from bimvox.paper.env.spec import PaperSpec
+from bimvox.paper.env.state import PaperState
 
 MOST_LAYOUT_OBSTRUCTIONS = 64
 """Room for the obstructions of a layout given to ``reset``, where the site itself has fewer."""
 
 
-class PrefabSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
+class PaperSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     """Build what lies in the yard, one component after the other, a voxel at a time.
 
     Actions are those of ``bimvox.env.actions``. Terminated when everything is assembled, truncated when the steps are
-    used up. The same functions as in :class:`bimvox.paper.env.batched.BatchedPrefabSite` decide what happens.
+    used up. The same functions as in :class:`bimvox.paper.env.batched.BatchedPaperSite` decide what happens.
 
-    ``reset`` takes the option ``layout`` (:class:`PrefabLayout`); without, one is drawn as the site says. ``info``
+    ``reset`` takes the option ``layout`` (:class:`PaperLayout`); without, one is drawn as the site says. ``info``
     holds ``is_success``, ``bumped``, ``assembled`` (how many), ``component`` (serial number in transit; the last one's
     at the end), ``steps`` (of that component), ``late``, ``cell_vox``, ``target_vox`` and ``states`` (of each).
 
     Args:
         site: What to build where, or a key of ``PRESETS``; the paper's experiment without.
         observation: A key of ``OBSERVATIONS``.
-        reward: A key of ``PREFAB_REWARDS``.
+        reward: A key of ``PAPER_REWARDS``.
         render_mode: None or ``ansi``.
-        **changes: Fields of ``PrefabSpec`` that replace those of ``site``.
+        **changes: Fields of ``PaperSpec`` that replace those of ``site``.
 
     Raises:
         ValueError: A name is unknown, or the site cannot be.
@@ -61,7 +61,7 @@ class PrefabSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
 
     def __init__(
         self,
-        site: PrefabSpec | str = "paper",
+        site: PaperSpec | str = "paper",
         *,
         observation: str = "paper_flat",
         reward: str = "paper",
@@ -82,16 +82,16 @@ class PrefabSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         self._rules = rules_of(self.site_spec)
         self._drawing = drawing_of(self.site_spec, room_for=MOST_LAYOUT_OBSTRUCTIONS)
         self._site = empty_site(self.site_spec, self._drawing, with_field=needs_field(self._scheme))
-        self._state = PrefabState(0, 0, 0, 0, NO_ACTION, 0, 0)
+        self._state = PaperState(0, 0, 0, 0, NO_ACTION, 0, 0)
         self._just_assembled = False
 
     @property
-    def state(self) -> PrefabState:
+    def state(self) -> PaperState:
         """The state of the running episode."""
         return self._state
 
     @property
-    def layout(self) -> PrefabLayout:
+    def layout(self) -> PaperLayout:
         """The layout of the running episode."""
         return layout_of(self._site)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from bimvox.paper.env.component import Box, ComponentKind, PrefabComponent
+from bimvox.paper.env.component import Box, ComponentKind, PaperComponent
 from bimvox.paper.env.validation import check_spec
 from bimvox.site.component import IntVec
 
@@ -30,7 +30,7 @@ class RandomObstructions:
 
 
 @dataclass(frozen=True, slots=True)
-class PrefabSpec:
+class PaperSpec:
     """A site. The slab is the layer k = 0; everything else stands above it. There is no crane and no rope rule.
 
     Attributes:
@@ -51,7 +51,7 @@ class PrefabSpec:
 
     shape: IntVec
     construction_area: tuple[int, int, int, int]
-    components: tuple[PrefabComponent, ...]
+    components: tuple[PaperComponent, ...]
     obstructions: tuple[Box, ...] = ()
     random_obstructions: RandomObstructions | None = None
     random_targets: bool = False
@@ -108,7 +108,7 @@ class PrefabSpec:
             left.remove(ready[0])
         return tuple(order)
 
-    def in_building_order(self) -> PrefabSpec:
+    def in_building_order(self) -> PaperSpec:
         """Return the same site with its components numbered in the order of building."""
         order = self.building_order()
         number = {old: new for new, old in enumerate(order, start=1)}
@@ -122,12 +122,12 @@ class PrefabSpec:
         return replace(self, components=components)
 
 
-def _head(column: PrefabComponent) -> IntVec:
+def _head(column: PaperComponent) -> IntVec:
     x, y, z = column.target_vox
     return (x, y, z + column.length_vox - 1)
 
 
-def _carrying_cells(beam: PrefabComponent) -> set[IntVec]:
+def _carrying_cells(beam: PaperComponent) -> set[IntVec]:
     """Where the heads of columns that carry a beam may be: below its ends, or beyond them at its level."""
     x, y, z = beam.target_vox
     last = beam.length_vox - 1

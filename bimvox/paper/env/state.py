@@ -16,7 +16,7 @@ AIR, GROUND, OBSTRUCTION, FIRST_COMPONENT = 0, 1, 2, 3
 STATE_SIZE = 7
 
 
-class PrefabState(NamedTuple):
+class PaperState(NamedTuple):
     """Which component is in transit, where, and since when; a plain tuple, so that kernels take it.
 
     Attributes:
@@ -60,6 +60,6 @@ class SiteState(NamedTuple):
 
 
 @leaf_kernel
-def lift_state(state: PrefabState) -> LiftState:
+def lift_state(state: PaperState) -> LiftState:
     """Return what the observation of one lift wants to know of a state."""
     return LiftState(state.x, state.y, state.z, state.last_action, state.steps)

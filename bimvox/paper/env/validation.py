@@ -5,13 +5,13 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from bimvox.paper.env.component import AXES, HUNG_LAYER, Box, ComponentKind, PrefabComponent, YardPose, overlap
+from bimvox.paper.env.component import AXES, HUNG_LAYER, Box, ComponentKind, PaperComponent, YardPose, overlap
 
 if TYPE_CHECKING:
-    from bimvox.paper.env.spec import PrefabSpec
+    from bimvox.paper.env.spec import PaperSpec
 
 
-def check_spec(spec: PrefabSpec) -> None:
+def check_spec(spec: PaperSpec) -> None:
     """Refuse a site that cannot be.
 
     Raises:
@@ -35,7 +35,7 @@ def check_spec(spec: PrefabSpec) -> None:
             raise ValueError(f"{name}: {value} is less than one step")
 
 
-def _check_shape(spec: PrefabSpec) -> None:
+def _check_shape(spec: PaperSpec) -> None:
     if len(spec.shape) != 3 or min(spec.shape) < 1 or spec.shape[2] <= HUNG_LAYER:
         raise ValueError(f"shape: {spec.shape} must be three numbers of cells, the last at least {HUNG_LAYER + 1}")
     if len(spec.construction_area) != 4:
@@ -47,7 +47,7 @@ def _check_shape(spec: PrefabSpec) -> None:
         raise ValueError("construction_area: covers the whole slab and leaves no yard")
 
 
-def _check_obstructions(spec: PrefabSpec) -> None:
+def _check_obstructions(spec: PaperSpec) -> None:
     for index, box in enumerate(spec.obstructions):
         low, high = box
         if any(low[a] >= high[a] for a in range(3)):
@@ -65,7 +65,7 @@ def _check_obstructions(spec: PrefabSpec) -> None:
         )
 
 
-def _check_component(spec: PrefabSpec, name: str, part: PrefabComponent) -> None:
+def _check_component(spec: PaperSpec, name: str, part: PaperComponent) -> None:
     if part.length_vox < 1:
         raise ValueError(f"{name}.length_vox: {part.length_vox} is less than one cell")
     if part.axis not in AXES:
@@ -96,12 +96,12 @@ def _check_component(spec: PrefabSpec, name: str, part: PrefabComponent) -> None
         raise ValueError(f"{name}.start: the yard has no room for {part.length_vox} cells in a row")
 
 
-def _yard_places(spec: PrefabSpec, part: PrefabComponent) -> list[YardPose]:
+def _yard_places(spec: PaperSpec, part: PaperComponent) -> list[YardPose]:
     axes = (part.axis,) if part.kind is ComponentKind.BEAM else AXES
     return [YardPose(x, y, axis) for x in range(spec.shape[0]) for y in range(spec.shape[1]) for axis in axes]
 
 
-def _why_not(spec: PrefabSpec, part: PrefabComponent, place: YardPose) -> str:
+def _why_not(spec: PaperSpec, part: PaperComponent, place: YardPose) -> str:
     """Return why a component cannot lie somewhere, or nothing."""
     if place.axis not in AXES:
         return f"has an axis {place.axis!r}, which is neither 'x' nor 'y'"
@@ -117,9 +117,9 @@ def _why_not(spec: PrefabSpec, part: PrefabComponent, place: YardPose) -> str:
     return ""
 
 
-def _lying(part: PrefabComponent, place: YardPose) -> Box:
+def _lying(part: PaperComponent, place: YardPose) -> Box:
     return place.box(part.length_vox)
 
 
-def _inside(box: Box, spec: PrefabSpec) -> bool:
+def _inside(box: Box, spec: PaperSpec) -> bool:
     return all(box[0][a] >= 0 and box[1][a] <= spec.shape[a] for a in range(3))

@@ -14,16 +14,16 @@ from numpy.typing import NDArray
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.paper.env.ansi import ansi_picture
-from bimvox.paper.env.batched import BatchedPrefabSite, PrefabStep
-from bimvox.paper.env.layout import PrefabLayout
+from bimvox.paper.env.batched import BatchedPaperSite, PaperStep
+from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.env.picture import SitePicture
 from bimvox.paper.env.presets import site_named
-from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.env.spec import PaperSpec
 
 INFO_KEYS = ("is_success", "bumped", "assembled", "component", "steps", "late")
 
 
-class PrefabVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[Any]]):
+class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[Any]]):
     """N sites stepped at once; a site whose episode ends begins a new one in the same step (``SAME_STEP``).
 
     ``infos`` holds an array for each key of ``INFO_KEYS`` and its mask ``_key``. Where an episode has ended,
@@ -33,14 +33,14 @@ class PrefabVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[
         num_envs: N.
         site: What to build where, or a key of ``PRESETS``; the paper's experiment without.
         observation: A key of ``OBSERVATIONS``.
-        reward: A key of ``PREFAB_REWARDS``.
+        reward: A key of ``PAPER_REWARDS``.
         layouts: What to draw episodes from; None draws every layout anew.
         render_mode: None or ``ansi``.
         copy: Whether ``reset`` and ``step`` hand out copies. Without, they hand out the environment's own arrays, which
             the next step overwrites: read them, or copy what is to be kept, before that. Copying the paper's map costs
             more than stepping.
         threads: That step; None takes one per core, fewer where there are few sites.
-        **changes: Fields of ``PrefabSpec`` that replace those of ``site``.
+        **changes: Fields of ``PaperSpec`` that replace those of ``site``.
 
     Raises:
         ValueError: A name is unknown, or the site cannot be.
@@ -55,11 +55,11 @@ class PrefabVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[
     def __init__(
         self,
         num_envs: int = 1,
-        site: PrefabSpec | str = "paper",
+        site: PaperSpec | str = "paper",
         *,
         observation: str = "paper_flat",
         reward: str = "paper",
-        layouts: Sequence[PrefabLayout] | None = None,
+        layouts: Sequence[PaperLayout] | None = None,
         render_mode: str | None = None,
         copy: bool = True,
         threads: int | None = None,
@@ -68,7 +68,7 @@ class PrefabVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             known = ", ".join(self.metadata["render_modes"])
             raise ValueError(f"render_mode: {render_mode!r} is unknown; there are None, {known}")
-        self.batch = BatchedPrefabSite(
+        self.batch = BatchedPaperSite(
             replace(site_named(site), **changes),
             num_envs,
             observation=observation,
@@ -136,7 +136,7 @@ class PrefabVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[
     def _kept(self, array: NDArray[Any]) -> NDArray[Any]:
         return array.copy() if self._copy else array
 
-    def _final_observations(self, step: PrefabStep, ended: NDArray[np.bool_]) -> NDArray[np.object_]:
+    def _final_observations(self, step: PaperStep, ended: NDArray[np.bool_]) -> NDArray[np.object_]:
         final: NDArray[np.object_] = np.full(self.num_envs, None, dtype=object)
         for n in np.flatnonzero(ended):
             final[n] = self._kept(step.final_observations[n])

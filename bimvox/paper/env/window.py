@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import leaf_kernel
 from bimvox.paper.env.dynamics import may_be
 from bimvox.paper.env.rules import SpecArrays
-from bimvox.paper.env.state import PrefabState, SiteState
+from bimvox.paper.env.state import PaperState, SiteState
 
 WINDOW_WIDTH = 11
 """Cells of the window along x and y; odd, so that the component is in the middle."""
@@ -18,7 +18,7 @@ WINDOW_OBSERVATION_SIZE = 2 * WINDOW_CELLS + 2 + 3
 
 
 @leaf_kernel
-def write_window(rules: SpecArrays, site: SiteState, state: PrefabState, out: NDArray[np.float32]) -> None:
+def write_window(rules: SpecArrays, site: SiteState, state: PaperState, out: NDArray[np.float32]) -> None:
     """Write the window.
 
     Args:

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bimvox.paper.env.layout import PrefabLayout
-from bimvox.paper.env.spec import PrefabSpec
-from bimvox.paper.policy.config import PrefabDqnConfig
+from bimvox.paper.env.layout import PaperLayout
+from bimvox.paper.env.spec import PaperSpec
+from bimvox.paper.policy.config import PaperDqnConfig
 from bimvox.paper.policy.episodes import Episode, best_of, replay, run_episodes, success_rate
 from bimvox.paper.policy.learning import CurvePoint, flat_observation, learn
-from bimvox.paper.policy.network import PrefabNetwork
+from bimvox.paper.policy.network import PaperNetwork
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +27,7 @@ class AppliedPolicy:
 
     episode: Episode
     success_rate: float
-    layout: PrefabLayout
+    layout: PaperLayout
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +45,7 @@ class AdaptedPolicy:
         success_rate: In the last test; of the kept path 1.
     """
 
-    network: PrefabNetwork
+    network: PaperNetwork
     episode: Episode | None
     retrained: bool
     succeeded: bool
@@ -61,7 +61,7 @@ class AdaptedPolicy:
 
 
 def apply_layout(
-    network: PrefabNetwork, spec: PrefabSpec, config: PrefabDqnConfig, layout: PrefabLayout, *, seed: int
+    network: PaperNetwork, spec: PaperSpec, config: PaperDqnConfig, layout: PaperLayout, *, seed: int
 ) -> AppliedPolicy:
     """Run the trial episodes on a layout without obstructions and keep the one of the highest reward.
 
@@ -78,11 +78,11 @@ def apply_layout(
 
 
 def adapt(
-    network: PrefabNetwork,
+    network: PaperNetwork,
     applied: AppliedPolicy,
-    spec: PrefabSpec,
-    config: PrefabDqnConfig,
-    changed: PrefabLayout,
+    spec: PaperSpec,
+    config: PaperDqnConfig,
+    changed: PaperLayout,
     *,
     seed: int,
     budget: int | None = None,
@@ -110,9 +110,9 @@ def adapt(
         return AdaptedPolicy(network, planned, False, True, 0, (), None, 1.0)
 
     curve: list[CurvePoint] = []
-    last: list[tuple[PrefabNetwork, tuple[Episode, ...]]] = []
+    last: list[tuple[PaperNetwork, tuple[Episode, ...]]] = []
 
-    def test(tested: PrefabNetwork, steps: int) -> bool:
+    def test(tested: PaperNetwork, steps: int) -> bool:
         draw = int(np.random.SeedSequence([seed, steps]).generate_state(1)[0])
         episodes = _episodes(tested, spec, config, changed, config.retrain_episodes, draw)
         curve.append(CurvePoint(steps, success_rate(episodes), float(np.mean([e.reward for e in episodes]))))
@@ -140,12 +140,12 @@ def adapt(
     )
 
 
-def enough_succeed(config: PrefabDqnConfig, episodes: tuple[Episode, ...]) -> bool:
+def enough_succeed(config: PaperDqnConfig, episodes: tuple[Episode, ...]) -> bool:
     """Return whether as many test episodes succeeded as retraining needs."""
     return sum(episode.succeeded for episode in episodes) >= config.retrain_successes
 
 
-def collision_of(spec: PrefabSpec, changed: PrefabLayout, planned: Episode) -> int | None:
+def collision_of(spec: PaperSpec, changed: PaperLayout, planned: Episode) -> int | None:
     """Return at which move a planned path is blocked in a changed site, None where it is not.
 
     Blocked moves of the plan itself are no part of its path.
@@ -155,7 +155,7 @@ def collision_of(spec: PrefabSpec, changed: PrefabLayout, planned: Episode) -> i
 
 
 def _episodes(
-    network: PrefabNetwork, spec: PrefabSpec, config: PrefabDqnConfig, layout: PrefabLayout, count: int, seed: int
+    network: PaperNetwork, spec: PaperSpec, config: PaperDqnConfig, layout: PaperLayout, count: int, seed: int
 ) -> tuple[Episode, ...]:
     return run_episodes(
         network,

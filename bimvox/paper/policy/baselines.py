@@ -12,27 +12,27 @@ from numpy.typing import NDArray
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.distance import distance_field
 from bimvox.grid.summed_area import summed_area_table
-from bimvox.paper.env.batched import BatchedPrefabSite
-from bimvox.paper.env.layout import PrefabLayout
-from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.env.batched import BatchedPaperSite
+from bimvox.paper.env.layout import PaperLayout
+from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.policy.episodes import Episode, run_episodes
 from bimvox.paper.policy.learning import CurvePoint
 from bimvox.site.collision import CollisionSpace
 
 
-def random_policy(spec: PrefabSpec, layouts: Sequence[PrefabLayout], *, seed: int) -> tuple[Episode, ...]:
+def random_policy(spec: PaperSpec, layouts: Sequence[PaperLayout], *, seed: int) -> tuple[Episode, ...]:
     """Act at random, one episode of every layout, judged by the paper's reward."""
     return run_episodes(None, spec, layouts, observation="window", reward="paper", exploration=1.0, seed=seed)
 
 
-def teacher_moves(spec: PrefabSpec, layouts: Sequence[PrefabLayout]) -> NDArray[np.int64]:
+def teacher_moves(spec: PaperSpec, layouts: Sequence[PaperLayout]) -> NDArray[np.int64]:
     """Go down the exact distance field of every layout: what our mode is taught by, and the shortest path there is.
 
     Returns:
         (L,) int64 moves needed; -1 where there is no way, or none within the steps of an episode.
     """
     count = len(layouts)
-    batch = BatchedPrefabSite(spec, count, observation="window", layouts=layouts, threads=1, teacher=True)
+    batch = BatchedPaperSite(spec, count, observation="window", layouts=layouts, threads=1, teacher=True)
     batch.reset()
     for n, layout in enumerate(layouts):
         batch.place(n, layout)
@@ -47,9 +47,9 @@ def teacher_moves(spec: PrefabSpec, layouts: Sequence[PrefabLayout]) -> NDArray[
     return moves
 
 
-def field_seconds(spec: PrefabSpec, *, fields: int = 200) -> float:
+def field_seconds(spec: PaperSpec, *, fields: int = 200) -> float:
     """Measure the wall time of one exact distance field, of the first component among all others stored."""
-    batch = BatchedPrefabSite(spec, 1, observation="window", threads=1)
+    batch = BatchedPaperSite(spec, 1, observation="window", threads=1)
     batch.reset()
     part = spec.in_building_order().components[0]
     layout = batch.layout(0)
@@ -94,8 +94,8 @@ class TabularResult:
 
 
 def tabular_q(
-    spec: PrefabSpec,
-    layouts: Sequence[PrefabLayout],
+    spec: PaperSpec,
+    layouts: Sequence[PaperLayout],
     *,
     seed: int,
     budget: int,
@@ -150,10 +150,8 @@ def tabular_q(
 class _TableEpisodes:
     """Episodes on one site that act by a table."""
 
-    def __init__(
-        self, spec: PrefabSpec, layouts: Sequence[PrefabLayout], table: NDArray[np.float64], seed: int
-    ) -> None:
-        self._batch = BatchedPrefabSite(spec, 1, observation="window", layouts=layouts, threads=1, seed=seed)
+    def __init__(self, spec: PaperSpec, layouts: Sequence[PaperLayout], table: NDArray[np.float64], seed: int) -> None:
+        self._batch = BatchedPaperSite(spec, 1, observation="window", layouts=layouts, threads=1, seed=seed)
         self._limit = spec.steps_before_late
         self._table = table
         self._random = np.random.default_rng(seed)
@@ -182,7 +180,7 @@ class _TableEpisodes:
         return succeeded, total
 
     def _row(self, state: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the values at a state, columns as the fields of ``PrefabState``; a view."""
+        """Return the values at a state, columns as the fields of ``PaperState``; a view."""
         _, x, y, z, _, steps, _ = state
         row: NDArray[np.float64] = self._table[x, y, z, int(steps >= self._limit)]
         return row

@@ -7,16 +7,16 @@ from typing import Any
 
 from bimvox.errors import PolicyError
 from bimvox.paper.env.observation import OBSERVATIONS
-from bimvox.paper.env.reward import PREFAB_REWARDS
+from bimvox.paper.env.reward import PAPER_REWARDS
 
 
 @dataclass(frozen=True, slots=True)
-class PrefabDqnConfig:
+class PaperDqnConfig:
     """Deep Q-learning in two layers. Steps are environment steps, summed over all sites that run side by side.
 
     Attributes:
         observation: A key of ``OBSERVATIONS``.
-        reward: A key of ``PREFAB_REWARDS``.
+        reward: A key of ``PAPER_REWARDS``.
         hidden: Widths of the hidden layers; of each of the two streams where ``dueling``.
         dueling: Whether a stream of its own values the state (Wang et al. 2016).
         double_q: Whether the online network chooses the action that the target network values (van Hasselt et al.
@@ -110,8 +110,8 @@ class PrefabDqnConfig:
     def __post_init__(self) -> None:
         if self.observation not in OBSERVATIONS:
             raise ValueError(f"observation: {self.observation!r} is unknown; there are {', '.join(OBSERVATIONS)}")
-        if self.reward not in PREFAB_REWARDS:
-            raise ValueError(f"reward: {self.reward!r} is unknown; there are {', '.join(PREFAB_REWARDS)}")
+        if self.reward not in PAPER_REWARDS:
+            raise ValueError(f"reward: {self.reward!r} is unknown; there are {', '.join(PAPER_REWARDS)}")
         if self.symmetry and self.observation != "egocentric":
             raise ValueError(f"symmetry: the observation {self.observation!r} has no images; egocentric has")
         for name in (
@@ -169,12 +169,12 @@ ADDED_LATER = ("exploration_spread", "symmetry", "priority")
 """Choices that earlier versions did not have. At their default they are left out of what is written, so that stored
 networks and finished experiments of those versions still count."""
 
-_DEFAULTS = {field.name: field.default for field in fields(PrefabDqnConfig)}
+_DEFAULTS = {field.name: field.default for field in fields(PaperDqnConfig)}
 
-PAPER_MODE = PrefabDqnConfig()
+PAPER_MODE = PaperDqnConfig()
 """The paper's: its observation, its reward, and the defaults of the original stable-baselines' DQN, one site."""
 
-OUR_MODE = PrefabDqnConfig(
+OUR_MODE = PaperDqnConfig(
     observation="egocentric",
     reward="shaped",
     hidden=(128, 64),
@@ -218,22 +218,22 @@ one wrong choice in a hundred, at places that are seldom come to: half of the si
 they come there; what the network was wrong about is learned from more often, and as eight images; and what is tested is
 an average at a falling learning rate, which does not go up and down from test to test."""
 
-MODES: dict[str, PrefabDqnConfig] = {"paper": PAPER_MODE, "ours": OUR_MODE}
+MODES: dict[str, PaperDqnConfig] = {"paper": PAPER_MODE, "ours": OUR_MODE}
 
 
-def prefab_config_from_dict(plain: dict[str, Any]) -> PrefabDqnConfig:
-    """Return the configuration of :meth:`PrefabDqnConfig.to_dict`.
+def paper_config_from_dict(plain: dict[str, Any]) -> PaperDqnConfig:
+    """Return the configuration of :meth:`PaperDqnConfig.to_dict`.
 
     Raises:
         PolicyError: A key is missing or unknown, or a value is impossible.
     """
-    names = {field.name for field in fields(PrefabDqnConfig)}
+    names = {field.name for field in fields(PaperDqnConfig)}
     if not names - set(ADDED_LATER) <= set(plain) <= names:
         raise PolicyError(
             "the training configuration has other keys than this version's",
             differs={"missing": sorted(names - set(plain) - set(ADDED_LATER)), "unknown": sorted(set(plain) - names)},
         )
     try:
-        return PrefabDqnConfig(**{**plain, "hidden": tuple(plain["hidden"])})
+        return PaperDqnConfig(**{**plain, "hidden": tuple(plain["hidden"])})
     except (TypeError, ValueError) as error:
         raise PolicyError(f"the training configuration is impossible: {error}") from error

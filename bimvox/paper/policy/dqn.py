@@ -19,20 +19,20 @@ from stable_baselines3 import DQN
 from stable_baselines3.common.logger import Logger
 
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.paper.policy.config import PrefabDqnConfig
+from bimvox.paper.policy.config import PaperDqnConfig
 from bimvox.paper.policy.gradient import CompiledLearner, copy_of, move_towards
 from bimvox.paper.policy.gradient_arrays import Memory
-from bimvox.paper.policy.network import PrefabNetwork
+from bimvox.paper.policy.network import PaperNetwork
 from bimvox.paper.policy.priorities import Priorities
 from bimvox.paper.policy.symmetry import IMAGES, symmetry, write_images
-from bimvox.paper.policy.torch_network import PrefabPolicy, arrays_of
-from bimvox.paper.policy.vec_env import PrefabVecEnv
+from bimvox.paper.policy.torch_network import PaperPolicy, arrays_of
+from bimvox.paper.policy.vec_env import PaperVecEnv
 
 WHOLE_NUMBERS = ("paper", "paper_flat")
 """Observations that hold nothing else."""
 
 
-class PrefabDqn(DQN):
+class PaperDqn(DQN):
     """DQN over one site or many.
 
     Args:
@@ -45,19 +45,19 @@ class PrefabDqn(DQN):
 
     def __init__(
         self,
-        env: PrefabVecEnv,
-        config: PrefabDqnConfig,
+        env: PaperVecEnv,
+        config: PaperDqnConfig,
         *,
         seed: int,
         budget: int,
-        initial: PrefabNetwork | None = None,
+        initial: PaperNetwork | None = None,
     ) -> None:
         self.config = config
         self._first = config.exploration_first if initial is None else config.exploration_again
         self._budget = budget
         self._phase = config.exploration_phase(budget)
         super().__init__(
-            PrefabPolicy,
+            PaperPolicy,
             env,
             learning_rate=config.learning_rate,
             buffer_size=config.buffer_size,
@@ -106,7 +106,7 @@ class PrefabDqn(DQN):
             buffer.next_observations = np.zeros(buffer.next_observations.shape, np.uint8)
 
     @property
-    def network(self) -> PrefabNetwork:
+    def network(self) -> PaperNetwork:
         """A copy of the network to test and to keep: the online one, or its average."""
         return self._learner.network() if self.config.averaging == 1.0 else copy_of(self._average)
 

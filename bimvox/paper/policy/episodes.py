@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.paper.env.batched import BatchedPrefabSite
-from bimvox.paper.env.layout import PrefabLayout
-from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.env.batched import BatchedPaperSite
+from bimvox.paper.env.layout import PaperLayout
+from bimvox.paper.env.spec import PaperSpec
 from bimvox.planning.rollout import Values
 from bimvox.site.component import IntVec
 
@@ -59,8 +59,8 @@ class Episode:
 
 def run_episodes(
     values: Values | None,
-    spec: PrefabSpec,
-    layouts: Sequence[PrefabLayout],
+    spec: PaperSpec,
+    layouts: Sequence[PaperLayout],
     *,
     observation: str,
     reward: str,
@@ -79,7 +79,7 @@ def run_episodes(
         seed: Of those.
     """
     count = len(layouts)
-    batch = BatchedPrefabSite(spec, count, observation=observation, reward=reward, layouts=layouts, threads=1)
+    batch = BatchedPaperSite(spec, count, observation=observation, reward=reward, layouts=layouts, threads=1)
     observations = batch.reset()
     for n, layout in enumerate(layouts):
         batch.place(n, layout)
@@ -119,7 +119,7 @@ def run_episodes(
     )
 
 
-def replay(spec: PrefabSpec, layout: PrefabLayout, actions: NDArray[np.int64], *, reward: str = "paper") -> Episode:
+def replay(spec: PaperSpec, layout: PaperLayout, actions: NDArray[np.int64], *, reward: str = "paper") -> Episode:
     """Take given actions on a layout, and stop at the first collision, or where the episode ends.
 
     Args:
@@ -128,7 +128,7 @@ def replay(spec: PrefabSpec, layout: PrefabLayout, actions: NDArray[np.int64], *
         actions: (T,) integers.
         reward: How the episode is judged.
     """
-    batch = BatchedPrefabSite(spec, 1, observation="window", reward=reward, layouts=[layout], threads=1)
+    batch = BatchedPaperSite(spec, 1, observation="window", reward=reward, layouts=[layout], threads=1)
     batch.reset()
     places = [batch.states[0, :4].copy()]
     bumped: list[bool] = []

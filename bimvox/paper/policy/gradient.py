@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import leaf_kernel
 from bimvox.paper.policy.gradient_arrays import Memory, StreamArrays, perceptron_room, used_room
 from bimvox.paper.policy.gradient_kernels import descend, set_targets
-from bimvox.paper.policy.network import PrefabNetwork
+from bimvox.paper.policy.network import PaperNetwork
 from bimvox.policy.perceptron import Perceptron
 
 
@@ -32,7 +32,7 @@ class CompiledLearner:
 
     def __init__(
         self,
-        network: PrefabNetwork,
+        network: PaperNetwork,
         *,
         batch_size: int,
         learning_rate: float,
@@ -93,21 +93,21 @@ class CompiledLearner:
             for mine, its in zip((*online.weights, *online.biases), (*target.weights, *target.biases), strict=True):
                 its[:] = mine
 
-    def network(self) -> PrefabNetwork:
+    def network(self) -> PaperNetwork:
         """Return a copy of the online network."""
         return copy_of(self.live)
 
 
-def copy_of(network: PrefabNetwork) -> PrefabNetwork:
+def copy_of(network: PaperNetwork) -> PaperNetwork:
     """Return a network with arrays of its own."""
     streams = [
         Perceptron(tuple(w.copy() for w in stream.weights), tuple(b.copy() for b in stream.biases))
         for stream in _streams(network)
     ]
-    return PrefabNetwork(streams[0], streams[1] if len(streams) > 1 else None)
+    return PaperNetwork(streams[0], streams[1] if len(streams) > 1 else None)
 
 
-def move_towards(average: PrefabNetwork, network: PrefabNetwork, share: float) -> None:
+def move_towards(average: PaperNetwork, network: PaperNetwork, share: float) -> None:
     """Move the arrays of one network a share of the way to those of another."""
     for mine, its in zip(average.arrays().values(), network.arrays().values(), strict=True):
         _approach(mine.reshape(-1), its.reshape(-1), np.float32(share))
@@ -119,11 +119,11 @@ def _approach(mine: NDArray[np.float32], its: NDArray[np.float32], share: np.flo
         mine[n] += share * (its[n] - mine[n])
 
 
-def _streams(network: PrefabNetwork) -> list[Perceptron]:
+def _streams(network: PaperNetwork) -> list[Perceptron]:
     return [network.actions] if network.state is None else [network.actions, network.state]
 
 
-def _network(streams: list[StreamArrays]) -> PrefabNetwork:
+def _network(streams: list[StreamArrays]) -> PaperNetwork:
     """Return views as a network."""
     parts = [Perceptron(stream.weights, tuple(bias[0] for bias in stream.biases)) for stream in streams]
-    return PrefabNetwork(parts[0], parts[1] if len(parts) > 1 else None)
+    return PaperNetwork(parts[0], parts[1] if len(parts) > 1 else None)

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bimvox.paper.env.layout import PrefabLayout, random_layouts, yard_layouts
-from bimvox.paper.env.spec import PrefabSpec
-from bimvox.paper.policy.config import PrefabDqnConfig
+from bimvox.paper.env.layout import PaperLayout, random_layouts, yard_layouts
+from bimvox.paper.env.spec import PaperSpec
+from bimvox.paper.policy.config import PaperDqnConfig
 from bimvox.paper.policy.episodes import run_episodes, success_rate
 from bimvox.paper.policy.learning import CurvePoint, flat_observation, learn
-from bimvox.paper.policy.network import PrefabNetwork
+from bimvox.paper.policy.network import PaperNetwork
 
 GREEDY_SEED = 1_000_003
 """Of the drawn layouts of greedy tests: the same ones whatever the seed of the training."""
@@ -31,11 +31,11 @@ class BasicPolicy:
         seed: The seed.
     """
 
-    network: PrefabNetwork
+    network: PaperNetwork
     reached: bool
     curve: tuple[CurvePoint, ...]
     steps: int
-    config: PrefabDqnConfig
+    config: PaperDqnConfig
     seed: int
 
     @property
@@ -45,13 +45,13 @@ class BasicPolicy:
 
 
 def initialize(
-    spec: PrefabSpec,
-    config: PrefabDqnConfig,
+    spec: PaperSpec,
+    config: PaperDqnConfig,
     *,
     seed: int,
     budget: int | None = None,
     progress: Callable[[CurvePoint], None] | None = None,
-    checkpoint: Callable[[PrefabNetwork, int], None] | None = None,
+    checkpoint: Callable[[PaperNetwork, int], None] | None = None,
 ) -> BasicPolicy:
     """Train from random starts without obstructions, until tests succeed as often as required.
 
@@ -69,11 +69,11 @@ def initialize(
     budget = config.budget if budget is None else budget
     everywhere = greedy_layouts(spec, config)
     curve: list[CurvePoint] = []
-    best: list[PrefabNetwork] = []
+    best: list[PaperNetwork] = []
     best_rank = (-1.0, -1.0)
     reached = False
 
-    def test(network: PrefabNetwork, steps: int) -> bool:
+    def test(network: PaperNetwork, steps: int) -> bool:
         nonlocal best_rank, reached
         if checkpoint is not None:
             checkpoint(network, steps)
@@ -107,7 +107,7 @@ def initialize(
     return BasicPolicy(best[0], reached, tuple(curve), steps, config, seed)
 
 
-def greedy_layouts(spec: PrefabSpec, config: PrefabDqnConfig) -> tuple[PrefabLayout, ...]:
+def greedy_layouts(spec: PaperSpec, config: PaperDqnConfig) -> tuple[PaperLayout, ...]:
     """Return what greedy tests run on: every distinct start where nothing else is drawn, else drawn layouts."""
     if spec.count == 1 and not spec.random_targets and spec.random_obstructions is None:
         return yard_layouts(spec)
@@ -115,7 +115,7 @@ def greedy_layouts(spec: PrefabSpec, config: PrefabDqnConfig) -> tuple[PrefabLay
 
 
 def greedy_success(
-    network: PrefabNetwork, spec: PrefabSpec, config: PrefabDqnConfig, layouts: Sequence[PrefabLayout]
+    network: PaperNetwork, spec: PaperSpec, config: PaperDqnConfig, layouts: Sequence[PaperLayout]
 ) -> float:
     """Return the share of layouts on which a policy succeeds without random actions, and without any guard."""
     episodes = run_episodes(
@@ -130,6 +130,6 @@ def greedy_success(
     return success_rate(episodes)
 
 
-def without_obstructions(spec: PrefabSpec) -> PrefabSpec:
+def without_obstructions(spec: PaperSpec) -> PaperSpec:
     """Return the same site as the initialization layer wants it: nothing in the way."""
     return replace(spec, obstructions=(), random_obstructions=None)

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
 
-from bimvox.paper.env.batched import BatchedPrefabSite
-from bimvox.paper.env.layout import PrefabLayout
-from bimvox.paper.env.spec import PrefabSpec
-from bimvox.paper.policy.config import PrefabDqnConfig
-from bimvox.paper.policy.dqn import PrefabDqn
-from bimvox.paper.policy.network import PrefabNetwork
-from bimvox.paper.policy.vec_env import PrefabVecEnv
+from bimvox.paper.env.batched import BatchedPaperSite
+from bimvox.paper.env.layout import PaperLayout
+from bimvox.paper.env.spec import PaperSpec
+from bimvox.paper.policy.config import PaperDqnConfig
+from bimvox.paper.policy.dqn import PaperDqn
+from bimvox.paper.policy.network import PaperNetwork
+from bimvox.paper.policy.vec_env import PaperVecEnv
 
 
 class CurvePoint(NamedTuple):
@@ -33,19 +33,19 @@ class CurvePoint(NamedTuple):
     greedy_rate: float | None = None
 
 
-Tester = Callable[[PrefabNetwork, int], bool]
+Tester = Callable[[PaperNetwork, int], bool]
 """Tests a network after so many steps and says whether training may stop."""
 
 
 def learn(
-    spec: PrefabSpec,
-    config: PrefabDqnConfig,
+    spec: PaperSpec,
+    config: PaperDqnConfig,
     test: Tester,
     *,
     seed: int,
     budget: int,
-    layouts: Sequence[PrefabLayout] | None = None,
-    initial: PrefabNetwork | None = None,
+    layouts: Sequence[PaperLayout] | None = None,
+    initial: PaperNetwork | None = None,
 ) -> int:
     """Train until a test says that it is enough, or the budget is used up.
 
@@ -62,7 +62,7 @@ def learn(
         The steps taken.
     """
     torch.set_num_threads(1)  # more threads only get in each other's way on layers this small
-    batch = BatchedPrefabSite(
+    batch = BatchedPaperSite(
         spec,
         config.sites,
         observation=flat_observation(config.observation),
@@ -71,7 +71,7 @@ def learn(
         seed=seed,
         threads=1,
     )
-    dqn = PrefabDqn(PrefabVecEnv(batch), config, seed=seed, budget=budget, initial=initial)
+    dqn = PaperDqn(PaperVecEnv(batch), config, seed=seed, budget=budget, initial=initial)
     dqn.learn(budget, callback=_Tests(test, config.test_every, budget))
     return int(dqn.num_timesteps)
 

@@ -13,7 +13,7 @@ from bimvox.policy.perceptron import Perceptron
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PrefabNetwork:
+class PaperNetwork:
     """Values of the six actions for an observation.
 
     Attributes:
@@ -48,8 +48,8 @@ class PrefabNetwork:
         return named
 
 
-def prefab_network_from_arrays(arrays: Mapping[str, NDArray[np.generic]], *, outputs: int = 6) -> PrefabNetwork:
-    """Return the network of arrays named as by :meth:`PrefabNetwork.arrays`.
+def paper_network_from_arrays(arrays: Mapping[str, NDArray[np.generic]], *, outputs: int = 6) -> PaperNetwork:
+    """Return the network of arrays named as by :meth:`PaperNetwork.arrays`.
 
     Raises:
         PolicyError: Names, types, shapes or values do not make one.
@@ -67,7 +67,7 @@ def prefab_network_from_arrays(arrays: Mapping[str, NDArray[np.generic]], *, out
             f"the streams take {actions.layer_sizes[0]} and {state.layer_sizes[0]} inputs",
             differs={"inputs": (actions.layer_sizes[0], state.layer_sizes[0])},
         )
-    return PrefabNetwork(actions, state)
+    return PaperNetwork(actions, state)
 
 
 def _stream(arrays: Mapping[str, NDArray[np.generic]], stream: str, outputs: int) -> Perceptron:

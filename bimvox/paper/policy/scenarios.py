@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 
 from bimvox.errors import PlanningError
 from bimvox.paper.env.component import Box, overlap
-from bimvox.paper.env.layout import PrefabLayout, check_layout
+from bimvox.paper.env.layout import PaperLayout, check_layout
 from bimvox.paper.env.presets import obstruction
-from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.policy.baselines import teacher_moves
 from bimvox.site.component import IntVec
 
@@ -39,10 +39,10 @@ class Scenario:
     """
 
     name: str
-    layout: PrefabLayout
+    layout: PaperLayout
 
 
-def make_scenarios(spec: PrefabSpec, layout: PrefabLayout, path_cells: Sequence[IntVec]) -> dict[str, Scenario]:
+def make_scenarios(spec: PaperSpec, layout: PaperLayout, path_cells: Sequence[IntVec]) -> dict[str, Scenario]:
     """Return the four experiments on a planned path.
 
     Args:
@@ -67,12 +67,12 @@ def make_scenarios(spec: PrefabSpec, layout: PrefabLayout, path_cells: Sequence[
 
 
 def _first(
-    spec: PrefabSpec,
-    layout: PrefabLayout,
+    spec: PaperSpec,
+    layout: PaperLayout,
     path_cells: Sequence[IntVec],
     places: Sequence[tuple[IntVec, IntVec]],
     count: int,
-) -> PrefabLayout:
+) -> PaperLayout:
     """Return the layout with a row of obstructions over the first place that has one."""
     for cell, neighbour in places:
         across = ("y", "x") if cell[0] != neighbour[0] else ("x", "y")
@@ -101,7 +101,7 @@ def _rows(cell: IntVec, axis: str, count: int) -> Iterator[tuple[Box, ...]]:
         )
 
 
-def _may_be(spec: PrefabSpec, changed: PrefabLayout, path_cells: Sequence[IntVec]) -> bool:
+def _may_be(spec: PaperSpec, changed: PaperLayout, path_cells: Sequence[IntVec]) -> bool:
     """Return whether obstructions are inside, on the path, and touch neither of its ends."""
     part = spec.components[0]
     for low, high in changed.obstructions:

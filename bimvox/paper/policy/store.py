@@ -18,22 +18,22 @@ from safetensors.numpy import load as arrays_from_bytes
 from safetensors.numpy import save as bytes_from_arrays
 
 from bimvox.errors import PolicyError
-from bimvox.paper.policy.config import prefab_config_from_dict
+from bimvox.paper.policy.config import paper_config_from_dict
 from bimvox.paper.policy.initialization import BasicPolicy
 from bimvox.paper.policy.learning import CurvePoint
-from bimvox.paper.policy.network import PrefabNetwork, prefab_network_from_arrays
+from bimvox.paper.policy.network import PaperNetwork, paper_network_from_arrays
 from bimvox.policy.limited import read_limited
 
 FORMAT_VERSION = 1
 LARGEST_FILE_BYTES = 256 << 20
 
 
-def network_to_bytes(network: PrefabNetwork) -> bytes:
+def network_to_bytes(network: PaperNetwork) -> bytes:
     """Return a network as the bytes of a safetensors file."""
     return bytes(bytes_from_arrays(network.arrays()))
 
 
-def network_from_bytes(content: bytes) -> PrefabNetwork:
+def network_from_bytes(content: bytes) -> PaperNetwork:
     """Return the network of :func:`network_to_bytes`.
 
     Raises:
@@ -43,7 +43,7 @@ def network_from_bytes(content: bytes) -> PrefabNetwork:
         arrays = arrays_from_bytes(content)
     except (SafetensorError, ValueError, TypeError, KeyError) as error:
         raise PolicyError(f"not a safetensors file: {error}") from error
-    return prefab_network_from_arrays(arrays)
+    return paper_network_from_arrays(arrays)
 
 
 def basic_policy_to_dict(policy: BasicPolicy, weights: bytes) -> dict[str, Any]:
@@ -78,7 +78,7 @@ def basic_policy_from_dict(plain: dict[str, Any], weights: bytes) -> BasicPolicy
             bool(plain["reached"]),
             tuple(curve_point(row) for row in plain["curve"]),
             int(plain["steps"]),
-            prefab_config_from_dict(plain["config"]),
+            paper_config_from_dict(plain["config"]),
             int(plain["seed"]),
         )
     except (KeyError, TypeError, ValueError) as error:

@@ -16,7 +16,7 @@ from stable_baselines3.dqn.policies import DQNPolicy
 from stable_baselines3.dqn.policies import QNetwork as TorchQNetwork
 from torch import nn
 
-from bimvox.paper.policy.network import PrefabNetwork
+from bimvox.paper.policy.network import PaperNetwork
 from bimvox.policy.perceptron import Perceptron
 
 
@@ -34,7 +34,7 @@ class DuelingQNetwork(TorchQNetwork):
         return values
 
 
-class PrefabPolicy(DQNPolicy):
+class PaperPolicy(DQNPolicy):
     """Stable-baselines3's DQN policy, dueling and with the original's first weights where asked for.
 
     Args:
@@ -63,13 +63,13 @@ class PrefabPolicy(DQNPolicy):
         return q_net
 
 
-def arrays_of(q_net: TorchQNetwork) -> PrefabNetwork:
+def arrays_of(q_net: TorchQNetwork) -> PaperNetwork:
     """Return a copy of a torch network's weights as plain arrays."""
     state = _stream(q_net.value_net) if isinstance(q_net, DuelingQNetwork) else None
-    return PrefabNetwork(_stream(q_net.q_net), state)
+    return PaperNetwork(_stream(q_net.q_net), state)
 
 
-def load_arrays(q_net: TorchQNetwork, network: PrefabNetwork) -> None:
+def load_arrays(q_net: TorchQNetwork, network: PaperNetwork) -> None:
     """Overwrite a torch network's weights.
 
     Raises:

@@ -12,10 +12,10 @@ from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.paper.env.batched import BatchedPrefabSite
+from bimvox.paper.env.batched import BatchedPaperSite
 
 
-class PrefabVecEnv(VecEnv):
+class PaperVecEnv(VecEnv):
     """Adapter: what stable-baselines3 asks of a vectorised environment, from one kernel call a step.
 
     Only the sites whose episode has ended have an ``info`` of their own (``terminal_observation``,
@@ -31,7 +31,7 @@ class PrefabVecEnv(VecEnv):
         ValueError: No copies, and a batch whose observations hold for one step only.
     """
 
-    def __init__(self, batch: BatchedPrefabSite, *, copy: bool = True) -> None:
+    def __init__(self, batch: BatchedPaperSite, *, copy: bool = True) -> None:
         if not copy and batch.turns < 2:
             raise ValueError(f"copy: a batch of turns={batch.turns} overwrites what it hands out; make it with turns=2")
         self.batch = batch

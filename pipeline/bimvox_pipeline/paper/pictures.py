@@ -35,7 +35,7 @@ def pictures_of(results: ExperimentResults, document: dict[str, Any]) -> dict[st
     for mode in document["modes"]:
         scenes = _policies([run for run in results.scenarios if run.mode == mode])
         if scenes:
-            from bimvox.paper.render.path import draw_sheet
+            from bimvox.paper.rendering.path import draw_sheet
             from bimvox.rendering.draw.png import png_from_pixels
 
             pictures[f"policies-{mode}.png"] = png_from_pixels(draw_sheet(scenes))
@@ -82,9 +82,9 @@ def _ablation(document: dict[str, Any]) -> bytes:
 def _policies(runs: Sequence[ScenarioRun]) -> list[Scene]:
     """Return the four scenarios of the first seed that has them all."""
     from bimvox.paper.env.component import YardPose
-    from bimvox.paper.env.layout import PrefabLayout
-    from bimvox.paper.env.site_env import PrefabSiteEnv
-    from bimvox.paper.render.path import scene_of_paths
+    from bimvox.paper.env.layout import PaperLayout
+    from bimvox.paper.env.site_env import PaperSiteEnv
+    from bimvox.paper.rendering.path import scene_of_paths
 
     by_seed: dict[int, dict[str, ScenarioRun]] = {}
     for run in runs:
@@ -92,11 +92,11 @@ def _policies(runs: Sequence[ScenarioRun]) -> list[Scene]:
     whole = next((group for _, group in sorted(by_seed.items()) if set(group) == set(SCENARIOS)), None)
     if whole is None:
         return []
-    site = PrefabSiteEnv("paper")
+    site = PaperSiteEnv("paper")
     scenes = []
     for scenario in SCENARIOS:
         run = whole[scenario]
-        layout = PrefabLayout((YardPose(*run.start, run.axis),), (run.target,), run.obstructions)
+        layout = PaperLayout((YardPose(*run.start, run.axis),), (run.target,), run.obstructions)
         site.reset(options={"layout": layout})
         moves = len(run.path_cells) - 1
         how = "retrained" if run.retrained else "loaded policy"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bimvox.paper.policy.config import PrefabDqnConfig
+    from bimvox.paper.policy.config import PaperDqnConfig
 
 ABLATION_OBSERVATIONS = ("paper", "window", "egocentric")
 ABLATION_REWARDS = ("paper", "shaped")
@@ -32,7 +32,7 @@ class PaperSettings:
     """
 
     seeds: tuple[int, ...]
-    modes: Mapping[str, PrefabDqnConfig]
+    modes: Mapping[str, PaperDqnConfig]
     ablation_seeds: int = 3
     ablation_budget: int = 40_000
     targets_budget: int = 2_000

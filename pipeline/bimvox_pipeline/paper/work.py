@@ -13,10 +13,10 @@ from bimvox_pipeline.artifacts import write_atomically
 from bimvox_pipeline.paper.jobs import Job
 
 if TYPE_CHECKING:
-    from bimvox.paper.env.layout import PrefabLayout
-    from bimvox.paper.env.spec import PrefabSpec
+    from bimvox.paper.env.layout import PaperLayout
+    from bimvox.paper.env.spec import PaperSpec
     from bimvox.paper.policy.learning import CurvePoint
-    from bimvox.paper.policy.network import PrefabNetwork
+    from bimvox.paper.policy.network import PaperNetwork
 
 FRESH_SEED = 2_000_003
 """Of layouts that no test has used, plus the seed of the run: tests decide when training stops, and which network is
@@ -68,17 +68,17 @@ def _initialize(job: Job, folder: Path) -> dict[str, Any]:
     return _learn_basic(job, folder, PAPER)
 
 
-def _learn_basic(job: Job, folder: Path, spec: PrefabSpec) -> dict[str, Any]:
-    from bimvox.paper.policy.config import prefab_config_from_dict
+def _learn_basic(job: Job, folder: Path, spec: PaperSpec) -> dict[str, Any]:
+    from bimvox.paper.policy.config import paper_config_from_dict
     from bimvox.paper.policy.initialization import initialize
     from bimvox.paper.policy.store import network_to_bytes
 
     checkpoint = folder / f"{job.name}.checkpoint.safetensors"
 
-    def keep(network: PrefabNetwork, steps: int) -> None:
+    def keep(network: PaperNetwork, steps: int) -> None:
         write_atomically(checkpoint, network_to_bytes(network))
 
-    config = prefab_config_from_dict(dict(job.options["config"]))
+    config = paper_config_from_dict(dict(job.options["config"]))
     basic = initialize(spec, config, seed=job.seed, checkpoint=keep)
     write_atomically(weights_file(folder, job.name), network_to_bytes(basic.network))
     checkpoint.unlink(missing_ok=True)
@@ -91,11 +91,11 @@ def _apply(job: Job, folder: Path) -> dict[str, Any]:
     from bimvox.paper.env.presets import PAPER
     from bimvox.paper.policy.application import apply_layout
     from bimvox.paper.policy.baselines import random_policy, tabular_q, teacher_moves
-    from bimvox.paper.policy.config import prefab_config_from_dict
+    from bimvox.paper.policy.config import paper_config_from_dict
     from bimvox.paper.policy.episodes import success_rate
     from bimvox.paper.policy.scenarios import make_scenarios
 
-    config = prefab_config_from_dict(dict(job.options["config"]))
+    config = paper_config_from_dict(dict(job.options["config"]))
     network = _network(folder, job.needs["initialize"])
     redrawn = -1
     for layout in random_layouts(PAPER, LAYOUTS_TRIED, job.seed):
@@ -147,14 +147,14 @@ def _adapt(job: Job, folder: Path) -> dict[str, Any]:
 
     from bimvox.paper.env.presets import PAPER
     from bimvox.paper.policy.application import AppliedPolicy, adapt
-    from bimvox.paper.policy.config import prefab_config_from_dict
+    from bimvox.paper.policy.config import paper_config_from_dict
     from bimvox.paper.policy.episodes import replay
     from bimvox.paper.policy.store import network_to_bytes
 
     applied = read_json(result_file(folder, job.needs["apply"]))
     if not applied["planned"]:
         return {"planned": False}
-    config = prefab_config_from_dict(dict(job.options["config"]))
+    config = paper_config_from_dict(dict(job.options["config"]))
     layout = _layout_of(applied)
     planned = replay(PAPER, layout, np.array(applied["moves"], np.int64), reward=config.reward)
     boxes = applied["scenarios"][job.options["scenario"]]["obstructions"]
@@ -187,12 +187,12 @@ def _beyond(job: Job, folder: Path) -> dict[str, Any]:
     """Learn what the paper did not, and judge it on layouts that decided nothing."""
     from bimvox.paper.env.layout import random_layouts
     from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, PAPER
-    from bimvox.paper.policy.config import prefab_config_from_dict
+    from bimvox.paper.policy.config import paper_config_from_dict
     from bimvox.paper.policy.initialization import greedy_success
 
     spec = FOUR_COLUMNS_FOUR_BEAMS if job.mode == "frame" else replace(PAPER, random_targets=True)
     result = _learn_basic(job, folder, spec)
-    config = prefab_config_from_dict(dict(job.options["config"]))
+    config = paper_config_from_dict(dict(job.options["config"]))
     fresh = random_layouts(spec, job.options["fresh_layouts"], FRESH_SEED + job.seed)
     return {
         **result,
@@ -240,19 +240,19 @@ _PARTS: dict[str, Callable[[Job, Path], dict[str, Any]]] = {
 }
 
 
-def _network(folder: Path, name: str) -> PrefabNetwork:
+def _network(folder: Path, name: str) -> PaperNetwork:
     from bimvox.paper.policy.store import network_from_bytes
 
     return network_from_bytes(weights_file(folder, name).read_bytes())
 
 
-def _layout_of(applied: dict[str, Any]) -> PrefabLayout:
+def _layout_of(applied: dict[str, Any]) -> PaperLayout:
     from bimvox.paper.env.component import YardPose
-    from bimvox.paper.env.layout import PrefabLayout
+    from bimvox.paper.env.layout import PaperLayout
 
     x, y, axis = applied["start"]
     i, j, k = applied["target"]
-    return PrefabLayout((YardPose(x, y, axis),), ((i, j, k),))
+    return PaperLayout((YardPose(x, y, axis),), ((i, j, k),))
 
 
 def _rows(curve: tuple[CurvePoint, ...]) -> list[list[Any]]:

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from prefab_reference import ReferenceSite, specs
+from paper_reference import ReferenceSite, specs
 
 from bimvox.errors import PlanningError
-from bimvox.paper.env.batched import BatchedPrefabSite
+from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.component import column
 from bimvox.paper.env.layout import random_layouts, yard_layouts
 from bimvox.paper.env.observation import OBSERVATIONS
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER
-from bimvox.paper.env.site_env import PrefabSiteEnv
+from bimvox.paper.env.site_env import PaperSiteEnv
 from bimvox.paper.env.state import AIR, FIRST_COMPONENT
 
 TOWARDS = st.sampled_from([0.0, 0.7])
@@ -28,7 +28,7 @@ def some_actions(batch, random, greedy_share):
 @settings(max_examples=40, deadline=None)
 @given(specs(), st.integers(0, 2**31), TOWARDS, st.integers(1, 3))
 def test_batched_agrees_with_the_rules_played_slowly(spec, seed, greedy_share, turns):
-    batch = BatchedPrefabSite(spec, 3, observation="paper", seed=seed, teacher=True, turns=turns)
+    batch = BatchedPaperSite(spec, 3, observation="paper", seed=seed, teacher=True, turns=turns)
     try:
         batch.reset()
     except PlanningError:
@@ -56,12 +56,12 @@ def test_batched_agrees_with_the_rules_played_slowly(spec, seed, greedy_share, t
 @settings(max_examples=15, deadline=None)
 @given(specs(), st.integers(0, 2**31), st.sampled_from(sorted(OBSERVATIONS)), st.sampled_from(["paper", "shaped"]))
 def test_single_and_batched_agree_step_for_step(spec, seed, observation, reward):
-    batch = BatchedPrefabSite(spec, 2, observation=observation, reward=reward, seed=seed, teacher=True)
+    batch = BatchedPaperSite(spec, 2, observation=observation, reward=reward, seed=seed, teacher=True)
     try:
         observations = batch.reset()
     except PlanningError:
         return
-    singles = [PrefabSiteEnv(spec, observation=observation, reward=reward) for _ in range(2)]
+    singles = [PaperSiteEnv(spec, observation=observation, reward=reward) for _ in range(2)]
     random = np.random.default_rng(seed)
     for n, env in enumerate(singles):
         np.testing.assert_array_equal(env.reset(options={"layout": batch.layout(n)})[0], observations[n])
@@ -83,7 +83,7 @@ def test_single_and_batched_agree_step_for_step(spec, seed, observation, reward)
 @settings(max_examples=25, deadline=None)
 @given(specs(), st.integers(0, 2**31))
 def test_no_two_objects_ever_share_a_cell(spec, seed):
-    batch = BatchedPrefabSite(spec, 4, seed=seed, teacher=True)
+    batch = BatchedPaperSite(spec, 4, seed=seed, teacher=True)
     try:
         batch.reset()
     except PlanningError:
@@ -114,9 +114,9 @@ def life(batch, steps=60):
 
 
 def test_neither_threads_nor_neighbours_change_a_life():
-    one, two = (life(BatchedPrefabSite(OBSTRUCTED, 600, seed=4, threads=threads)) for threads in (1, 2))
-    few = life(BatchedPrefabSite(OBSTRUCTED, 5, seed=4))
-    other = life(BatchedPrefabSite(OBSTRUCTED, 5, seed=5))
+    one, two = (life(BatchedPaperSite(OBSTRUCTED, 600, seed=4, threads=threads)) for threads in (1, 2))
+    few = life(BatchedPaperSite(OBSTRUCTED, 5, seed=4))
+    other = life(BatchedPaperSite(OBSTRUCTED, 5, seed=5))
     for a, b, c in zip(one, two, few, strict=True):
         np.testing.assert_array_equal(a, b)
         np.testing.assert_array_equal(a[:5], c)
@@ -124,15 +124,15 @@ def test_neither_threads_nor_neighbours_change_a_life():
 
 
 def test_threads_are_only_as_many_as_there_is_work_for():
-    assert BatchedPrefabSite(PAPER, 8, threads=2).threads == 1
-    batch = BatchedPrefabSite(PAPER, 600, threads=2)
+    assert BatchedPaperSite(PAPER, 8, threads=2).threads == 1
+    batch = BatchedPaperSite(PAPER, 600, threads=2)
     assert batch.threads == 2
     batch.close()
     batch.close()
 
 
 def test_an_ended_episode_is_followed_by_another_in_the_same_step():
-    batch = BatchedPrefabSite(replace(PAPER, max_steps=3), 4, seed=1)
+    batch = BatchedPaperSite(replace(PAPER, max_steps=3), 4, seed=1)
     batch.reset()
     for _ in range(2):
         assert not batch.step([4] * 4).ended.any()
@@ -145,11 +145,11 @@ def test_an_ended_episode_is_followed_by_another_in_the_same_step():
 
 def test_episodes_are_drawn_from_the_layouts_given():
     layouts = random_layouts(OBSTRUCTED, 3, seed=2)
-    batch = BatchedPrefabSite(PAPER, 50, layouts=layouts, seed=0)
+    batch = BatchedPaperSite(PAPER, 50, layouts=layouts, seed=0)
     batch.reset()
     assert {batch.layout(n) for n in range(50)} == set(layouts)
     with pytest.raises(ValueError, match="empty list"):
-        BatchedPrefabSite(PAPER, 2, layouts=[])
+        BatchedPaperSite(PAPER, 2, layouts=[])
 
 
 def solve(batch):
@@ -167,7 +167,7 @@ def solve(batch):
 
 def test_optimal_play_builds_the_column_from_every_start_of_the_yard():
     layouts = yard_layouts(PAPER)
-    batch = BatchedPrefabSite(PAPER, len(layouts), teacher=True)
+    batch = BatchedPaperSite(PAPER, len(layouts), teacher=True)
     batch.reset()
     for n, layout in enumerate(layouts):
         batch.place(n, layout)
@@ -178,7 +178,7 @@ def test_optimal_play_builds_the_column_from_every_start_of_the_yard():
 
 
 def test_optimal_play_builds_the_frame():
-    batch = BatchedPrefabSite(FOUR_COLUMNS_FOUR_BEAMS, 100, teacher=True, seed=3)
+    batch = BatchedPaperSite(FOUR_COLUMNS_FOUR_BEAMS, 100, teacher=True, seed=3)
     batch.reset()
     steps = solve(batch)
     assert (steps > 0).all()
@@ -187,12 +187,12 @@ def test_optimal_play_builds_the_frame():
 
 def test_what_cannot_work_is_refused():
     with pytest.raises(ValueError, match="observation: 'x' is unknown; there are paper"):
-        BatchedPrefabSite(PAPER, 1, observation="x")
+        BatchedPaperSite(PAPER, 1, observation="x")
     with pytest.raises(ValueError, match="reward: 'x' is unknown; there are paper"):
-        BatchedPrefabSite(PAPER, 1, reward="x")
+        BatchedPaperSite(PAPER, 1, reward="x")
     with pytest.raises(ValueError, match="sites: 0"):
-        BatchedPrefabSite(PAPER, 0)
-    batch = BatchedPrefabSite(PAPER, 2)
+        BatchedPaperSite(PAPER, 0)
+    batch = BatchedPaperSite(PAPER, 2)
     batch.reset()
     for actions in ([0], [0, 6], [0, -1]):
         with pytest.raises(ValueError, match="2 integers from 0 to 5"):
@@ -202,4 +202,4 @@ def test_what_cannot_work_is_refused():
     columns = tuple(column(3, (1 + i, 1, 1)) for i in range(6))
     crowded = replace(PAPER, shape=(8, 8, 6), construction_area=(1, 1, 8, 8), components=columns)
     with pytest.raises(PlanningError, match="no room for all"):
-        BatchedPrefabSite(crowded, 2).reset()
+        BatchedPaperSite(crowded, 2).reset()

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from bimvox.paper.env.component import YardPose, beam, column
-from bimvox.paper.env.layout import PrefabLayout
+from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.env.presets import PAPER, obstruction
-from bimvox.paper.env.site_env import PrefabSiteEnv
-from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.env.site_env import PaperSiteEnv
+from bimvox.paper.env.spec import PaperSpec
 
 FORWARD, BACKWARD, LEFT, RIGHT, UP, DOWN = range(6)
 
-NEAR = PrefabLayout((YardPose(4, 7, "y"),), ((7, 7, 1),))
+NEAR = PaperLayout((YardPose(4, 7, "y"),), ((7, 7, 1),))
 """The column lies in (4, 7..10, 1) and hangs at (4, 7, 2): right, right, right, down."""
 
-THREE = PrefabSpec(
+THREE = PaperSpec(
     (9, 7, 6),
     (4, 2, 8, 5),
     (
@@ -37,7 +37,7 @@ def play(env, actions):
 
 
 def test_equation_1_for_one_component():
-    env = PrefabSiteEnv(PAPER)
+    env = PaperSiteEnv(PAPER)
     env.reset(options={"layout": NEAR})
     rewards, last = play(env, [RIGHT, RIGHT, RIGHT, DOWN])
     assert rewards == [-1.0, -1.0, -1.0, -1.0 + 1.0 * 1.0]
@@ -45,7 +45,7 @@ def test_equation_1_for_one_component():
 
 
 def test_the_step_cost_doubles_from_the_limit_on_and_the_flag_shows_it():
-    env = PrefabSiteEnv(PAPER, observation="paper", step_limit=2)
+    env = PaperSiteEnv(PAPER, observation="paper", step_limit=2)
     env.reset(options={"layout": NEAR})
     flags, rewards = [], []
     for action in [RIGHT, RIGHT, RIGHT, UP, DOWN]:  # up is blocked: the column fills k = 2..5 of six layers
@@ -57,8 +57,8 @@ def test_the_step_cost_doubles_from_the_limit_on_and_the_flag_shows_it():
 
 
 def test_a_blocked_move_costs_its_step_and_moves_nothing():
-    env = PrefabSiteEnv(PAPER)
-    env.reset(options={"layout": PrefabLayout((YardPose(0, 0, "y"),), ((7, 7, 1),))})
+    env = PaperSiteEnv(PAPER)
+    env.reset(options={"layout": PaperLayout((YardPose(0, 0, "y"),), ((7, 7, 1),))})
     for action in (LEFT, BACKWARD, UP):
         _, reward, terminated, truncated, info = env.step(np.int64(action))
         assert (reward, terminated, truncated) == (-1.0, False, False)
@@ -67,7 +67,7 @@ def test_a_blocked_move_costs_its_step_and_moves_nothing():
 
 
 def test_equation_1_for_three_components_with_a_late_one():
-    env = PrefabSiteEnv(THREE)
+    env = PaperSiteEnv(THREE)
     env.reset()
     rewards, _ = play(env, [RIGHT, DOWN])  # (3, 2, 2) -> (4, 2, 1)
     assert rewards == [-1.0, -1.0 + 3 * 1]
@@ -81,7 +81,7 @@ def test_equation_1_for_three_components_with_a_late_one():
 
 
 def test_nothing_moves_after_the_end():
-    env = PrefabSiteEnv(PAPER)
+    env = PaperSiteEnv(PAPER)
     env.reset(options={"layout": NEAR})
     play(env, [RIGHT, RIGHT, RIGHT, DOWN])
     _, _, terminated, truncated, info = env.step(np.int64(UP))
@@ -89,7 +89,7 @@ def test_nothing_moves_after_the_end():
 
 
 def test_the_map_by_hand():
-    env = PrefabSiteEnv(THREE, observation="paper", obstructions=(obstruction(0, 0, "x", 2, 3),), step_limit=3)
+    env = PaperSiteEnv(THREE, observation="paper", obstructions=(obstruction(0, 0, "x", 2, 3),), step_limit=3)
     observation, _ = env.reset()
     expected = np.zeros((9, 7, 6), np.float32)
     expected[0:2, 0, 0] = 3  # obstruction, k = 1..3
@@ -118,11 +118,11 @@ def test_the_map_by_hand():
 
 
 def test_shaped_and_sparse_rewards_by_hand():
-    shaped = PrefabSiteEnv(PAPER, reward="shaped")
+    shaped = PaperSiteEnv(PAPER, reward="shaped")
     shaped.reset(options={"layout": NEAR})
     rewards, _ = play(shaped, [LEFT, UP, *[RIGHT] * 4, DOWN])
     assert rewards == pytest.approx([-0.25, -0.15, *[0.15] * 4, 1.15])
-    sparse = PrefabSiteEnv(PAPER, reward="sparse", step_limit=3)
+    sparse = PaperSiteEnv(PAPER, reward="sparse", step_limit=3)
     sparse.reset(options={"layout": NEAR})
     rewards, _ = play(sparse, [RIGHT, RIGHT, RIGHT, DOWN])
     assert rewards == pytest.approx([-0.1, -0.1, -0.1, 0.8])
@@ -130,7 +130,7 @@ def test_shaped_and_sparse_rewards_by_hand():
 
 def test_components_come_one_after_the_other_and_beams_wait():
     beams_first = replace(THREE, components=(THREE.components[2], *THREE.components[:2]))
-    env = PrefabSiteEnv(beams_first)
+    env = PaperSiteEnv(beams_first)
     _, info = env.reset()
     assert [part.kind for part in env.site_spec.components] == ["column", "column", "beam"]
     assert info["states"] == ("in_transit", "unbuilt", "unbuilt")
@@ -150,7 +150,7 @@ def test_stored_components_are_in_the_way():
             THREE.components[2],
         ),
     )
-    env = PrefabSiteEnv(beside)
+    env = PaperSiteEnv(beside)
     env.reset()
     env.step(np.int64(DOWN))
     assert env.state[1:4] == (3, 2, 1)  # its own place in the yard is free again

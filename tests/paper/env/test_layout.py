@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from prefab_reference import cells_of
+from paper_reference import cells_of
 
 from bimvox.env.default_problem import default_problem
 from bimvox.paper.env.component import YardPose, beam, column
-from bimvox.paper.env.layout import PrefabLayout, is_solvable, random_layouts, yard_layouts
+from bimvox.paper.env.layout import PaperLayout, is_solvable, random_layouts, yard_layouts
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER, obstruction
-from bimvox.paper.env.site_env import PrefabSiteEnv
+from bimvox.paper.env.site_env import PaperSiteEnv
 from bimvox.paper.env.spec import RandomObstructions
 
 HERE = ((7, 7, 1),)
@@ -78,7 +78,7 @@ def test_random_targets_reach_the_whole_area_and_a_frame_stays_a_frame():
 
 def test_a_walled_target_has_no_way():
     walls = (obstruction(6, 6, "x"), obstruction(6, 8, "x"), obstruction(6, 7, "x", 1), obstruction(8, 7, "x", 1))
-    layout = PrefabLayout((YardPose(0, 0),), HERE, walls)
+    layout = PaperLayout((YardPose(0, 0),), HERE, walls)
     assert not is_solvable(PAPER, layout)
     assert is_solvable(PAPER, replace(layout, obstructions=walls[1:]))
 
@@ -86,22 +86,22 @@ def test_a_walled_target_has_no_way():
 @pytest.mark.parametrize(
     ("layout", "message"),
     [
-        (PrefabLayout((), ()), "starts, targets: 0 and 0 for 1"),
-        (PrefabLayout((YardPose(3, 5, "x"),), HERE), r"starts\[0\].*not in the yard"),
-        (PrefabLayout((YardPose(12, 0, "x"),), HERE), r"starts\[0\].*inside"),
-        (PrefabLayout((YardPose(0, 0),), ((7, 7, 3),)), r"targets\[0\].*inside"),
-        (PrefabLayout((YardPose(0, 0),), HERE, (obstruction(2, 0, "x"),)), r"starts\[0\]: shares a cell"),
-        (PrefabLayout((YardPose(0, 0),), HERE, (((0, 0, 4), (1, 1, 5)),)), r"starts\[0\]: shares a cell"),
-        (PrefabLayout((YardPose(0, 0),), HERE, (obstruction(7, 6, "y"),)), r"targets\[0\]: shares a cell"),
+        (PaperLayout((), ()), "starts, targets: 0 and 0 for 1"),
+        (PaperLayout((YardPose(3, 5, "x"),), HERE), r"starts\[0\].*not in the yard"),
+        (PaperLayout((YardPose(12, 0, "x"),), HERE), r"starts\[0\].*inside"),
+        (PaperLayout((YardPose(0, 0),), ((7, 7, 3),)), r"targets\[0\].*inside"),
+        (PaperLayout((YardPose(0, 0),), HERE, (obstruction(2, 0, "x"),)), r"starts\[0\]: shares a cell"),
+        (PaperLayout((YardPose(0, 0),), HERE, (((0, 0, 4), (1, 1, 5)),)), r"starts\[0\]: shares a cell"),
+        (PaperLayout((YardPose(0, 0),), HERE, (obstruction(7, 6, "y"),)), r"targets\[0\]: shares a cell"),
     ],
 )  # fmt: skip
 def test_a_layout_that_does_not_fit_is_refused(layout, message):
     with pytest.raises(ValueError, match=message):
-        PrefabSiteEnv(PAPER).reset(options={"layout": layout})
+        PaperSiteEnv(PAPER).reset(options={"layout": layout})
 
 
 def test_a_beam_is_stored_along_its_axis():
     spec = replace(PAPER, components=(beam(3, (6, 7, 1), "x"),))
     assert {layout.starts[0].axis for layout in random_layouts(spec, 50, seed=0)} == {"x"}
     with pytest.raises(ValueError, match="never turned"):
-        PrefabSiteEnv(spec).reset(options={"layout": PrefabLayout((YardPose(0, 0, "y"),), ((6, 7, 1),))})
+        PaperSiteEnv(spec).reset(options={"layout": PaperLayout((YardPose(0, 0, "y"),), ((6, 7, 1),))})

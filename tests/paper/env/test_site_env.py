@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 
 from bimvox.paper.env.component import YardPose, column
-from bimvox.paper.env.layout import PrefabLayout
+from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.env.observation import OBSERVATIONS
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER
-from bimvox.paper.env.site_env import PrefabSiteEnv
+from bimvox.paper.env.site_env import PaperSiteEnv
 from bimvox.paper.env.window import WINDOW_CELLS
 
-CORNER = PrefabLayout((YardPose(0, 0, "y"),), ((7, 7, 1),))
+CORNER = PaperLayout((YardPose(0, 0, "y"),), ((7, 7, 1),))
 
 
 @pytest.mark.parametrize("observation", sorted(OBSERVATIONS))
 def test_observations_stay_in_their_space(observation):
-    env = PrefabSiteEnv(FOUR_COLUMNS_FOUR_BEAMS, observation=observation, step_limit=2, max_steps=60)
+    env = PaperSiteEnv(FOUR_COLUMNS_FOUR_BEAMS, observation=observation, step_limit=2, max_steps=60)
     env.action_space.seed(0)
     seen, _ = env.reset(seed=0)
     for _ in range(60):
@@ -27,17 +27,17 @@ def test_observations_stay_in_their_space(observation):
 
 
 def test_shapes_and_bounds_of_the_papers_map():
-    env = PrefabSiteEnv(FOUR_COLUMNS_FOUR_BEAMS, observation="paper")
+    env = PaperSiteEnv(FOUR_COLUMNS_FOUR_BEAMS, observation="paper")
     assert env.observation_space.shape == (15, 15, 6)
     assert env.observation_space.dtype == np.float32
     assert env.observation_space.high[0, 0].tolist() == [7, 1, 7, 7, 1, 8]
     assert not env.observation_space.low.any()
-    flat = PrefabSiteEnv(FOUR_COLUMNS_FOUR_BEAMS)
+    flat = PaperSiteEnv(FOUR_COLUMNS_FOUR_BEAMS)
     np.testing.assert_array_equal(env.reset(seed=1)[0].reshape(-1), flat.reset(seed=1)[0])
 
 
 def test_the_window_by_hand():
-    env = PrefabSiteEnv(PAPER, observation="window", obstructions=(((2, 0, 1), (3, 3, 3)),))
+    env = PaperSiteEnv(PAPER, observation="window", obstructions=(((2, 0, 1), (3, 3, 3)),))
     seen, _ = env.reset(options={"layout": replace(CORNER, obstructions=(((2, 0, 1), (3, 3, 3)),))})
     blocked = seen[:WINDOW_CELLS].reshape(11, 11)
     assert blocked[:5].all()
@@ -53,7 +53,7 @@ def test_the_window_by_hand():
 
 
 def test_seed_twins_live_the_same_life():
-    first, second = PrefabSiteEnv(OBSTRUCTED), PrefabSiteEnv(OBSTRUCTED)
+    first, second = PaperSiteEnv(OBSTRUCTED), PaperSiteEnv(OBSTRUCTED)
     actions = np.random.default_rng(1).integers(6, size=120)
     for seed in (0, 1, None):
         a, b = first.reset(seed=seed), second.reset(seed=seed)
@@ -72,7 +72,7 @@ def test_seed_twins_live_the_same_life():
 
 
 def test_an_episode_is_truncated_when_its_steps_are_used_up():
-    env = PrefabSiteEnv(PAPER)
+    env = PaperSiteEnv(PAPER)
     env.reset(options={"layout": CORNER})
     for step in range(1, 37):
         _, _, terminated, truncated, info = env.step(np.int64(4))
@@ -82,7 +82,7 @@ def test_an_episode_is_truncated_when_its_steps_are_used_up():
 
 
 def test_the_distance_field_leads_to_the_target():
-    env = PrefabSiteEnv(PAPER)
+    env = PaperSiteEnv(PAPER)
     env.reset(options={"layout": CORNER})
     field = env.distance_field()
     assert field.shape == PAPER.shape
@@ -92,7 +92,7 @@ def test_the_distance_field_leads_to_the_target():
 
 
 def test_everything_about_the_site_can_be_changed():
-    env = PrefabSiteEnv(
+    env = PaperSiteEnv(
         shape=(20, 12, 9),
         construction_area=(8, 4, 12, 8),
         components=(column(6, (9, 5, 1)), column(2, (10, 6, 1))),
@@ -103,18 +103,18 @@ def test_everything_about_the_site_can_be_changed():
     assert env.observation_space.shape == (20 * 12 * 6,)
     assert info["states"] == ("in_transit", "unbuilt")
     with pytest.raises(ValueError, match="site: 'nothing' is unknown; there are paper"):
-        PrefabSiteEnv("nothing")
+        PaperSiteEnv("nothing")
     with pytest.raises(ValueError, match="observation"):
-        PrefabSiteEnv(observation="nothing")
+        PaperSiteEnv(observation="nothing")
     with pytest.raises(ValueError, match="reward"):
-        PrefabSiteEnv(reward="nothing")
+        PaperSiteEnv(reward="nothing")
     with pytest.raises(ValueError, match="render_mode"):
-        PrefabSiteEnv(render_mode="rgb_array")
+        PaperSiteEnv(render_mode="rgb_array")
 
 
 def test_drawn_as_text():
-    env = PrefabSiteEnv(OBSTRUCTED, render_mode="ansi")
-    layout = PrefabLayout((YardPose(0, 3, "x"),), ((7, 7, 1),), (((12, 2, 1), (13, 5, 3)),))
+    env = PaperSiteEnv(OBSTRUCTED, render_mode="ansi")
+    layout = PaperLayout((YardPose(0, 3, "x"),), ((7, 7, 1),), (((12, 2, 1), (13, 5, 3)),))
     env.reset(options={"layout": layout})
     env.step(np.int64(0))
     from bimvox.paper.env.ansi import ansi_picture
@@ -127,5 +127,5 @@ def test_drawn_as_text():
     assert rows[14 - 7] == ".....::x::....."
     coloured = env.render()
     assert "\x1b[48;2;0;100;190m" in coloured  # in transit: blue
-    assert PrefabSiteEnv().render() is None
+    assert PaperSiteEnv().render() is None
     assert isinstance(env, gymnasium.Env)

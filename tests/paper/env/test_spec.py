@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from bimvox.paper.env.component import PrefabComponent, YardPose, beam, column
+from bimvox.paper.env.component import PaperComponent, YardPose, beam, column
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER, PRESETS, obstruction
-from bimvox.paper.env.spec import PrefabSpec, RandomObstructions
+from bimvox.paper.env.spec import PaperSpec, RandomObstructions
 
 NARROW = {"shape": (8, 8, 6), "construction_area": (1, 1, 8, 8), "obstructions": (((3, 0, 1), (4, 1, 2)),)}
 """A yard one cell wide, cut by an obstruction."""
@@ -99,5 +99,5 @@ def test_what_cannot_be_is_refused_by_the_name_of_its_field(field, changes):
 
 def test_the_error_says_what_would_do():
     with pytest.raises(ValueError, match="never turned"):
-        PrefabSpec((9, 9, 5), (3, 3, 6, 6), (beam(3, (3, 3, 1), "x", start=YardPose(0, 0, "y")),))
-    assert isinstance(PAPER.components[0], PrefabComponent)
+        PaperSpec((9, 9, 5), (3, 3, 6, 6), (beam(3, (3, 3, 1), "x", start=YardPose(0, 0, "y")),))
+    assert isinstance(PAPER.components[0], PaperComponent)

@@ -6,11 +6,11 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from bimvox.paper.env.presets import OBSTRUCTED, PAPER
-from bimvox.paper.env.vector_env import INFO_KEYS, PrefabVectorEnv
+from bimvox.paper.env.vector_env import INFO_KEYS, PaperVectorEnv
 
 
 def test_spaces_and_metadata():
-    env = PrefabVectorEnv(5, observation="paper")
+    env = PaperVectorEnv(5, observation="paper")
     assert env.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
     assert env.observation_space.shape == (5, 15, 15, 6)
     assert env.single_observation_space.shape == (15, 15, 6)
@@ -22,7 +22,7 @@ def test_spaces_and_metadata():
 
 
 def test_ended_episodes_leave_their_last_observation_and_info():
-    env = PrefabVectorEnv(3, max_steps=2)
+    env = PaperVectorEnv(3, max_steps=2)
     env.reset(seed=0)
     *_, infos = env.step(np.array([4, 4, 4]))
     assert "final_obs" not in infos
@@ -42,7 +42,7 @@ def test_ended_episodes_leave_their_last_observation_and_info():
 
 
 def test_copies_are_the_users_and_views_are_not():
-    kept, shared = PrefabVectorEnv(2), PrefabVectorEnv(2, copy=False)
+    kept, shared = PaperVectorEnv(2), PaperVectorEnv(2, copy=False)
     actions = np.array([0, 3])
     for env in (kept, shared):
         env.reset(seed=3)
@@ -57,15 +57,15 @@ def test_copies_are_the_users_and_views_are_not():
 
 
 def test_seeding():
-    first, second = PrefabVectorEnv(4, OBSTRUCTED), PrefabVectorEnv(4, OBSTRUCTED)
+    first, second = PaperVectorEnv(4, OBSTRUCTED), PaperVectorEnv(4, OBSTRUCTED)
     np.testing.assert_array_equal(first.reset(seed=7)[0], second.reset(seed=7)[0])
     np.testing.assert_array_equal(first.reset()[0], second.reset()[0])
     assert not np.array_equal(first.reset(seed=8)[0], second.reset(seed=7)[0])
-    assert not np.array_equal(PrefabVectorEnv(4).reset()[0], PrefabVectorEnv(4).reset()[0])
+    assert not np.array_equal(PaperVectorEnv(4).reset()[0], PaperVectorEnv(4).reset()[0])
 
 
 def test_gymnasiums_wrappers_take_it():
-    env = gymnasium.wrappers.vector.RecordEpisodeStatistics(PrefabVectorEnv(3, max_steps=4))
+    env = gymnasium.wrappers.vector.RecordEpisodeStatistics(PaperVectorEnv(3, max_steps=4))
     env.reset(seed=0)
     for _ in range(4):
         *_, infos = env.step(np.array([4, 4, 4]))
@@ -76,10 +76,10 @@ def test_gymnasiums_wrappers_take_it():
 
 
 def test_text_of_every_site():
-    env = PrefabVectorEnv(2, render_mode="ansi")
+    env = PaperVectorEnv(2, render_mode="ansi")
     env.reset(seed=0)
     assert [text.startswith("step 0 of 36") for text in env.render()] == [True, True]
-    assert PrefabVectorEnv(2).render() is None
+    assert PaperVectorEnv(2).render() is None
     with pytest.raises(ValueError, match="render_mode"):
-        PrefabVectorEnv(2, render_mode="human")
+        PaperVectorEnv(2, render_mode="human")
     assert env.batch.spec == PAPER.in_building_order()

@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from prefab_lessons import SLOW, TINY, drawn_network
+from paper_lessons import SLOW, TINY, drawn_network
 
 from bimvox.paper.env.component import YardPose
-from bimvox.paper.env.layout import PrefabLayout
+from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.policy import application
 from bimvox.paper.policy.application import AppliedPolicy, adapt, apply_layout, collision_of
 from bimvox.paper.policy.episodes import replay
 
 FORWARD, BACKWARD, LEFT, RIGHT, UP, DOWN = range(6)
-LAYOUT = PrefabLayout((YardPose(0, 2, "y"),), ((2, 2, 1),))
+LAYOUT = PaperLayout((YardPose(0, 2, "y"),), ((2, 2, 1),))
 STRAIGHT = replay(TINY, LAYOUT, np.array([RIGHT, RIGHT, DOWN]))
 LONGER = replay(TINY, LAYOUT, np.array([UP, RIGHT, RIGHT, DOWN, DOWN]))
 FAILED = replace(replay(TINY, LAYOUT, np.array([UP, UP])), reward=-20.0)

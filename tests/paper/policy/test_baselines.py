@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from prefab_lessons import TINY
+from paper_lessons import TINY
 
 from bimvox.paper.env.component import YardPose
-from bimvox.paper.env.layout import PrefabLayout, random_layouts, yard_layouts
+from bimvox.paper.env.layout import PaperLayout, random_layouts, yard_layouts
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, PAPER
 from bimvox.paper.policy.baselines import field_seconds, random_policy, tabular_q, teacher_moves
 
@@ -20,7 +20,7 @@ def test_the_teacher_takes_the_shortest_way_from_every_start():
 
 def test_the_teacher_says_where_there_is_no_way():
     boxes = (((0, 1, 1), (5, 2, 4)), ((0, 3, 1), (5, 4, 4)), ((1, 2, 1), (2, 3, 4)), ((3, 2, 1), (4, 3, 4)))
-    walled = PrefabLayout((YardPose(0, 4, "x"),), ((2, 2, 1),), boxes)
+    walled = PaperLayout((YardPose(0, 4, "x"),), ((2, 2, 1),), boxes)
     assert teacher_moves(TINY, [walled]).tolist() == [-1]
 
 

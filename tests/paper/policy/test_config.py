@@ -10,8 +10,8 @@ from bimvox.paper.policy.config import (
     MODES,
     OUR_MODE,
     PAPER_MODE,
-    PrefabDqnConfig,
-    prefab_config_from_dict,
+    PaperDqnConfig,
+    paper_config_from_dict,
 )
 
 
@@ -60,16 +60,16 @@ def test_the_learning_rate_falls_over_the_budget_or_a_fixed_phase_or_not_at_all(
 
 @pytest.mark.parametrize("mode", MODES)
 def test_json_values_and_back(mode):
-    assert prefab_config_from_dict(MODES[mode].to_dict()) == MODES[mode]
+    assert paper_config_from_dict(MODES[mode].to_dict()) == MODES[mode]
 
 
 def test_other_keys_or_impossible_values_are_refused():
     plain = OUR_MODE.to_dict()
     with pytest.raises(PolicyError, match="other keys") as caught:
-        prefab_config_from_dict({**plain, "extra": 1})
+        paper_config_from_dict({**plain, "extra": 1})
     assert caught.value.differs["unknown"] == ["extra"]
     with pytest.raises(PolicyError, match="impossible"):
-        prefab_config_from_dict({**plain, "discount": 1.0})
+        paper_config_from_dict({**plain, "discount": 1.0})
 
 
 @pytest.mark.parametrize(
@@ -89,16 +89,16 @@ def test_other_keys_or_impossible_values_are_refused():
 )
 def test_impossible_choices_are_named(name, value):
     with pytest.raises(ValueError, match=name):
-        PrefabDqnConfig(**{name: value})
+        PaperDqnConfig(**{name: value})
 
 
 def test_what_was_added_later_is_left_out_at_its_default():
     plain = OUR_MODE.to_dict()
     assert not set(ADDED_LATER) & set(plain)
-    assert prefab_config_from_dict(plain) == OUR_MODE
+    assert paper_config_from_dict(plain) == OUR_MODE
     changed = replace(OUR_MODE, symmetry=True, priority=0.5)
     assert changed.to_dict() == {**plain, "symmetry": True, "priority": 0.5}
-    assert prefab_config_from_dict(changed.to_dict()) == changed
+    assert paper_config_from_dict(changed.to_dict()) == changed
 
 
 def test_images_only_of_what_has_them():

@@ -5,20 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from prefab_lessons import QUICK, SLOW, TINY, network_that_always
+from paper_lessons import QUICK, SLOW, TINY, network_that_always
 
-from bimvox.paper.env.batched import BatchedPrefabSite
-from bimvox.paper.policy.dqn import PrefabDqn
+from bimvox.paper.env.batched import BatchedPaperSite
+from bimvox.paper.policy.dqn import PaperDqn
 from bimvox.paper.policy.priorities import Priorities
 from bimvox.paper.policy.torch_network import arrays_of
-from bimvox.paper.policy.vec_env import PrefabVecEnv
+from bimvox.paper.policy.vec_env import PaperVecEnv
 
 
 def dqn(config=SLOW, *, budget=1_000, initial=None, **changes):
     config = replace(config, **changes)
     observation = "paper_flat" if config.observation == "paper" else config.observation
-    batch = BatchedPrefabSite(TINY, config.sites, observation=observation, reward=config.reward, threads=1)
-    return PrefabDqn(PrefabVecEnv(batch), config, seed=3, budget=budget, initial=initial)
+    batch = BatchedPaperSite(TINY, config.sites, observation=observation, reward=config.reward, threads=1)
+    return PaperDqn(PaperVecEnv(batch), config, seed=3, budget=budget, initial=initial)
 
 
 def test_the_plain_network_is_the_torch_network():

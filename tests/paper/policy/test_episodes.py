@@ -2,14 +2,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from prefab_lessons import TINY, network_that_always
+from paper_lessons import TINY, network_that_always
 
 from bimvox.paper.env.component import YardPose
-from bimvox.paper.env.layout import PrefabLayout, random_layouts
+from bimvox.paper.env.layout import PaperLayout, random_layouts
 from bimvox.paper.policy.episodes import best_of, replay, run_episodes, success_rate
 
 FORWARD, BACKWARD, LEFT, RIGHT, UP, DOWN = range(6)
-CORNER = PrefabLayout((YardPose(0, 2, "y"),), ((2, 2, 1),))
+CORNER = PaperLayout((YardPose(0, 2, "y"),), ((2, 2, 1),))
 WINDOW = {"observation": "window", "reward": "paper"}
 
 
@@ -26,7 +26,7 @@ def test_a_known_path_is_written_down():
 
 
 def test_a_replay_stops_at_the_first_collision():
-    blocked = PrefabLayout(CORNER.starts, CORNER.targets, (((1, 2, 1), (2, 3, 3)),))
+    blocked = PaperLayout(CORNER.starts, CORNER.targets, (((1, 2, 1), (2, 3, 3)),))
     episode = replay(TINY, blocked, np.array([RIGHT, RIGHT, DOWN]))
     assert not episode.succeeded
     assert episode.bumped.tolist() == [True]

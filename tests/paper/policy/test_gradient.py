@@ -10,7 +10,7 @@ from torch.nn import functional
 
 from bimvox.paper.policy.gradient import CompiledLearner, copy_of, move_towards
 from bimvox.paper.policy.gradient_arrays import Memory
-from bimvox.paper.policy.network import PrefabNetwork
+from bimvox.paper.policy.network import PaperNetwork
 from bimvox.policy.perceptron import Perceptron
 
 INPUTS, ACTIONS, ROWS, BATCH = 30, 6, 200, 16
@@ -24,7 +24,7 @@ def network(rng, dueling, hidden=(12, 8)):
             tuple(rng.normal(0, 0.1, o).astype(np.float32) for o in sizes[1:]),
         )
 
-    return PrefabNetwork(stream(ACTIONS), stream(1) if dueling else None)
+    return PaperNetwork(stream(ACTIONS), stream(1) if dueling else None)
 
 
 def memory(rng):

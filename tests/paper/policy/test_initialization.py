@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from prefab_lessons import QUICK, SLOW, TINY, drawn_network
+from paper_lessons import QUICK, SLOW, TINY, drawn_network
 
 from bimvox.paper.env.layout import yard_layouts
 from bimvox.paper.env.presets import PAPER

@@ -2,10 +2,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from prefab_lessons import drawn_network
+from paper_lessons import drawn_network
 
 from bimvox.errors import PolicyError
-from bimvox.paper.policy.network import prefab_network_from_arrays
+from bimvox.paper.policy.network import paper_network_from_arrays
 
 
 def test_dueling_is_the_states_value_plus_centred_advantages():
@@ -23,7 +23,7 @@ def test_arrays_and_back(dueling):
     rng = np.random.default_rng(1)
     network = drawn_network(rng, 7, dueling=dueling)
     observations = rng.normal(size=(5, 7)).astype(np.float32)
-    again = prefab_network_from_arrays(network.arrays())
+    again = paper_network_from_arrays(network.arrays())
     np.testing.assert_array_equal(again(observations), network(observations))
     assert again.inputs == 7
 
@@ -59,4 +59,4 @@ def broken(arrays, name):
 def test_arrays_that_are_no_network(name):
     arrays = drawn_network(np.random.default_rng(3), 7, dueling=True).arrays()
     with pytest.raises(PolicyError):
-        prefab_network_from_arrays(broken(dict(arrays), name))
+        paper_network_from_arrays(broken(dict(arrays), name))

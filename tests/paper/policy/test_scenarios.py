@@ -4,7 +4,7 @@ import pytest
 
 from bimvox.errors import PlanningError
 from bimvox.paper.env.component import YardPose, overlap
-from bimvox.paper.env.layout import PrefabLayout, check_layout, random_layouts
+from bimvox.paper.env.layout import PaperLayout, check_layout, random_layouts
 from bimvox.paper.env.presets import PAPER
 from bimvox.paper.policy.baselines import teacher_moves
 from bimvox.paper.policy.scenarios import make_scenarios
@@ -55,7 +55,7 @@ def test_obstructions_lie_on_the_path_and_leave_a_way(layout):
 
 
 def test_close_to_the_start_and_close_to_the_target():
-    layout = PrefabLayout((YardPose(0, 7, "y"),), (TARGET,))
+    layout = PaperLayout((YardPose(0, 7, "y"),), (TARGET,))
     path = path_of(layout)
     scenarios = make_scenarios(PAPER, layout, path)
     ((low, _),) = scenarios["b"].layout.obstructions
@@ -68,7 +68,7 @@ def test_close_to_the_start_and_close_to_the_target():
 
 
 def test_the_longest_way_round_counts():
-    layout = PrefabLayout((YardPose(0, 6, "y"),), (TARGET,))
+    layout = PaperLayout((YardPose(0, 6, "y"),), (TARGET,))
     scenarios = make_scenarios(PAPER, layout, path_of(layout))
     straight = teacher_moves(PAPER, [layout])[0]
     assert teacher_moves(PAPER, [scenarios["b"].layout])[0] > straight
@@ -76,6 +76,6 @@ def test_the_longest_way_round_counts():
 
 
 def test_a_path_too_short_for_two_places():
-    layout = PrefabLayout((YardPose(4, 7, "y"),), (TARGET,))
+    layout = PaperLayout((YardPose(4, 7, "y"),), (TARGET,))
     with pytest.raises(PlanningError, match="too short"):
         make_scenarios(PAPER, layout, path_of(layout))

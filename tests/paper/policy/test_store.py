@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from prefab_lessons import QUICK, drawn_network
+from paper_lessons import QUICK, drawn_network
 
 from bimvox.errors import PolicyError
 from bimvox.paper.policy.initialization import BasicPolicy

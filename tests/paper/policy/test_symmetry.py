@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bimvox.paper.env.batched import BatchedPrefabSite
+from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.component import YardPose, beam
-from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.policy.gradient_arrays import Memory
 from bimvox.paper.policy.symmetry import IMAGES, symmetry, write_images
 
@@ -38,12 +38,12 @@ def site(g):
     part = replace(part, start=YardPose(*start_low[:2], axis), after=())
     obstructions = tuple(box(g, *b) for b in [((4, 0, 1), (5, 4, 5)), ((0, 3, 1), (2, 4, 3)), ((6, 2, 1), (7, 8, 4))])
     area = box(g, (2, 6, 0), (8, 9, 1))
-    return PrefabSpec((SIDE, SIDE, 7), (*area[0][:2], *area[1][:2]), (part,), obstructions=obstructions)
+    return PaperSpec((SIDE, SIDE, 7), (*area[0][:2], *area[1][:2]), (part,), obstructions=obstructions)
 
 
 def walk(g, actions):
     """Observations and rewards of image g of a walk."""
-    batch = BatchedPrefabSite(site(g), 1, observation="egocentric", reward="shaped", threads=1)
+    batch = BatchedPaperSite(site(g), 1, observation="egocentric", reward="shaped", threads=1)
     seen, earned = [batch.reset()[0].copy()], []
     for action in actions:
         step = batch.step([symmetry().action[g, action]])

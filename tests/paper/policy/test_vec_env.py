@@ -6,17 +6,17 @@ import torch
 from stable_baselines3 import DQN
 from stable_baselines3.common.vec_env import VecMonitor
 
-from bimvox.paper.env.batched import BatchedPrefabSite
+from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.component import YardPose
-from bimvox.paper.env.layout import PrefabLayout
+from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.env.presets import PAPER
-from bimvox.paper.policy.vec_env import PrefabVecEnv
+from bimvox.paper.policy.vec_env import PaperVecEnv
 
 
 def test_steps_as_stable_baselines_wants_them():
-    env = PrefabVecEnv(BatchedPrefabSite(PAPER, 2, observation="paper"))
+    env = PaperVecEnv(BatchedPaperSite(PAPER, 2, observation="paper"))
     assert env.reset().shape == (2, 15, 15, 6)
-    env.batch.place(0, PrefabLayout((YardPose(4, 7, "y"),), ((7, 7, 1),)))
+    env.batch.place(0, PaperLayout((YardPose(4, 7, "y"),), ((7, 7, 1),)))
     for action in (3, 3, 3):
         _, _, dones, infos = env.step(np.array([action, 4]))
         assert not dones.any()
@@ -32,7 +32,7 @@ def test_steps_as_stable_baselines_wants_them():
 
 @pytest.mark.parametrize("copy", [True, False])
 def test_the_last_but_one_observation_still_holds(copy):
-    env = PrefabVecEnv(BatchedPrefabSite(PAPER, 3, seed=1, turns=2), copy=copy)
+    env = PaperVecEnv(BatchedPaperSite(PAPER, 3, seed=1, turns=2), copy=copy)
     last = env.reset()
     for _ in range(4):
         kept = last.copy()
@@ -43,7 +43,7 @@ def test_the_last_but_one_observation_still_holds(copy):
 
 def test_seeding_through_stable_baselines():
     def life():
-        env = PrefabVecEnv(BatchedPrefabSite(PAPER, 4, seed=9))
+        env = PaperVecEnv(BatchedPaperSite(PAPER, 4, seed=9))
         env.seed(3)
         return env.reset()
 
@@ -51,7 +51,7 @@ def test_seeding_through_stable_baselines():
 
 
 def test_attributes_are_shared_and_methods_refused():
-    env = PrefabVecEnv(BatchedPrefabSite(PAPER, 2))
+    env = PaperVecEnv(BatchedPaperSite(PAPER, 2))
     assert env.get_attr("num_envs") == [2, 2]
     assert env.env_is_wrapped(VecMonitor) == [False, False]
     with pytest.raises(NotImplementedError, match="of their own to set"):
@@ -62,7 +62,7 @@ def test_attributes_are_shared_and_methods_refused():
 
 def test_a_learner_takes_it():
     torch.set_num_threads(1)  # more only get in each other's way on layers this small
-    env = VecMonitor(PrefabVecEnv(BatchedPrefabSite(PAPER, 4, observation="paper", seed=0, turns=2), copy=False))
+    env = VecMonitor(PaperVecEnv(BatchedPaperSite(PAPER, 4, observation="paper", seed=0, turns=2), copy=False))
     dqn = DQN("MlpPolicy", env, learning_starts=50, buffer_size=500, seed=0, policy_kwargs={"net_arch": [8]})
     dqn.learn(200)
     assert dqn.num_timesteps >= 200
@@ -71,4 +71,4 @@ def test_a_learner_takes_it():
 
 def test_without_copies_two_arrays_are_needed():
     with pytest.raises(ValueError, match="make it with turns=2"):
-        PrefabVecEnv(BatchedPrefabSite(PAPER, 2), copy=False)
+        PaperVecEnv(BatchedPaperSite(PAPER, 2), copy=False)

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from bimvox.paper.env.component import column
-from bimvox.paper.env.spec import PrefabSpec
+from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.policy.config import OUR_MODE, PAPER_MODE
-from bimvox.paper.policy.network import PrefabNetwork
+from bimvox.paper.policy.network import PaperNetwork
 from bimvox.policy.perceptron import Perceptron
 
-TINY = PrefabSpec((5, 5, 5), (2, 2, 3, 3), (column(2, (2, 2, 1)),), step_limit=8, max_steps=14)
+TINY = PaperSpec((5, 5, 5), (2, 2, 3, 3), (column(2, (2, 2, 1)),), step_limit=8, max_steps=14)
 """One column of two cells to the middle of 5 x 5 x 5."""
 
 QUICK = replace(OUR_MODE, hidden=(32, 32), batch_size=32, sites=8, gradient_steps=8, learning_starts=64, test_every=100)
@@ -22,14 +22,14 @@ SLOW = replace(PAPER_MODE, hidden=(16, 16), learning_starts=100, test_every=200,
 """The paper's mode, small."""
 
 
-def network_that_always(action: int, inputs: int) -> PrefabNetwork:
+def network_that_always(action: int, inputs: int) -> PaperNetwork:
     """Return a network that wants the same action whatever it sees."""
     bias = np.zeros(6, np.float32)
     bias[action] = 1.0
-    return PrefabNetwork(Perceptron((np.zeros((inputs, 6), np.float32),), (bias,)))
+    return PaperNetwork(Perceptron((np.zeros((inputs, 6), np.float32),), (bias,)))
 
 
-def drawn_network(rng: np.random.Generator, inputs: int, *, dueling: bool, hidden: int = 8) -> PrefabNetwork:
+def drawn_network(rng: np.random.Generator, inputs: int, *, dueling: bool, hidden: int = 8) -> PaperNetwork:
     """Return a network of random weights."""
 
     def stream(outputs: int) -> Perceptron:
@@ -41,4 +41,4 @@ def drawn_network(rng: np.random.Generator, inputs: int, *, dueling: bool, hidde
             (rng.normal(0, 0.1, hidden).astype(np.float32), rng.normal(0, 0.1, outputs).astype(np.float32)),
         )
 
-    return PrefabNetwork(stream(6), stream(1) if dueling else None)
+    return PaperNetwork(stream(6), stream(1) if dueling else None)

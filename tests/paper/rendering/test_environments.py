@@ -9,24 +9,24 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
-from bimvox.env.gym import PREFAB_ENV_IDS
+from bimvox.env.gym import PAPER_ENV_IDS
 from bimvox.paper.env.component import YardPose
-from bimvox.paper.env.layout import PrefabLayout
+from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.env.observation import OBSERVATIONS
 from bimvox.paper.env.picture import LOOK_RGB, Look
-from bimvox.paper.env.vector_env import PrefabVectorEnv
-from bimvox.paper.render import environments as prefab_env
-from bimvox.paper.render.picture import pixels_of_prefab, scene_of_prefab
+from bimvox.paper.env.vector_env import PaperVectorEnv
+from bimvox.paper.rendering import environments as paper_env
+from bimvox.paper.rendering.picture import paper_site_pixels, paper_site_scene
 from bimvox.rendering.colours import START_BOX, TARGET_BOX
 from bimvox.rendering.draw.picture import PictureOptions, picture_of
 
-LAYOUT = PrefabLayout((YardPose(4, 7, "y"),), ((7, 7, 1),), (((12, 2, 1), (13, 5, 3)),))
+LAYOUT = PaperLayout((YardPose(4, 7, "y"),), ((7, 7, 1),), (((12, 2, 1), (13, 5, 3)),))
 
 
-@pytest.mark.parametrize("env_id", sorted(PREFAB_ENV_IDS))
+@pytest.mark.parametrize("env_id", sorted(PAPER_ENV_IDS))
 @pytest.mark.parametrize("observation", sorted(OBSERVATIONS))
 def test_gymnasium_and_sb3_find_nothing_to_warn_about(env_id, observation, monkeypatch):
-    monkeypatch.setattr(prefab_env, "RENDER_SIZE_PX", (64, 48))
+    monkeypatch.setattr(paper_env, "RENDER_SIZE_PX", (64, 48))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         env = gymnasium.make(env_id, observation=observation)
@@ -47,7 +47,7 @@ def test_without_arguments_the_papers_site_passes_both_checkers():
 
 def test_make_vec_gives_the_batched_sites():
     env = gymnasium.make_vec("bimvox/PrefabFrame-v0", num_envs=3, render_mode="rgb_array", observation="paper")
-    assert isinstance(env, PrefabVectorEnv)
+    assert isinstance(env, PaperVectorEnv)
     assert env.reset(seed=0)[0].shape == (3, 15, 15, 6)
     frames = env.render()
     assert [frame.shape for frame in frames] == [(480, 640, 3)] * 3
@@ -63,7 +63,7 @@ def painted(pixels, rgb):
 
 
 def test_pictures_have_the_papers_colours():
-    env = prefab_env.DrawnPrefabSiteEnv(PREFAB_ENV_IDS["bimvox/PrefabSiteObstructed-v0"], render_mode="rgb_array")
+    env = paper_env.DrawnPaperSiteEnv(PAPER_ENV_IDS["bimvox/PrefabSiteObstructed-v0"], render_mode="rgb_array")
     env.reset(options={"layout": LAYOUT})
     first = env.render()
     assert first.shape == (480, 640, 3)
@@ -81,7 +81,7 @@ def test_pictures_have_the_papers_colours():
 
 
 def test_unbuilt_and_assembled_components_and_air():
-    env = prefab_env.DrawnPrefabSiteEnv(PREFAB_ENV_IDS["bimvox/PrefabFrame-v0"])
+    env = paper_env.DrawnPaperSiteEnv(PAPER_ENV_IDS["bimvox/PrefabFrame-v0"])
     env.reset(seed=0)
     for _ in range(60):  # down the field until the first column stands and the second has moved
         field, (_, x, y, z, *_) = env.distance_field(), env.state
@@ -91,11 +91,11 @@ def test_unbuilt_and_assembled_components_and_air():
         env.step(np.int64(nearer[0]))
         if env.state.component == 1 and env.state.steps == 1:
             break
-    pixels = pixels_of_prefab(env.picture())
+    pixels = paper_site_pixels(env.picture())
     assert painted(pixels, LOOK_RGB[Look.UNBUILT]) > 1000
     assert painted(pixels, LOOK_RGB[Look.ASSEMBLED]) > 100
     options = PictureOptions(size_px=(320, 240))
-    plain, airy = (picture_of(scene_of_prefab(env.picture(), air=air, title="x"), options) for air in (False, True))
+    plain, airy = (picture_of(paper_site_scene(env.picture(), air=air, title="x"), options) for air in (False, True))
     assert not np.array_equal(plain, airy)
 
 
@@ -141,7 +141,7 @@ class _FakePygame:
 def test_human_shows_a_window_where_there_is_one(display, capsys, monkeypatch):
     pygame = _FakePygame(display=display)
     monkeypatch.setitem(sys.modules, "pygame", pygame)
-    env = prefab_env.DrawnPrefabSiteEnv(render_mode="human")
+    env = paper_env.DrawnPaperSiteEnv(render_mode="human")
     env.reset(seed=0)
     env.step(np.int64(0))
     env.close()

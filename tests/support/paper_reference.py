@@ -7,8 +7,8 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 from bimvox.paper.env.component import beam, column
-from bimvox.paper.env.layout import PrefabLayout
-from bimvox.paper.env.spec import PrefabSpec, RandomObstructions
+from bimvox.paper.env.layout import PaperLayout
+from bimvox.paper.env.spec import PaperSpec, RandomObstructions
 
 STEP = {0: (0, 1, 0), 1: (0, -1, 0), 2: (-1, 0, 0), 3: (1, 0, 0), 4: (0, 0, 1), 5: (0, 0, -1)}
 
@@ -21,7 +21,7 @@ def cells_of(box):
 class ReferenceSite:
     """Plays one episode of a layout by the paper's rules and equation (1)."""
 
-    def __init__(self, spec: PrefabSpec, layout: PrefabLayout) -> None:
+    def __init__(self, spec: PaperSpec, layout: PaperLayout) -> None:
         self.spec, self.layout = spec, layout
         self.slab = {(x, y, 0) for x in range(spec.shape[0]) for y in range(spec.shape[1])}
         self.obstructions = [cells_of(box) for box in layout.obstructions]
@@ -105,7 +105,7 @@ def specs(draw):
         else:
             parts.append(beam(draw(st.integers(1, 3)), (*cell, draw(st.integers(1, 4))), draw(st.sampled_from("xy"))))
     try:
-        return PrefabSpec(
+        return PaperSpec(
             (nx, ny, nz),
             area,
             tuple(parts),

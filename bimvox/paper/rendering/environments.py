@@ -1,7 +1,7 @@
 """The construction site as Gymnasium environments with pictures; ``bimvox.env.gym`` registers them.
 
-All take the arguments of :class:`bimvox.paper.env.site_env.PrefabSiteEnv`; ``gymnasium.make_vec`` steps them in one
-compiled kernel, with the arguments of :class:`bimvox.paper.env.vector_env.PrefabVectorEnv`.
+All take the arguments of :class:`bimvox.paper.env.site_env.PaperSiteEnv`; ``gymnasium.make_vec`` steps them in one
+compiled kernel, with the arguments of :class:`bimvox.paper.env.vector_env.PaperVectorEnv`.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.env.gym import PREFAB_ENV_IDS, register
+from bimvox.env.gym import PAPER_ENV_IDS, register
 from bimvox.paper.env.ansi import ansi_picture
 from bimvox.paper.env.picture import SitePicture
-from bimvox.paper.env.site_env import PrefabSiteEnv
-from bimvox.paper.env.spec import PrefabSpec
-from bimvox.paper.env.vector_env import PrefabVectorEnv
-from bimvox.paper.render.picture import pixels_of_prefab
+from bimvox.paper.env.site_env import PaperSiteEnv
+from bimvox.paper.env.spec import PaperSpec
+from bimvox.paper.env.vector_env import PaperVectorEnv
+from bimvox.paper.rendering.picture import paper_site_pixels
 
-__all__ = ["PREFAB_ENV_IDS", "RENDER_SIZE_PX", "DrawnPrefabSiteEnv", "DrawnPrefabVectorEnv", "register"]
+__all__ = ["PAPER_ENV_IDS", "RENDER_SIZE_PX", "DrawnPaperSiteEnv", "DrawnPaperVectorEnv", "register"]
 
 RENDER_SIZE_PX = (640, 480)
 
 
-class DrawnPrefabSiteEnv(PrefabSiteEnv):
+class DrawnPaperSiteEnv(PaperSiteEnv):
     """The construction site with all render modes.
 
     ``rgb_array`` gives a (480, 640, 3) uint8 picture, ``ansi`` coloured text. ``human`` shows the picture in a window
@@ -35,14 +35,14 @@ class DrawnPrefabSiteEnv(PrefabSiteEnv):
     Gymnasium's own environments it does so at every ``reset`` and ``step``.
 
     Args:
-        site: See :class:`PrefabSiteEnv`.
+        site: See :class:`PaperSiteEnv`.
         render_mode: None, ``human``, ``rgb_array`` or ``ansi``.
-        **more: See :class:`PrefabSiteEnv`.
+        **more: See :class:`PaperSiteEnv`.
     """
 
     metadata = {"render_modes": ["human", "rgb_array", "ansi"], "render_fps": 4}  # noqa: RUF012  (as Gymnasium does)
 
-    def __init__(self, site: PrefabSpec | str = "paper", *, render_mode: str | None = None, **more: Any) -> None:
+    def __init__(self, site: PaperSpec | str = "paper", *, render_mode: str | None = None, **more: Any) -> None:
         super().__init__(site, render_mode=render_mode, **more)
         self._window = _Window.open(self.metadata["render_fps"]) if render_mode == "human" else None
 
@@ -65,11 +65,11 @@ class DrawnPrefabSiteEnv(PrefabSiteEnv):
     def render(self) -> Any:
         """Draw the running episode as the render mode asks for it."""
         if self.render_mode == "rgb_array":
-            return pixels_of_prefab(self.picture(), RENDER_SIZE_PX)
+            return paper_site_pixels(self.picture(), RENDER_SIZE_PX)
         if self.render_mode != "human":
             return super().render()
         if self._window is not None:
-            self._window.show(pixels_of_prefab(self.picture(), RENDER_SIZE_PX))
+            self._window.show(paper_site_pixels(self.picture(), RENDER_SIZE_PX))
         else:
             coloured = sys.stdout.isatty() and "NO_COLOR" not in os.environ
             sys.stdout.write(ansi_picture(self.picture(), coloured=coloured))
@@ -83,17 +83,17 @@ class DrawnPrefabSiteEnv(PrefabSiteEnv):
         super().close()
 
 
-class DrawnPrefabVectorEnv(PrefabVectorEnv):
+class DrawnPaperVectorEnv(PaperVectorEnv):
     """The batched construction sites with the render modes ``rgb_array`` and ``ansi``: one picture a site."""
 
     metadata: dict[str, Any] = {  # noqa: RUF012  (Gymnasium's own convention)
-        **PrefabVectorEnv.metadata,
+        **PaperVectorEnv.metadata,
         "render_modes": ["rgb_array", "ansi"],
     }
 
     def draw(self, picture: SitePicture) -> Any:
         """Return a picture as the render mode asks for it."""
-        return pixels_of_prefab(picture, RENDER_SIZE_PX) if self.render_mode == "rgb_array" else super().draw(picture)
+        return paper_site_pixels(picture, RENDER_SIZE_PX) if self.render_mode == "rgb_array" else super().draw(picture)
 
 
 class _Window:

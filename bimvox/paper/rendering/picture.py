@@ -28,7 +28,7 @@ _NAMES: dict[Look, str] = {
 _AREAS = (Look.GROUND, Look.CONSTRUCTION_AREA)
 
 
-def scene_of_prefab(picture: SitePicture, *, air: bool = False, title: str = "", legend: bool = True) -> Scene:
+def paper_site_scene(picture: SitePicture, *, air: bool = False, title: str = "", legend: bool = True) -> Scene:
     """Return the scene of a construction site: components in the colours of their states.
 
     Initial positions are orange line boxes, targets pink wireframes.
@@ -64,9 +64,9 @@ def scene_of_prefab(picture: SitePicture, *, air: bool = False, title: str = "",
     )
 
 
-def pixels_of_prefab(picture: SitePicture, size_px: tuple[int, int] = (640, 480)) -> NDArray[np.uint8]:
+def paper_site_pixels(picture: SitePicture, size_px: tuple[int, int] = (640, 480)) -> NDArray[np.uint8]:
     """Return the picture of a construction site without words: (height, width, 3) uint8 sRGB."""
-    return picture_of(scene_of_prefab(picture), PictureOptions(size_px=size_px, annotated=False))
+    return picture_of(paper_site_scene(picture), PictureOptions(size_px=size_px, annotated=False))
 
 
 def _legend(picture: SitePicture) -> list[LegendEntry]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.paper.env.picture import SitePicture
-from bimvox.paper.render.picture import scene_of_prefab
+from bimvox.paper.rendering.picture import paper_site_scene
 from bimvox.rendering.colours import FAINT_INK, PAPER, PATH
 from bimvox.rendering.draw.picture import PictureOptions, picture_of
 from bimvox.rendering.scene.scene import LegendEntry, Scene, Strokes, Swatch, polyline
@@ -36,7 +36,7 @@ def scene_of_paths(
         title: Upper left.
         caption: Below it.
     """
-    scene = scene_of_prefab(picture, legend=True)
+    scene = paper_site_scene(picture, legend=True)
     strokes = list(scene.strokes)
     legend = list(scene.legend)
     if len(before_vox) > 1:
