@@ -132,7 +132,7 @@ picture: setup ## draw the README's picture again
 	mkdir -p $(OUT)
 	$(BIN)/bimvox init sample_models/prefab.ifc -o $(OUT)/prefab.site.toml --force
 	$(BIN)/bimvox plan $(OUT)/prefab.site.toml -o $(OUT)/prefab.mcap
-	$(BIN)/bimvox render $(OUT)/prefab.mcap --lift 70 -o docs/images/prefab.png
+	$(BIN)/bimvox render $(OUT)/prefab.mcap --lift 71 -o docs/images/prefab.png
 	$(BIN)/bimvox render $(OUT)/prefab.mcap --size 480x300 --fps 8 --seconds 12 -o docs/images/assembly.gif
 
 docs: setup ## write the pages of commands and formats again, from help and schemas

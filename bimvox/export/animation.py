@@ -83,7 +83,13 @@ def _part(writer: GltfWriter, site: Site, track: LoadTrack, arrives: dict[int, i
     node = writer.node(
         component.id,
         mesh=mesh,
-        extras={"global_id": component.global_id, "ifc_class": component.ifc_class, "order": track.lift.order},
+        extras={
+            "global_id": component.global_id,
+            "ifc_class": component.ifc_class,
+            "name": component.name,
+            "number": track.lift.number,
+            "order": track.lift.order,
+        },
     )
     time_s = track.time_ns / 1e9
     places = np.concatenate([track.corner_m, track.corner_m[-1:]])

@@ -102,12 +102,12 @@ class _Writer:
     def _task(self, task: LiftTask) -> Any:
         shared = {"Name": task.name, "Description": task.description, "IsMilestone": False, "WorkMethod": "crane lift"}
         if self.old:
-            return self._rooted("IfcTask", f"task {task.component}", TaskId=str(task.order), **shared)
+            return self._rooted("IfcTask", f"task {task.component}", TaskId=str(task.number), **shared)
         start, finish = self.schedule.times(task)
         return self._rooted(
             "IfcTask",
             f"task {task.component}",
-            Identification=str(task.order),
+            Identification=str(task.number),
             TaskTime=self._task_time(start, finish),
             PredefinedType="INSTALLATION",
             **shared,

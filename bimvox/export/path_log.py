@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import csv
-import difflib
 import io
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
-from bimvox.errors import InputError
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of, write_log
 from bimvox.records.lift import Lift
@@ -18,6 +16,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.site.component import Component
 
 SAMPLE_COLUMNS = {
+    "number": "number of the lift, from 1",
     "order": "position of the lift in the assembly order, from 0",
     "component": "id of the component: its GlobalId, made unique where it is not",
     "phase": "phase of the lift (`path` on a site without a crane)",
@@ -31,6 +30,7 @@ SAMPLE_COLUMNS = {
     "crane": "name of the crane that drives the lift; empty without a crane",
 }
 LIFT_COLUMNS = {
+    "number": "number of the lift, from 1",
     "order": "position of the lift in the assembly order, from 0",
     "component": "id of the component: its GlobalId, made unique where it is not",
     "global_id": "IFC GlobalId, or the body's name",
@@ -53,92 +53,40 @@ LIFT_COLUMNS = {
 }
 
 
-def resolve_lifts(log: PlanLog, lift_ids: Sequence[str] = ()) -> tuple[int, ...]:
-    """Return the orders of the lifts that are meant.
-
-    Args:
-        log: The log.
-        lift_ids: Component ids, GlobalIds or order numbers; none means all.
-
-    Raises:
-        InputError: If one is not in the log; the message lists the nearest ones.
-    """
-    if not lift_ids:
-        return tuple(lift.order for lift in log.plan.lifts)
-    by_id: dict[str, list[int]] = {}
-    for lift in log.plan.lifts:
-        component = log.plan.site.components[lift.component]
-        for key in {component.id, component.global_id}:
-            by_id.setdefault(key, []).append(lift.order)
-    for lift in log.plan.lifts:
-        by_id.setdefault(str(lift.order), []).append(lift.order)
-    orders: set[int] = set()
-    for lift_id in lift_ids:
-        if lift_id not in by_id:
-            near = difflib.get_close_matches(lift_id, by_id, n=3, cutoff=0.4)
-            names = ", ".join(near or list(by_id)[:3])
-            raise InputError(
-                f"no lift {lift_id!r} in this log of {len(log.plan.lifts)} lifts", hint=f"for example {names}"
-            )
-        orders.update(by_id[lift_id])
-    return tuple(sorted(orders))
-
-
-def select_lifts(log: PlanLog, lift_ids: Sequence[str] = ()) -> bytes:
-    """Return the chosen lifts as an MCAP log of their own, on the same clock, with the site and all attachments.
-
-    Raises:
-        InputError: If a lift is not in the log.
-    """
+def to_mcap(log: PlanLog) -> bytes:
+    """Return a log, which may be an extract, as the bytes of an MCAP file."""
     stream = io.BytesIO()
-    orders = resolve_lifts(log, lift_ids)
-    whole = len(orders) == len(log.plan.lifts)
-    write_log(stream, log if whole else log.extract(orders))
+    write_log(stream, log)
     return stream.getvalue()
 
 
-def to_csv(log: PlanLog, lift_ids: Sequence[str] = ()) -> str:
-    """Return the samples of the chosen lifts' motions as CSV, columns as in ``SAMPLE_COLUMNS``.
-
-    Raises:
-        InputError: If a lift is not in the log.
-    """
-    part = log.extract(resolve_lifts(log, lift_ids))
+def to_csv(log: PlanLog) -> str:
+    """Return the samples of the lifts' motions as CSV, columns as in ``SAMPLE_COLUMNS``."""
     rows = (
-        (lift.order, log.plan.site.components[lift.component].id, *row)
-        for lift, samples in _samples(part)
+        (lift.number, lift.order, log.plan.site.components[lift.component].id, *row)
+        for lift, samples in _samples(log)
         for row in samples
     )
     return _table(SAMPLE_COLUMNS, rows)
 
 
-def lifts_csv(log: PlanLog, lift_ids: Sequence[str] = ()) -> str:
-    """Return the chosen lifts as CSV, one a row, columns as in ``LIFT_COLUMNS``.
-
-    Raises:
-        InputError: If a lift is not in the log.
-    """
-    part = log.extract(resolve_lifts(log, lift_ids))
-    records = _lift_records(part)
+def lifts_csv(log: PlanLog) -> str:
+    """Return the lifts as CSV, one a row, columns as in ``LIFT_COLUMNS``."""
+    records = _lift_records(log)
     return _table(
         LIFT_COLUMNS, ([" ".join(v) if isinstance(v, list) else v for v in record.values()] for record in records)
     )
 
 
-def to_json(log: PlanLog, lift_ids: Sequence[str] = ()) -> dict[str, Any]:
-    """Return the chosen lifts as plain values: every lift as in ``LIFT_COLUMNS``, its path, and its samples by column.
-
-    Raises:
-        InputError: If a lift is not in the log.
-    """
-    part = log.extract(resolve_lifts(log, lift_ids))
+def to_json(log: PlanLog) -> dict[str, Any]:
+    """Return the lifts as plain values: every lift as in ``LIFT_COLUMNS``, its path, and its samples by column."""
     site = log.plan.site
-    samples = {lift.order: rows for lift, rows in _samples(part)}
+    samples = {lift.order: rows for lift, rows in _samples(log)}
     lifts = []
-    for lift, record in zip(part.plan.lifts, _lift_records(part), strict=True):
+    for lift, record in zip(log.plan.lifts, _lift_records(log), strict=True):
         cells = None if lift.path_vox is None else lift.path_vox.tolist()
         corner_m = None if lift.path_vox is None else site.frame.corner_of(lift.path_vox).tolist()
-        columns = list(SAMPLE_COLUMNS)[2:]
+        columns = list(SAMPLE_COLUMNS)[3:]
         series = {name: [row[n] for row in samples.get(lift.order, [])] for n, name in enumerate(columns)}
         lifts.append({**record, "path_vox": cells, "path_m": corner_m, "samples": series})
     return {
@@ -190,6 +138,7 @@ def _lift_records(log: PlanLog) -> list[dict[str, Any]]:
         component = log.plan.site.components[lift.component]
         track, motion = tracks.get(lift.order), motions.get(lift.order)
         values = (
+            lift.number,
             lift.order,
             component.id,
             component.global_id,

@@ -82,7 +82,7 @@ def check_load_poses(contents: Contents, log: PlanLog) -> Check:
         time_ns, corner_m, turned = shown[motion.crane]
         start_ns = motion.start_ns + motion.loaded.time_ns
         low, high = np.searchsorted(time_ns, [start_ns[0], start_ns[-1] + 1])
-        name = f"lift {motion.order}"
+        name = f"lift {motion.number}"
         if not np.array_equal(time_ns[low:high], start_ns):
             check.look(False, f"{name}: poses of its load are missing, or of another time")
             continue
@@ -113,7 +113,7 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
         crane = site.cranes[motion.crane]
         most = np.array([axis.acceleration for axis in pose_limits(crane)])
         allowed = 2.0 * most * site.rules.sample_period_s**2 / 8.0 + _ROUNDING
-        name, own = f"lift {motion.order}", told[motion.crane].get(motion.order, [])
+        name, own = f"lift {motion.number}", told[motion.crane].get(motion.order, [])
         others = [c.crane for c in own if site.other_cranes and c.crane != crane.name]
         if others:
             check.look(False, f"{name}: its commands are for crane {others[0]!r}, it is driven by {crane.name!r}")

@@ -124,7 +124,7 @@ def _part_of(trajectory: Trajectory) -> _Part:
 
 def _joints_of(record: _Record, joints: Sequence[JointSamples]) -> JointSamples:
     if not 0 <= record.crane < len(joints):
-        raise DecodeError(f"lift {record.order}: there is no crane {record.crane}")
+        raise DecodeError(f"lift {record.order + 1}: there is no crane {record.crane}")
     return joints[record.crane]
 
 
@@ -134,18 +134,18 @@ def _motion(record: _Record, joints: JointSamples, partial: bool) -> LiftMotion 
     if len(time_ns) != record.samples or record.samples < 2:
         if partial:
             return None
-        raise DecodeError(f"lift {record.order}: {len(time_ns)} of {record.samples} joint states are there")
+        raise DecodeError(f"lift {record.order + 1}: {len(time_ns)} of {record.samples} joint states are there")
     if time_ns[0] != 0 or time_ns[-1] != record.end_ns - record.start_ns or (np.diff(time_ns) <= 0).any():
-        raise DecodeError(f"lift {record.order}: its joint states do not ascend from its start to its end")
+        raise DecodeError(f"lift {record.order + 1}: its joint states do not ascend from its start to its end")
 
     def cut(part: _Part) -> Trajectory:
         inside = (time_ns >= part.start_ns) & (time_ns <= part.end_ns)
         times = time_ns[inside]
         if not len(times) or times[0] != part.start_ns or times[-1] != part.end_ns:
-            raise DecodeError(f"lift {record.order}: its joint states do not cover its motion")
+            raise DecodeError(f"lift {record.order + 1}: its joint states do not cover its motion")
         corner = np.array(part.corner, np.int64)
         if corner.size and (corner.min() < 0 or corner.max() >= len(times)):
-            raise DecodeError(f"lift {record.order}: a corner is no sample")
+            raise DecodeError(f"lift {record.order + 1}: a corner is no sample")
         slew_rad, radius_m, height_m = (_frozen(axis) for axis in axes[inside].T)
         return Trajectory(_frozen(times), slew_rad, radius_m, height_m, _frozen(corner), part.bound_s)
 

@@ -10,6 +10,7 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from bimvox.log import schema as topics
 from bimvox.log.mcap.messages import pairs, stamp
+from bimvox.log.names import names_by_id
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.track import LoadTrack
 from bimvox.records.lift import Status
@@ -26,7 +27,7 @@ CRANE_FIELD = "crane"
 def log_messages(record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int) -> Iterator[tuple[int, str, Any]]:
     """Yield the messages of ``/log``: at the start what holds for the whole plan, then each lift as it begins."""
     site, plan = record.plan.site, record.plan
-    lifts = record.all_lifts
+    lifts, names = record.all_lifts, names_by_id(site)
     planned = sum(lift.status is Status.PLANNED for lift in lifts)
     yield _line(start_ns, Log.INFO, f"{site.name}: {planned} of {len(lifts)} lifts planned")
     if record.context:
@@ -35,12 +36,14 @@ def log_messages(record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int) ->
         yield _line(start_ns, Log.WARNING, "the swing of loads is not looked at ([rules] swing = off)")
     for lift in plan.lifts:
         if lift.status is Status.INFEASIBLE:
-            component = site.components[lift.component]
-            blocked = f" (blocked by {', '.join(lift.blocked_by)})" if lift.blocked_by else ""
-            yield _line(start_ns, Log.WARNING, f"{component.id} cannot be lifted: {lift.reason}{blocked}")
+            by = ", ".join(names.get(one, one) for one in lift.blocked_by)
+            blocked = f"; blocked by {by}" if by else ""
+            part = names[site.components[lift.component].id]
+            yield _line(start_ns, Log.WARNING, f"lift {lift.number}: {part} cannot be lifted: {lift.reason}{blocked}")
     for clash in plan.clashes:
         depth = f"{'at least ' if clash.way_out_m is None else ''}{clash.depth_m * 1000:.1f} mm"
-        yield _line(start_ns, Log.WARNING, f"drawn into each other: {clash.first} and {clash.second}, {depth}")
+        first, second = (names.get(one, one) for one in (clash.first, clash.second))
+        yield _line(start_ns, Log.WARNING, f"drawn into each other: {first} and {second}, {depth}")
     for note in plan.notes:
         yield _line(start_ns, Log.INFO, note)
     delivery = None
@@ -52,7 +55,7 @@ def log_messages(record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int) ->
         yield _line(
             track.start_ns,
             Log.INFO,
-            f"lift {lift.order}: {component.ifc_class} {component.name or component.id}, {component.mass_kg:.0f} kg, "
+            f"lift {lift.number}: {component.ifc_class} {component.name or component.id}, {component.mass_kg:.0f} kg, "
             f"{lift.moves} moves (fewest possible {lift.shortest_moves}) by {lift.method}{_crane_of(site, component)}",
         )
 
@@ -64,7 +67,12 @@ def event_messages(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[tup
     motions = {motion.order: motion for motion in record.motions}
     for track in tracks:
         lift, component = track.lift, components[track.lift.component]
-        about = {"order": str(lift.order), "component": component.id, "global_id": component.global_id}
+        about = {
+            "number": str(lift.number),
+            "order": str(lift.order),
+            "component": component.id,
+            "global_id": component.global_id,
+        }
         if site.other_cranes and (crane := site.crane_of(component)) is not None:
             about[CRANE_FIELD] = crane.name
         whole = about | {

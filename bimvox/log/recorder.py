@@ -123,8 +123,8 @@ def _crane_number(record: PlanLog, track: LoadTrack) -> int:
 def _check(record: PlanLog) -> None:
     if record.plan.site.crane is None and record.motions:
         raise InputError("motions for a site that has no crane")
-    planned = [lift.order for lift in record.planned]
-    timed = [motion.order for motion in record.motions]
+    planned = [lift.number for lift in record.planned]
+    timed = [motion.number for motion in record.motions]
     if record.motions and planned != timed:
         raise InputError(f"the motions are of lifts {timed}, but lifts {planned} are planned")
     for name in (*record.attachments, *record.metadata):

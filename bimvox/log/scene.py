@@ -144,6 +144,7 @@ class SceneUpdates:
                     "ifc_class": component.ifc_class,
                     "name": component.name,
                     "state": state.value,
+                    "number": lift.number,
                     "order": lift.order,
                     "mass_kg": component.mass_kg,
                 }

@@ -36,8 +36,8 @@ def joined_on(motion: LiftMotion, before: LiftMotion | None) -> LiftMotion:
         turns = round(gap_rad / (2.0 * np.pi))
         if abs(gap_rad - turns * 2.0 * np.pi) > _SAME_RAD:
             raise VerificationError(
-                f"lift {motion.order} begins {gap_rad:.6f} rad from where the lift before it ends",
-                failures=(f"lift {motion.order}",),
+                f"lift {motion.number} begins {gap_rad:.6f} rad from where the lift before it ends",
+                failures=(f"lift {motion.number}",),
                 hint="this is a fault of bimvox; please report it with the site file",
             )
     return _turned(_at(motion, clock_ns), turns)

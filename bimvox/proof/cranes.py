@@ -96,8 +96,8 @@ class _Latest:
     def must_be_over(self, check: Check, order: int, does: str, at_ns: int, done: str) -> None:
         check.look(
             at_ns >= self.time_ns,
-            f"lift {order} {does} at {at_ns / 1e9:.3f} s, "
-            f"before lift {self.order} {done} at {self.time_ns / 1e9:.3f} s",
+            f"lift {order + 1} {does} at {at_ns / 1e9:.3f} s, "
+            f"before lift {self.order + 1} {done} at {self.time_ns / 1e9:.3f} s",
         )
 
 

@@ -126,7 +126,7 @@ class _Verifier:
             motion = by_order.get(moment.lift.order)
             component = self.site.components[moment.lift.component]
             turn_to(self.checks.values(), component.id)
-            name = f"lift {moment.lift.order} ({component.id})"
+            name = f"lift {moment.lift.number} ({component.id})"
             before = previous.pop(component.crane, None)
             if motion is None or motion.component != moment.lift.component:
                 self.checks["timeline"].look(False, f"{name}: it has no motion")
@@ -195,16 +195,16 @@ class _Verifier:
             starts.append(motion.start_ns)
             if n == 0:
                 check.look(
-                    motion.start_ns == 0, f"lift {lift.order}: the clock starts at {motion.start_ns} ns, not at 0"
+                    motion.start_ns == 0, f"lift {lift.number}: the clock starts at {motion.start_ns} ns, not at 0"
                 )
             if before is not None:
                 check.look(
                     motion.start_ns == before.end_ns,
-                    f"lift {lift.order}: starts at {motion.start_ns / 1e9:.3f} s, "
+                    f"lift {lift.number}: starts at {motion.start_ns / 1e9:.3f} s, "
                     f"the lift before ends at {before.end_ns / 1e9:.3f} s",
                 )
-            check.look(motion.end_ns > motion.start_ns, f"lift {lift.order}: ends before it starts")
-            check_phases(check, f"lift {lift.order}", motion)
+            check.look(motion.end_ns > motion.start_ns, f"lift {lift.number}: ends before it starts")
+            check_phases(check, f"lift {lift.number}", motion)
             before = motion
         check.look(starts == sorted(starts), "the motions do not follow each other on the clock")
 

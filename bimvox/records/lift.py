@@ -133,6 +133,11 @@ class Lift:
     left: tuple[LeftPath, ...] = ()
 
     @property
+    def number(self) -> int:
+        """Its number for people, from 1."""
+        return self.order + 1
+
+    @property
     def moves(self) -> int | None:
         """Number of unit moves, or None where infeasible."""
         return None if self.path_vox is None else len(self.path_vox) - 1

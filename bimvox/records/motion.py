@@ -92,6 +92,11 @@ class LiftMotion:
     departure: Trajectory | None = None
 
     @property
+    def number(self) -> int:
+        """Number of the lift for people, from 1."""
+        return self.order + 1
+
+    @property
     def released_ns(self) -> int:
         """When the slings are off: the part stands by itself."""
         if self.departure is None:

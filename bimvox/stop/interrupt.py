@@ -51,9 +51,9 @@ def interrupted(
     loaded = motion.loaded
     told_ns = stop.start_ns - motion.start_ns
     if not loaded.time_ns[0] < told_ns < loaded.time_ns[-1]:
-        raise InputError(f"lift {motion.order} carries nothing at {stop.start_ns / NS_PER_S:g} s")
+        raise InputError(f"lift {motion.number} carries nothing at {stop.start_ns / NS_PER_S:g} s")
     if resume_ns < stop.end_ns:
-        raise InputError(f"lift {motion.order} is not at rest before {stop.end_ns / NS_PER_S:g} s")
+        raise InputError(f"lift {motion.number} is not at rest before {stop.end_ns / NS_PER_S:g} s")
     later = sampled(onward, clearance_height_m, sample_period_s, voxel_size_m, pendulum)
     whole = spliced(loaded, stop, later, told_ns, resume_ns - motion.start_ns)
     phases = [

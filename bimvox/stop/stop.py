@@ -131,7 +131,7 @@ def state_at(motion: LiftMotion, time_ns: int) -> tuple[int, AxisState]:
     """
     if not motion.start_ns <= time_ns <= motion.end_ns:
         raise InputError(
-            f"lift {motion.order} is not under way at {time_ns / NS_PER_S:g} s",
+            f"lift {motion.number} is not under way at {time_ns / NS_PER_S:g} s",
             hint=f"it runs from {motion.start_ns / NS_PER_S:g} to {motion.end_ns / NS_PER_S:g} s",
         )
     for part in motion.trajectories:

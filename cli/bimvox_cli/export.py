@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from bimvox.export.formats import formats_in_words
 from bimvox_cli.options import Json, Quiet
 from bimvox_cli.output import facts, open_output
 
@@ -21,10 +22,7 @@ def export(
             "--to",
             envvar="BIMVOX_TO",
             metavar="FORMAT",
-            help="Of a log: mcap (default), csv (samples, and a table of lifts), json, glb (animated), ros2 (bag), "
-            "layout (panels for Foxglove-class viewers), ifc (the building's own file with a 4D schedule) or msproject "
-            "(XML). Of a grid: vti (default; the cells, for "
-            "ParaView), ply or glb (the faces of every part, for viewers).",
+            help=formats_in_words(),
             show_default=False,
         ),
     ] = None,
@@ -33,7 +31,7 @@ def export(
         typer.Option(
             "--lift",
             metavar="ID",
-            help="Only this lift (component id, GlobalId or order number); may be given several times.",
+            help="Only this lift (number from 1, or the part's name, id or GlobalId); may be given several times.",
         ),
     ] = None,
     out: Annotated[Path | None, typer.Option("--output", "-o", metavar="OUT", help="Where to write it.")] = None,

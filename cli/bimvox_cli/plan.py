@@ -111,10 +111,10 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     planned = [lift for lift in lifts if lift["status"] == "planned"]
     rows(
         console,
-        ("order", *cranes, "part", "component", "found by", "moves", "shortest", "crane s", "bound s"),
+        ("lift", *cranes, "part", "component", "found by", "moves", "shortest", "crane s", "bound s"),
         [
             (
-                lift["order"],
+                lift["number"],
                 *(lift[name] for name in cranes),
                 lift.get("name") or lift.get("ifc_class"),
                 lift["component"],
@@ -131,8 +131,11 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
         console.print()
     rows(
         console,
-        ("component", "reason", "blocked by"),
-        [(item["component"], item["reason"], ", ".join(item["blocked_by"])) for item in document["infeasible"]],
+        ("lift", "part", "component", "reason", "blocked by"),
+        [
+            (item["number"], item["name"], item["component"], item["reason"], ", ".join(item["blocked_by"]))
+            for item in document["infeasible"]
+        ],
         title=f"not possible: {len(document['infeasible']):,}",
     )
     console.print()

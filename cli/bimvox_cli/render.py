@@ -38,7 +38,10 @@ def render(
     lift: Annotated[
         str | None,
         typer.Option(
-            "--lift", metavar="ID", help="Show this lift of a log under way; of an animation, only this lift."
+            "--lift",
+            metavar="ID",
+            help="Show this lift of a log under way (number from 1, or name, id or GlobalId of the part); "
+            "of an animation, only this lift.",
         ),
     ] = None,
     time: Annotated[

@@ -211,6 +211,7 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
                 "ifc_class": component.ifc_class,
                 "name": component.name,
                 "order": lift.order,
+                "number": lift.number,
                 "method": lift.method.value if lift.method else None,
                 "moves": lift.moves,
                 "shortest_moves": lift.shortest_moves,
@@ -226,8 +227,10 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
         if lift.status is Status.INFEASIBLE:
             infeasible.append(
                 {
+                    "number": lift.number,
                     "component": component.id,
                     "global_id": component.global_id,
+                    "name": component.name,
                     "reason": lift.reason,
                     "blocked_by": list(lift.blocked_by),
                 }

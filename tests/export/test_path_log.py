@@ -9,16 +9,19 @@ import pytest
 from log_building import NS, log_bytes, same, tiny_log
 from mcap.reader import make_reader
 
-from bimvox.errors import InputError
+from bimvox.errors import SelectionError
+from bimvox.export.formats import FORMATS
+from bimvox.export.lift_schedule import DEFAULT_BEGIN
+from bimvox.export.log import log_bytes as exported
 from bimvox.export.path_log import (
     LIFT_COLUMNS,
     SAMPLE_COLUMNS,
     lifts_csv,
-    resolve_lifts,
-    select_lifts,
     to_csv,
     to_json,
+    to_mcap,
 )
+from bimvox.log.lift_choice import chosen_lifts
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 
@@ -27,24 +30,8 @@ def rows(text: str) -> list[dict[str, str]]:
     return list(csv.DictReader(io.StringIO(text)))
 
 
-@pytest.mark.parametrize(
-    ("ids", "orders"),
-    [
-        ([], (0, 1, 2)),
-        (["2"], (2,)),
-        (["0GlobalIdBeam"], (2,)),
-        (["0GlobalIdBeam", "0", "2"], (0, 2)),
-    ],
-)
-def test_lifts_are_named_by_id_or_order(ids: list[str], orders: tuple[int, ...]) -> None:
-    assert resolve_lifts(tiny_log(), ids) == orders
-
-
-def test_an_unknown_lift_names_the_nearest_ones() -> None:
-    with pytest.raises(InputError, match="no lift '0GlobalIdBaem'") as caught:
-        resolve_lifts(tiny_log(), ["0GlobalIdBaem"])
-    assert caught.value.hint is not None
-    assert "0GlobalIdBeam" in caught.value.hint
+def chosen(log: PlanLog, ids: list[str]) -> PlanLog:
+    return log.extract(chosen_lifts(log, ids))
 
 
 def test_samples_as_csv() -> None:
@@ -52,6 +39,7 @@ def test_samples_as_csv() -> None:
     table = rows(to_csv(log))
     assert list(table[0]) == list(SAMPLE_COLUMNS)
     first = [row for row in table if row["order"] == "0"]
+    assert {row["number"] for row in first} == {"1"}
     times, axes = log.motions[0].samples()
     assert [float(row["time_s"]) for row in first] == [t / NS for t in times.tolist()]
     assert [float(row["slew_rad"]) for row in first] == axes[:, 0].tolist()
@@ -68,7 +56,7 @@ def test_samples_as_csv() -> None:
 
 def test_a_site_without_a_crane_has_its_path_as_samples() -> None:
     log = tiny_log(crane=False)
-    table = rows(to_csv(log, ["2"]))
+    table = rows(to_csv(chosen(log, ["3"])))
     path = log.plan.lifts[2].path_vox
     assert path is not None
     corner = log.plan.site.frame.corner_of(path)
@@ -85,6 +73,7 @@ def test_lifts_as_csv() -> None:
         ("0GlobalIdColumnB", "infeasible", ""),
         ("0GlobalIdBeam", "planned", "16"),
     ]
+    assert [(row["number"], row["order"]) for row in table] == [("1", "0"), ("2", "1"), ("3", "2")]
     assert table[1]["blocked_by"] == "truck-7"
     motion = tiny_log().motions[1]
     assert float(table[2]["duration_s"]) == (motion.end_ns - motion.start_ns) / NS
@@ -93,8 +82,9 @@ def test_lifts_as_csv() -> None:
 
 def test_json_is_plain_and_holds_paths_and_samples() -> None:
     log = tiny_log()
-    document = json.loads(json.dumps(to_json(log, ["0", "1"]), allow_nan=False))
+    document = json.loads(json.dumps(to_json(chosen(log, ["1", "2"])), allow_nan=False))
     assert [lift["order"] for lift in document["lifts"]] == [0, 1]
+    assert [lift["number"] for lift in document["lifts"]] == [1, 2]
     path = log.plan.lifts[0].path_vox
     assert path is not None
     assert document["lifts"][0]["path_vox"] == path.tolist()
@@ -106,12 +96,12 @@ def test_json_is_plain_and_holds_paths_and_samples() -> None:
 
 def extract(log: PlanLog, ids: list[str], tmp_path: Path) -> PlanLog:
     path = tmp_path / "part.mcap"
-    path.write_bytes(select_lifts(log, ids))
+    path.write_bytes(to_mcap(chosen(log, ids)))
     return read_log(path)
 
 
 def test_all_lifts_are_the_log_itself() -> None:
-    assert select_lifts(tiny_log()) == log_bytes(tiny_log())
+    assert exported(tiny_log(), FORMATS[0], (0, 1, 2), begins=DEFAULT_BEGIN) == log_bytes(tiny_log())
 
 
 @pytest.mark.parametrize("crane", [True, False])
@@ -124,12 +114,12 @@ def test_an_extract_holds_only_the_chosen_lifts(crane: bool, tmp_path: Path) -> 
     assert dict(part.metadata) == dict(log.metadata)
     if crane:
         same(part.motions, log.motions[1:], tolerance=1e-12)
-    same(extract(part, ["2"], tmp_path).plan, part.plan)
+    same(extract(part, ["3"], tmp_path).plan, part.plan)
 
 
 def test_an_extract_begins_with_what_stands_by_then() -> None:
     log = tiny_log()
-    data = select_lifts(log, ["2"])
+    data = to_mcap(chosen(log, ["3"]))
     found: dict[str, list[int]] = {}
     for _, channel, message in make_reader(io.BytesIO(data)).iter_messages():
         found.setdefault(channel.topic, []).append(message.log_time)
@@ -140,6 +130,6 @@ def test_an_extract_begins_with_what_stands_by_then() -> None:
 
 
 def test_an_id_of_an_extract_must_be_in_it(tmp_path: Path) -> None:
-    part = extract(tiny_log(), ["2"], tmp_path)
-    with pytest.raises(InputError, match="no lift '0' in this log of 1 lifts"):
-        resolve_lifts(part, ["0"])
+    part = extract(tiny_log(), ["3"], tmp_path)
+    with pytest.raises(SelectionError, match="there is no lift 1 in this log"):
+        chosen_lifts(part, ["1"])

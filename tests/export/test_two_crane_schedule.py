@@ -22,11 +22,11 @@ SPANS = ((0, 0, 0, 300), (1, 1, 60, 400), (2, 0, 300, 700), (3, 1, 400, 900))
 def schedule(model):
     columns = [str(column.GlobalId) for column in ifcopenshell.open(model).by_type("IfcColumn")]
     tasks = tuple(
-        LiftTask(order, columns[order], columns[order], f"Lift {order}", "", float(start), float(end), crane)
+        LiftTask(order + 1, columns[order], columns[order], f"Lift {order}", "", float(start), float(end), crane)
         for order, crane, start, end in SPANS
     )
-    further = (CraneResource("east", (("base_x_m", 12.5),)),)
-    return LiftSchedule("hall", "digest 0", BEGINS, tasks, "west", (("base_x_m", -3.0),), further)
+    cranes = (CraneResource("west", (("base_x_m", -3.0),)), CraneResource("east", (("base_x_m", 12.5),)))
+    return LiftSchedule("hall", "digest 0", BEGINS, tasks, cranes)
 
 
 def issues(file):

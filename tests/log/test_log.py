@@ -236,10 +236,14 @@ def test_events_and_words_say_what_happens(messages: dict[str, list[Any]]) -> No
     kinds = Counter(event["kind"] for event in events)
     assert kinds == {"lift": 2, "phase": 7 + 8, "replan": 1}
     assert [event["order"] for event in events if event["kind"] == "lift"] == ["0", "2"]
+    assert [event["number"] for event in events if event["kind"] == "lift"] == ["1", "3"]
     words = [m.message for _, m in messages["/log"]]
     assert words[0] == "tiny: 2 of 3 lifts planned"
-    assert "0GlobalIdColumnB cannot be lifted: the obstruction stands on its place (blocked by truck-7)" in words
-    assert "drawn into each other: 0GlobalIdColumnB and 0GlobalIdBeam, at least 250.0 mm" in words
+    assert (
+        "lift 2: ColumnB (0GlobalIdColumnB) cannot be lifted: the obstruction stands on its place; blocked by truck-7"
+        in words
+    )
+    assert "drawn into each other: ColumnB (0GlobalIdColumnB) and Beam (0GlobalIdBeam), at least 250.0 mm" in words
 
 
 def test_commands_drive_the_crane_along_the_motion(messages: dict[str, list[Any]]) -> None:
@@ -256,7 +260,7 @@ def test_commands_drive_the_crane_along_the_motion(messages: dict[str, list[Any]
 
 def test_motions_must_be_those_of_the_plan() -> None:
     record = tiny_log()
-    with pytest.raises(InputError, match=r"the motions are of lifts \[0\], but lifts \[0, 2\] are planned"):
+    with pytest.raises(InputError, match=r"the motions are of lifts \[1\], but lifts \[1, 3\] are planned"):
         log_bytes(dataclasses.replace(record, motions=record.motions[:1]))
     with pytest.raises(InputError, match="no crane"):
         log_bytes(dataclasses.replace(record, plan=tiny_plan(crane=False)))

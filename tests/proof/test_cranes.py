@@ -129,8 +129,8 @@ def test_turns_that_are_not_kept_are_named():
     )
     _, turns = proof(plan, [hurried if motion.order == 1 else motion for motion in motions])
     assert turns.failed == 2
-    assert turns.failures[0].startswith("lift 1 is hooked on at 0.000 s, before lift 0 is raised")
-    assert turns.failures[1].startswith("lift 1 comes to its place at")
+    assert turns.failures[0].startswith("lift 2 is hooked on at 0.000 s, before lift 1 is raised")
+    assert turns.failures[1].startswith("lift 2 comes to its place at")
     assert turns.culprits == {plan.site.components[later.component].id}
 
 
@@ -148,7 +148,7 @@ def test_a_later_delivery_waits_for_the_one_before():
     before = proof(plan, early)[1].failed
     _, turns = proof(delivered, early)
     assert turns.failed == before + 1
-    assert any("lift 5 is of a later delivery, hooked on" in failure for failure in turns.failures)
+    assert any("lift 6 is of a later delivery, hooked on" in failure for failure in turns.failures)
 
 
 def test_the_bounds_of_a_span_hold_every_stop_in_it():

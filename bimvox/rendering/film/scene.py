@@ -95,7 +95,7 @@ class Film:
         track = next((track for track in self.tracks if track.lift.order == order), None)
         if track is None:
             lift = next((lift for lift in self.lifts if lift.order == order), None)
-            part = self.site.components[lift.component].id if lift else f"lift {order}"
+            part = self.site.components[lift.component].id if lift else f"lift {order + 1}"
             why = f"it is infeasible: {lift.reason}" if lift and lift.reason else "the log does not carry it"
             raise InputError(f"{part}: this lift has no path to show; {why}", hint="choose a lift that has one")
         return track
@@ -223,7 +223,7 @@ class Film:
         if motion is not None and time_ns < track.end_ns:
             phase = f", {PHASES[motion.phase_at(time_ns).name.value]}"
         name = component.name or component.id
-        order = f"lift {lift.order + 1:,} of {len(self.lifts):,}"
+        order = f"lift {lift.number:,} of {len(self.lifts):,}"
         return f"{clock(time_ns)}  {order}: {name}, {component.mass_kg / 1000.0:.2f} t{phase}"
 
 

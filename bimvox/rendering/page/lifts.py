@@ -26,6 +26,7 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
     culprits = revision.proof.culprits if revision.proof else frozenset()
     carried = any(lift is own for own in revision.plan.lifts)
     return {
+        "number": lift.number,
         "order": lift.order,
         "part": lift.component,
         "status": lift.status.value,

@@ -76,7 +76,7 @@ def scene_of_plan(
         return _finished(site, lifts, by_order, title or site.name)
     lift = next((lift for lift in lifts if lift.order == moment.order), None)
     if lift is None:
-        raise InputError(f"there is no lift {moment.order}", hint=f"orders go from 0 to {len(lifts) - 1}")
+        raise InputError(f"there is no lift {moment.order + 1}", hint=f"lifts are numbered 1 to {len(lifts)}")
     if lift.path_vox is None or lift.place is None:
         component = site.components[lift.component]
         why = f"it is infeasible: {lift.reason}" if lift.status is Status.INFEASIBLE else "the log does not carry it"
@@ -169,7 +169,7 @@ def _under_way(
     name = f" {component.name}" if component.name and component.name != component.id else ""
     at_clock = f", at {clock(_time_ns(motion, share))}" if motion else ""
     caption = (
-        f"Lift {lift.order + 1:,} of {len(lifts):,}{at_clock}: {component.ifc_class}{name}, {component.id}, "
+        f"Lift {lift.number:,} of {len(lifts):,}{at_clock}: {component.ifc_class}{name}, {component.id}, "
         f"{component.mass_kg / 1000.0:.2f} t"
     )
     poses: dict[int, CranePose | None] = {} if moment is None else {**moment.poses}

@@ -70,10 +70,11 @@ def _lifts(log: PlanLog) -> list[dict[str, Any]]:
     components = log.plan.site.components
     return [
         {
+            "number": lift.number,
             "order": lift.order,
-            "component": components[lift.component].id,
-            "ifc_class": components[lift.component].ifc_class,
             "name": components[lift.component].name,
+            "ifc_class": components[lift.component].ifc_class,
+            "component": components[lift.component].id,
             "status": lift.status.value,
             "method": lift.method.value if lift.method else None,
             "moves": lift.moves,

@@ -8,7 +8,7 @@ from typing import Any, Literal
 from bimvox.errors import InputError
 from bimvox_pipeline.artifacts import write_atomically
 from bimvox_pipeline.progress import Progress
-from bimvox_pipeline.render.scene import SceneOptions, film_of, orders_of
+from bimvox_pipeline.render.scene import SceneOptions, film_of
 
 
 def render_film(
@@ -36,6 +36,7 @@ def render_film(
     Returns:
         The document of ``bimvox render --json``.
     """
+    from bimvox.log.lift_choice import chosen_lift
     from bimvox.log.reader import read_log
     from bimvox.rendering.film.film import FilmOptions, write_film
     from bimvox.rendering.film.pace import default_seconds, frame_times_ns
@@ -52,7 +53,7 @@ def render_film(
     progress.stage("read")
     log = read_log(source)
     film = film_of(log)
-    tracks = film.tracks if wanted.lift is None else (film.track_of(orders_of(log, wanted.lift)),)
+    tracks = film.tracks if wanted.lift is None else (film.track_of(chosen_lift(log, wanted.lift)),)
     length_s = default_seconds(len(tracks)) if seconds is None else seconds
     times = frame_times_ns(tracks, log.motions, max(2, round(length_s * fps)))
     view = view_of_site(log.plan.site, wanted.azimuth_deg, wanted.elevation_deg)

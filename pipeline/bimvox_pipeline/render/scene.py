@@ -111,32 +111,6 @@ def moment_of(words: str, start_ns: int, end_ns: int) -> int:
     return at_ns
 
 
-def orders_of(log: PlanLog, name: str) -> int:
-    """Return the order of the lift that has this number, or whose component has this id, GlobalId or name.
-
-    Raises:
-        SelectionError: If there is none, or more than one.
-    """
-    components = log.plan.site.components
-    orders = {str(lift.order): lift.order for lift in log.all_lifts}
-    orders |= {components[lift.component].id: lift.order for lift in log.all_lifts}
-    if name in orders:
-        return orders[name]
-    same = [component for component in components if name in (component.global_id, component.name)]
-    found = [component.id for component in same if component.id in orders]
-    if len(found) == 1:
-        return orders[found[0]]
-    if found:
-        raise SelectionError(
-            f"{len(found)} components are called {name!r}", hint=f"name one by its id, for example {found[0]}"
-        )
-    near = difflib.get_close_matches(name, [*orders, *(component.name for component in components)], n=1)
-    raise SelectionError(
-        f"the log holds no lift of {name!r}",
-        hint=f"did you mean {near[0]}?" if near else "bimvox inspect LOG lists its lifts",
-    )
-
-
 def is_experiment(folder: Path) -> bool:
     """Whether a folder is that of ``bimvox experiment``."""
     from bimvox_pipeline.paper.results import MANIFEST
@@ -145,6 +119,7 @@ def is_experiment(folder: Path) -> bool:
 
 
 def _log_scene(source: Path, options: SceneOptions, progress: Progress) -> tuple[Scene, View]:
+    from bimvox.log.lift_choice import chosen_lift
     from bimvox.log.reader import read_log
     from bimvox.rendering.scene.plan import Instant, scene_of_plan
     from bimvox.rendering.scene.site import view_of_site
@@ -153,13 +128,13 @@ def _log_scene(source: Path, options: SceneOptions, progress: Progress) -> tuple
     log = read_log(source)
     site = log.plan.site
     if options.time is None:
-        moment = None if options.lift is None else Instant(orders_of(log, options.lift), options.share)
+        moment = None if options.lift is None else Instant(chosen_lift(log, options.lift), options.share)
         scene = scene_of_plan(site, log.all_lifts, log.motions, moment)
     else:
         film = film_of(log)
         start_ns, end_ns = film.start_ns, film.end_ns
         if options.lift is not None:
-            track = film.track_of(orders_of(log, options.lift))
+            track = film.track_of(chosen_lift(log, options.lift))
             start_ns, end_ns = track.start_ns, track.end_ns
         at_ns = moment_of(options.time, start_ns, end_ns)
         if not film.start_ns <= at_ns <= film.end_ns:

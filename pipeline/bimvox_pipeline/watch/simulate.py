@@ -87,6 +87,7 @@ class Execution:
                     "event": "state",
                     "component": component.id,
                     "order": motion.order,
+                    "number": motion.number,
                     "state": state,
                     "time_s": round(at_ns / 1e9, 3),
                 }
