@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -101,13 +100,12 @@ class Topic:
         """Full name of its protobuf message."""
         return str(self.message.DESCRIPTOR.full_name)
 
-    @property
-    def descriptor_set(self) -> bytes:
-        """Its schema as MCAP wants it: a serialized FileDescriptorSet with all dependencies."""
-        return self.descriptor_set_for(several_cranes=True)
-
     def descriptor_set_for(self, *, several_cranes: bool) -> bytes:
-        """Return the same for logs of one crane or of several: the former lack what only the latter use."""
+        """Return its schema as MCAP wants it: a serialized FileDescriptorSet with all dependencies.
+
+        Args:
+            several_cranes: Whether the log is of several cranes; otherwise fields that only they use are left out.
+        """
         found = build_file_descriptor_set(self.message)
         if self.message is CraneCommandMessage and not several_cranes:
             reduced = single_crane_descriptor()
@@ -183,13 +181,6 @@ def of_first_crane(name: str) -> str:
         if number.isdigit():
             return f"/crane/{rest}"
     return name
-
-
-def cranes_in(names: Iterable[str]) -> int:
-    """Return how many cranes a log has whose topics have these names."""
-    known = set(names)
-    further = (n for n in range(1, MOST_CRANES) if any(of_crane(name, n) in known for name in OF_A_CRANE))
-    return 1 + max(further, default=0)
 
 
 def topics_of(cranes: int) -> tuple[Topic, ...]:

@@ -14,7 +14,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.motion.shift import chained
-from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.site.digest import digest_of
 from bimvox.site.site import Site
@@ -30,40 +30,33 @@ PENDING = "pending_lifts"
 
 
 def segment_of(
-    plan: LiftPlan,
+    whole: PlanLog,
     motions: Mapping[int, LiftMotion],
     made: Collection[int],
     pending: Collection[int],
-    *,
-    revision: int,
     event: Mapping[str, str],
-    attachments: Mapping[str, bytes],
-    metadata: Mapping[str, str],
     more: Sequence[LogEvent] = (),
 ) -> PlanLog:
     """Return the segment of a revision.
 
     Args:
-        plan: The whole plan.
+        whole: The log of the revision: its plan, number, attachments and metadata.
         motions: Its motions by order; at least those of the lifts that are new.
         made: Orders of the lifts that are new in this revision.
         pending: Orders of planned lifts that are not proven yet; they are not among ``made``.
-        revision: Its number.
         event: What changed, and why.
-        attachments: Files that the plan was made from.
-        metadata: Plain values about the plan.
         more: Other events.
     """
+    plan = whole.plan
     carried = tuple(lift for lift in plan.lifts if lift.order in made)
     own = tuple(motions[lift.order] for lift in carried if lift.order in motions)
     start_ns = min((motion.start_ns for motion in own), default=0)
     end_ns = max((motion.end_ns for motion in own), default=start_ns)
-    return PlanLog(
+    return dataclasses.replace(
+        whole,
         plan=dataclasses.replace(plan, lifts=carried),
         motions=own,
-        attachments=attachments,
-        metadata={**metadata, PENDING: json.dumps(sorted(pending))},
-        revision=revision,
+        metadata={**whole.metadata, PENDING: json.dumps(sorted(pending))},
         events=(LogEvent(REPLAN_EVENT, start_ns, end_ns, event), *more),
         context=tuple(dataclasses.replace(lift, path_vox=None) for lift in plan.lifts if lift.order not in made),
     )

@@ -89,6 +89,7 @@ def render(
 ) -> None:
     """Draw what a file holds: picture, animation or page."""
     from bimvox_pipeline.render.render import render as run
+    from bimvox_pipeline.render.scene import FilmPace, SceneOptions
 
     if follow:
         _follow(source, out, proof, json, quiet)
@@ -96,16 +97,17 @@ def render(
         document = run(
             source,
             out,
+            shown=SceneOptions(
+                lift=lift,
+                time=time,
+                azimuth_deg=azimuth,
+                elevation_deg=elevation,
+                focus=focus,
+                hide=tuple(name for given in hide or [] for name in given.split(",") if name),
+                voxel_size_m=voxel_size,
+            ),
             size=None if size is None else _pixels(size),
-            lift=lift,
-            time=time,
-            azimuth_deg=azimuth,
-            elevation_deg=elevation,
-            focus=focus,
-            hide=tuple(name for given in hide or [] for name in given.split(",") if name),
-            voxel_size_m=voxel_size,
-            fps=fps,
-            seconds=seconds,
+            pace=FilmPace(fps, seconds),
             proven=proof,
             progress=output.progress,
         )

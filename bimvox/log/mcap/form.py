@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,34 @@ _STAMP = "google.protobuf.Timestamp"
 _SOME_NS = 0x5_5555_5555 * NS_PER_S + 0x2AAA_AAAA
 _SOME_DOUBLE = 0x4A5B_6C7D_0000_0000
 """Bits of the first of the doubles to be looked for."""
+
+
+class _Values(NamedTuple):
+    """What differs between N messages.
+
+    Attributes:
+        time_ns: (N,) int64.
+        doubles: (N, K) uint64 bits of the doubles.
+        numbers: (N, M) int64.
+    """
+
+    time_ns: NDArray[np.int64]
+    doubles: NDArray[np.uint64]
+    numbers: NDArray[np.int64]
+
+
+class _Made(NamedTuple):
+    """Where N messages are written.
+
+    Attributes:
+        flat: Room for all of them.
+        begin: (N,) int64 where each begins.
+        end: (N,) int64 where each ends.
+    """
+
+    flat: NDArray[np.uint8]
+    begin: NDArray[np.int64]
+    end: NDArray[np.int64]
 
 
 class Form:
@@ -105,7 +133,13 @@ class Form:
         begin, end = np.empty(count, np.int64), np.empty(count, np.int64)
         open_at = np.empty(len(self._program) + 1, np.int64)
         bits = values.view(np.uint64)
-        _write(self._program, self._text, np.asarray(time_ns, np.int64), bits, numbers, open_at, out, begin, end)
+        _write(
+            self._program,
+            self._text,
+            _Values(np.asarray(time_ns, np.int64), bits, numbers),
+            open_at,
+            _Made(out, begin, end),
+        )
         made = Packed(out, begin, end)
         if count and made[0] != self._plainly(int(time_ns[0]), values[0].tolist(), numbers[0].tolist()):
             raise AssertionError("a message's bytes are not where they were found")
@@ -212,15 +246,13 @@ def _put_varint(out: NDArray[np.uint8], at: int, value: int) -> int:
 def _write(
     program: NDArray[np.int64],
     text: NDArray[np.uint8],
-    time_ns: NDArray[np.int64],
-    doubles: NDArray[np.uint64],
-    numbers: NDArray[np.int64],
+    values: _Values,
     open_at: NDArray[np.int64],
-    out: NDArray[np.uint8],
-    begin: NDArray[np.int64],
-    end: NDArray[np.int64],
+    made: _Made,
 ) -> None:
-    """Write the messages from the end of ``out`` on backwards, the last one first."""
+    """Write the messages backwards from the end of ``made.flat``, the last one first."""
+    time_ns, doubles, numbers = values.time_ns, values.doubles, values.numbers
+    out, begin, end = made.flat, made.begin, made.end
     at = len(out)
     for row in range(len(time_ns) - 1, -1, -1):
         end[row] = at

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO
 
 from bimvox.errors import LogFileError
 from bimvox.log import schema as topics
-from bimvox.log.mcap.channels import LogWriter
-from bimvox.log.mcap.reader import Contents, LogMessage, read_file, salvage_contents
+from bimvox.log.mcap.reader import Contents, read_file, salvage_contents
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import log_of
 
@@ -26,37 +23,6 @@ class Recovered:
 
     messages: int
     lost: tuple[str, ...]
-
-
-def recover(path: Path | str) -> Iterator[LogMessage]:
-    """Yield every complete message of a damaged log, in the order of the file.
-
-    Raises:
-        LogFileError: If it is no MCAP file, or nothing whole is left in it.
-    """
-    path = Path(path)
-    yield from salvage_contents(read_file(path), path).messages
-
-
-def write_recovered(path: Path | str, stream: BinaryIO) -> Recovered:
-    """Write a sound log of everything that is whole in a damaged one; the same damage gives the same bytes.
-
-    The log is marked as recovered, so that ``read_log`` takes lifts that are not whole as not carried.
-
-    Raises:
-        LogFileError: If it is no MCAP file or no log of ours, or nothing whole is left in it.
-    """
-    path = Path(path)
-    contents = _salvage(path)
-    cranes = topics.cranes_in(message.topic for message in contents.messages)
-    with LogWriter(stream, cranes) as writer:
-        for name, values in contents.metadata.items():
-            writer.metadata(name, values)
-        for name, data in contents.attachments.items():
-            writer.attachment(name, data)
-        for message in contents.messages:
-            writer.raw(*message)
-        return Recovered(writer.messages, tuple(contents.lost))
 
 
 def recover_log(path: Path | str) -> tuple[PlanLog, Recovered]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +11,17 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.rendering.draw.camera import Camera
 from bimvox.rendering.draw.light import Light, light_on
-from bimvox.rendering.draw.raycast import Buffers
+from bimvox.rendering.draw.raycast import Buffers, Rays
 from bimvox.rendering.scene.scene import Block
+
+
+class _Window(NamedTuple):
+    """Samples from (x0, y0) up to (x1, y1)."""
+
+    x0: int
+    y0: int
+    x1: int
+    y1: int
 
 
 def corners_m(block: Block) -> NDArray[np.float64]:
@@ -35,32 +45,17 @@ def draw_blocks(buffers: Buffers, blocks: Sequence[Block], camera: Camera, light
         to_block = np.linalg.inv(block.half_m.T)
         normals = block.half_m / np.linalg.norm(block.half_m, axis=1, keepdims=True)
         facing = light_on(np.concatenate([-normals, normals]), light).sum(axis=1).reshape(2, 3).T.copy()
-        _draw_block(
-            to_block @ (camera.eye_m - block.centre_m), to_block @ axes.T, lens, facing, first_solid + n,
-            low[0], low[1], high[0], high[1], buffers.solid, buffers.plane, buffers.depth_m, buffers.light,
-        )  # fmt: skip
+        rays = Rays(to_block @ (camera.eye_m - block.centre_m), to_block @ axes.T, lens)
+        _draw_block(rays, facing, first_solid + n, _Window(low[0], low[1], high[0], high[1]), buffers)
 
 
 @kernel
-def _draw_block(
-    eye: NDArray[np.float64],
-    axes: NDArray[np.float64],
-    lens: NDArray[np.float64],
-    facing: NDArray[np.float64],
-    number: int,
-    x0: int,
-    y0: int,
-    x1: int,
-    y1: int,
-    out_solid: NDArray[np.uint32],
-    out_plane: NDArray[np.int32],
-    out_depth: NDArray[np.float32],
-    out_light: NDArray[np.float32],
-) -> None:
+def _draw_block(rays: Rays, facing: NDArray[np.float64], number: int, window: _Window, out: Buffers) -> None:
     """Intersect each ray with the block, which in its own coordinates is the cube from -1 to 1."""
-    for row in range(y0, y1):
+    eye, axes, lens = rays.eye, rays.axes, rays.lens
+    for row in range(window.y0, window.y1):
         b = (lens[2] - (row + 0.5)) / lens[0]
-        for column in range(x0, x1):
+        for column in range(window.x0, window.x1):
             a = (column + 0.5 - lens[1]) / lens[0]
             enter, leave, axis = -np.inf, np.inf, -1
             for n in range(3):
@@ -75,10 +70,10 @@ def _draw_block(
                 if near > enter:
                     enter, axis = near, n
                 leave = min(leave, far)
-            if axis < 0 or enter >= leave or enter <= 0.0 or enter >= out_depth[row, column]:
+            if axis < 0 or enter >= leave or enter <= 0.0 or enter >= out.depth_m[row, column]:
                 continue
             side = 1 if axes[axis, 2] + a * axes[axis, 0] + b * axes[axis, 1] < 0.0 else 0
-            out_solid[row, column] = number
-            out_plane[row, column] = 2 * axis + side
-            out_depth[row, column] = enter
-            out_light[row, column] = facing[axis, side]
+            out.solid[row, column] = number
+            out.plane[row, column] = 2 * axis + side
+            out.depth_m[row, column] = enter
+            out.light[row, column] = facing[axis, side]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,7 @@ NOTHING = np.float32(np.inf)
 _BAND_ROWS = 32
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Buffers:
+class Buffers(NamedTuple):
     """What each sample of a picture sees.
 
     Attributes:
@@ -40,6 +39,54 @@ class Buffers:
     plane: NDArray[np.int32]
     depth_m: NDArray[np.float32]
     light: NDArray[np.float32]
+
+
+class _Volume(NamedTuple):
+    """What rays run through.
+
+    Attributes:
+        solids: (X, Y, Z), 0 for none.
+        top: (X, Y) int32, one above the highest filled cell of every column.
+        density: Share of solids in blocks of ``stride`` cells.
+        stride: Edge of such a block, in cells.
+    """
+
+    solids: NDArray[np.unsignedinteger]
+    top: NDArray[np.int32]
+    density: NDArray[np.float32]
+    stride: int
+
+
+class Rays(NamedTuple):
+    """Where rays start and go, in cells.
+
+    Attributes:
+        eye: (3,) the camera.
+        axes: (3, 3) right, up and forward.
+        lens: (3,) focal length and the picture's centre, in samples.
+    """
+
+    eye: NDArray[np.float64]
+    axes: NDArray[np.float64]
+    lens: NDArray[np.float64]
+
+
+class _Shading(NamedTuple):
+    """How a hit is lit.
+
+    Attributes:
+        suns: (samples^2, 3) direction to the sun, one for each sample of a pixel.
+        facing: (6, 2) light of the sky and of the sun on each face.
+        samples: Samples per pixel in each direction.
+        size_m: Edge of a cell.
+        lines: How strongly the borders of cells are drawn, 0..1.
+    """
+
+    suns: NDArray[np.float64]
+    facing: NDArray[np.float64]
+    samples: int
+    size_m: float
+    lines: float
 
 
 def cast(
@@ -66,19 +113,16 @@ def cast(
     if solids.size == 0:
         return buffers
     size_m = frame.voxel_size_m
-    eye = (camera.eye_m - frame.corner_of(low)) / size_m
-    axes = np.stack([camera.right, camera.up, camera.forward])
-    lens = np.array([camera.focal_px, *camera.centre_px])
-    suns = light.directions(samples)
-    density, stride = sky_density(solids, size_m)
-    top = tops(solids)
+    rays = Rays(
+        (camera.eye_m - frame.corner_of(low)) / size_m,
+        np.stack([camera.right, camera.up, camera.forward]),
+        np.array([camera.focal_px, *camera.centre_px]),
+    )
+    shading = _Shading(light.directions(samples), face_light(light), samples, size_m, lines)
+    volume = _Volume(solids, tops(solids), *sky_density(solids, size_m))
 
     def band(first: int) -> None:
-        last = min(first + _BAND_ROWS, height)
-        _cast_rows(
-            solids, top, eye, axes, lens, suns, face_light(light), density, stride, samples, size_m, lines,
-            first, last, buffers.solid, buffers.plane, buffers.depth_m, buffers.light,
-        )  # fmt: skip
+        _cast_rows(volume, rays, shading, buffers, first, min(first + _BAND_ROWS, height))
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         list(pool.map(band, range(0, height, _BAND_ROWS)))
@@ -241,31 +285,14 @@ def _corner_light(solids: NDArray[np.unsignedinteger], i: int, j: int, k: int, a
 
 
 @kernel
-def _cast_rows(
-    solids: NDArray[np.unsignedinteger],
-    top: NDArray[np.int32],
-    eye: NDArray[np.float64],
-    axes: NDArray[np.float64],
-    lens: NDArray[np.float64],
-    suns: NDArray[np.float64],
-    facing: NDArray[np.float64],
-    density: NDArray[np.float32],
-    stride: int,
-    samples: int,
-    size_m: float,
-    lines: float,
-    first: int,
-    last: int,
-    out_solid: NDArray[np.uint32],
-    out_plane: NDArray[np.int32],
-    out_depth: NDArray[np.float32],
-    out_light: NDArray[np.float32],
-) -> None:
-    focal, centre_x, centre_y = lens[0], lens[1], lens[2]
-    ox, oy, oz = eye[0], eye[1], eye[2]
+def _cast_rows(volume: _Volume, rays: Rays, shading: _Shading, out: Buffers, first: int, last: int) -> None:
+    """Look through the samples of the rows from ``first`` up to ``last``."""
+    solids, top, axes, samples = volume.solids, volume.top, rays.axes, shading.samples
+    focal, centre_x, centre_y = rays.lens[0], rays.lens[1], rays.lens[2]
+    ox, oy, oz = rays.eye[0], rays.eye[1], rays.eye[2]
     for row in range(first, last):
         b = (centre_y - (row + 0.5)) / focal
-        for column in range(out_solid.shape[1]):
+        for column in range(out.solid.shape[1]):
             a = (column + 0.5 - centre_x) / focal
             dx = axes[2, 0] + a * axes[0, 0] + b * axes[1, 0]
             dy = axes[2, 1] + a * axes[0, 1] + b * axes[1, 1]
@@ -274,8 +301,8 @@ def _cast_rows(
             if axis < 0:
                 continue
             x, y, z = ox + dx * along, oy + dy * along, oz + dz * along
-            out_solid[row, column] = solids[i, j, k]
-            out_depth[row, column] = along * size_m
+            out.solid[row, column] = solids[i, j, k]
+            out.depth_m[row, column] = along * shading.size_m
             # The cell before the face, and where on the face.
             nx, ny, nz = 0, 0, 0
             if axis == 0:
@@ -287,20 +314,20 @@ def _cast_rows(
             else:
                 nz = -1 if dz > 0 else 1
                 face, at, u, v = (4 if nz < 0 else 5), k, x - i, y - j
-            out_plane[row, column] = face * (1 << 24) + at
-            sun = suns[(row % samples) * samples + column % samples]
-            lit = facing[face, 1]
+            out.plane[row, column] = face * (1 << 24) + at
+            sun = shading.suns[(row % samples) * samples + column % samples]
+            lit = shading.facing[face, 1]
             if lit > 0.0:
                 _, _, _, shadow, _ = first_hit(
                     solids, top, x + nx * 1e-4, y + ny * 1e-4, z + nz * 1e-4, sun[0], sun[1], sun[2]
                 )
                 if shadow >= 0:
                     lit = 0.0
-            sky = openness(density, stride, x, y, z, nx, ny, nz)
+            sky = openness(volume.density, volume.stride, x, y, z, nx, ny, nz)
             corner = _corner_light(solids, i + nx, j + ny, k + nz, axis, u, v)
-            light = facing[face, 0] * (0.45 + 0.55 * sky) * (0.75 + 0.25 * corner) + lit * (0.8 + 0.2 * sky)
-            if lines > 0.0:
+            light = shading.facing[face, 0] * (0.45 + 0.55 * sky) * (0.75 + 0.25 * corner) + lit * (0.8 + 0.2 * sky)
+            if shading.lines > 0.0:
                 border = min(min(u, 1.0 - u), min(v, 1.0 - v))
                 across = focal / along * border / samples
-                light *= 1.0 - lines * max(0.0, 1.0 - across)
-            out_light[row, column] = light
+                light *= 1.0 - shading.lines * max(0.0, 1.0 - across)
+            out.light[row, column] = light

@@ -41,37 +41,48 @@ class Mark:
     label: str
 
 
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """The axis of the values.
+
+    Attributes:
+        label: What the values are, with their unit.
+        low: Lower end; None takes the smallest value.
+        high: Upper end; None takes the largest value.
+        bins: Number of bars at most.
+        percent: Whether 1 is written as 100 %.
+        logarithmic: Whether values, all above 0, are on a logarithmic scale.
+    """
+
+    label: str
+    low: float | None = None
+    high: float | None = None
+    bins: int = 24
+    percent: bool = False
+    logarithmic: bool = False
+
+
 def draw_histogram(
     series: Sequence[Series],
+    axis: Axis,
     *,
-    axis: str,
     counted: str,
     title: str = "",
     marks: Sequence[Mark] = (),
-    bins: int = 24,
-    low: float | None = None,
-    high: float | None = None,
-    percent: bool = False,
-    logarithmic: bool = False,
     file_format: Format = "png",
 ) -> bytes:
-    """Return the picture of a distribution; series stand on each other.
+    """Return the picture of a distribution; series are stacked.
 
     Args:
-        series: What is counted, the lowest first.
-        axis: What the values are, with their unit.
-        counted: What each of them is, for the other axis: ``lifts``.
+        series: The values, the lowest series first.
+        axis: The axis of the values.
+        counted: Label of the other axis: what is counted, such as ``lifts``.
         title: Above the axes.
-        marks: Lines across.
-        bins: How many bars at most.
-        low: Lower end; None takes the smallest value.
-        high: Upper end; None takes the largest value.
-        percent: Whether 1 is written as 100 %.
-        logarithmic: Whether values, all above 0, are on a logarithmic scale.
+        marks: Vertical lines.
         file_format: ``png`` or ``svg``.
     """
     values = np.concatenate([one.values for one in series]) if series else np.zeros(0)
-    edges = _edges(values, bins, low, high, logarithmic)
+    edges = _edges(values, axis)
     with house_style():
         figure = Figure(figsize=(4.6, 2.9), layout="constrained")
         axes = figure.add_subplot()
@@ -94,14 +105,14 @@ def draw_histogram(
             below += counts
         for n, mark in enumerate(marks):
             axes.axvline(mark.at, color=_INK, linestyle=("--", ":", "-.")[n % 3], linewidth=1.3, label=mark.label)
-        axes.set_xlabel(axis)
+        axes.set_xlabel(axis.label)
         axes.set_ylabel(counted)
         axes.set_title(title)
         axes.grid(False, axis="x")
         axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
-        if logarithmic:
+        if axis.logarithmic:
             axes.set_xscale("log")
-        if percent:
+        if axis.percent:
             axes.xaxis.set_major_formatter(PercentFormatter(1.0))
         axes.margins(y=0.12)
         if marks or any(one.label for one in series):
@@ -110,12 +121,11 @@ def draw_histogram(
         return bytes_of(figure, file_format)
 
 
-def _edges(
-    values: NDArray[np.float64], bins: int, low: float | None, high: float | None, logarithmic: bool
-) -> NDArray[np.float64]:
+def _edges(values: NDArray[np.float64], axis: Axis) -> NDArray[np.float64]:
+    low, high, bins = axis.low, axis.high, axis.bins
     first = float(values.min()) if low is None and values.size else (low or 0.0)
     last = float(values.max()) if high is None and values.size else (high if high is not None else first + 1.0)
-    if logarithmic:
+    if axis.logarithmic:
         first = max(first, 1e-12)
         return np.geomspace(first, max(last, first * 1.01), bins + 1)
     if last <= first:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bimvox.rendering.plots.bars import Bar, draw_bars
-from bimvox.rendering.plots.histogram import Mark, Series, draw_histogram
+from bimvox.rendering.plots.histogram import Axis, Mark, Series, draw_histogram
 from bimvox.rendering.plots.look import Format
 
 _LONG = 2.0
@@ -30,14 +30,16 @@ def draw_utilisation(lifts: Sequence[dict[str, Any]], critical_share: float, *, 
         marks.append(Mark(float(np.median(values)), f"median {np.median(values):.1%}"))
     return draw_histogram(
         [Series("", values)],
-        axis="capacity used at the governing sample",
+        Axis(
+            "capacity used at the governing sample",
+            0.0,
+            max(1.0, float(values.max(initial=0.0))),
+            bins=25,
+            percent=True,
+        ),
         counted="lifts",
         title="Utilisation of the crane",
         marks=marks,
-        bins=25,
-        low=0.0,
-        high=max(1.0, float(values.max(initial=0.0))),
-        percent=True,
         file_format=file_format,
     )
 
@@ -61,13 +63,10 @@ def draw_path_ratios(lifts: Sequence[dict[str, Any]], *, file_format: Format = "
     whole = sum(lift["moves"] for lift in paths) / max(1, sum(lift["shortest_moves"] for lift in paths))
     return draw_histogram(
         series,
-        axis=f"moves / fewest possible{beyond}",
+        Axis(f"moves / fewest possible{beyond}", 1.0, high, bins=20),
         counted="lifts",
         title="Length of the paths",
         marks=[Mark(whole, f"all together {whole:.3f}")] if paths else [],
-        bins=20,
-        low=1.0,
-        high=high,
         file_format=file_format,
     )
 
@@ -96,12 +95,10 @@ def draw_hook_travel(lifts: Sequence[dict[str, Any]], *, file_format: Format = "
     marks = [Mark(float(np.median(values)), f"median {np.median(values):.0f} m")] if len(values) else []
     return draw_histogram(
         [Series("", values)],
-        axis="hook travel of a lift, m",
+        Axis("hook travel of a lift, m", 0.0, bins=20),
         counted="lifts",
         title=f"Hook travel, {values.sum() / 1000:.2f} km in all",
         marks=marks,
-        bins=20,
-        low=0.0,
         file_format=file_format,
     )
 
@@ -125,10 +122,9 @@ def draw_latencies(
         marks.append(Mark(bound_ms, f"wanted below {bound_ms:g} ms"))
     return draw_histogram(
         [Series("", values)],
-        axis="from the change to the written log, ms",
+        Axis("from the change to the written log, ms", logarithmic=len(values) > 0),
         counted="replans",
         title="Replan latency",
         marks=marks,
-        logarithmic=len(values) > 0,
         file_format=file_format,
     )

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from bimvox.crane.luffing import tip_height_m
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.records.motion import LiftMotion
-from bimvox.rendering.scene.crane_parts import CraneParts, crane_parts
+from bimvox.rendering.scene.crane_parts import crane_parts
+from bimvox.rendering.scene.lattice import CraneParts
 from bimvox.site.site import Site
 
 NOTHING = CraneParts((), (), np.zeros((0, 3)))

@@ -8,11 +8,10 @@ from numpy.typing import ArrayLike
 from bimvox.crane.luffing import LuffingJib, luff_of_radius
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.rendering.colours import CONCRETE, CRANE, CRANE_EDGE, ROPE
-from bimvox.rendering.scene.crane_parts import CraneParts, Vec, block_of, jib_lattice, mast_lattice
+from bimvox.rendering.scene.lattice import UP, CraneParts, Vec, block_of, jib_lattice, mast_lattice
 from bimvox.rendering.scene.layers import Layer
 from bimvox.rendering.scene.scene import Block, Strokes
 
-_UP = np.array([0.0, 0.0, 1.0])
 _PADS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
@@ -29,14 +28,14 @@ def luffing_parts(crane: TowerCrane, jib: LuffingJib, pose: CranePose, load_m: A
     along = np.array([np.cos(pose.slew_rad), np.sin(pose.slew_rad), 0.0])
     aside = np.array([-along[1], along[0], 0.0])
     luff = float(luff_of_radius(jib, np.array([pose.radius_m]))[0])
-    direction = np.cos(luff) * along + np.sin(luff) * _UP
-    normal = np.cos(luff) * _UP - np.sin(luff) * along
+    direction = np.cos(luff) * along + np.sin(luff) * UP
+    normal = np.cos(luff) * UP - np.sin(luff) * along
     axis = np.array([base[0], base[1], jib.pivot_height_m])
     foot = axis + jib.pivot_offset_m * along
     tip = foot + jib.length_m * direction
     rear = axis - jib.tail_radius_m * along
     apex = (
-        axis - 0.5 * jib.tail_radius_m * along + _UP * (0.22 * jib.length_m if crane.kind == "luffing" else 2.0 * wide)
+        axis - 0.5 * jib.tail_radius_m * along + UP * (0.22 * jib.length_m if crane.kind == "luffing" else 2.0 * wide)
     )
     chords, lacing = jib_lattice(foot, tip, aside, wide, normal)
     hook = tip.copy()
@@ -51,10 +50,10 @@ def luffing_parts(crane: TowerCrane, jib: LuffingJib, pose: CranePose, load_m: A
     tail_m = max(0.8, jib.pivot_height_m - jib.tail_low_m)
     blocks += [
         block_of(
-            rear + along * 0.2 * jib.tail_radius_m + _UP * (jib.tail_low_m + tail_m / 2.0 - jib.pivot_height_m),
+            rear + along * 0.2 * jib.tail_radius_m + UP * (jib.tail_low_m + tail_m / 2.0 - jib.pivot_height_m),
             along, aside, (0.4 * jib.tail_radius_m, jib.tail_width_m, tail_m), CONCRETE,
         ),
-        block_of(hook + _UP * 0.4, along, aside, (0.5, 0.4, 0.8), CRANE),
+        block_of(hook + UP * 0.4, along, aside, (0.5, 0.4, 0.8), CRANE),
     ]  # fmt: skip
     if crane.kind == "luffing":
         mast_chords, mast_lacing = mast_lattice(base, width, jib.pivot_height_m)
@@ -81,24 +80,24 @@ def _footing(
             np.array([base[0], base[1], jib.pivot_height_m]) + 0.5 * (jib.pivot_offset_m - jib.tail_radius_m) * along
         )
         return [
-            block_of(base + _UP * 0.1 * width, east, north, (2.2 * width, 2.2 * width, 0.2 * width), CONCRETE),
+            block_of(base + UP * 0.1 * width, east, north, (2.2 * width, 2.2 * width, 0.2 * width), CONCRETE),
             block_of(centre, along, aside, platform, CRANE),
         ]
     pads = [
-        block_of(base + 0.46 * width * (a * east + b * north) + _UP * 0.1, east, north, (1.0, 1.0, 0.2), CONCRETE)
+        block_of(base + 0.46 * width * (a * east + b * north) + UP * 0.1, east, north, (1.0, 1.0, 0.2), CONCRETE)
         for a, b in _PADS
     ]
     beams = [
-        block_of(base + 0.46 * width * a * east + _UP * 0.6, east, north, (0.4, 0.92 * width, 0.4), CRANE)
+        block_of(base + 0.46 * width * a * east + UP * 0.6, east, north, (0.4, 0.92 * width, 0.4), CRANE)
         for a in (-1, 1)
     ]
     low = jib.tail_low_m
     return [
         *pads,
         *beams,
-        block_of(base + _UP * 0.5 * (0.5 + low), east, north, (1.25 * width, 2.6, low - 0.4), CRANE_EDGE),
+        block_of(base + UP * 0.5 * (0.5 + low), east, north, (1.25 * width, 2.6, low - 0.4), CRANE_EDGE),
         block_of(
-            base + _UP * 0.5 * (low + jib.pivot_height_m), along, aside,
+            base + UP * 0.5 * (low + jib.pivot_height_m), along, aside,
             (0.5 * width, jib.tail_width_m, jib.pivot_height_m - low), CRANE,
         ),
     ]  # fmt: skip

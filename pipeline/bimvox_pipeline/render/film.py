@@ -8,7 +8,7 @@ from typing import Any, Literal
 from bimvox.errors import InputError
 from bimvox_pipeline.artifacts import write_atomically
 from bimvox_pipeline.progress import Progress
-from bimvox_pipeline.render.scene import SceneOptions, film_of
+from bimvox_pipeline.render.scene import FilmPace, SceneOptions, film_of
 
 
 def render_film(
@@ -17,8 +17,7 @@ def render_film(
     file_format: Literal["gif", "webp"],
     size: tuple[int, int],
     wanted: SceneOptions,
-    fps: float,
-    seconds: float | None,
+    pace: FilmPace,
     progress: Progress,
 ) -> dict[str, Any]:
     """Write the animation of a log, whole or not at all.
@@ -29,8 +28,7 @@ def render_film(
         file_format: ``gif`` or ``webp``.
         size: Width and height in pixels.
         wanted: Of it ``lift``, ``hide`` and the angles.
-        fps: Frames a second.
-        seconds: Length; default by the number of lifts.
+        pace: Frame rate and length.
         progress: Told of every frame.
 
     Returns:
@@ -46,6 +44,7 @@ def render_film(
     for given, what in ((wanted.time, "time"), (wanted.focus, "focus")):
         if given is not None:
             raise InputError(f"an animation has no --{what}", hint=f"leave --{what} out, or write a .png")
+    fps, seconds = pace.fps, pace.seconds
     hidden = layers_named(wanted.hide)
     FilmOptions(size, fps=fps)  # what cannot be is said before the work
     if seconds is not None and not 0.0 < seconds <= 3600.0:

@@ -9,7 +9,7 @@ from bimvox.errors import InputError
 from bimvox_pipeline.artifacts import check_output, default_output, write_atomically
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
 from bimvox_pipeline.progress import Progress
-from bimvox_pipeline.render.scene import SceneOptions, is_experiment, moment_of, picture_scene
+from bimvox_pipeline.render.scene import FilmPace, SceneOptions, is_experiment, moment_of, picture_scene
 
 PICTURE_PX = (1280, 800)
 FILM_PX = (640, 400)
@@ -23,17 +23,9 @@ def render(
     source: Path,
     out: Path | None = None,
     *,
+    shown: SceneOptions | None = None,
     size: tuple[int, int] | None = None,
-    lift: str | None = None,
-    time: str | None = None,
-    share: float = 0.5,
-    azimuth_deg: float | None = None,
-    elevation_deg: float | None = None,
-    focus: str | None = None,
-    hide: tuple[str, ...] = (),
-    voxel_size_m: float | None = None,
-    fps: float = 10.0,
-    seconds: float | None = None,
+    pace: FilmPace | None = None,
     proven: bool = True,
     progress: Progress,
 ) -> dict[str, Any]:
@@ -43,19 +35,11 @@ def render(
         source: A log, a site file, a grid, an IFC or a mesh; or the folder of an experiment.
         out: The picture, ``.png`` (of an experiment also ``.svg``); of a log the animation, ``.gif`` or ``.webp``, or
             the page, ``.html``. Default: the input's name with ``.png``, in the current folder.
+        shown: What a picture or an animation shows, and from where.
         size: Width and height in pixels; default 1280x800, of an animation 640x400.
-        lift: Show this lift of a log under way: the id, GlobalId or name of its component. Of an animation: only it.
-        time: Show a log at this time of its clock: ``1:23:45``, seconds, or ``40%`` of the lift, else of the whole.
-        share: Without a time, how much of that lift's carrying time is over, 0..1.
-        azimuth_deg: Where the eye stands, counter-clockwise from +x; default: the yard before the building.
-        elevation_deg: How high the eye stands.
-        focus: Fill the picture with this part or obstruction.
-        hide: Layers to leave out.
-        voxel_size_m: Edge of a cell of a model that is voxelized for its picture; default as ``bimvox voxelize``.
-        fps: Frames a second of an animation.
-        seconds: Its length; default by the number of lifts.
-        proven: Whether the log is proven again for its page; else the page says that it is not.
-        progress: Told of the stages.
+        pace: Frame rate and length of an animation.
+        proven: Whether the log is proven again for its page; otherwise the page says that it is not proven.
+        progress: Receives the stages.
 
     Returns:
         The document of ``bimvox render --json``.
@@ -63,6 +47,7 @@ def render(
     Raises:
         InputError: If the file cannot be read or drawn, or holds no such lift or part.
     """
+    options = shown or SceneOptions()
     if source.is_dir() and is_experiment(source):
         from bimvox_pipeline.render.experiment import render_experiment
 
@@ -79,25 +64,15 @@ def render(
         )
     check_output(target, inputs=[source])
     if kind is not Kind.LOG:
-        for given, what in ((lift, "lift"), (time, "time")):
+        for given, what in ((options.lift, "lift"), (options.time, "time")):
             if given is not None:
                 raise InputError(f"{source}: only a log holds lifts", hint=f"leave --{what} out, or name a log")
         if suffix in _FILMS:
             raise InputError(f"{source}: only a log is animated", hint="bimvox plan SITE writes a log")
-    options = SceneOptions(
-        lift=lift,
-        time=time,
-        share=share,
-        azimuth_deg=azimuth_deg,
-        elevation_deg=elevation_deg,
-        focus=focus,
-        hide=hide,
-        voxel_size_m=voxel_size_m,
-    )
     if suffix in _FILMS:
         from bimvox_pipeline.render.film import render_film
 
-        return render_film(source, target, _FILMS[suffix], size or FILM_PX, options, fps, seconds, progress)
+        return render_film(source, target, _FILMS[suffix], size or FILM_PX, options, pace or FilmPace(), progress)
     return _render_picture(source, kind, target, size or PICTURE_PX, options, progress)
 
 

@@ -33,7 +33,20 @@ _FIRST_PART = 2
 
 @dataclass(frozen=True, slots=True)
 class SceneOptions:
-    """What a picture shows; see ``bimvox_pipeline.render.render.render``."""
+    """What a picture or an animation shows, and from where.
+
+    Attributes:
+        lift: Show this lift of a log under way: its number, or id, GlobalId or name of its part. Of an animation: only
+            this lift.
+        time: Show a log at this time: ``1:23:45``, seconds, or ``40%`` of the lift if one is given, otherwise of the
+            whole plan.
+        share: Without a time, how much of the lift's carrying time is over, 0..1.
+        azimuth_deg: Direction from the site to the eye, counter-clockwise from +x; None puts the yard in front.
+        elevation_deg: Angle of the eye above the horizon; None takes the default.
+        focus: Fill the picture with this part or obstruction.
+        hide: Layers to leave out.
+        voxel_size_m: Edge of a cell of a model that is voxelized for its picture; None as ``bimvox voxelize``.
+    """
 
     lift: str | None = None
     time: str | None = None
@@ -43,6 +56,19 @@ class SceneOptions:
     focus: str | None = None
     hide: tuple[str, ...] = ()
     voxel_size_m: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FilmPace:
+    """Frame rate and length of an animation.
+
+    Attributes:
+        fps: Frames a second.
+        seconds: Its length; None takes it from the number of lifts.
+    """
+
+    fps: float = 10.0
+    seconds: float | None = None
 
 
 def picture_scene(source: Path, kind: Kind, options: SceneOptions, progress: Progress) -> tuple[Scene, View]:

@@ -12,6 +12,7 @@ from bimvox_pipeline.artifacts import reason_of, write_atomically
 
 DATA_FILE = "lifts.csv"
 COLUMNS = (
+    "number",
     "order",
     "id",
     "global_id",

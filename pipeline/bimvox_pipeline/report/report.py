@@ -160,9 +160,7 @@ def _blocked(revision: Revision, orders: list[int], most: int, progress: Progres
         progress.report("pictures", n, len(chosen))
         scene, view = scene_of_blocked(site, revision.lifts, group)
         picture = small_png_of(scene, PictureOptions(size_px=_BLOCKED_PX, view=view))
-        names = ", ".join(
-            f"lift {lift.order + 1} {named(_names(site.components[lift.component]))}" for lift in group[:4]
-        )
+        names = ", ".join(f"lift {lift.number} {named(_names(site.components[lift.component]))}" for lift in group[:4])
         more = f" and {len(group) - 4} more" if len(group) > 4 else ""
         caption = f"{names}{more}: what is in the way"
         figures.append(Figure(picture, "image/png", caption, tuple(lift.order for lift in group)))

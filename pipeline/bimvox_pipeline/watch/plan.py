@@ -116,15 +116,12 @@ class WatchedPlan:
         files = self._loaded.files | dict(content) | _held(part.standing)
         bare = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=revision)
         return segment_of(
-            part.standing.plan,
+            replace(bare, metadata={**bare.metadata, **self._about(now_ns)}),
             part.standing.motions,
             part.made,
             part.standing.pending,
-            revision=revision,
-            event=fields,
-            attachments=bare.attachments,
-            metadata={**bare.metadata, **self._about(now_ns)},
-            more=more,
+            fields,
+            more,
         )
 
     def document(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 import pytest
@@ -10,7 +9,7 @@ from log_building import log_bytes, same, tiny_log
 
 from bimvox.errors import LogFileError
 from bimvox.log.mcap.reader import read_contents, salvage_contents
-from bimvox.log.mcap.recovery import Recovered, recover, recover_log, write_recovered
+from bimvox.log.mcap.recovery import recover_log
 from bimvox.log.reader import read_log
 from bimvox.log.schema import MOTION_FILE, PLAN_FILE, SITE_FILE
 from bimvox.records.lift import LiftPlan
@@ -19,12 +18,6 @@ from bimvox.records.lift import LiftPlan
 @pytest.fixture(scope="module")
 def data() -> bytes:
     return log_bytes(tiny_log())
-
-
-def recovered_bytes(path: Path) -> tuple[bytes, Recovered]:
-    stream = io.BytesIO()
-    recovered = write_recovered(path, stream)
-    return stream.getvalue(), recovered
 
 
 def chunks_of(data: bytes) -> list[tuple[int, int]]:
@@ -54,7 +47,7 @@ def test_what_is_no_log_is_refused(content: bytes, message: str, tmp_path: Path)
         read_log(path)
     assert caught.value.path == path
     with pytest.raises(LogFileError):
-        list(recover(path))
+        salvage_contents(content, path)
 
 
 def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path) -> None:
@@ -86,7 +79,7 @@ def test_recovery_of_a_sound_log_finds_everything(data: bytes, tmp_path: Path) -
     path = tmp_path / "sound.mcap"
     path.write_bytes(data)
     contents = read_contents(data, path)
-    assert list(recover(path)) == contents.messages
+    assert salvage_contents(data, path).messages == contents.messages
     log, recovered = recover_log(path)
     assert recovered.lost == ()
     assert recovered.messages == len(contents.messages)
@@ -230,17 +223,3 @@ def test_a_log_cut_before_its_site_cannot_be_a_plan_again(data: bytes, tmp_path:
     path.write_bytes(data[:2000])
     with pytest.raises(LogFileError):
         recover_log(path)
-
-
-def test_a_recovered_log_is_sound_and_keeps_every_message(data: bytes, tmp_path: Path) -> None:
-    damaged, saved = tmp_path / "cut.mcap", tmp_path / "saved.mcap"
-    damaged.write_bytes(data[: chunks_of(data)[-1][0] + 50])
-    written, recovered = recovered_bytes(damaged)
-    assert recovered_bytes(damaged)[0] == written
-    saved.write_bytes(written)
-    contents = read_contents(written, saved)
-    assert contents.messages == list(recover(damaged))
-    assert len(contents.messages) == recovered.messages
-    log = read_log(saved)
-    same(log.plan, recover_log(damaged)[0].plan)
-    assert [motion.order for motion in log.motions] == [0]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.render.render import render
+from bimvox_pipeline.render.scene import SceneOptions
 from bimvox_pipeline.voxelize import voxelize
 from box_sites import box_mesh
 from drawn_plans import motions_by_hand, plan_by_hand
@@ -50,7 +51,7 @@ def test_a_log_is_drawn_finished_and_under_way(log: Path, tmp_path: Path):
     document = render(log, done, size=SIZE, progress=SilentProgress())
     assert document["out"] == str(done)
     assert document["kind"] == "log"
-    render(log, lift, size=SIZE, lift="beam-b", progress=SilentProgress())
+    render(log, lift, size=SIZE, shown=SceneOptions(lift="beam-b"), progress=SilentProgress())
     assert drawn(done).shape == (100, 160, 3)
     assert (drawn(done) != drawn(lift)).any()
 
@@ -62,9 +63,11 @@ def test_the_same_file_gives_the_same_bytes(log: Path, tmp_path: Path):
 
 
 def test_the_angle_turns_the_picture(log: Path, tmp_path: Path):
-    document = render(log, tmp_path / "a.png", size=SIZE, azimuth_deg=10.0, progress=SilentProgress())
+    document = render(
+        log, tmp_path / "a.png", size=SIZE, shown=SceneOptions(azimuth_deg=10.0), progress=SilentProgress()
+    )
     assert document["azimuth_deg"] == 10.0
-    render(log, tmp_path / "b.png", size=SIZE, azimuth_deg=200.0, progress=SilentProgress())
+    render(log, tmp_path / "b.png", size=SIZE, shown=SceneOptions(azimuth_deg=200.0), progress=SilentProgress())
     assert (drawn(tmp_path / "a.png") != drawn(tmp_path / "b.png")).any()
 
 
@@ -85,7 +88,7 @@ def test_the_picture_goes_by_the_name_of_its_source(log: Path, tmp_path: Path, m
 
 def test_a_lift_that_is_not_there_is_named_with_its_neighbour(log: Path, tmp_path: Path):
     with pytest.raises(SelectionError, match="beam-b"):
-        render(log, tmp_path / "x.png", lift="beam-bb", progress=SilentProgress())
+        render(log, tmp_path / "x.png", shown=SceneOptions(lift="beam-bb"), progress=SilentProgress())
     assert not (tmp_path / "x.png").exists()
 
 
@@ -94,7 +97,7 @@ def test_what_cannot_be_drawn_is_said_before_the_work(log: Path, model: Path, tm
     with pytest.raises(InputError, match="PNG"):
         render(log, tmp_path / "x.jpeg", progress=silent)
     with pytest.raises(InputError, match="only a log"):
-        render(model, tmp_path / "x.png", lift="low", progress=silent)
+        render(model, tmp_path / "x.png", shown=SceneOptions(lift="low"), progress=silent)
     with pytest.raises(InputError, match="pixels"):
         render(log, tmp_path / "x.png", size=(1, 1), progress=silent)
     with pytest.raises(FileError):

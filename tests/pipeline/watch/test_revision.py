@@ -15,6 +15,7 @@ from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.prove import plan_and_prove
 
 from bimvox.errors import MotionError
+from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
 from bimvox.log.segments import newest, pending_of, segment_of
@@ -165,14 +166,11 @@ def test_segments_on_top_of_a_log_give_the_newest_plan(frame, tmp_path: Path):
         for part in revise(standing, site, preparation, first=1):
             standing = part.standing
             record = segment_of(
-                standing.plan,
+                PlanLog(standing.plan, revision=len(segments) + 1),
                 standing.motions,
                 part.made,
                 standing.pending,
-                revision=len(segments) + 1,
-                event={"why": "test"},
-                attachments={},
-                metadata={},
+                {"why": "test"},
             )
             path = tmp_path / f"{len(segments)}.mcap"
             with path.open("wb") as stream:
@@ -209,9 +207,7 @@ def test_a_plan_taken_up_halfway_is_finished(frame):
     assert orders
     assert len(cut) + len(orders) == len(half.plan.lifts)
     # As it is read back from disk: pending lifts have neither path nor motion.
-    record = segment_of(
-        half.plan, half.motions, parts[0].made, orders, revision=1, event={}, attachments={}, metadata={}
-    )
+    record = segment_of(PlanLog(half.plan, revision=1), half.motions, parts[0].made, orders, {})
     again = newest(log, [record])
     taken_up = standing_of(again.plan, again.motions)
     assert taken_up.pending == orders

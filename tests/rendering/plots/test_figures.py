@@ -8,7 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from bimvox.rendering.plots.histogram import Series, draw_histogram
+from bimvox.rendering.plots.histogram import Axis, Series, draw_histogram
 from bimvox.rendering.plots.look import LINES
 from bimvox.rendering.plots.plan_figures import draw_latencies, draw_path_ratios, draw_utilisation
 from bimvox.rendering.plots.scaling import Growth, draw_scaling
@@ -50,13 +50,13 @@ def test_every_lift_is_counted_once(drawn):
 
 
 def test_what_lies_beyond_the_ends_is_not_lost(drawn):
-    draw_histogram([Series("", np.array([-5.0, 0.5, 7.0]))], axis="x", counted="things", low=0.0, high=1.0)
+    draw_histogram([Series("", np.array([-5.0, 0.5, 7.0]))], Axis("x", 0.0, 1.0), counted="things")
     assert heights(drawn[0]) == 3
 
 
 def test_series_stand_on_each_other_and_differ_without_colour(drawn):
     draw_histogram(
-        [Series("a", np.array([1.0, 2.0])), Series("b", np.array([1.0, 2.0]))], axis="x", counted="n", bins=2
+        [Series("a", np.array([1.0, 2.0])), Series("b", np.array([1.0, 2.0]))], Axis("x", bins=2), counted="n"
     )
     bars = drawn[0].axes[0].patches
     assert [bar.get_y() for bar in bars] == [0, 0, 1, 1]

@@ -1,0 +1,72 @@
+"""What every crane is drawn from: lattice masts and jibs, and boxes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.rendering.scene.scene import Block, Strokes
+
+Vec = NDArray[np.float64]
+UP = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CraneParts:
+    """What a crane is drawn as.
+
+    Attributes:
+        strokes: Lattice, ties, rope and slings.
+        blocks: Foot, cab, counterweight, trolley and hook block.
+        points_m: (N, 3) what must be seen of it: foot, top, and the jib a little beyond the trolley. The ends of jib
+            and counter-jib may run out of the picture: a long jib would make the building tiny.
+    """
+
+    strokes: tuple[Strokes, ...]
+    blocks: tuple[Block, ...]
+    points_m: Vec
+
+
+def mast_lattice(base: Vec, width: float, top_m: float) -> tuple[list[tuple[Vec, Vec]], list[tuple[Vec, Vec]]]:
+    """Chords and lacing of the mast: one diagonal per panel and side, turning at every panel."""
+    corners = [np.array([a, b, 0.0]) * width / 2.0 for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    height = top_m - base[2]
+    chords = [(base + corner, base + corner + UP * height) for corner in corners]
+    panels = max(1, round(height / (1.4 * width)))
+    lacing = []
+    for n in range(panels):
+        low, high = UP * height * n / panels, UP * height * (n + 1) / panels
+        for side in range(4):
+            start, end = corners[side], corners[(side + 1) % 4]
+            if n % 2:
+                start, end = end, start
+            lacing.append((base + start + low, base + end + high))
+            lacing.append((base + corners[side] + high, base + corners[(side + 1) % 4] + high))
+    return chords, lacing
+
+
+def jib_lattice(
+    foot: Vec, tip: Vec, aside: Vec, width: float, up: Vec = UP
+) -> tuple[list[tuple[Vec, Vec]], list[tuple[Vec, Vec]]]:
+    """Chords and lacing of a jib of three chords, the upper one shorter by a panel."""
+    side, ridge = 0.35 * width * aside, 0.8 * width * up
+    length = float(np.linalg.norm(tip - foot))
+    panels = max(2, round(length / (1.1 * width)))
+    step = (tip - foot) / panels
+    chords = [(foot - side, tip - side), (foot + side, tip + side)]
+    chords.append((foot + ridge + 0.5 * step, tip + ridge - 0.5 * step))
+    lacing = []
+    for n in range(panels):
+        upper = foot + ridge + (n + 0.5) * step
+        for s in (-1.0, 1.0):
+            lacing += [(foot + n * step + s * side, upper), (upper, foot + (n + 1) * step + s * side)]
+        lacing.append((foot + n * step - side, foot + n * step + side))
+    return chords, lacing
+
+
+def block_of(centre: Vec, along: Vec, aside: Vec, size: tuple[float, float, float], rgb: tuple[int, int, int]) -> Block:
+    """Return a box from its middle, the directions of its edges on the plan, and their lengths."""
+    half = np.stack([along * size[0] / 2.0, aside * size[1] / 2.0, UP * size[2] / 2.0])
+    return Block(centre, half, rgb)
