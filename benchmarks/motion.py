@@ -41,14 +41,16 @@ def site_of(model: Path, folder: Path) -> Site:
 
 def swings_m(site: Site, motions: Sequence[LiftMotion]) -> tuple[float, float]:
     """Return the largest swing on the way and the largest that is left at an end of a loaded motion."""
-    assert site.crane is not None
+    assert site.cranes
     peak, left = 0.0, 0.0
     for motion in motions:
         pendulum = pendulum_of(
-            replace(site, rules=replace(site.rules, swing=SwingRule.SHAPED)), site.components[motion.component]
+            replace(site, rules=replace(site.rules, swing=SwingRule.SHAPED)),
+            site.cranes[motion.crane],
+            site.components[motion.component],
         )
         assert pendulum is not None
-        for swung in swung_parts(site.crane, motion, motion.loaded, pendulum):
+        for swung in swung_parts(site.cranes[motion.crane], motion, motion.loaded, pendulum):
             peak = max(peak, float(np.hypot(*swung.offset_m.T).max()))
         left = max(left, float(swung.amplitude_m[-1]))
     return peak, left

@@ -75,7 +75,7 @@ def large_plan():
         labels=labels,
         blockers=(Blocker("ground", "ground", _box((0, 0, 0), (200, 200, 1))), Blocker("silo", "obstruction", silo)),
         components=tuple(components),
-        crane=crane,
+        cranes=(crane,),
         rules=Rules(),
         yard=yard,
         site_to_ifc=np.eye(4),

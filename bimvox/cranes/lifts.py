@@ -140,14 +140,14 @@ class CraneLiftMaker:
         self.plan, self.number, self.lift, self.place = plan, number, lift, place
         self.watched = [*meanwhile, *(one for one in near if one not in meanwhile)]
         self.between = [one.lift for one in meanwhile]
-        self.site, self.crane = plan.site.for_crane(number), plan.site.cranes[number]
+        self.site, self.crane = plan.site, plan.site.cranes[number]
         self.component = self.site.components[lift.component]
 
     def made(self, space: CollisionSpace, before: LeftBehind | None) -> CraneLift:
         """Return it, given the rule of its stage and what the crane did before."""
         pick_vox = hook_on_cell(self.component, self.place, space)
         lying = self.lying()
-        now = empty_hook_clearance(self.site, space, self.place, NO_CELLS, lying)
+        now = empty_hook_clearance(self.site, self.crane, space, self.place, NO_CELLS, lying)
         early = late = None
         parkings: list[Parking] = []
         near = [pick_vox]
@@ -160,7 +160,7 @@ class CraneLiftMaker:
                 target_cells(self.site.components[before.lift.component]),
                 *self.arrived_since(before.lift, [self.lift]),
             ]
-            then = empty_hook_clearance(self.site, before.space, self.place, exit_vox, above)
+            then = empty_hook_clearance(self.site, self.crane, before.space, self.place, exit_vox, above)
             early = self._early(then, exit_vox[-1], pick_vox, slew_rad)
             late = early
             if self.between or early is None:
@@ -168,7 +168,7 @@ class CraneLiftMaker:
         for parked_vox in self.parking_cells(now, near):
             back = self.leg(now, parked_vox, pick_vox, slew_rad)
             if back is None:
-                rule = empty_hook_clearance(self.site, space, self.place, NO_CELLS)
+                rule = empty_hook_clearance(self.site, self.crane, space, self.place, NO_CELLS)
                 back = self.leg(rule, parked_vox, pick_vox, slew_rad, last=True)
             aside = self._early(then, exit_vox[-1], parked_vox, slew_rad) if before is not None else None
             if back is not None and (before is None or aside is not None):
@@ -184,7 +184,7 @@ class CraneLiftMaker:
 
     def carried(self, space: CollisionSpace, slew_rad: float) -> CraneLift:
         """Return it without ways of the empty hook, hooked on under a slewing angle."""
-        carry = replace(time_lift(self.site, self.crane, self.lift, space, None, 0, slew_rad), crane=self.number)
+        carry = time_lift(self.site, self.crane, self.lift, space, None, 0, slew_rad)
         track = carrying_track(self.site, self.crane, self.lift, carry)
         return CraneLift(self.lift, self.number, carry, None, None, (), track)
 
@@ -197,7 +197,7 @@ class CraneLiftMaker:
         """
         if not self.watched:
             return []
-        site, frame, outline = self.plan.site, self.site.frame, outline_of(self.crane)
+        site, frame, outline = self.site, self.site.frame, outline_of(self.crane)
         hook = load_frame(crane_for(self.site, self.crane, None), frame, HOOK_OFFSET)
         wanted = [float(axes_of_cells(hook, cell)[0]) for cell in near]
         judged: list[tuple[int, float, int, NDArray[np.int32]]] = []
@@ -215,8 +215,8 @@ class CraneLiftMaker:
         return [cell for _, cell in chosen[:_TRIED]]
 
     def _meets(self, outline: CraneOutline, stands: CraneTrack, one: CraneLift) -> bool:
-        other = outline_of(self.plan.site.cranes[one.crane])
-        separation_m = self.plan.site.rules.crane_separation_m
+        other = outline_of(self.site.cranes[one.crane])
+        separation_m = self.site.rules.crane_separation_m
         return first_conflict((outline, other), stands, one.track, separation_m) is not None
 
     def lying(self) -> list[NDArray[np.int32]]:
@@ -231,7 +231,7 @@ class CraneLiftMaker:
         """Return the crane's ways to a parking place after its last lift, given what it left."""
         exit_vox = left_cells(self.site, last.lift)
         above = [target_cells(self.component), *self.arrived_since(last.lift, self.between[-1:])]
-        rule = empty_hook_clearance(self.site, last.space, self.place, exit_vox, above)
+        rule = empty_hook_clearance(self.site, self.crane, last.space, self.place, exit_vox, above)
         legs = (
             self._early(rule, exit_vox[-1], parked_vox, last.slew_rad)
             for parked_vox in self.parking_cells(rule, [exit_vox[-1]])[:_KEPT]
@@ -264,10 +264,10 @@ class CraneLiftMaker:
         kept = exit_vox[exit_vox[:, 2] >= tops[exit_vox[:, 0], exit_vox[:, 1]]]
         if not len(kept) or (kept[-1] != exit_vox[-1]).any():
             return None
-        rule = empty_hook_clearance(self.site, space, self.place, kept, lying)
+        rule = empty_hook_clearance(self.site, self.crane, space, self.place, kept, lying)
         leg = self.leg(rule, exit_vox[-1], pick_vox, slew_rad)
         if leg is None and lying:
-            rule = empty_hook_clearance(self.site, space, self.place, kept)
+            rule = empty_hook_clearance(self.site, self.crane, space, self.place, kept)
             leg = self.leg(rule, exit_vox[-1], pick_vox, slew_rad, last=True)
         return leg
 
@@ -299,7 +299,7 @@ class CraneLiftMaker:
         hook = load_frame(crane_for(self.site, self.crane, None), self.site.frame, HOOK_OFFSET)
         wanted_rad = float(axes_of_cells(hook, cell)[0])
         best: tuple[float, NDArray[np.int32]] | None = None
-        for place in parking_cells(self.plan.site, self.number, rule)[::2]:
+        for place in parking_cells(self.site, self.number, rule)[::2]:
             off_rad = _turn(float(axes_of_cells(hook, place)[0]) - wanted_rad)
             if best is None or off_rad < best[0]:
                 best = off_rad, place

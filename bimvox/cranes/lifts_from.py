@@ -106,19 +106,20 @@ def _from_there(
     pick_vox = hook_on_cell(component, place, space)
     at_vox = cells_of_axes(hook, axes)
     lying = maker.lying()
-    now = empty_hook_clearance(site, space, place, NO_CELLS, lying)
+    now = empty_hook_clearance(site, maker.crane, space, place, NO_CELLS, lying)
     there = bool(np.abs(at_vox - pick_vox).max() <= _THERE_VOX)
     early = None
     if last:
         since, rule = last[-1]
         above = [target_cells(site.components[since.component]), *maker.arrived_since(since, [maker.lift])]
-        then = empty_hook_clearance(site, rule, place, NO_CELLS, above)
+        then = empty_hook_clearance(site, maker.crane, rule, place, NO_CELLS, above)
         early = None if there else _early(maker, then, pose, pick_vox, since.order)
     late = None
     if not there:
         late = _way(maker, now, pose, pick_vox)
         if late is None:
-            late = _way(maker, empty_hook_clearance(site, space, place, NO_CELLS), pose, pick_vox, last=True)
+            bare = empty_hook_clearance(site, maker.crane, space, place, NO_CELLS)
+            late = _way(maker, bare, pose, pick_vox, last=True)
     parkings: list[Parking] = []
     near = [pick_vox, np.round(at_vox).astype(np.int32)]
     for parked_vox in maker.parking_cells(now, near):
@@ -151,7 +152,7 @@ def _way(
 ) -> Leg | None:
     """A way of the empty hook from rest at any pose to a cell."""
     site, crane = maker.site, crane_for(maker.site, maker.crane, None)
-    hook, empty = load_frame(crane, site.frame, HOOK_OFFSET), pendulum_of(site, None)
+    hook, empty = load_frame(crane, site.frame, HOOK_OFFSET), pendulum_of(site, crane, None)
     for cell in go_on_cells(rule, hook, pose):
         start_vox = np.array(cell, np.int32)
         first = move_to_cell(hook, pose, cell)

@@ -46,7 +46,7 @@ def time_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]
         InputError: If the site has no crane.
         MotionError: If a path is not free or cannot be driven, or a crane is always in a lift's way; says which lift.
     """
-    if not plan.site.other_cranes:
+    if not plan.site.has_several_cranes:
         return time_plan(plan, clearances)
     return _Schedule(plan, crane_lifts(plan, clearances)).run()
 
@@ -237,7 +237,7 @@ class _Schedule:
         if leg.last:
             first_ns = max([first_ns, *(ns for n, ns in self.released_ns.items() if n < order)])
         passed_ns = min([self.set_ns[n] for n in leg.before if n in self.set_ns], default=None)
-        track = approach_track(self.site.for_crane(crane.number), self.site.cranes[crane.number], leg.way, 0)
+        track = approach_track(self.site, self.site.cranes[crane.number], leg.way, 0)
         latest_ns = None if passed_ns is None else passed_ns - int(leg.way.time_ns[-1])
         if at_once:
             latest_ns = first_ns if latest_ns is None else min(first_ns, latest_ns)
@@ -302,8 +302,8 @@ class _Schedule:
         if crane.at != "pick" or crane.tracks or not crane.starts:
             return False
         for parking in crane.lifts[0].parkings:
-            site, machine = self.site.for_crane(crane.number), self.site.cranes[crane.number]
-            parked = standing_at(approach_track(site, machine, parking.back.way, 0).first, 0)
+            machine = self.site.cranes[crane.number]
+            parked = standing_at(approach_track(self.site, machine, parking.back.way, 0).first, 0)
             if self._conflict(crane, parked, 0) is None:
                 crane.stands, crane.at, crane.parking = parked, "parked", parking
                 return True

@@ -117,7 +117,7 @@ def _write(bag: _Bag, log: PlanLog) -> None:
         bag.write(f"/{prefix}robot_description", begins, robot)
     lifts = (_lift(bag, log, track, motions.get(track.lift.order)) for track in tracks)
     messages: Iterable[tuple[str, int, Any]] = chain.from_iterable(lifts)
-    if site.other_cranes:
+    if site.has_several_cranes:
         messages = sorted(messages, key=lambda message: message[1])  # lifts overlap
     for topic, time_ns, message in messages:
         bag.write(topic, time_ns, message)
@@ -128,7 +128,7 @@ def _lift(bag: _Bag, log: PlanLog, track: LoadTrack, motion: LiftMotion | None) 
     site = log.plan.site
     yield "/lift/path", track.start_ns, _path(bag, track)
     loads = _loads(bag, track, f"component/{site.components[track.lift.component].id}")
-    if motion is None or site.crane is None:
+    if motion is None or not site.cranes:
         for time_ns, transform in loads.items():
             yield "/tf", time_ns, bag.make("tf2_msgs/msg/TFMessage", transforms=[transform])
         return

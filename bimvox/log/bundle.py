@@ -42,12 +42,12 @@ class SiteWriter:
     """
 
     def __init__(self, site: Site) -> None:
-        values = {name: getattr(site, name) for name in names_to_write(site)}
-        self._known = {name: (value, Encoded(value)) for name, value in values.items()}
+        self._known = {name: (value, Encoded(value)) for name, value in _values_of(site).items()}
 
     def to_bytes(self, site: Site) -> bytes:
         """Return what :func:`site_to_bytes` returns."""
-        same = {name: encoded for name, (value, encoded) in self._known.items() if getattr(site, name) is value}
+        values = _values_of(site)
+        same = {name: encoded for name, (value, encoded) in self._known.items() if values.get(name) is value}
         return _to_bytes(site, same)
 
 
@@ -55,12 +55,34 @@ def _to_bytes(site: Site, known: Mapping[str, Encoded]) -> bytes:
     arrays = ArrayWriter()
     values = ",".join(
         f"{json_text(name)}:{known[name].text(arrays) if name in known else json_text(encode(value, arrays))}"
-        for name, value in ((name, getattr(site, name)) for name in names_to_write(site))
+        for name, value in _values_of(site).items()
     )
     text = f'{{"format":{json_text(_FORMAT)},"version":{_VERSION},"site":{{{values}}}}}'
     members = {"site.json": text.encode()}
     members |= {f"{dtype}.npy": to_npy(flat) for dtype, flat in arrays.flat().items()}
     return pack(members)
+
+
+def _values_of(site: Site) -> dict[str, Any]:
+    """The fields of a site by the names that they have in a bundle: of ``cranes`` the first, and the others if any."""
+    values: dict[str, Any] = {}
+    for name in names_to_write(site):
+        if name == "cranes":
+            values["crane"] = next(iter(site.cranes), None)
+        else:
+            values[name] = getattr(site, name)
+    return {**values, "other_cranes": site.cranes[1:]} if site.has_several_cranes else values
+
+
+def _with_cranes(values: Any) -> Any:
+    """Undo what ``_values_of`` does to the cranes."""
+    if not isinstance(values, dict) or "crane" not in values or "cranes" in values:
+        raise DecodeError("site: not a table with a 'crane'")
+    first, others = values["crane"], values.get("other_cranes", [])
+    if not isinstance(others, list):
+        raise DecodeError("site.other_cranes: not a list")
+    rest = {name: value for name, value in values.items() if name not in ("crane", "other_cranes")}
+    return {**rest, "cranes": [] if first is None else [first, *others]}
 
 
 def site_from_bytes(data: bytes, name: str) -> Site:
@@ -88,7 +110,7 @@ def _read(members: dict[str, bytes]) -> Site:
         raise ArchiveError("it is not a site")
     if document.get("version") != _VERSION:
         raise ArchiveError(f"its version {document.get('version')!r} is not {_VERSION}; use the bimvox that made it")
-    site: Site = decode(Site, document.get("site"), ArrayReader(flat), "site")
+    site: Site = decode(Site, _with_cranes(document.get("site")), ArrayReader(flat), "site")
     _check(site)
     return site
 

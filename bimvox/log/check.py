@@ -70,7 +70,7 @@ def check_load_poses(contents: Contents, log: PlanLog) -> Check:
     check = Check("load_poses", unit="m")
     site = log.plan.site
     shown = [_load_poses(contents, number) for number in range(max(1, len(site.cranes)))]
-    if site.crane is None:
+    if not site.cranes:
         _, corner_m, _ = shown[0]
         wanted = [site.frame.corner_of(lift.path_vox) for lift in log.planned if lift.path_vox is not None]
         there = {tuple(np.round(corner, 6)) for corner in corner_m.tolist()}
@@ -106,7 +106,7 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
     """
     check = Check("commands", unit="share of bend")
     site = log.plan.site
-    if site.crane is None:
+    if not site.cranes:
         return check
     told = [_told(contents, topics.of_crane(topics.COMMAND, number)) for number in range(len(site.cranes))]
     for motion in log.motions:
@@ -114,7 +114,7 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
         most = np.array([axis.acceleration for axis in pose_limits(crane)])
         allowed = 2.0 * most * site.rules.sample_period_s**2 / 8.0 + _ROUNDING
         name, own = f"lift {motion.number}", told[motion.crane].get(motion.order, [])
-        others = [c.crane for c in own if site.other_cranes and c.crane != crane.name]
+        others = [c.crane for c in own if site.has_several_cranes and c.crane != crane.name]
         if others:
             check.look(False, f"{name}: its commands are for crane {others[0]!r}, it is driven by {crane.name!r}")
             continue

@@ -32,7 +32,7 @@ def log_messages(record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int) ->
     yield _line(start_ns, Log.INFO, f"{site.name}: {planned} of {len(lifts)} lifts planned")
     if record.context:
         yield _line(start_ns, Log.INFO, f"this is an extract: {len(plan.lifts)} of {len(lifts)} lifts")
-    if site.crane is not None and site.rules.swing is SwingRule.OFF:
+    if site.cranes and site.rules.swing is SwingRule.OFF:
         yield _line(start_ns, Log.WARNING, "the swing of loads is not looked at ([rules] swing = off)")
     for lift in plan.lifts:
         if lift.status is Status.INFEASIBLE:
@@ -73,7 +73,7 @@ def event_messages(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[tup
             "component": component.id,
             "global_id": component.global_id,
         }
-        if site.other_cranes and (crane := site.crane_of(component)) is not None:
+        if site.has_several_cranes and (crane := site.crane_of(component)) is not None:
             about[CRANE_FIELD] = crane.name
         whole = about | {
             "name": component.name,
@@ -99,7 +99,7 @@ def event_messages(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[tup
 def _crane_of(site: Site, component: Component) -> str:
     """Which crane lifts it, where there are several."""
     crane = site.crane_of(component)
-    return f", crane {crane.name}" if site.other_cranes and crane is not None else ""
+    return f", crane {crane.name}" if site.has_several_cranes and crane is not None else ""
 
 
 def _line(time_ns: int, level: Any, text: str) -> tuple[int, str, Any]:

@@ -150,7 +150,7 @@ def _cells(data: bytes, site: Site, path: Path) -> NDArray[np.int32]:
 
 def _joints(messages: list[LogMessage], site: Site, path: Path) -> tuple[JointSamples, ...]:
     """The joint states of every crane."""
-    if site.crane is None:
+    if not site.cranes:
         raise LogFileError(path, "it holds motions, but its site has no crane")
     return tuple(
         _joints_of(messages, crane, topics.of_crane(topics.JOINTS, number), path)

@@ -121,7 +121,7 @@ def _crane_number(record: PlanLog, track: LoadTrack) -> int:
 
 
 def _check(record: PlanLog) -> None:
-    if record.plan.site.crane is None and record.motions:
+    if not record.plan.site.cranes and record.motions:
         raise InputError("motions for a site that has no crane")
     planned = [lift.number for lift in record.planned]
     timed = [motion.number for motion in record.motions]
@@ -228,7 +228,7 @@ def _transforms(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[Rows]:
 
 
 def _joints(record: PlanLog, number: int) -> Iterator[Rows]:
-    if record.plan.site.crane is None:
+    if not record.plan.site.cranes:
         return
     crane = record.plan.site.cranes[number]
     states = JointStates(joints=[JointState(name=name) for name in joint_names(crane)])
@@ -249,9 +249,9 @@ def _joints(record: PlanLog, number: int) -> Iterator[Rows]:
 
 def _commands(record: PlanLog, number: int) -> Iterator[Rows]:
     site = record.plan.site
-    if site.crane is None:
+    if not site.cranes:
         return
-    crane, topic, named = site.cranes[number], topics.of_crane(topics.COMMAND, number), bool(site.other_cranes)
+    crane, topic, named = site.cranes[number], topics.of_crane(topics.COMMAND, number), site.has_several_cranes
     ids = [component.id for component in record.plan.site.components]
     for motion in record.motions:
         if motion.crane == number:

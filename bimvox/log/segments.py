@@ -120,7 +120,7 @@ def _on_one_clock(site: Site, motions: Mapping[int, LiftMotion], pending: Collec
 
     Of several cranes all motions that changed are in the segments, those that only moved on the clock too.
     """
-    if site.other_cranes:
+    if site.has_several_cranes:
         return tuple(motions[order] for order in sorted(motions))
     first = min(pending, default=None)
     known = [motions[order] for order in sorted(motions) if first is None or order < first]

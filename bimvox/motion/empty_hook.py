@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.summed_area import box_sum
 from bimvox.records.lift import YardPlace
 from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
@@ -26,6 +27,7 @@ _BLOCK = 8
 
 def empty_hook_clearance(
     site: Site,
+    crane: TowerCrane,
     space: CollisionSpace,
     place: YardPlace,
     left_vox: NDArray[np.int32],
@@ -34,7 +36,8 @@ def empty_hook_clearance(
     """Return the collision rule for the empty hook on its way to the next part.
 
     Args:
-        site: The site; the hook alone may go as far as the jib does.
+        site: The site.
+        crane: The crane; its hook alone may go as far as the jib does.
         space: The rule for the next part's own lift: its table holds the part just set, not the next part itself.
         place: Where the next part waits; the hook comes onto it from above.
         left_vox: (N, 3) cells of the slings' end on the last moves to the set point: the hook may leave by the way by
@@ -44,7 +47,7 @@ def empty_hook_clearance(
     top = _top_of_table(space.table)
     for cells in above:
         np.maximum.at(top, (cells[:, 0], cells[:, 1]), cells[:, 2] + np.int32(1))
-    floor, ceiling = hook_room(site, top, None)
+    floor, ceiling = hook_room(site, crane, top, None)
     floor = floor.copy()
     # The next part is not in the table: keep the hook above it.
     for cells in (place.shape.cells + np.array(place.cell_vox, np.int32), *above):

@@ -94,8 +94,8 @@ def plan_figures(plan: LiftPlan, motions: Sequence[LiftMotion], *, critical_shar
         hook_travel_m=sum(hook_travel_m(plan.site, motion) for motion in motions) if motions else None,
         critical=sum(capacity_used(plan.site, motion) >= share for motion in motions) if motions else None,
         critical_share=share,
-        swing=plan.site.rules.swing if plan.site.crane is not None else None,
-        cranes=_each(plan.site, motions) if plan.site.other_cranes else (),
+        swing=plan.site.rules.swing if plan.site.cranes else None,
+        cranes=_each(plan.site, motions) if plan.site.has_several_cranes else (),
     )
 
 

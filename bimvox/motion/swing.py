@@ -57,17 +57,18 @@ class Swing:
         return beyond
 
 
-def pendulum_of(site: Site, component: Component | None) -> Pendulum | None:
-    """Return a component on the hook of a site's crane (None: the empty hook) as a pendulum; None where swing is off.
+def pendulum_of(site: Site, crane: TowerCrane, component: Component | None) -> Pendulum | None:
+    """Return what hangs on a crane's hook as a pendulum; None if swing is off.
 
     Args:
-        site: A site with a crane.
-        component: One of its components, or None.
+        site: The site.
+        crane: One of its cranes.
+        component: The load; None for the empty hook.
     """
-    if site.crane is None or site.rules.swing is SwingRule.OFF:
+    if site.rules.swing is SwingRule.OFF:
         return None
     half_m = 0.0 if component is None else 0.5 * component.shape.size_vox[2] * site.frame.voxel_size_m
-    return Pendulum(crane_for(site, site.crane, component).sling_m + half_m)
+    return Pendulum(crane_for(site, crane, component).sling_m + half_m)
 
 
 def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendulum: Pendulum) -> Swing:

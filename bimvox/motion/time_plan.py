@@ -48,7 +48,7 @@ def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]])
         MotionError: If a path is not free or cannot be driven; says which lift.
     """
     site = plan.site
-    if site.crane is None:
+    if not site.cranes:
         raise InputError(
             "the site has no crane, so its lifts have no timed motion", hint="add [crane] to the site file"
         )
@@ -59,7 +59,8 @@ def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]])
             continue
         clock_ns = motions[-1].end_ns if motions else 0
         slew_rad = float(motions[-1].loaded.slew_rad[-1]) if motions else 0.0
-        motions.append(time_lift(site, site.crane, lift, space, before, clock_ns, slew_rad))
+        crane = site.cranes[site.components[lift.component].crane]
+        motions.append(time_lift(site, crane, lift, space, before, clock_ns, slew_rad))
         before = lift
     return tuple(motions)
 
@@ -111,13 +112,13 @@ def _motion(
     crane = crane_for(site, crane, None)
     hook = load_frame(crane, site.frame, HOOK_OFFSET)
     period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
-    hanging = pendulum_of(site, component)
+    hanging = pendulum_of(site, crane, component)
     spans: list[tuple[PhaseName, int]] = []
     approach: Trajectory | None = None
     hook_on_vox = hook_on_cell(component, place, space)
     if before is not None:
         left_vox = left_cells(site, before)
-        rule = empty_hook_clearance(site, space, place, left_vox)
+        rule = empty_hook_clearance(site, crane, space, place, left_vox)
         approach = empty_way(site, crane, rule, left_vox[-1], hook_on_vox, slew_rad)
         slew_rad = float(approach.slew_rad[-1])
         spans.append((PhaseName.APPROACH, int(approach.time_ns[-1])))
@@ -140,7 +141,9 @@ def _motion(
         if length_ns > 0:
             phases.append(Phase(name, at_ns, at_ns + length_ns))
             at_ns += length_ns
-    return LiftMotion(lift.order, lift.component, approach, raising, loaded, tuple(phases), clock_ns, at_ns)
+    return LiftMotion(
+        lift.order, lift.component, approach, raising, loaded, tuple(phases), clock_ns, at_ns, component.crane
+    )
 
 
 def empty_way(
@@ -164,7 +167,7 @@ def empty_way(
     Raises:
         PlanningError: If there is no free way.
     """
-    crane, empty = crane_for(site, crane, None), pendulum_of(site, None)
+    crane, empty = crane_for(site, crane, None), pendulum_of(site, crane, None)
     hook = load_frame(crane, site.frame, HOOK_OFFSET)
     timeline, needed_m = drive_free(crane, rule, hook, start_vox, end_vox, slew_rad, empty)
     return sampled(timeline, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, empty)

@@ -58,7 +58,7 @@ class Occupancy:
     def space(self, component: Component) -> CollisionSpace:
         """Return the collision rule for lifting ``component`` now."""
         table, top = self._table_and_top()
-        room = hook_room(self._site, top, component)
+        room = hook_room(self._site, self._site.crane_of(component), top, component)
         return CollisionSpace(
             table,
             component.shape.boxes,
@@ -74,7 +74,7 @@ class Occupancy:
         if rope == 0 or not self._site.rules.rope:
             return grown
         top = maximum_filter(self._table_and_top()[1], size=2 * rope + 1, mode="constant")
-        return grown._replace(hook_floor=hook_room(self._site, top, component).floor)
+        return grown._replace(hook_floor=hook_room(self._site, self._site.crane_of(component), top, component).floor)
 
     def _table_and_top(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         if self._kept is None:

@@ -28,7 +28,7 @@ def refused_by_crane(site: Site, component: Component) -> str | None:
     if crane is None:
         return None
     reasons = {one.name: _by_wind(site, one, component) or _by_radius(site, one, component) for one in site.cranes}
-    if reasons[crane.name] is None or not site.other_cranes:
+    if reasons[crane.name] is None or not site.has_several_cranes:
         return reasons[crane.name]
     return "; ".join(f"{name}: {reason or 'could take it, but it is not its part'}" for name, reason in reasons.items())
 

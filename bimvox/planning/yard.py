@@ -203,7 +203,8 @@ def _find(
     if not choices:
         return None
     margin = margin_vox(site)
-    hook = hook_room(site, np.zeros(site.shape[:2], np.int32), component).floor < HOOK_FORBIDDEN
+    room = hook_room(site, site.crane_of(component), np.zeros(site.shape[:2], np.int32), component)
+    hook = room.floor < HOOK_FORBIDDEN
     shape = component.shape
     for pose, turn in choices:
         size_x, size_y, size_z = erection_size_vox(turned_shape(shape, turn), pose)
@@ -239,7 +240,7 @@ def _on_its_side(
 
     So the cranes fetch from different parts of the yard, and do not stand in each other's way there.
     """
-    if not site.other_cranes:
+    if not site.has_several_cranes:
         return cells
     hook_m = np.array(site.frame.origin_m[:2]) + site.frame.voxel_size_m * (cells + offset + 0.5)
     apart_m = np.stack([np.hypot(*(hook_m - np.array(crane.base_m[:2])).T) for crane in site.cranes])

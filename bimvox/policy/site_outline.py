@@ -55,7 +55,7 @@ def outline_of(site: Site) -> SiteOutline:
         site.frame.voxel_size_m,
         len(site.components),
         max(max(component.shape.size_vox) for component in site.components),
-        site.crane is not None and site.rules.rope,
+        bool(site.cranes) and site.rules.rope,
         _sketch(filled).tobytes().hex(),
     )
 

@@ -200,21 +200,19 @@ class _Way:
 
 
 def _way_of(site: Site, number: int, motions: Sequence[LiftMotion]) -> _Way:
-    own = site.for_crane(number)
-    assert own.crane is not None
-    crane = own.crane
+    crane = site.cranes[number]
     motions = sorted(motions, key=lambda motion: motion.start_ns)
     samples = [motion.samples() for motion in motions]
     time_ns = np.concatenate([times for times, _ in samples])
     axes = np.concatenate([values for _, values in samples])
     once = np.concatenate([[True], np.diff(time_ns) > 0])
-    empty, size_m = crane_for(own, crane, None), site.frame.voxel_size_m
+    empty, size_m = crane_for(site, crane, None), site.frame.voxel_size_m
     loose = ((-_EMPTY_M, _EMPTY_M, -_EMPTY_M, _EMPTY_M), empty.sling_m, empty.sling_m)
     hung = [_Hung(motions[0].start_ns, *loose)]
     swing = []
     for motion in motions:
         component = site.components[motion.component]
-        rigged = crane_for(own, crane, component)
+        rigged = crane_for(site, crane, component)
         x, y = (n + 0.5 for n in component.hook_offset_vox[:2])
         width, depth, height = component.shape.size_vox
         box_m = (-size_m * x, size_m * (width - x), -size_m * y, size_m * (depth - y))
@@ -224,7 +222,7 @@ def _way_of(site: Site, number: int, motions: Sequence[LiftMotion]) -> _Way:
         load = (rigged.sling_m + height_m, rigged.sling_m + height_m / 2.0)
         hung += [_Hung(raised_ns, box_m, *load), _Hung(off_ns, *loose)]
         for way, part in ((motion.approach, None), (motion.loaded, component), (motion.departure, None)):
-            pendulum = pendulum_of(own, part)
+            pendulum = pendulum_of(site, crane, part)
             for swung in swung_parts(crane, motion, way, pendulum) if pendulum is not None and way is not None else ():
                 at_ns = motion.start_ns + 1e9 * swung.time_s
                 swing.append(np.stack([at_ns, swung.amplitude_m]))
@@ -238,7 +236,7 @@ def _way_of(site: Site, number: int, motions: Sequence[LiftMotion]) -> _Way:
         axes[once],
         tuple(sorted(hung, key=lambda one: one.from_ns)),
         np.concatenate(swing, axis=1) if swing else np.empty((2, 0)),
-        pendulum_of(own, None) is not None,
+        pendulum_of(site, crane, None) is not None,
     )
 
 

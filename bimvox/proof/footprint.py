@@ -107,11 +107,11 @@ class CellMask:
         left.empty = not left._words.any()
         return left
 
-    def reaches_jib(self, site: Site) -> bool:
-        """Return whether any cell is as high as the site's jib."""
-        if self.empty or site.crane is None:
+    def reaches_jib(self, site: Site, crane: TowerCrane) -> bool:
+        """Return whether any cell is as high as a crane's jib."""
+        if self.empty:
             return False
-        lowest = jib_cell(site, site.crane)
+        lowest = jib_cell(site, crane)
         bits = np.zeros(self._words.shape[1] * _WORD, np.bool_)
         bits[max(lowest, 0) :] = True
         high = np.packbits(bits, bitorder="little").view(np.uint64)
@@ -133,7 +133,7 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     mask.add(place.turning_cells(component))
     path = lift.path_vox.astype(np.int64)
     mask.add_placements(path, grown_cells(component.shape.cells, margin_vox(site)))
-    if site.crane is not None and site.rules.rope:
+    if site.cranes and site.rules.rope:
         for aside in _around(rope_margin_vox(site)):
             mask.add_columns_above(path + np.array(component.hook_offset_vox) + aside)
     return mask.footprint()
@@ -149,10 +149,9 @@ def motion_footprint(site: Site, lift: Lift, motion: LiftMotion, since_ns: int |
         since_ns: Only what is swept from this time on, on the site's clock.
     """
     assert lift.place is not None
-    assert site.crane is not None
     mask = CellMask(site.shape)
     rest_ns = 0 if since_ns is None else since_ns - motion.start_ns
-    _add_motion(mask, site, site.crane, site.components[lift.component], lift.place, motion, rest_ns)
+    _add_motion(mask, site, lift.place, motion, rest_ns)
     return mask.footprint()
 
 
@@ -160,30 +159,28 @@ def hook_footprint(site: Site, motion: LiftMotion, way: Trajectory, since_ns: in
     """Return the cells that ``verify_motions`` looks at for a way of the empty hook from a time on.
 
     Args:
-        site: The site, as its crane works on it.
+        site: The site.
         motion: The lift that the way belongs to.
         way: The way, times from the start of the lift.
         since_ns: On the site's clock.
     """
-    assert site.crane is not None
-    mask, rest_ns = CellMask(site.shape), since_ns - motion.start_ns
+    crane, mask, rest_ns = site.cranes[motion.crane], CellMask(site.shape), since_ns - motion.start_ns
     rest = _rest_of(way, rest_ns)
     if rest is not None and site.rules.rope:
-        mask.add_columns_above(_placements(site, site.crane, rest, _SLINGS_END))
-        mask.add_columns_above(swung_placements(site, site.crane, motion, way, None, rest_ns))
+        mask.add_columns_above(_placements(site, crane, rest, _SLINGS_END))
+        mask.add_columns_above(swung_placements(site, crane, motion, way, None, rest_ns))
     return mask.footprint()
 
 
 def jib_meets(site: Site, motion: LiftMotion, cells: NDArray[np.int32]) -> bool:
     """Return whether the jib turns into any of the cells ((N, 3)) during a lift."""
-    if site.crane is None:
-        return False
-    if site.crane.luffing is not None:
-        swept = swept_by_jib(site, site.crane, site.crane.luffing, motion.samples()[1])
+    crane = site.cranes[motion.crane]
+    if crane.luffing is not None:
+        swept = swept_by_jib(site, crane, crane.luffing, motion.samples()[1])
         return bool(swept[tuple(cells.T)].any())
-    if not reaches_jib(site, site.crane, cells):
+    if not reaches_jib(site, crane, cells):
         return False
-    return bool(tallest_met(site, site.crane, cells, motion.samples()[1][:, 0]))
+    return bool(tallest_met(site, crane, cells, motion.samples()[1][:, 0]))
 
 
 def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox: int) -> Footprint:
@@ -209,16 +206,9 @@ def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox
     return mask.footprint()
 
 
-def _add_motion(
-    mask: CellMask,
-    site: Site,
-    crane: TowerCrane,
-    component: Component,
-    place: YardPlace,
-    motion: LiftMotion,
-    rest_ns: int,
-) -> None:
+def _add_motion(mask: CellMask, site: Site, place: YardPlace, motion: LiftMotion, rest_ns: int) -> None:
     """What the load, its hook line and the empty hook's line sweep, by the definitions of the verifier."""
+    crane, component = site.cranes[motion.crane], site.components[motion.component]
     hook = np.array(component.hook_offset_vox)
     upright = place.pose is StoredPose.AS_BUILT and not place.turn
     for whole, with_load in ((motion.raising, upright), (motion.loaded, True)):

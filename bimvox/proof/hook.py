@@ -67,7 +67,9 @@ class HookProof(LiftProof):
         cells = reference_cells(self.crane, frame, way.axes, _SLINGS_END)
         placements = Placements(cells, way.slack_vox)
         time_s = approach.time_ns[way.sample] / 1e9
-        check_zone(self.checks["zones"], f"{name}, {empty.what}", self.site, placements, None, cells, time_s)
+        check_zone(
+            self.checks["zones"], f"{name}, {empty.what}", self.site, self.crane, placements, None, cells, time_s
+        )
         if not self.site.rules.rope:
             return
         present = empty.present

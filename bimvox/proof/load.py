@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.axes import axes_of_samples
 from bimvox.proof.lift import LiftProof
 from bimvox.proof.moment import Moment, Thing, near_and_far, passed_by
@@ -87,7 +88,7 @@ class LoadProof(LiftProof):
             self._check_contact(component, cells, hit & tail & now, [thing for thing in near if thing not in passed])
         if self.site.rules.rope:
             self._check_rope(name, component, moment, cells, placements, tail, near, far, time_s, now)
-        check_zone(self.checks["zones"], name, self.site, placements, component, cells, time_s)
+        check_zone(self.checks["zones"], name, self.site, self.crane, placements, component, cells, time_s)
 
     def _left(self, placements: Placements, own: NDArray[np.int32], without: Sequence[Thing]) -> NDArray[np.bool_]:
         """(N,) at which positions the load is in cells of anything else."""
@@ -152,6 +153,7 @@ def check_zone(
     check: Check,
     name: str,
     site: Site,
+    crane: TowerCrane,
     placements: Placements,
     component: Component | None,
     cells: NDArray[np.float64],
@@ -163,6 +165,7 @@ def check_zone(
         check: Where the result goes.
         name: The lift, for messages.
         site: The site.
+        crane: Its crane.
         placements: Whole placements around every position.
         component: The load; None for the empty hook.
         cells: (N, 3) the positions, in reference cells.
@@ -187,8 +190,8 @@ def check_zone(
     if site.no_load is not None and component is not None:
         columns = np.unique(component.shape.cells[:, :2], axis=0).astype(np.int64)
         look(placements.at_positions(over(site.no_load, columns)), "the load is over a zone that is closed to it")
-    if site.hook_heights is not None and site.crane is not None:
-        sling_m = crane_for(site, site.crane, component).sling_m
+    if site.hook_heights is not None:
+        sling_m = crane_for(site, crane, component).sling_m
         hook_m = site.frame.origin_m[2] + (cells[:, 2] + offset[2]) * site.frame.voxel_size_m + sling_m
         columns = placements.cells[:, :2] + offset[:2]
         shape = site.hook_heights.low_m.shape

@@ -36,7 +36,6 @@ from bimvox.proof.triangles import TriangleCheck
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, Verification, turn_to
-from bimvox.site.site import Site
 
 UNITS = {
     "timeline": "",
@@ -108,11 +107,11 @@ class _Verifier:
     ) -> None:
         self.window_ns, self.known = window_ns, known
         self.plan, self.site, self.motions, self.context = plan, plan.site, motions, context
-        units = UNITS | (CRANES_UNITS if plan.site.other_cranes else {})
+        units = UNITS | (CRANES_UNITS if plan.site.has_several_cranes else {})
         self.checks = {name: Check(name, unit=unit) for name, unit in units.items()}
 
     def run(self) -> Verification:
-        if self.site.crane is None:
+        if not self.site.cranes:
             self.checks["timeline"].look(not self.motions, "motions on a site that has no crane")
             return Verification(tuple(self.checks.values()))
         self._check_timeline()
@@ -120,7 +119,7 @@ class _Verifier:
         triangles, cells = TriangleCheck(self.plan), RawCells(self.site.shape)
         proofs = [self._proofs(number, triangles, cells) for number in range(len(self.site.cranes))]
         seen = self.motions if self.known is None else self.known
-        between = Between(self.plan, self._sound_ones(seen), self.context) if self.site.other_cranes else None
+        between = Between(self.plan, self._sound_ones(seen), self.context) if self.site.has_several_cranes else None
         previous: dict[int, LiftMotion] = {}
         for moment in moments(self.plan, self.context):
             motion = by_order.get(moment.lift.order)
@@ -140,9 +139,9 @@ class _Verifier:
                 moment = replace(moment, before=between.before(moment.lift))
             if before is not None and (moment.before is None or before.order != moment.before.order):
                 before = None
-            site, crane, load, hook, swing = proofs[component.crane]
+            crane, load, hook, swing = proofs[component.crane]
             self._check_axes(name, crane, moment, motion)
-            check_ends(self.checks["ends"], name, site, crane, moment, motion, before)
+            check_ends(self.checks["ends"], name, self.site, crane, moment, motion, before)
             cells.move_to(moment.present)
             load.check(name, moment, motion)
             ways = None if between is None else tuple(between.ways(moment, motion))
@@ -155,11 +154,11 @@ class _Verifier:
 
     def _proofs(
         self, number: int, triangles: TriangleCheck, cells: RawCells
-    ) -> tuple[Site, TowerCrane, LoadProof, HookProof, SwingProof]:
-        """The site as one of its cranes works on it, and what proves that crane's motions."""
-        site, crane = self.site.for_crane(number), self.site.cranes[number]
-        shared = (site, crane, triangles, cells, self.checks, self.window_ns)
-        return site, crane, LoadProof(*shared), HookProof(*shared), SwingProof(*shared)
+    ) -> tuple[TowerCrane, LoadProof, HookProof, SwingProof]:
+        """One of the cranes, and what proves its motions."""
+        crane = self.site.cranes[number]
+        shared = (self.site, crane, triangles, cells, self.checks, self.window_ns)
+        return crane, LoadProof(*shared), HookProof(*shared), SwingProof(*shared)
 
     def _sound_ones(self, motions: Sequence[LiftMotion]) -> dict[int, LiftMotion]:
         """The motions with sound trajectories, by order; the others are found fault with where their turn is."""
@@ -210,7 +209,7 @@ class _Verifier:
 
     def check_cranes(self) -> None:
         """Several cranes: their turns, and the distance that they keep."""
-        if not self.site.other_cranes:
+        if not self.site.has_several_cranes:
             return
         sound = list(self._sound_ones(self.motions).values())
         check_turns(self.checks["turns"], self.site, self.plan, sound, self.context)

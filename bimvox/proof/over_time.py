@@ -67,7 +67,7 @@ def verify_motions_over_time(
     if not plan.history:
         return verify_motions(plan, motions, context)
     found = []
-    known = motions if plan.site.other_cranes else None
+    known = motions if plan.site.has_several_cranes else None
     for from_ns, until_ns, site in epochs_of(plan):
         driven = [motion for motion in motions if motion.start_ns < until_ns and motion.end_ns > from_ns]
         orders = {motion.order for motion in driven}
@@ -100,7 +100,7 @@ def site_with(site: Site, obstructions: Iterable[Blocker]) -> Site:
 
 def _begins_ns(site: Site, motion: LiftMotion) -> int:
     """When a lift counts as begun. Of several cranes the hook may wait long for its turn, and the path change."""
-    return motion.hooked_ns if site.other_cranes else motion.start_ns
+    return motion.hooked_ns if site.has_several_cranes else motion.start_ns
 
 
 def _versions(lift: Lift, start_ns: int) -> Iterator[tuple[int, Lift]]:

@@ -67,9 +67,9 @@ class _Verifier:
         self.checks = {name: Check(name) for name in names}
         if self.site.rules.transit_clearance_m > 0.0:
             self.checks["margin"] = Check("margin")
-        if self.site.crane is not None and self.site.rules.rope and self.site.rules.rope_clearance_m > 0.0:
+        if self.site.cranes and self.site.rules.rope and self.site.rules.rope_clearance_m > 0.0:
             self.checks["rope_margin"] = Check("rope_margin")
-        if self.site.crane is not None and self.site.rules.wind_speed_m_s > 0.0:
+        if self.site.cranes and self.site.rules.wind_speed_m_s > 0.0:
             self.checks["wind"] = Check("wind", unit="share of permitted wind")
         self.checks["triangles"].unit = "m"
         self.checks["reach"].unit = "share of capacity"

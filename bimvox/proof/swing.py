@@ -63,7 +63,7 @@ class SwingProof(LiftProof):
     def check(self, name: str, moment: Moment, motion: LiftMotion, ways: Sequence[EmptyWay] | None = None) -> None:
         """Check the loaded motion of a lift, and the ways of its empty hook; as ``HookProof.check``."""
         component = self.site.components[moment.lift.component]
-        loaded, empty = pendulum_of(self.site, component), pendulum_of(self.site, None)
+        loaded, empty = (pendulum_of(self.site, self.crane, part) for part in (component, None))
         if loaded is None or empty is None:
             return
         self.cells.move_to(moment.present)
@@ -198,7 +198,7 @@ def swung_placements(
         component: The load; None for the empty hook.
         rest_ns: From when on, since the start of the lift.
     """
-    pendulum = pendulum_of(site, component)
+    pendulum = pendulum_of(site, crane, component)
     found = [np.empty((0, 3), np.int64)]
     for swung in swung_parts(crane, motion, way, pendulum) if pendulum is not None else ():
         offset = _SLINGS_END if component is None else component.hook_offset_vox

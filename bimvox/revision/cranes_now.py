@@ -99,24 +99,24 @@ def is_met(site: Site, standing: Standing, crane: CraneNow, added: NDArray[np.in
     """
     if not len(added):
         return False
-    own, mask = site.for_crane(crane.number), CellMask(site.shape)
+    mask = CellMask(site.shape)
     mask.add(added)
     lifts = {lift.order: lift for lift in standing.plan.lifts}
-    if any(load_is_met(own, lifts[order], motion, added, now_ns) for order, motion in crane.motions.items()):
+    if any(load_is_met(site, lifts[order], motion, added, now_ns) for order, motion in crane.motions.items()):
         return True
     for way in crane.ways:
         if way.end_ns > now_ns:
-            motion = alone(way)
-            if mask.meets(hook_footprint(own, motion, way.way, now_ns)) or jib_meets(own, motion, added):
+            motion = alone(way, crane.number)
+            if mask.meets(hook_footprint(site, motion, way.way, now_ns)) or jib_meets(site, motion, added):
                 return True
     return False
 
 
-def load_is_met(own: Site, lift: Lift, motion: LiftMotion, added: NDArray[np.int32], now_ns: int) -> bool:
+def load_is_met(site: Site, lift: Lift, motion: LiftMotion, added: NDArray[np.int32], now_ns: int) -> bool:
     """Return whether new cells of obstructions meet what is left of the way of a load on a hook.
 
     Args:
-        own: The site, as its crane works on it.
+        site: The site.
         lift: The lift.
         motion: Its motion.
         added: (N, 3) the cells.
@@ -124,9 +124,9 @@ def load_is_met(own: Site, lift: Lift, motion: LiftMotion, added: NDArray[np.int
     """
     if not len(added) or is_set(motion, now_ns):
         return False
-    mask = CellMask(own.shape)
+    mask = CellMask(site.shape)
     mask.add(added)
-    return mask.meets(motion_footprint(own, lift, motion, now_ns)) or jib_meets(own, motion, added)
+    return mask.meets(motion_footprint(site, lift, motion, now_ns)) or jib_meets(site, motion, added)
 
 
 def motion_is_met(site: Site, standing: Standing, motion: LiftMotion, added: NDArray[np.int32]) -> bool:
@@ -140,12 +140,12 @@ def motion_is_met(site: Site, standing: Standing, motion: LiftMotion, added: NDA
     """
     if not len(added):
         return False
-    own, mask = site.for_crane(motion.crane), CellMask(site.shape)
+    mask = CellMask(site.shape)
     mask.add(added)
-    if mask.meets(standing.ways[motion.order]) or jib_meets(own, motion, added):
+    if mask.meets(standing.ways[motion.order]) or jib_meets(site, motion, added):
         return True
     leaves = motion.departure
-    return leaves is not None and mask.meets(hook_footprint(own, motion, leaves, motion.start_ns))
+    return leaves is not None and mask.meets(hook_footprint(site, motion, leaves, motion.start_ns))
 
 
 def _without_leaving(motion: LiftMotion) -> LiftMotion:
@@ -168,11 +168,11 @@ def _ways_of(motion: LiftMotion, name: PhaseName) -> Iterator[HookWay]:
         yield HookWay(start_ns, shifted(way, -int(way.time_ns[0])), stopped_ns)
 
 
-def alone(way: HookWay) -> LiftMotion:
-    """Return a way of the empty hook as a motion of its own."""
+def alone(way: HookWay, crane: int) -> LiftMotion:
+    """Return a way of a crane's empty hook as a motion of its own."""
     end_ns = int(way.way.time_ns[-1])
     slew, radius, height = (np.repeat(axis, 2) for axis in way.way.axes[-1])
     still = Trajectory(np.array([end_ns, end_ns + 1]), slew, radius, height, np.zeros(0, np.int64), 0.0)
     ends_ns = way.start_ns + end_ns + 1
     phases = (Phase(PhaseName.APPROACH, way.start_ns, ends_ns),)
-    return LiftMotion(-1, -1, way.way, still, still, phases, way.start_ns, ends_ns)
+    return LiftMotion(-1, -1, way.way, still, still, phases, way.start_ns, ends_ns, crane)

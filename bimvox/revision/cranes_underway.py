@@ -224,8 +224,7 @@ class _Revision:
             driven = {**crane.motions, order: cut_short(whole, one.stop)}
             self.cranes[number] = replace(crane, motions=driven)
             resumes_ns = motion.start_ns + int(motion.loaded.time_ns[0]) if one.stop is None else motion.stops_ns[-1][1]
-            site = self.site.for_crane(number)
-            track = carrying_track(site, self.site.cranes[number], one.lift, motion, resumes_ns)
+            track = carrying_track(self.site, self.site.cranes[number], one.lift, motion, resumes_ns)
             going_on.append(GoingOn(one.lift, number, motion, resumes_ns, track))
         stands = {number: crane.goes_on_from for number, crane in self.cranes.items()}
         made = crane_lifts_from(plan, self._stages(plan), stands)
@@ -235,14 +234,14 @@ class _Revision:
                 crane.motions,
                 tuple(tracks[order] for order in sorted(crane.motions)),
                 self._placed(crane),
-                standing_track(self.site.for_crane(number), self.site.cranes[number], np.array(crane.stands)),
+                standing_track(self.site, self.site.cranes[number], np.array(crane.stands)),
             )
             for number, crane in self.cranes.items()
         }
         return time_rest(plan, made, begun, going_on, self.ready_ns)
 
     def _placed(self, crane: CraneNow) -> tuple[Placed, ...]:
-        site, machine = self.site.for_crane(crane.number), self.site.cranes[crane.number]
+        site, machine = self.site, self.site.cranes[crane.number]
         return tuple(
             Placed(one.start_ns, one.way, approach_track(site, machine, one.way, one.start_ns), one.stopped_ns)
             for one in crane.ways

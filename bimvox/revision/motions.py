@@ -48,8 +48,8 @@ def _missing_motions(wanted: Wanted, made: Made) -> tuple[dict[int, LiftMotion],
     """
     motions: dict[int, LiftMotion] = {}
     refused: dict[str, str] = {}
-    site, crane, missing = wanted.site, wanted.site.crane, set(made.motions_to_make)
-    if crane is None or not missing:
+    site, missing = wanted.site, set(made.motions_to_make)
+    if not missing:
         return motions, refused
     assembly, before = Assembly(site, wanted.preparation, one_at_a_time=True), None
     for lift in made.lifts:
@@ -57,6 +57,7 @@ def _missing_motions(wanted: Wanted, made: Made) -> tuple[dict[int, LiftMotion],
         if lift.order in missing:
             rule = _with_last_moves(assembly.space(lift.component), lift)
             try:
+                crane = site.cranes[site.components[lift.component].crane]
                 motions[lift.order] = time_lift(site, crane, lift, rule, before, 0, 0.0)
             except MotionError as error:
                 component = site.components[lift.component].id

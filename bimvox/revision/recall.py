@@ -100,7 +100,8 @@ class Recall:
             if version.done != done or version.before != before:
                 continue
             added = self._since(version)
-            if added.meets(version.path) or added.meets(version.way) or added.reaches_jib(self._site):
+            crane = self._site.cranes[version.motion.crane]
+            if added.meets(version.path) or added.meets(version.way) or added.reaches_jib(self._site, crane):
                 continue
             return version
         return None

@@ -72,7 +72,7 @@ def revise(
     wanted = Wanted(site, preparation, propose, first, now_ns, hold_s, better)
     change = change_between(standing.plan.site, site)
     shapes = set() if known_shapes is None else known_shapes
-    if site.other_cranes:
+    if site.has_several_cranes:
         together = revised_together if now_ns is None else revised_now
         yield together(standing, wanted, change, shapes, on_verdict)
         return

@@ -114,11 +114,11 @@ def standing_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> Standing:
         if lift.status is not Status.PLANNED:
             continue
         timed = lift.order in by_order
-        if lift.path_vox is None or (plan.site.crane is not None and not timed):
+        if lift.path_vox is None or (plan.site.cranes and not timed):
             pending.add(lift.order)
             continue
         paths[lift.order] = path_footprint(plan.site, lift)
         if timed:
             motion = by_order[lift.order]
-            ways[lift.order] = motion_footprint(plan.site.for_crane(motion.crane), lift, motion)
+            ways[lift.order] = motion_footprint(plan.site, lift, motion)
     return Standing(plan, by_order, paths, ways, pending=frozenset(pending))

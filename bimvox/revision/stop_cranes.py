@@ -90,11 +90,11 @@ def all_stopped(
     lifts = {lift.order: lift for lift in begun}
     hooks = []
     for crane in cranes:
-        own = wanted.site.for_crane(crane.number)
+        site, machine = wanted.site, wanted.site.cranes[crane.number]
         leaves = len(crane.ways) == 1 and len(crane.motions) > 0
-        left_vox = left_cells(own, lifts[max(crane.motions)]) if leaves else NO_CELLS
-        free = empty_hook_clearance(own, rule[1], rule[0].place, left_vox)
-        hooks.append(_hook(own, crane, free, wanted.now_ns))
+        left_vox = left_cells(site, lifts[max(crane.motions)]) if leaves else NO_CELLS
+        free = empty_hook_clearance(site, machine, rule[1], rule[0].place, left_vox)
+        hooks.append(_hook(site, crane, free, wanted.now_ns))
     return StoppedCranes(tuple(hooks), tuple(found))
 
 
@@ -103,7 +103,7 @@ def _load(assembly: Assembly, wanted: Wanted, lift: Lift, loads: Loads) -> Redir
     assert wanted.now_ns is not None
     assert lift.path_vox is not None
     component, now_ns, hold_s = wanted.site.components[lift.component], wanted.now_ns, wanted.hold_s
-    site, crane = wanted.site.for_crane(component.crane), wanted.site.cranes[component.crane]
+    site, crane = wanted.site, wanted.site.cranes[component.crane]
     rule, blocked = assembly.on_the_way(lift.component, lift.path_vox[len(lift.path_vox) - 1 - lift.contact_moves :])
     reason = loads.refused.get(component.id)
     if reason is not None:
@@ -119,11 +119,11 @@ def _load(assembly: Assembly, wanted: Wanted, lift: Lift, loads: Loads) -> Redir
     return redirect(site, crane, lift, motion, None, rule, blocked, now_ns, hold_s)
 
 
-def _hook(own: Site, crane: CraneNow, free: CollisionSpace, now_ns: int) -> CraneNow:
+def _hook(site: Site, crane: CraneNow, free: CollisionSpace, now_ns: int) -> CraneNow:
     """A crane whose empty hook is stopped where it is on its way.
 
     Args:
-        own: The site as the crane works on it.
+        site: The site.
         crane: The crane.
         free: The collision rule for its empty hook now.
         now_ns: When that is told, on the site's clock.
@@ -131,10 +131,9 @@ def _hook(own: Site, crane: CraneNow, free: CollisionSpace, now_ns: int) -> Cran
     if not crane.ways or crane.ways[-1].end_ns <= now_ns or crane.ways[-1].stopped_ns is not None:
         return crane
     way = crane.ways[-1]
-    assert own.crane is not None
-    machine = crane_for(own, own.crane, None)
-    hook, empty = load_frame(machine, own.frame, HOOK_OFFSET), pendulum_of(own, None)
-    found = manoeuvre(own, machine, alone(way), way.way, now_ns, free, hook, empty)
+    machine = crane_for(site, site.cranes[crane.number], None)
+    hook, empty = load_frame(machine, site.frame, HOOK_OFFSET), pendulum_of(site, machine, None)
+    found = manoeuvre(site, machine, alone(way, crane.number), way.way, now_ns, free, hook, empty)
     stop = found.stop
     if stop.start_ns >= way.end_ns:
         return crane

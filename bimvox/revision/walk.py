@@ -86,9 +86,8 @@ class Walk:
 
     def _redirected(self, assembly: Assembly, was: Lift, motion: LiftMotion, before: Lift | None) -> Lift:
         """Keep the lift under way where the change does not meet what is left of it, else stop it and find a way on."""
-        crane, held, made = self.site.crane, self.was.held, self.made
+        crane, held, made = self.site.cranes[motion.crane], self.was.held, self.made
         now_ns, hold_s = self.wanted.now_ns, self.wanted.hold_s
-        assert crane is not None
         assert now_ns is not None
         lift = was if held is None else held.lift
         reason = self.refused.get(self.site.components[was.component].id)
@@ -183,7 +182,7 @@ class Walk:
 
     def _choose_motion(self, lift: Lift, was: Lift, before: Lift | None) -> None:
         """Keep the lift's motion where that is proven still, or take an earlier one again, else leave it to be made."""
-        order, made, has_crane = lift.order, self.made, self.site.crane is not None
+        order, made, has_crane = lift.order, self.made, bool(self.site.cranes)
         if made.held is not None:
             made.pending.add(order)
             return
@@ -210,7 +209,7 @@ class Walk:
     def _keeps_motion(self, lift: Lift, was: Lift, *, same_start: bool) -> bool:
         if lift is not was or lift.order in self.made.new_paths or lift.order in self.was.pending:
             return False
-        if self.site.crane is None:
+        if not self.site.cranes:
             return True
         motion, way = self.was.motions.get(lift.order), self.was.ways.get(lift.order)
         if motion is None or way is None or not same_start:

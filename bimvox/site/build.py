@@ -40,8 +40,7 @@ def build_site(
     frame: GridFrame,
     shape: IntVec,
     *,
-    crane: TowerCrane | None,
-    other_cranes: Sequence[TowerCrane] = (),
+    cranes: Sequence[TowerCrane],
     rasterise: Rasterise,
     obstructions: ObstructionSet = EMPTY,
     site_to_ifc: NDArray[np.float64] | None = None,
@@ -55,8 +54,7 @@ def build_site(
         parts: What the building consists of. Fittings and terrain are left out: the ground is flat at z = 0.
         frame: From ``bimvox.site.extent.site_extent``.
         shape: (X, Y, Z), with the frame.
-        crane: From ``bimvox.site.machine.cranes_of``, the first one.
-        other_cranes: The others.
+        cranes: From ``bimvox.site.machine.cranes_of``.
         rasterise: Turns the mesh of an obstruction into cells.
         obstructions: What is in the way for now.
         site_to_ifc: (4, 4) transform from the site's frame to the model's coordinates; default: identity.
@@ -71,7 +69,6 @@ def build_site(
     entries = entries_by_id(config, (element for element, _ in parts))
     lifted = [e for e, _ in parts if e.role is Role.COMPONENT and not (e.id in entries and entries[e.id].pinned)]
     hints = order_hints(config, lifted, first_ids(config, lifted), connections)
-    cranes = () if crane is None else (crane, *other_cranes)
     components: list[Component] = []
     blockers = [_ground(shape)]
     notes: list[str] = []
@@ -119,8 +116,7 @@ def build_site(
         labels=_labels(slab, shape, blockers),
         blockers=tuple(blockers),
         components=tuple(components),
-        crane=crane,
-        other_cranes=tuple(other_cranes),
+        cranes=tuple(cranes),
         rules=rules,
         yard=_frozen(yard),
         site_to_ifc=np.eye(4) if site_to_ifc is None else site_to_ifc,
@@ -175,6 +171,8 @@ def _digest(fixed_digest: str, added: Sequence[Blocker]) -> str:
 
 def _with_fixed_digests(site: Site) -> Site:
     blockers = [blocker for blocker in site.blockers if blocker.kind != "obstruction"]
+    # The first crane and the others are hashed apart: a site with one crane keeps the digests that it always had.
+    first, others = next(iter(site.cranes), None), site.cranes[1:]
     lifted_by = [component.crane for component in site.components]
     geometry = digest_of(
         "geometry 1",
@@ -187,8 +185,8 @@ def _with_fixed_digests(site: Site) -> Site:
         site.hook_heights,
         [blocker.cells for blocker in blockers[1:]],
         [(c.shape.cells, c.target_vox, c.hook_offset_vox, c.erected, c.mass_kg) for c in site.components],
-        replace(site.crane, name="") if site.crane else None,
-        *([[replace(crane, name="") for crane in site.other_cranes], lifted_by] if site.other_cranes else []),
+        replace(first, name="") if first else None,
+        *([[replace(crane, name="") for crane in others], lifted_by] if others else []),
         # How densely a log is sampled, how long a crew takes and what a truck carries is nothing to a policy.
         replace(
             site.rules,
@@ -206,8 +204,8 @@ def _with_fixed_digests(site: Site) -> Site:
     fixed = digest_of(
         "fixed 1",
         geometry,
-        site.crane,
-        *([site.other_cranes] if site.other_cranes else []),
+        first,
+        *([others] if others else []),
         site.rules,
         [
             [

@@ -31,16 +31,17 @@ class HookRoom(NamedTuple):
     ceiling: NDArray[np.int32]
 
 
-def hook_room(site: Site, top: NDArray[np.int32], component: Component | None) -> HookRoom:
+def hook_room(site: Site, crane: TowerCrane | None, top: NDArray[np.int32], component: Component | None) -> HookRoom:
     """Return where the hook may be.
 
     Args:
         site: The site.
+        crane: The crane that the hook belongs to; None on a site without one.
         top: (X, Y) int32, one above the highest occupied cell of each column.
-        component: The load, on its own crane; None for the empty hook of the site's crane (``Site.for_crane``).
+        component: The load; None for the empty hook.
     """
-    own = site.crane if component is None else site.crane_of(component)
-    crane = None if own is None else crane_for(site, own, component)
+    if crane is not None:
+        crane = crane_for(site, crane, component)
     load_kg = component.mass_kg if component else 0.0
     floor = hook_floor(crane, site.frame, top, load_kg, site.rules.rope, site.rules.clearance_m)
     forbidden = np.zeros(top.shape, np.bool_)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
 from math import pi
 
@@ -126,7 +126,7 @@ class Site:
             obstructions.
         blockers: Everything fixed; ``blockers[0]`` is the ground.
         components: What is to be lifted.
-        crane: The crane, the first of several, or None for a site without one (the paper's).
+        cranes: The cranes; ``Component.crane`` and ``LiftMotion.crane`` are indices into it. Empty on the paper's site.
         rules: The rules.
         yard: (X, Y) bool, columns whose slab cell is yard.
         site_to_ifc: (4, 4) float64 transform from the site's frame to the model's own coordinates.
@@ -139,7 +139,6 @@ class Site:
         geometry_digest: Hash of grid, component shapes and crane: the policy's key.
         fixed_digest: Hash of all that a plan depends on but the obstructions.
         digest: Hash of all that a plan depends on, obstructions included: the plan's key.
-        other_cranes: The cranes beside the first one.
     """
 
     name: str
@@ -147,7 +146,7 @@ class Site:
     labels: NDArray[np.uint8]
     blockers: tuple[Blocker, ...]
     components: tuple[Component, ...]
-    crane: TowerCrane | None
+    cranes: tuple[TowerCrane, ...]
     rules: Rules
     yard: NDArray[np.bool_]
     site_to_ifc: NDArray[np.float64]
@@ -160,7 +159,6 @@ class Site:
     geometry_digest: str = ""
     fixed_digest: str = ""
     digest: str = ""
-    other_cranes: tuple[TowerCrane, ...] = field(default=(), metadata=SPARSE)
 
     @property
     def is_obstructed(self) -> bool:
@@ -168,20 +166,13 @@ class Site:
         return any(blocker.kind == "obstruction" for blocker in self.blockers)
 
     @property
-    def cranes(self) -> tuple[TowerCrane, ...]:
-        """All cranes; ``Component.crane`` and ``LiftMotion.crane`` count in it."""
-        return () if self.crane is None else (self.crane, *self.other_cranes)
+    def has_several_cranes(self) -> bool:
+        """Whether there is more than one crane: logs and documents then name the crane of each lift."""
+        return len(self.cranes) > 1
 
     def crane_of(self, component: Component) -> TowerCrane | None:
-        """Return the crane that lifts a component."""
-        return self.cranes[component.crane] if self.other_cranes else self.crane
-
-    def for_crane(self, number: int) -> Site:
-        """Return the site as one of its cranes works on it: as its only crane; the masts of the others stay in the way.
-
-        What looks at a single lift is given this, and need not know that there are others.
-        """
-        return replace(self, crane=self.cranes[number], other_cranes=()) if self.other_cranes else self
+        """Return the crane that lifts a component; None on a site without one."""
+        return self.cranes[component.crane] if self.cranes else None
 
     @property
     def shape(self) -> tuple[int, int, int]:

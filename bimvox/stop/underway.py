@@ -141,7 +141,7 @@ def redirect(
     load = load_frame(loaded, site.frame, rule.component.hook_offset_vox)
     # Where the end is blocked the last moves are cleared for nothing any more.
     now = rule.clearance_with_insertion if blocked is None else rule.space
-    hanging = pendulum_of(site, rule.component)
+    hanging = pendulum_of(site, crane, rule.component)
     found = manoeuvre(site, loaded, motion, motion.loaded, time_ns, now, load, hanging)
     held = Held(lift, motion, found.stop, found.kind, found.is_free, *_why(blocked))
     return release(site, crane, held, rule, blocked, time_ns, hold_s)
@@ -180,7 +180,7 @@ def release(
         return held
     loaded = crane_for(site, crane, rule.component)
     load = load_frame(loaded, site.frame, rule.component.hook_offset_vox)
-    hanging = pendulum_of(site, rule.component)
+    hanging = pendulum_of(site, crane, rule.component)
     moves, resume_ns = rule.insertion.moves, max(held.stop.end_ns, time_ns) + round(hold_s * NS_PER_S)
     try:
         onward, needed_m = go_on(loaded, rule.clearance_with_insertion, load, held.stop.pose, path_vox, moves, hanging)
@@ -221,8 +221,8 @@ def _approached(
     if approach is None or before is None or time_ns >= motion.start_ns + int(approach.time_ns[-1]):
         return motion
     crane = crane_for(site, crane, None)
-    hook, empty = load_frame(crane, site.frame, HOOK_OFFSET), pendulum_of(site, None)
-    free = empty_hook_clearance(site, rule.space, rule.place, left_cells(site, before))
+    hook, empty = load_frame(crane, site.frame, HOOK_OFFSET), pendulum_of(site, crane, None)
+    free = empty_hook_clearance(site, crane, rule.space, rule.place, left_cells(site, before))
     if way_is_free(motion, approach, time_ns, motion.end_ns, free, hook):
         return motion
     found = manoeuvre(site, crane, motion, approach, time_ns, free, hook, empty)
@@ -301,7 +301,7 @@ def _other_way(
     load = load_frame(loaded_crane, site.frame, stage.component.hook_offset_vox)
     slew_rad = float(motion.raising.slew_rad[-1])
     rule, moves = stage.clearance_with_insertion, stage.insertion.moves
-    hanging = pendulum_of(site, stage.component)
+    hanging = pendulum_of(site, crane, stage.component)
     try:
         timeline, needed_m = drive_path(loaded_crane, rule, load, path_vox, moves, slew_rad, hanging)
     except PlanningError as error:

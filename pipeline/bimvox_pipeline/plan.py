@@ -221,7 +221,7 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
                 "start_s": round(motion.start_ns / 1e9, 3) if motion else None,
                 "end_s": round(motion.end_ns / 1e9, 3) if motion else None,
                 "status": lift.status.value,
-                **({"crane": site.cranes[component.crane].name} if site.other_cranes else {}),
+                **({"crane": site.cranes[component.crane].name} if site.has_several_cranes else {}),
             }
         )
         if lift.status is Status.INFEASIBLE:

@@ -123,7 +123,7 @@ def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Plan
     proof = verify_plan(made)
     if not proof.verified:
         return refusals(proof)
-    if made.site.crane is None:
+    if not made.site.cranes:
         return Planned(made, ())
     progress.stage("time", len(made.lifts))
     try:

@@ -103,15 +103,15 @@ def test_a_larger_separation_costs_time_and_is_kept():
 def test_a_crane_without_parts_is_no_obstacle():
     site = two_crane_site()
     # West reaches everything with a longer jib; east stands there and does nothing.
-    west = dataclasses.replace(site.crane, jib_length_m=14.0)
+    west = dataclasses.replace(site.cranes[0], jib_length_m=14.0)
     components = tuple(dataclasses.replace(one, crane=0) for one in site.components if one.id.startswith("west"))
     components = tuple(
         dataclasses.replace(one, index=n, after=()) for n, one in enumerate(components) if "bridge" not in one.id
     )
-    alone = dataclasses.replace(site, crane=west, components=components)
+    alone = dataclasses.replace(site, cranes=(west, site.cranes[1]), components=components)
     plan, motions = planned(alone)
     assert verify_motions(plan, motions).verified
-    single = dataclasses.replace(alone, other_cranes=())
+    single = dataclasses.replace(alone, cranes=(west,))
     preparation = prepare(single)
     one_plan = plan_lifts(single, preparation)
     serial = time_plan(one_plan, replay(single, preparation, one_plan))

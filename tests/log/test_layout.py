@@ -60,7 +60,7 @@ def test_every_path_leads_to_a_topic_and_its_field() -> None:
 
 def test_a_site_without_a_crane_has_no_panels_for_one_and_the_bytes_are_the_same_each_time() -> None:
     site = tiny_log().plan.site
-    bare = foxglove_layout(dataclasses.replace(site, crane=None))
+    bare = foxglove_layout(dataclasses.replace(site, cranes=()))
     assert sorted(panels_in(bare["layout"])) == sorted(bare["configById"]) == ["3D!scene", "RosOut!log"]
     assert layout_bytes(site) == layout_bytes(site)
     assert json.loads(layout_bytes(site)) == foxglove_layout(site)

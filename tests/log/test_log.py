@@ -120,8 +120,8 @@ def test_the_container_is_laid_out_as_documented(data: bytes) -> None:
         "obstructions.json",
     }
     site = tiny_plan().site
-    assert site.crane is not None
-    assert files["crane.urdf"].decode() == urdf(site.crane)
+    assert site.cranes
+    assert files["crane.urdf"].decode() == urdf(site.cranes[0])
     same(site_from_bytes(files["site.bimvox.zip"], "log"), site)
 
 
@@ -172,7 +172,7 @@ def chained(transforms: Any, last: str) -> tuple[np.ndarray[Any, Any], np.ndarra
 
 
 def test_the_frames_lead_to_the_hook_and_to_the_load(messages: dict[str, list[Any]]) -> None:
-    crane = tiny_plan().site.crane
+    crane = tiny_plan().site.cranes[0]
     assert crane is not None
     joints = [{j.name: j.position for j in m.joints} for _, m in messages["/crane/joint_states"]]
     assert len(joints) == len(messages["/tf"])

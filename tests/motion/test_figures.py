@@ -31,7 +31,7 @@ def test_counts_shares_and_lengths_are_those_of_the_lifts():
 def test_the_hook_travels_no_less_than_from_end_to_end():
     plan = plan_by_hand(crane=True)
     motions = motions_by_hand(plan)
-    crane = plan.site.crane
+    crane = plan.site.cranes[0]
     straight_m = 0.0
     for motion in motions:
         for part in motion.trajectories:

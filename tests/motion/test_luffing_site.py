@@ -52,7 +52,7 @@ def mobile():
 
 
 def check_joints(plan, motions):
-    crane = plan.site.crane
+    crane = plan.site.cranes[0]
     for motion in motions:
         mass = plan.site.components[motion.component].mass_kg
         time_ns, axes = motion.samples()
@@ -72,9 +72,11 @@ def test_every_lift_is_driven_within_the_joints(kind, request):
     assert [lift.status for lift in plan.lifts] == [Status.PLANNED] * 4, [lift.reason for lift in plan.lifts]
     assert not failures(plan, motions)
     check_joints(plan, motions)
-    jib = plan.site.crane.luffing
+    jib = plan.site.cranes[0].luffing
     assert "axis_limits" in failures(
-        plan, motions, crane=replace(plan.site.crane, luffing=replace(jib, limits=replace(jib.limits, rate=0.001)))
+        plan,
+        motions,
+        cranes=(replace(plan.site.cranes[0], luffing=replace(jib, limits=replace(jib.limits, rate=0.001))),),
     )
 
 
@@ -86,7 +88,7 @@ def test_a_stop_brakes_within_the_joints_where_the_jib_is(kind, share, request):
     site = plan.site
     sampling = {"sample_period_s": site.rules.sample_period_s, "voxel_size_m": site.frame.voxel_size_m}
     for motion in motions:
-        crane = crane_for(site, site.crane, site.components[motion.component])
+        crane = crane_for(site, site.cranes[0], site.components[motion.component])
         first, last = (motion.start_ns + int(motion.loaded.time_ns[n]) for n in (0, -1))
         stop = stop_motion(crane, motion, int(first + share * (last - first)), **sampling)
         hold_ns = stop.end_ns - motion.start_ns + 10**10
@@ -119,7 +121,7 @@ def test_a_wall_in_the_way_of_the_jib_is_gone_round_or_refused(kind, request):
     hook = motions[-1].loaded
     # A post right under the jib, half way between the crane and a set point, as high as the jib is there and more.
     slew, radius = float(hook.slew_rad[-1]), float(hook.radius_m[-1])
-    x, y = (site.crane.base_m[i] + 0.5 * radius * f(slew) for i, f in ((0, np.cos), (1, np.sin)))
+    x, y = (site.cranes[0].base_m[i] + 0.5 * radius * f(slew) for i, f in ((0, np.cos), (1, np.sin)))
     low, high = (x - 0.4, y - 0.4, 0.0), (x + 0.4, y + 0.4, 16.0)
     post = Blocker("post", "structure", box_cells(site.frame, low, high), box_mesh(low, high))
     with_post = replace(site, blockers=(*site.blockers, post))

@@ -42,7 +42,7 @@ def test_the_hoist_goes_in_the_gear_of_what_hangs_on_it(free):
                 assert rate <= limit * 1.001
     assert sum(m.end_ns - m.start_ns for m in motions) < sum(m.end_ns - m.start_ns for m in free[1])
     slower = replace(crane, gears=((1000.0, 2.0),), hoist=replace(crane.hoist, rate=0.1))
-    assert failures(plan, motions, crane=slower) == {"axis_limits"}
+    assert failures(plan, motions, cranes=(slower,)) == {"axis_limits"}
 
 
 def test_slow_zones_are_driven_slowly(free):
@@ -61,7 +61,7 @@ def test_slow_zones_are_driven_slowly(free):
         assert (rate[both] <= allowed).all()
         seen += int(both.sum())
     assert seen > 50
-    assert failures(*free, crane=crane) == {"axis_limits"}
+    assert failures(*free, cranes=(crane,)) == {"axis_limits"}
 
 
 def test_no_part_of_a_load_comes_over_a_public_area(free):
@@ -73,7 +73,7 @@ def test_no_part_of_a_load_comes_over_a_public_area(free):
     assert not failures(plan, motions)
     for motion in motions:
         component = site.components[motion.component]
-        load = load_frame(site.crane, site.frame, component.hook_offset_vox)
+        load = load_frame(site.cranes[0], site.frame, component.hook_offset_vox)
         cells = cells_of_axes(load, axes_of_samples(motion.loaded))
         for column in np.unique(component.shape.cells[:, :2], axis=0):
             at = np.floor(cells[:, :2] + column + 0.5).astype(int)
@@ -89,7 +89,7 @@ def test_the_empty_hook_may_cross_what_is_closed_to_loads():
     crossed = 0
     for motion in motions:
         if motion.approach is not None:
-            hook = hook_of(site.crane, *axes_of_samples(motion.approach).T)
+            hook = hook_of(site.cranes[0], *axes_of_samples(motion.approach).T)
             at = np.floor(hook[:, :2] / site.frame.voxel_size_m).astype(int)
             crossed += int(zone[at[:, 0], at[:, 1]].sum())
     assert crossed
@@ -106,14 +106,14 @@ def test_limiters_hold_the_hook_between_heights(free):
     assert all_planned(plan)
     assert not failures(plan, motions)
     for motion in motions:
-        hook = hook_of(site.crane, *motion.samples()[1].T)
+        hook = hook_of(site.cranes[0], *motion.samples()[1].T)
         over = (hook[:, 0] > 6.3) & (hook[:, 0] < 8.7)
         assert (hook[over, 2] >= 7.0 - 0.05).all() and (hook[over, 2] <= 8.0 + 0.05).all()
 
 
 def test_the_working_range_holds_for_every_sample(free):
     crane = portal_crane(working_range=WorkingRange((pi / 4, pi + 0.1), (3.0, 20.0), 8.0))
-    assert {"axis_range"} <= failures(*free, crane=replace(crane, working_range=WorkingRange((0.1, 0.4))))
+    assert {"axis_range"} <= failures(*free, cranes=(replace(crane, working_range=WorkingRange((0.1, 0.4))),))
     plan, motions = planned(portal_site(crane))
     assert not failures(plan, motions)
     driven = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
@@ -158,12 +158,12 @@ def test_too_much_sail_for_the_wind_is_refused_with_the_figure():
 def test_the_governing_radius_is_named():
     site = portal_site(portal_crane())
     heavy = replace(site.components[0], mass_kg=19_900.0)
-    radius = place_radius_m(site, site.crane, heavy)
+    radius = place_radius_m(site, site.cranes[0], heavy)
     reason = refused_by_crane(site, heavy)
     assert f"governing radius {radius:.1f} m" in reason and "20400 kg" in reason
     assert refused_by_crane(site, site.components[0]) is None
     assert "nowhere" in reason
-    near = replace(site, crane=replace(site.crane, jib_length_m=5.0, chart=site.crane.chart))
+    near = replace(site, cranes=(replace(site.cranes[0], jib_length_m=5.0),))
     assert "reaches from" in refused_by_crane(near, site.components[0])
 
 
@@ -180,7 +180,7 @@ def test_hook_and_rope_keep_their_clearance_from_what_is_higher(free):
     wide = replace(site.rules, rope_clearance_m=4.0)
     assert "rope_margin" in failures(plan, motions, rules=wide)
     for motion in driven:
-        hook = hook_of(site.crane, *axes_of_samples(motion.loaded).T)
+        hook = hook_of(site.cranes[0], *axes_of_samples(motion.loaded).T)
         away = np.maximum(np.abs(hook[:, :2] - (6.5, 3.5)) - 0.5, 0.0).max(axis=1)
-        low = hook[:, 2] < 9.0 + site.crane.sling_m - 0.5
+        low = hook[:, 2] < 9.0 + site.cranes[0].sling_m - 0.5
         assert away[low].min() >= 1.5 - 0.5 - 1e-6

@@ -139,7 +139,7 @@ def shaped():
 
 def test_motions_made_without_shaping_fail_the_check_of_swing_alone_where_the_site_wants_it(shaped):
     plan, motions = made(SwingRule.OFF)
-    assert pendulum_of(plan.site, None) is None
+    assert pendulum_of(plan.site, plan.site.cranes[0], None) is None
     assert failed(plan, motions) == set()
     assert failed(with_site(plan, rules=Rules()), motions) == {"swing"}
     assert failed(*shaped) == set()

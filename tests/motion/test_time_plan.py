@@ -77,7 +77,7 @@ def test_the_hook_moves_without_jumps_through_the_whole_site(planned, motions):
     times, axes = zip(*(motion.samples() for motion in motions), strict=True)
     time_ns, poses = np.concatenate(times), np.concatenate(axes)
     assert (np.diff(time_ns) >= 0).all()
-    hook_m = hook_of(planned[0].site.crane, *poses.T)
+    hook_m = hook_of(planned[0].site.cranes[0], *poses.T)
     assert np.linalg.norm(np.diff(hook_m, axis=0), axis=1).max() < 0.25
     turns = np.abs(np.diff(poses[:, 0]))
     assert turns.max() < 0.1
@@ -89,13 +89,15 @@ def test_the_hook_is_over_the_part_where_it_waits_and_where_it_is_set(planned, m
         component = site.components[lift.component]
         offset = np.array(component.hook_offset_vox)
         _, axes = motion.samples()
-        hook_m = hook_of(site.crane, *axes.T)
+        hook_m = hook_of(site.cranes[0], *axes.T)
         target = np.array(component.target_vox) + offset
         assert hook_m[-1][:2] == pytest.approx(site.frame.centre_of(target)[:2])
-        assert hook_m[-1][2] == pytest.approx(site.frame.corner_of(target)[2] + site.crane.sling_m)
-        first = hook_of(site.crane, motion.raising.slew_rad[0], motion.raising.radius_m[0], motion.raising.height_m[0])
+        assert hook_m[-1][2] == pytest.approx(site.frame.corner_of(target)[2] + site.cranes[0].sling_m)
+        first = hook_of(
+            site.cranes[0], motion.raising.slew_rad[0], motion.raising.radius_m[0], motion.raising.height_m[0]
+        )
         stored = stored_cells(lift.place)
-        under = site.frame.cell_of(first - [0.0, 0.0, site.crane.sling_m + 1e-6])
+        under = site.frame.cell_of(first - [0.0, 0.0, site.cranes[0].sling_m + 1e-6])
         assert (under == stored).all(axis=1).any()
         if lift.place.pose is StoredPose.LYING_X:
             assert under[0] == stored[:, 0].max()
@@ -110,7 +112,11 @@ def test_the_empty_hook_meets_nothing(planned, motions):
         for lift in plan.lifts[n:]:
             occupied[tuple(stored_cells(lift.place).T)] = True
         way = motion.approach
-        slings_m = hook_of(site.crane, way.slew_rad, way.radius_m, way.height_m) - [0.0, 0.0, site.crane.sling_m - 1e-6]
+        slings_m = hook_of(site.cranes[0], way.slew_rad, way.radius_m, way.height_m) - [
+            0.0,
+            0.0,
+            site.cranes[0].sling_m - 1e-6,
+        ]
         for cell in site.frame.cell_of(slings_m):
             assert not occupied[cell[0], cell[1], cell[2] :].any()
         assert way.bound_s <= way.duration_s
@@ -143,7 +149,7 @@ def test_a_lift_that_cannot_be_driven_is_named(planned):
 
 
 def test_commands_lead_along_the_motion(planned, motions):
-    crane = planned[0].site.crane
+    crane = planned[0].site.cranes[0]
     for motion in motions:
         own = list(commands(motion, 0.5))
         assert [command.time_ns for command in own] == sorted({command.time_ns for command in own})

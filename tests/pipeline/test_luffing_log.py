@@ -65,10 +65,10 @@ def test_the_exports_know_the_joints(written: tuple[Path, PlanLog], tmp_path: Pa
 
 def test_the_drawing_holds_the_hook_at_the_tip(written: tuple[Path, PlanLog]) -> None:
     site = written[1].plan.site
-    crane = site.crane
+    crane = site.cranes[0]
     assert crane is not None and crane.luffing is not None
     for kind in ("luffing", "mobile"):
-        pose = parked_pose(site, site.crane)
+        pose = parked_pose(site, site.cranes[0])
         parts = crane_parts(replace(crane, kind=kind), pose)
         assert all(np.isfinite(stroke.segments_m).all() for stroke in parts.strokes)
         tip = parts.points_m[2]

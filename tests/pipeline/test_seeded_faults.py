@@ -212,9 +212,9 @@ def test_a_tower_in_the_jibs_way_is_seen_by_its_check_alone(
     quiet: PlanLog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     good = quiet
-    crane = good.plan.site.crane
+    crane = good.plan.site.cranes[0]
     top = max(float(m.samples()[1][:, 2].max()) for m in good.motions)
-    low = faults.with_site(good, crane=dataclasses.replace(crane, jib_height_m=top))
+    low = faults.with_site(good, cranes=(dataclasses.replace(crane, jib_height_m=top),))
     assert proven(low, tmp_path)["verified"] is True
     slews = np.concatenate([m.samples()[1][:, 0] for m in good.motions])
     radii = np.concatenate([m.samples()[1][:, 1] for m in good.motions])

@@ -86,7 +86,7 @@ def test_a_site_without_a_crane_is_proven_too(site_folder):
     record = read_log(site_folder / "frame.mcap")
     from bimvox.site.build import with_digests
 
-    site = with_digests(dataclasses.replace(record.plan.site, crane=None))
+    site = with_digests(dataclasses.replace(record.plan.site, cranes=()))
     bare = dataclasses.replace(record, plan=dataclasses.replace(record.plan, site=site), motions=())
     document = run(rewritten(site_folder, bare))
     assert document["verified"] is True, failed(document)

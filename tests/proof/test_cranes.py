@@ -48,13 +48,13 @@ def proof(plan, motions):
 
 
 def track(plan, motions, number):
-    view, lifts = plan.site.for_crane(number), {lift.order: lift for lift in plan.lifts}
+    site, lifts = plan.site, {lift.order: lift for lift in plan.lifts}
     parts = []
     for motion in motions:
         if motion.crane == number:
             if motion.approach is not None:
-                parts.append(approach_track(view, view.crane, motion.approach, motion.start_ns))
-            parts.append(carrying_track(view, view.crane, lifts[motion.order], motion))
+                parts.append(approach_track(site, site.cranes[number], motion.approach, motion.start_ns))
+            parts.append(carrying_track(site, site.cranes[number], lifts[motion.order], motion))
     return joined(parts)
 
 
@@ -156,13 +156,13 @@ def test_the_bounds_of_a_span_hold_every_stop_in_it():
     lifts = {lift.order: lift for lift in plan.lifts}
     rng = np.random.default_rng(3)
     for motion in motions[:4]:
-        view = plan.site.for_crane(motion.crane)
-        own = carrying_track(view, view.crane, lifts[motion.order], motion)
+        site, crane = plan.site, plan.site.cranes[motion.crane]
+        own = carrying_track(site, crane, lifts[motion.order], motion)
         start_ns = motion.start_ns + int(motion.loaded.time_ns[0])
         for told_ns in rng.integers(start_ns, motion.start_ns + int(motion.loaded.time_ns[-1]) - 2 * S, 20).tolist():
             at_ns, state = state_at(motion, told_ns)
             span = own.spans[(at_ns - int(REACTION_S * S) - own.start_ns) // SPAN_NS]
-            limits = (view.crane.slewing, view.crane.trolley, view.crane.hoist)
+            limits = (crane.slewing, crane.trolley, crane.hoist)
             for axis, (low, high) in enumerate(
                 ((SLEW_LOW, SLEW_HIGH), (RADIUS_LOW, RADIUS_HIGH), (HOOK_LOW, HOOK_HIGH))
             ):

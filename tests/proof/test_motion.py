@@ -76,10 +76,10 @@ def load_m(plan, motion, sample):
     """Lowest corner of the load's reference cell at a sample, and the highest corner of its box, metres."""
     site = plan.site
     component, loaded = site.components[motion.component], motion.loaded
-    hook_m = hook_of(site.crane, loaded.slew_rad[sample], loaded.radius_m[sample], loaded.height_m[sample])
+    hook_m = hook_of(site.cranes[0], loaded.slew_rad[sample], loaded.radius_m[sample], loaded.height_m[sample])
     half = np.array([0.5, 0.5, 0.0])
     size_m = site.frame.voxel_size_m
-    low = hook_m - [0.0, 0.0, site.crane.sling_m] - size_m * (half + component.hook_offset_vox)
+    low = hook_m - [0.0, 0.0, site.cranes[0].sling_m] - size_m * (half + component.hook_offset_vox)
     return low, low + size_m * np.array(component.shape.size_vox)
 
 
@@ -149,10 +149,10 @@ def test_time_sped_up_is_caught(good):
 @pytest.mark.parametrize("limit", ["rate", "acceleration", "jerk"])
 def test_a_slower_crane_than_the_motion_was_made_for_is_caught(good, axis, limit):
     plan, motions = good
-    crane = plan.site.crane
+    crane = plan.site.cranes[0]
     limits = getattr(crane, axis)
     slower = dataclasses.replace(limits, **{limit: getattr(limits, limit) * 0.2})
-    assert "axis_limits" in failed(moved(plan, crane=dataclasses.replace(crane, **{axis: slower})), motions)
+    assert "axis_limits" in failed(moved(plan, cranes=(dataclasses.replace(crane, **{axis: slower}),)), motions)
 
 
 def test_a_load_carried_too_low_clips_the_wall(good):
@@ -181,7 +181,7 @@ def test_something_over_the_load_meets_the_rope(good):
     _, high = load_m(plan, motions[0], middle_of_traverse(motions[0]))
     at = middle_of_traverse(motions[0])
     loaded = motions[0].loaded
-    x, y, _ = hook_of(plan.site.crane, loaded.slew_rad[at], loaded.radius_m[at], 0.0)
+    x, y, _ = hook_of(plan.site.cranes[0], loaded.slew_rad[at], loaded.radius_m[at], 0.0)
     point = np.array([x, y, high[2] + 0.75])
     broken = failed(with_blocker(plan, "cable", point - 0.05, point + 0.05), motions)
     assert "motion_rope" in broken
@@ -221,7 +221,7 @@ def test_the_empty_hook_meets_what_stands_in_its_way(good):
     plan, motions = good
     approach = motions[1].approach
     at = len(approach.time_ns) // 2
-    point = hook_of(plan.site.crane, approach.slew_rad[at], approach.radius_m[at], approach.height_m[at])
+    point = hook_of(plan.site.cranes[0], approach.slew_rad[at], approach.radius_m[at], approach.height_m[at])
     broken = failed(with_blocker(plan, "bird", point - 0.05, point + 0.05), motions)
     assert "empty_hook" in broken
 
@@ -293,9 +293,9 @@ def test_a_trajectory_that_is_none_is_caught(good, spoil):
 
 def test_an_overload_is_caught(good):
     plan, motions = good
-    crane = plan.site.crane
+    crane = plan.site.cranes[0]
     weak = dataclasses.replace(crane.chart, capacity_kg=(2400.0, 2400.0, 600.0))
-    broken = failed(moved(plan, crane=dataclasses.replace(crane, chart=weak)), motions)
+    broken = failed(moved(plan, cranes=(dataclasses.replace(crane, chart=weak),)), motions)
     assert broken == {"capacity"}
 
 
@@ -304,15 +304,15 @@ def test_leaving_the_cranes_range_is_caught(good):
     farthest = max(float(motion.loaded.radius_m.max()) for motion in motions)
     highest = max(float(motion.loaded.height_m.max()) for motion in motions)
     for changes in ({"jib_length_m": farthest - 0.01}, {"min_radius_m": farthest}, {"jib_height_m": highest - 0.01}):
-        crane = dataclasses.replace(plan.site.crane, **changes)
-        assert "axis_range" in failed(moved(plan, crane=crane), motions)
+        crane = dataclasses.replace(plan.site.cranes[0], **changes)
+        assert "axis_range" in failed(moved(plan, cranes=(crane,)), motions)
 
 
 def test_a_hook_over_a_prohibited_zone_is_caught(good):
     plan, motions = good
     at = middle_of_traverse(motions[0])
     loaded = motions[0].loaded
-    hook = hook_of(plan.site.crane, loaded.slew_rad[at], loaded.radius_m[at], loaded.height_m[at])
+    hook = hook_of(plan.site.cranes[0], loaded.slew_rad[at], loaded.radius_m[at], loaded.height_m[at])
     zone = np.zeros(plan.site.shape[:2], bool)
     zone[tuple(plan.site.frame.cell_of(hook)[:2])] = True
     assert failed(moved(plan, prohibited=zone), motions) == {"zones"}
@@ -321,7 +321,7 @@ def test_a_hook_over_a_prohibited_zone_is_caught(good):
 
 def test_a_tower_as_high_as_the_jib_is_caught_where_the_jib_turns_over_it(good):
     plan, motions = good
-    crane = plan.site.crane
+    crane = plan.site.cranes[0]
     low_jib = dataclasses.replace(crane, jib_height_m=float(max(m.samples()[1][:, 2].max() for m in motions)))
     top_m = plan.site.frame.corner_of(plan.site.shape)[2] - 0.1
     assert low_jib.jib_height_m < top_m
@@ -329,7 +329,7 @@ def test_a_tower_as_high_as_the_jib_is_caught_where_the_jib_turns_over_it(good):
 
     def tower(angle_rad, radius_m):
         x, y, _ = hook_of(crane, angle_rad, radius_m, 0.0)
-        return with_blocker(moved(plan, crane=low_jib), "tower", (x, y, top_m - 0.05), (x + 0.1, y + 0.1, top_m))
+        return with_blocker(moved(plan, cranes=(low_jib,)), "tower", (x, y, top_m - 0.05), (x + 0.1, y + 0.1, top_m))
 
     assert "jib" in failed(tower(float(np.median(slews)), 6.0), motions)
     assert slews.min() > 0.5
@@ -379,14 +379,14 @@ def test_on_the_last_moves_the_triangles_decide():
 
 def test_a_site_without_a_crane_has_no_motions(good):
     plan, motions = good
-    bare = moved(plan, crane=None)
+    bare = moved(plan, cranes=())
     assert verify_motions(bare, []).verified
     assert failed(bare, motions) == {"timeline"}
 
 
 def columns_under(plan, trajectory):
     """(X, Y) bool columns of the grid that the hook is over at the samples."""
-    hook_m = hook_of(plan.site.crane, trajectory.slew_rad, trajectory.radius_m, trajectory.height_m)
+    hook_m = hook_of(plan.site.cranes[0], trajectory.slew_rad, trajectory.radius_m, trajectory.height_m)
     columns = np.zeros(plan.site.shape[:2], bool)
     columns[tuple(plan.site.frame.cell_of(hook_m)[:, :2].T)] = True
     return columns

@@ -127,11 +127,11 @@ def test_a_roof_over_the_rope_is_caught(plan):
 
 
 def test_a_crane_too_weak_or_too_short_is_caught(plan):
-    crane = plan.site.crane
+    crane = plan.site.cranes[0]
     weak = dataclasses.replace(crane, chart=dataclasses.replace(crane.chart, capacity_kg=(900.0, 900.0, 900.0)))
-    assert "reach" in failed(dataclasses.replace(plan, site=dataclasses.replace(plan.site, crane=weak)))
+    assert "reach" in failed(dataclasses.replace(plan, site=dataclasses.replace(plan.site, cranes=(weak,))))
     short = dataclasses.replace(crane, jib_length_m=5.0)
-    assert "reach" in failed(dataclasses.replace(plan, site=dataclasses.replace(plan.site, crane=short)))
+    assert "reach" in failed(dataclasses.replace(plan, site=dataclasses.replace(plan.site, cranes=(short,))))
 
 
 def test_a_hook_over_a_prohibited_zone_is_caught(plan):

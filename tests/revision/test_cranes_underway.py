@@ -34,7 +34,7 @@ def planned(slow: bool = False) -> tuple[Standing, Preparation]:
     site = two_crane_site()
     if slow:  # so that both carry at the same time
         cranes = [dataclasses.replace(crane, slewing=SLOW, trolley=SLOW) for crane in site.cranes]
-        site = with_digests(dataclasses.replace(site, crane=cranes[0], other_cranes=(cranes[1],)))
+        site = with_digests(dataclasses.replace(site, cranes=tuple(cranes)))
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
     return standing_of(plan, time_lifts(plan, replay(site, preparation, plan))), preparation
@@ -62,9 +62,9 @@ def carried_at(motion: LiftMotion, share: float) -> int:
 def load_cell(standing: Standing, order: int, time_ns: int) -> np.ndarray:
     """The reference cell of the load of a lift at a time."""
     motion = standing.motions[order]
-    site = standing.plan.site.for_crane(motion.crane)
+    site = standing.plan.site
     component = site.components[motion.component]
-    load = load_frame(crane_for(site, site.crane, component), site.frame, component.hook_offset_vox)
+    load = load_frame(crane_for(site, site.cranes[motion.crane], component), site.frame, component.hook_offset_vox)
     times, axes = motion.samples()
     return np.round(cells_of_axes(load, np.array([[np.interp(time_ns, times, axis) for axis in axes.T]]))[0])
 
@@ -218,8 +218,8 @@ def test_what_is_about_to_begin_is_kept_where_the_change_is_for_later():
 def test_a_hook_that_something_appears_at_is_held_for_good_and_so_is_all():
     standing, _ = planned()
     motion, now_ns = on_the_way(standing)
-    site = standing.plan.site.for_crane(motion.crane)
-    hook = load_frame(crane_for(site, site.crane, None), site.frame, np.zeros(3, np.int32))
+    site = standing.plan.site
+    hook = load_frame(crane_for(site, site.cranes[motion.crane], None), site.frame, np.zeros(3, np.int32))
     times, axes = motion.samples()
     cell = cells_of_axes(hook, np.array([[np.interp(now_ns + S, times, axis) for axis in axes.T]]))[0]
     boxed = with_box(standing.plan.site, np.round(cell) - [1, 1, 0], 3.0)
@@ -243,8 +243,8 @@ def on_the_way(standing: Standing) -> tuple[LiftMotion, int]:
 def test_an_empty_hook_that_is_met_stops_and_goes_round():
     standing, _ = planned()
     motion, now_ns = on_the_way(standing)
-    site = standing.plan.site.for_crane(motion.crane)
-    hook = load_frame(crane_for(site, site.crane, None), site.frame, np.zeros(3, np.int32))
+    site = standing.plan.site
+    hook = load_frame(crane_for(site, site.cranes[motion.crane], None), site.frame, np.zeros(3, np.int32))
     times, axes = motion.samples()
     ahead_ns = now_ns + 8 * S
     cell = cells_of_axes(hook, np.array([[np.interp(ahead_ns, times, axis) for axis in axes.T]]))[0]

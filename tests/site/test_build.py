@@ -38,8 +38,8 @@ def config(**more) -> SiteConfig:
 
 def build(site_config: SiteConfig | None = None, building: Building | None = None, **more) -> Site:
     site_config, building = site_config or config(), building or frame_house()
-    crane = more.setdefault("crane", CRANE)
-    frame, shape = site_extent(site_config, building, crane)
+    cranes = more.setdefault("cranes", (CRANE,))
+    frame, shape = site_extent(site_config, building, cranes[0] if cranes else None)
     parts = [(element, rasterise_boxes(element.mesh, frame, shape)) for element in building.elements]
     return build_site(site_config, parts, frame, shape, rasterise=rasterise_boxes, **more)
 
@@ -102,7 +102,7 @@ def test_the_mast_stands_from_its_foot_to_the_top_of_the_grid():
     low, high = site.frame.corner_of(mast.min(axis=0)), site.frame.corner_of(mast.max(axis=0) + 1)
     assert (low[:2] <= np.array([4.0, 10.0]) - 0.8).all()
     assert (high[:2] >= np.array([4.0, 10.0]) + 0.8).all()
-    assert build(crane=None).blockers[-1].id == "footing"
+    assert build(cranes=()).blockers[-1].id == "footing"
 
 
 def test_obstructions_make_a_new_site_and_leave_the_old_one_alone():
@@ -162,10 +162,10 @@ def test_digests_change_with_the_content_and_only_with_it():
         "obstructions": (build(obstructions=TRUCK), False),
         "order": (build(config(component=(ComponentConfig(global_id="beam-0", after=("beam-1",)),))), False),
         "sampling": (build(config(rules=RulesConfig(sample_period_s=0.1))), False),
-        "crane's name": (build(crane=replace(CRANE, name="other")), False),
+        "crane's name": (build(cranes=(replace(CRANE, name="other"),)), False),
         "model": (build(source={"sha256": "1"}), False),
-        "crane": (build(crane=replace(CRANE, jib_length_m=50.0)), True),
-        "no crane": (build(crane=None), True),
+        "crane": (build(cranes=(replace(CRANE, jib_length_m=50.0),)), True),
+        "no crane": (build(cranes=()), True),
         "shape": (build(building=moved), True),
         "rules": (build(config(rules=RulesConfig(rope=False))), True),
         "zone": (build(config(zone=(ZoneConfig(polygon=CONSTRUCTION),))), True),
@@ -240,7 +240,7 @@ def test_a_part_below_the_ground_says_how_to_lower_it():
 
 def test_a_mast_in_the_way_of_a_part_is_refused():
     with pytest.raises(ConfigError, match="slab") as caught:
-        build(crane=some_crane(base=(4.0, 2.5, 0.0)))
+        build(cranes=(some_crane(base=(4.0, 2.5, 0.0)),))
     assert caught.value.key == "crane.base_m"
 
 
@@ -257,8 +257,8 @@ def test_the_mast_of_one_of_several_cranes_ends_where_the_jib_of_a_higher_one_ma
     low = replace(CRANE, name="low", jib_height_m=10.0, jib_length_m=14.0)
     high = replace(CRANE, name="high", base_m=(24.0, 10.0, 0.0), jib_height_m=20.0)
     grid = config(grid=GridConfig(low_m=(-2.0, -2.0), high_m=(26.0, 20.0, 24.0)))
-    alone = build(grid, crane=low)
-    shared = build(grid, crane=low, other_cranes=(high,))
+    alone = build(grid, cranes=(low,))
+    shared = build(grid, cranes=(low, high))
 
     def tops_m(site: Site) -> dict[str, float]:
         return {b.id: 0.5 * float(b.cells[:, 2].max()) for b in site.blockers if b.kind == "crane"}

@@ -40,7 +40,15 @@ def built(config, building):
     crane = crane_of(config)
     frame, shape = site_extent(config, placed, crane)
     parts = [(element, rasterise_boxes(element.mesh, frame, shape)) for element in placed.elements]
-    return build_site(config, parts, frame, shape, crane=crane, rasterise=rasterise_boxes, site_to_ifc=site_to_ifc)
+    return build_site(
+        config,
+        parts,
+        frame,
+        shape,
+        cranes=() if crane is None else (crane,),
+        rasterise=rasterise_boxes,
+        site_to_ifc=site_to_ifc,
+    )
 
 
 def test_a_guessed_site_is_complete_and_can_be_built():
@@ -161,7 +169,7 @@ def test_without_a_crane_none_is_guessed():
     said = SiteConfig(model=ModelConfig(path="a.ifc"), crane=CraneConfig(kind="none"))
     config = complete_config(said, frame_house())
     assert crane_of(config) is None
-    assert built(config, frame_house()).crane is None
+    assert not built(config, frame_house()).cranes
 
 
 def test_a_given_crane_draws_the_yard_to_its_side():

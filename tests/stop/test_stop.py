@@ -106,15 +106,15 @@ def test_a_lift_stopped_anywhere_keeps_the_limits_holds_and_goes_on_as_one_prove
     sampling = {"sample_period_s": site.rules.sample_period_s, "voxel_size_m": size_m}
     first, last = motion.loaded.time_ns[[0, -1]]
     told_ns = motion.start_ns + int(first + share * (last - first))
-    stop = stop_motion(site.crane, motion, told_ns, **sampling)
+    stop = stop_motion(site.cranes[0], motion, told_ns, **sampling)
     assert told_ns <= stop.start_ns <= told_ns + 1_500_000_000
     lift, (_, space) = plan.lifts[0], next(iter(replay(site, preparation, plan)))
-    load = load_frame(site.crane, site.frame, site.components[lift.component].hook_offset_vox)
+    load = load_frame(site.cranes[0], site.frame, site.components[lift.component].hook_offset_vox)
     assert stop_is_free(space, load, stop)
-    hanging = pendulum_of(site, site.components[lift.component])
+    hanging = pendulum_of(site, site.cranes[0], site.components[lift.component])
     goal = tuple(int(n) for n in lift.path_vox[-1])
     path = shortest_path(space, go_on_cells(space, load, stop.pose)[0], goal).path_vox
-    onward, needed_m = go_on(site.crane, space, load, stop.pose, path, 0, hanging)
+    onward, needed_m = go_on(site.cranes[0], space, load, stop.pose, path, 0, hanging)
     resume_ns = stop.end_ns + 20_000_000_000
     whole = interrupted(motion, stop, resume_ns, onward, needed_m, pendulum=hanging, **sampling)
     assert [p.name for p in whole.phases].count(PhaseName.STOP) == 1
@@ -141,9 +141,9 @@ def test_a_stop_told_soon_after_the_load_has_begun_to_move_keeps_the_limits(lift
     sampling = {"sample_period_s": site.rules.sample_period_s, "voxel_size_m": site.frame.voxel_size_m}
     check, begins_ns = Check("axis_limits"), motion.start_ns + int(motion.loaded.time_ns[0])
     for told_ns in range(begins_ns + 10**7, begins_ns + 4 * 10**9, 10**8):
-        stop = stop_motion(site.crane, motion, told_ns, **sampling)
+        stop = stop_motion(site.cranes[0], motion, told_ns, **sampling)
         assert told_ns <= stop.start_ns <= told_ns + 2_500_000_000
-        check_limits(check, f"{told_ns}", site.crane, cut_short(motion, stop), 0.0)
+        check_limits(check, f"{told_ns}", site.cranes[0], cut_short(motion, stop), 0.0)
     assert check.passed, check.failures[:3]
 
 
@@ -163,7 +163,7 @@ def test_commands_of_a_stop_end_with_zero_rates(lifts):
     plan, _, motions = lifts
     motion = motions[1]
     middle_ns = motion.start_ns + int(motion.loaded.time_ns.mean())
-    stop = stop_motion(plan.site.crane, motion, middle_ns, **SAMPLING)
+    stop = stop_motion(plan.site.cranes[0], motion, middle_ns, **SAMPLING)
     told = stop_commands(stop, 1, motion.component, 0.5, loaded=True)
     assert {command.phase for command in told} == {PhaseName.STOP}
     assert told[0].time_ns == stop.start_ns
@@ -177,8 +177,8 @@ def test_commands_of_a_stop_end_with_zero_rates(lifts):
 def test_what_cannot_be_stopped_or_gone_on_from_is_refused(lifts):
     plan, _, motions = lifts
     with pytest.raises(InputError, match="not under way"):
-        stop_motion(plan.site.crane, motions[0], motions[0].end_ns + 1, **SAMPLING)
-    still = stop_motion(plan.site.crane, motions[0], motions[0].start_ns, **SAMPLING)
+        stop_motion(plan.site.cranes[0], motions[0], motions[0].end_ns + 1, **SAMPLING)
+    still = stop_motion(plan.site.cranes[0], motions[0], motions[0].start_ns, **SAMPLING)
     assert still.duration_s == 0.0
     room = crane_room(3)
     with pytest.raises(PlanningError, match="cannot be reached"):

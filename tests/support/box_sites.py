@@ -122,7 +122,7 @@ def box_site(
         labels=labels,
         blockers=tuple(blockers),
         components=components,
-        crane=crane,
+        cranes=() if crane is None else (crane,),
         rules=rules or Rules(rope=crane is not None),
         yard=yard_cells,
         site_to_ifc=np.eye(4),

@@ -44,12 +44,12 @@ def plan_by_hand(*, crane: bool = False, infeasible: tuple[str, ...] = ()) -> Li
 def motions_by_hand(plan: LiftPlan) -> tuple[LiftMotion, ...]:
     """Each planned lift driven along its cells, ten minutes a lift."""
     site = plan.site
-    assert site.crane is not None
+    assert site.cranes
     motions = []
     for lift in plan.lifts:
         if lift.path_vox is None:
             continue
-        load = load_frame(site.crane, site.frame, site.components[lift.component].hook_offset_vox)
+        load = load_frame(site.cranes[0], site.frame, site.components[lift.component].hook_offset_vox)
         axes = axes_of_cells(load, lift.path_vox)
         start_ns = lift.order * 600 * 10**9
         raising, loaded = _trajectory(axes[:1].repeat(2, axis=0), 0), _trajectory(axes, 2)

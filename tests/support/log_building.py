@@ -107,7 +107,7 @@ def tiny_site(*, crane: bool = True) -> Site:
         labels=labels,
         blockers=blockers,
         components=components,
-        crane=CRANE if crane else None,
+        cranes=(CRANE,) if crane else (),
         rules=Rules(contact_tolerance_m=0.012, swing=SwingRule.OFF),
         yard=yard,
         site_to_ifc=ifc,
@@ -186,7 +186,7 @@ def same(first: Any, second: Any, where: str = "", *, tolerance: float = 0.0) ->
 
 def tiny_motions(plan: LiftPlan) -> tuple[LiftMotion, ...]:
     """A motion a planned lift, made by hand: hook on, raise, up, over, down, set, release; 0.5 s a sample."""
-    crane, frame = plan.site.crane, plan.site.frame
+    crane, frame = plan.site.cranes[0], plan.site.frame
     assert crane is not None
     motions: list[LiftMotion] = []
     hook: Any = None

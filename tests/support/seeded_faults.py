@@ -100,7 +100,7 @@ def hook_columns(log: PlanLog) -> tuple[set, set, set]:
     for motion in log.motions:
         for part, into in ((motion.approach, empty), (motion.raising, loaded), (motion.loaded, loaded)):
             if part is not None:
-                at_m = hook_of(site.crane, part.slew_rad, part.radius_m, part.height_m)
+                at_m = hook_of(site.cranes[0], part.slew_rad, part.radius_m, part.height_m)
                 into |= {tuple(c[:2]) for c in site.frame.cell_of(at_m).tolist()}
     return planned, loaded, empty
 
@@ -171,15 +171,16 @@ def a_gap_on_the_clock(log: PlanLog) -> PlanLog:
 
 
 def a_slower_crane(log: PlanLog) -> PlanLog:
-    crane = log.plan.site.crane
+    crane = log.plan.site.cranes[0]
     return with_site(
-        log, crane=dataclasses.replace(crane, slewing=dataclasses.replace(crane.slewing, rate=crane.slewing.rate * 0.5))
+        log,
+        cranes=(dataclasses.replace(crane, slewing=dataclasses.replace(crane.slewing, rate=crane.slewing.rate * 0.5)),),
     )
 
 
 def a_lower_jib(log: PlanLog) -> PlanLog:
     highest = max(float(m.loaded.height_m.max()) for m in log.motions)
-    return with_site(log, crane=dataclasses.replace(log.plan.site.crane, jib_height_m=highest - 0.01))
+    return with_site(log, cranes=(dataclasses.replace(log.plan.site.cranes[0], jib_height_m=highest - 0.01),))
 
 
 def a_whole_turn_between_lifts(log: PlanLog) -> PlanLog:
@@ -249,8 +250,8 @@ def something_where_only_the_motion_goes(log: PlanLog) -> PlanLog:
     size_m = site.frame.voxel_size_m
     for n in range(len(motion.loaded.time_ns) // 2, len(motion.loaded.time_ns)):
         loaded = motion.loaded
-        hook_m = hook_of(site.crane, loaded.slew_rad[n], loaded.radius_m[n], loaded.height_m[n])
-        low = hook_m - [0, 0, site.crane.sling_m] - size_m * (np.array([0.5, 0.5, 0.0]) + component.hook_offset_vox)
+        hook_m = hook_of(site.cranes[0], loaded.slew_rad[n], loaded.radius_m[n], loaded.height_m[n])
+        low = hook_m - [0, 0, site.cranes[0].sling_m] - size_m * (np.array([0.5, 0.5, 0.0]) + component.hook_offset_vox)
         high = low + size_m * np.array(component.shape.size_vox)
         for corner in np.ndindex(2, 2, 2):
             at = np.where(np.array(corner) == 0, low + 0.1 * size_m, high - 0.1 * size_m)
@@ -336,9 +337,9 @@ def lifts_not_numbered(log: PlanLog) -> PlanLog:
 
 
 def a_weaker_crane(log: PlanLog) -> PlanLog:
-    crane = log.plan.site.crane
+    crane = log.plan.site.cranes[0]
     chart = dataclasses.replace(crane.chart, capacity_kg=tuple(0.05 * c for c in crane.chart.capacity_kg))
-    return with_site(log, crane=dataclasses.replace(crane, chart=chart))
+    return with_site(log, cranes=(dataclasses.replace(crane, chart=chart),))
 
 
 def a_corner_that_is_none(log: PlanLog) -> PlanLog:

@@ -37,7 +37,7 @@ def two_crane_site(**rules: float) -> Site:
         dataclasses.replace(component, crane=int(component.id.startswith("east"))) for component in site.components
     )
     own = Rules(bracing_s=10.0, release_s=5.0, **rules)
-    return with_digests(dataclasses.replace(site, components=components, other_cranes=(east,), rules=own))
+    return with_digests(dataclasses.replace(site, components=components, cranes=(west, east), rules=own))
 
 
 @cache
@@ -45,16 +45,17 @@ def two_crane_plan() -> tuple[LiftPlan, tuple[LiftMotion, ...]]:
     """Its lifts, each begun when the one before it in the order has ended, whichever crane drives it."""
     site = two_crane_site()
     # One crane that reaches everything: whose part it is matters to the motions only.
-    view = dataclasses.replace(site, crane=test_crane(base=(20.0, -20.0, 0.0), height=14.0), other_cranes=())
+    components = tuple(dataclasses.replace(component, crane=0) for component in site.components)
+    reaching = test_crane(base=(20.0, -20.0, 0.0), height=14.0)
+    view = dataclasses.replace(site, cranes=(reaching,), components=components)
     preparation = prepare(view)
     made = plan_lifts(view, preparation)
     assert all(lift.status is Status.PLANNED for lift in made.lifts)
+    plan = dataclasses.replace(made, site=site)
     motions: dict[int, LiftMotion] = {}
     for number in (0, 1):
-        own = dataclasses.replace(made, site=site.for_crane(number))
         mine = [pair for pair in replay(view, preparation, made) if site.components[pair[0].component].crane == number]
-        motions |= {m.order: dataclasses.replace(m, crane=number) for m in time_plan(own, mine)}
-    plan = dataclasses.replace(made, site=site)
+        motions |= {motion.order: motion for motion in time_plan(plan, mine)}
     return plan, one_after_the_other([motions[order] for order in sorted(motions)])
 
 

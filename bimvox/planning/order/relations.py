@@ -104,7 +104,7 @@ def _blocks(site: Site, contacts: Contacts, i: int, j: int, foot_m: NDArray[np.f
     """Whether j in place is in the way of i coming straight down, or of the rope that it hangs on."""
     if _met(contacts, i, j, 1, _FAR_M):
         return True
-    return site.crane is not None and site.rules.rope and rope_meets(contacts.triangles_m(j), foot_m)
+    return bool(site.cranes) and site.rules.rope and rope_meets(contacts.triangles_m(j), foot_m)
 
 
 def _hook_foot_m(site: Site, i: int) -> NDArray[np.float64]:

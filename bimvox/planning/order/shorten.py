@@ -37,7 +37,7 @@ def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, 
         sequencer: Makes its orders.
     """
     sequence = sequencer.lowest_first()
-    if site.crane is None:
+    if not site.cranes:
         return sequence, allocate_yard(site, sequence.order)
     travels = [travel_of(site, crane) for crane in site.cranes]
     rounds = [
@@ -46,7 +46,7 @@ def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, 
     ]
     for _ in range(_ROUNDS):
         prefer: Prefer
-        if site.other_cranes:
+        if site.has_several_cranes:
             places = rounds[-1][1]
             ways = [(_target_axes(site, travel), _pick_axes(site, travel, places), travel) for travel in travels]
             prefer = Shared(site, ways)
@@ -55,7 +55,7 @@ def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, 
         sequence = sequencer.order(prefer)
         rounds.append((sequence, allocate_yard(site, sequence.order, *travels)))
     # Of several cranes, the plain order deals nothing out.
-    first = 2 if site.other_cranes else 0
+    first = 2 if site.has_several_cranes else 0
     most = max(_with_place(places) for _, places in rounds[first:])
     judged = [busiest_s(site, travels, made.order, places) for made, places in rounds]
     kept = [n for n, (_, places) in enumerate(rounds) if n >= first and _with_place(places) == most]

@@ -44,7 +44,7 @@ def document_of(source: PageSource) -> tuple[dict[str, Any], bytes]:
     """
     blob = Blob()
     last = source.revisions[-1]
-    site = last.plan.site
+    site, others = last.plan.site, last.plan.site.cranes[1:]
     fixed = standing(site)
     solid = [blocker.mesh for blocker in fixed if blocker.mesh is not None]
     shapes = shapes_of([component.mesh for component in site.components] + solid, GEOMETRY_BUDGET_BYTES)
@@ -56,8 +56,8 @@ def document_of(source: PageSource) -> tuple[dict[str, Any], bytes]:
             "states": {state.value: list(rgb) for state, rgb in STATE_RGB.items()},
             "kinds": {kind: list(rgb) for kind, rgb in KIND_RGB.items()},
         },
-        "crane": crane_record(site.crane, blob) if site.crane else None,
-        **({"other_cranes": [crane_record(crane, blob) for crane in site.other_cranes]} if site.other_cranes else {}),
+        "crane": crane_record(site.cranes[0], blob) if site.cranes else None,
+        **({"other_cranes": [crane_record(crane, blob) for crane in others]} if others else {}),
         "geometries": [
             {
                 "step_m": geometry.step_m,

@@ -37,7 +37,7 @@ def standing(site: Site) -> tuple[Blocker, ...]:
         blocker
         for n, blocker in enumerate(site.blockers)
         if blocker.kind == "structure"
-        or (blocker.kind == "crane" and site.crane is None)
+        or (blocker.kind == "crane" and not site.cranes)
         or (n == 0 and bool((blocker.cells[:, 2] > 0).any()))
     )
 

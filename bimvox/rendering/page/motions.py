@@ -45,7 +45,7 @@ def crane_motion(site: Site, motion: LiftMotion, track: Track, blob: Blob) -> di
     )
     return {
         "kind": "crane",
-        **({"crane": motion.crane} if site.other_cranes else {}),
+        **({"crane": motion.crane} if site.has_several_cranes else {}),
         "keys": blob.put_steps(_rows(time_ns[chosen] - motion.start_ns, axes[chosen] * scale)),
         "below_m": _metres(below_m),
         "tip": _tip(site, track, motion, blob),

@@ -53,8 +53,8 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
             "recovered": revision.metadata.get("recovered") == "true",
         },
         "site": _site(site),
-        "crane": _crane(site.crane) if site.crane else None,
-        **({"other_cranes": [_crane(crane) for crane in site.other_cranes]} if site.other_cranes else {}),
+        "crane": _crane(site.cranes[0]) if site.cranes else None,
+        **({"other_cranes": [_crane(crane) for crane in site.cranes[1:]]} if site.has_several_cranes else {}),
         "totals": _totals(revision, lifts) | _of_cranes(site, lifts),
         "methods": _methods(lifts),
         "critical_share": critical_share,
@@ -79,7 +79,7 @@ def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_sh
     used = record["governs"]["utilisation"] if record["governs"] else None
     return {
         **record,
-        **({"crane": component.crane} if revision.plan.site.other_cranes else {}),
+        **({"crane": component.crane} if revision.plan.site.has_several_cranes else {}),
         "id": component.id,
         "global_id": component.global_id,
         "name": component.name,
@@ -209,7 +209,7 @@ def _totals(revision: Revision, lifts: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _of_cranes(site: Site, lifts: list[dict[str, Any]]) -> dict[str, Any]:
     """What each of several cranes does: its lifts, and how long it works and waits between the first and the last."""
-    if not site.other_cranes:
+    if not site.has_several_cranes:
         return {}
     found = []
     for number, crane in enumerate(site.cranes):

@@ -150,7 +150,7 @@ def _gap(
 
 
 def _with_crane(site: Site, scene: Scene) -> Scene:
-    if site.crane is None:
+    if not site.cranes:
         return scene
     parts = site_cranes(site)
     return replace(scene, strokes=(*parts.strokes, *scene.strokes), blocks=parts.blocks)

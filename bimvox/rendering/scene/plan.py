@@ -83,7 +83,7 @@ def scene_of_plan(
         raise InputError(f"{component.id}: this lift has no path to show; {why}", hint="choose a lift that has one")
     motion = by_order.get(lift.order)
     others = None
-    if site.other_cranes and motion is not None:
+    if site.has_several_cranes and motion is not None:
         others = _others_at(site, lifts, lift, by_order, _time_ns(motion, moment.share))
     return _under_way(site, lifts, lift, motion, moment.share, title or site.name, others)
 
@@ -233,7 +233,7 @@ def path_m(site: Site, lift: Lift, motion: LiftMotion | None) -> NDArray[np.floa
     """Return the way of the middle of a part, metres: (N, 3); as the crane drives it, else from cell to cell."""
     component = site.components[lift.component]
     middle = np.array(component.shape.size_vox) / 2.0
-    if motion is not None and site.crane is not None:
+    if motion is not None and site.cranes:
         loaded, crane = motion.loaded, site.cranes[motion.crane]
         axes = np.stack([loaded.slew_rad, loaded.radius_m, loaded.height_m], axis=1)
         cells = cells_of_axes(
@@ -264,7 +264,7 @@ def _load_at(site: Site, lift: Lift, motion: LiftMotion | None, share: float) ->
     component = site.components[lift.component]
     assert lift.path_vox is not None
     share = min(max(share, 0.0), 1.0)
-    if motion is None or site.crane is None:
+    if motion is None or not site.cranes:
         x, y, z = (int(n) for n in lift.path_vox[round(share * (len(lift.path_vox) - 1))])
         return (x, y, z), None
     loaded = motion.loaded

@@ -80,7 +80,7 @@ def site_canvas(site: Site, more: int) -> Canvas:
     canvas.paint_mask(site.yard & (site.labels[:, :, 0] == Label.GROUND), 0, YARD, layer=Layer.GROUND)
     for blocker in site.blockers[1:]:
         above = blocker.cells[blocker.cells[:, 2] > 0]
-        if blocker.kind == "structure" or (blocker.kind == "crane" and site.crane is None):
+        if blocker.kind == "structure" or (blocker.kind == "crane" and not site.cranes):
             canvas.paint(above, STRUCTURE, layer=Layer.STRUCTURE)
         elif blocker.kind == "obstruction":
             canvas.paint(above, OBSTRUCTION, over=True, layer=Layer.OBSTRUCTIONS)
@@ -144,7 +144,7 @@ def view_of_site(site: Site, azimuth_deg: float | None = None, elevation_deg: fl
     if np.linalg.norm(towards) < 0.1 * max(site.shape[:2]) * site.frame.voxel_size_m:
         return View(view.azimuth_deg, elevation)  # the yard lies all around
     angle = math.degrees(math.atan2(towards[1], towards[0]))
-    mast = np.array(site.crane.base_m[:2]) - middle if site.crane else np.zeros(2)
+    mast = np.array(site.cranes[0].base_m[:2]) - middle if site.cranes else np.zeros(2)
 
     def nearness(azimuth: float) -> float:
         return float(mast @ [math.cos(math.radians(azimuth)), math.sin(math.radians(azimuth))])

@@ -73,7 +73,7 @@ def transit(part: RevisedPart, now_ns: int) -> dict[str, Any]:
     """Return what became of the lift that was under way when the change was noticed."""
     stops = [_stopped(part, one) for one in _stops(part)]
     fields: dict[str, Any] = {"time_s": round(now_ns / 1e9, 3), "stopped": stops[0] if stops else None}
-    if part.standing.plan.site.other_cranes:
+    if part.standing.plan.site.has_several_cranes:
         fields["all_stopped"] = stops
     return fields
 

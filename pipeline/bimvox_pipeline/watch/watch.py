@@ -82,7 +82,7 @@ def watch(
     check_output(target, inputs=[site, obstructions, loaded.config.model.path])
     preparation = prepared(loaded.site, progress)
     chosen = policy_of(loaded, loaded.site, preparation, policy=policy, seed=seed, steps=steps, progress=progress)
-    if speed is not None and loaded.site.crane is None:
+    if speed is not None and not loaded.site.cranes:
         raise InputError("without a crane there is no motion to carry out", hint="leave --simulate out")
     clock = None if speed is None else PlanClock(speed)
     watcher = Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress, clock)
@@ -237,7 +237,7 @@ class Watcher:
         from bimvox_pipeline.watch.warm import warm_up
 
         # A plan of several cranes is revised as a whole: that takes longer than it saves.
-        if self.standing is not None and not self.standing.plan.site.other_cranes:
+        if self.standing is not None and not self.standing.plan.site.has_several_cranes:
             reviser = self._reviser
             reviser.know(self.standing.plan.site)
             warm_up(self.standing, self._preparation, reviser.propose, reviser.known_shapes, self._plan.segment)

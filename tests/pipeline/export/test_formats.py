@@ -176,7 +176,7 @@ def test_mpxj_reads_the_schedule_as_it_is(site_folder: Path) -> None:
         assert task["is_elapsed"]
         assert timedelta(seconds=round(task["duration_s"], 3)) == finish - start
         assert task["text1"] == log.plan.site.components[track.lift.component].global_id
-        assert task["resources"] == [log.plan.site.crane.name]
+        assert task["resources"] == [log.plan.site.cranes[0].name]
     assert [task["after"] for task in tasks[1:]] == [[[task["id"], "FS"]] for task in tasks[:-1]]
 
 
@@ -242,7 +242,7 @@ def test_a_ros2_bag_holds_joints_paths_and_frames(site_folder: Path) -> None:
     np.testing.assert_allclose(
         (end.x, end.y, end.z), log.plan.site.frame.corner_of(np.array(last.target_vox)), atol=1e-6
     )
-    crane = log.plan.site.crane
+    crane = log.plan.site.cranes[0]
     assert crane is not None
     times, axes = log.motions[0].samples()
     assert states[0][0] == times[0]

@@ -77,7 +77,7 @@ class Simulated:
         assert standing is not None
         loaded = standing.motions[order].loaded
         at = int(share * (len(loaded.time_ns) - 1))
-        crane, frame = standing.plan.site.crane, standing.plan.site.frame
+        crane, frame = standing.plan.site.cranes[0], standing.plan.site.frame
         hook_m = hook_of(crane, loaded.slew_rad[at], loaded.radius_m[at], loaded.height_m[at])
         low = hook_m - [0.05, 0.05, crane.sling_m + 0.5 * frame.voxel_size_m]
         return {"id": "drone", "box": {"min": low.tolist(), "max": (low + 0.1).tolist()}}

@@ -48,7 +48,7 @@ def frame(planned) -> tuple[Any, Any]:
 def loaded_at(standing: Standing, order: int, time_ns: int) -> np.ndarray:
     """The continuous reference cell of the load of a lift at a time."""
     motion, site = standing.motions[order], standing.plan.site
-    load = load_frame(site.crane, site.frame, site.components[motion.component].hook_offset_vox)
+    load = load_frame(site.cranes[0], site.frame, site.components[motion.component].hook_offset_vox)
     times, axes = motion.samples()
     return cells_of_axes(load, np.array([[np.interp(time_ns, times, axis) for axis in axes.T]]))[0]
 
@@ -201,7 +201,7 @@ def test_an_empty_hook_is_stopped_and_goes_round(frame):
     approach = motion.approach
     now_ns = motion.start_ns + int(0.1 * approach.time_ns[-1])
     at = int(0.75 * len(approach.time_ns))
-    hook = load_frame(site.crane, site.frame, np.zeros(3, np.int32))
+    hook = load_frame(site.cranes[0], site.frame, np.zeros(3, np.int32))
     cell = cells_of_axes(hook, np.array([[approach.slew_rad[at], approach.radius_m[at], approach.height_m[at]]]))[0]
     site = with_box(site, np.round(cell))
     first, after = last_of(revise(standing, site, preparation, now_ns=now_ns))
@@ -249,9 +249,9 @@ def only_swung_into(standing: Standing, order: int, now_ns: int) -> list[tuple[i
     """Cells that the load of a lift only comes into as far out as it swings when it is stopped at a time."""
     motion, site = standing.motions[order], standing.plan.site
     component, size_m = site.components[motion.component], site.frame.voxel_size_m
-    crane = crane_for(site, site.crane, component)
+    crane = crane_for(site, site.cranes[0], component)
     stop = stop_motion(crane, motion, now_ns, sample_period_s=site.rules.sample_period_s, voxel_size_m=size_m)
-    found = swing_through(motion, motion.loaded, stop, pendulum_of(site, component))
+    found = swing_through(motion, motion.loaded, stop, pendulum_of(site, site.cranes[0], component))
     load = load_frame(crane, site.frame, component.hook_offset_vox)
     after = found.time_ns >= now_ns
     hanging = cells_of_axes(load, found.axes[after])
@@ -288,7 +288,7 @@ def test_a_stop_counts_how_far_its_load_swings(frame):
     way = spliced(held.motion.loaded, held.stop, rest, held.stop.start_ns - held.motion.start_ns, hold_ns)
     stopped = replace(held.motion, phases=(Phase(PhaseName.STOP, held.stop.start_ns, held.motion.start_ns + hold_ns),))
     component = site.components[held.motion.component]
-    places = swung_placements(site, site.crane, stopped, way, component, 0)
+    places = swung_placements(site, site.cranes[0], stopped, way, component, 0)
     assert any((component.shape.cells + place == cell).all(axis=1).any() for place in places)
     # Where swing is not looked at, the load hangs clear of the box.
     off = replace(standing.plan.site, rules=replace(standing.plan.site.rules, swing=SwingRule.OFF))

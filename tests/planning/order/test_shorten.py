@@ -28,7 +28,7 @@ def site_of(**more):
 
 
 def travel_of(site):
-    return Travel(site.crane, 60.0)
+    return Travel(site.cranes[0], 60.0)
 
 
 def test_a_looked_up_way_takes_as_long_as_the_bound():

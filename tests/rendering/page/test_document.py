@@ -21,7 +21,7 @@ def opened() -> Opened:
 
 def test_the_numbers_of_a_lift_are_those_of_the_log(opened):
     log = tiny_log()
-    crane, lifts = log.plan.site.crane, opened.document["revisions"][0]["lifts"]
+    crane, lifts = log.plan.site.cranes[0], opened.document["revisions"][0]["lifts"]
     assert [lift["order"] for lift in lifts] == [0, 1, 2]
     for record, lift in zip(lifts, log.plan.lifts, strict=True):
         assert record["status"] == lift.status.value

@@ -21,7 +21,7 @@ def at(columns: np.ndarray, time_s: np.ndarray) -> np.ndarray:
 
 def test_hook_and_load_are_where_the_log_has_them():
     log = tiny_log()
-    opened, crane = Opened(page_of(tiny_source())), log.plan.site.crane
+    opened, crane = Opened(page_of(tiny_source())), log.plan.site.cranes[0]
     scales = opened.document["scales"]
     lifts = opened.document["revisions"][0]["lifts"]
     for motion, track in zip(log.motions, tracks_of(log), strict=True):

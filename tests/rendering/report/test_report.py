@@ -24,7 +24,7 @@ def page_of(log, proof=None, *, critical_share: float = 0.75, figures: Figures |
 
 def test_every_number_of_a_lift_is_that_of_the_log():
     log = tiny_log(crane=True)
-    site, crane = log.plan.site, log.plan.site.crane
+    site, crane = log.plan.site, log.plan.site.cranes[0]
     rows = {int(row["order"]): row for row in ReadReport(page_of(log, passed_proof())).rows["lifts"] if "order" in row}
     assert sorted(rows) == [lift.order for lift in log.plan.lifts]
     for motion in log.motions:
@@ -187,9 +187,9 @@ def test_long_plans_have_a_chart_a_page():
 def test_a_lift_beyond_the_chart_is_critical_above_all():
     log = tiny_log(crane=True)
     crane = dataclasses.replace(
-        log.plan.site.crane, chart=dataclasses.replace(log.plan.site.crane.chart, radius_m=(2.0, 2.5, 3.0))
+        log.plan.site.cranes[0], chart=dataclasses.replace(log.plan.site.cranes[0].chart, radius_m=(2.0, 2.5, 3.0))
     )
-    plan = dataclasses.replace(log.plan, site=dataclasses.replace(log.plan.site, crane=crane))
+    plan = dataclasses.replace(log.plan, site=dataclasses.replace(log.plan.site, cranes=(crane,)))
     log = dataclasses.replace(log, plan=plan)
     read = ReadReport(page_of(log))
     assert len(read.record["critical"]) == len(log.motions)

@@ -69,7 +69,7 @@ def test_the_crane_holds_the_load():
     load = np.argwhere(cells_of(scene, IN_TRANSIT))
     middle_m = plan.site.frame.corner_of((load.min(axis=0) + load.max(axis=0) + 1) / 2.0)
     hook_m = scene.blocks[-1].centre_m
-    crane = plan.site.crane
+    crane = plan.site.cranes[0]
     assert crane is not None
     assert np.abs(hook_m[:2] - middle_m[:2]).max() <= 1.5 * plan.site.frame.voxel_size_m
     assert hook_m[2] > middle_m[2] + crane.sling_m
