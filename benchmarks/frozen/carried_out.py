@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks.frozen.watched import OBSTRUCTIONS, Boxes, put
 
 if TYPE_CHECKING:
-    from pipeline.watch import Watcher
+    from bimvox_pipeline.watch.watch import Watcher
 
 SPEED = 10.0
 """How many times as fast as the wall's clock the site's goes."""
@@ -82,12 +82,12 @@ def carry_out(name: str) -> Iterator[dict[str, Any]]:
 
 def _watcher(name: str, file: Path, hand: Hand) -> tuple[Watcher, Callable[[], Iterator[dict[str, Any]]]]:
     """Return a watch that has taken up the plan on disk and begun to carry it out, and what looks at the file once."""
-    from pipeline.file_watch import state_of
-    from pipeline.load_site import load_site
-    from pipeline.plan import policy_of, prepared
-    from pipeline.progress import SilentProgress
-    from pipeline.simulate import PlanClock
-    from pipeline.watch import Watcher
+    from bimvox_pipeline.load_site import load_site
+    from bimvox_pipeline.plan import policy_of, prepared
+    from bimvox_pipeline.progress import SilentProgress
+    from bimvox_pipeline.watch.file_watch import state_of
+    from bimvox_pipeline.watch.simulate import PlanClock
+    from bimvox_pipeline.watch.watch import Watcher
 
     quiet = SilentProgress()
     loaded = load_site(Path(f"{name}.site.toml"), quiet)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-PROGRAM = (sys.executable, "-m", "cli")
+PROGRAM = (sys.executable, "-m", "bimvox_cli")
 """How the program is started."""
 ROOT = Path(__file__).parents[2]
 SAMPLES = ROOT / "sample_models"
