@@ -14,7 +14,7 @@ TORCH_FROM = $(if $(FIND_LINKS),--find-links $(FIND_LINKS),--torch-backend auto)
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-page test-fleet check lint types contracts samples bench bench-motion check-log bench-voxelize bench-environment bench-render \
-	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-decision train-generalist soak-watch soak-files \
+	bench-planning bench-yard bench-watch bench-scale bench-many-lifts bench-generalist bench-decision bench-frozen train-generalist soak-watch soak-files \
 	picture docs constraints clean
 
 help: ## this list
@@ -124,6 +124,9 @@ bench-generalist: setup ## the shipped policy on its held-out suite (ARGS="--sha
 
 bench-decision: setup ## microseconds of one decision of the shipped policy: docs/generalist.md
 	$(BIN)/python -m benchmarks.decision $(ARGS)
+
+bench-frozen: setup ## the bytes that the program writes, against those recorded (ARGS="--only watch" for some cases)
+	$(BIN)/python -m benchmarks.frozen $(ARGS)
 
 soak-files: setup ## every IFC file under DIR ends in a grid or a clear error: make soak-files DIR=folder
 	$(BIN)/python -m benchmarks.many_files $(DIR) $(ARGS)

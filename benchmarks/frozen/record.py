@@ -1,0 +1,80 @@
+"""What is recorded, in ``benchmarks/frozen.json``: of each case its files, of each file its parts."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from benchmarks.frozen.digest import WHOLE, Digest
+
+RECORD = Path(__file__).parents[1] / "frozen.json"
+
+Recorded = dict[str, Digest]
+"""What is recorded of a case, by file."""
+
+
+def read() -> dict[str, Recorded]:
+    """Return what is recorded, by case."""
+    if not RECORD.exists():
+        return {}
+    plain = json.loads(RECORD.read_text())
+    return {case: {file: _flat(parts) for file, parts in files.items()} for case, files in plain.items()}
+
+
+def write(record: Mapping[str, Recorded]) -> None:
+    """Record what the program wrote, by case."""
+    plain = {case: {file: _nested(parts) for file, parts in files.items()} for case, files in record.items()}
+    RECORD.write_text(json.dumps(plain, indent=0, separators=(",", ":")) + "\n")
+
+
+def differences(known: Recorded | None, found: Recorded, case: str) -> Iterator[str]:
+    """Say what of a case differs: a line for each file.
+
+    Args:
+        known: What is recorded.
+        found: What the program wrote now.
+        case: The name of the case.
+    """
+    if known is None:
+        yield f"{case}: not recorded"
+        return
+    for file in dict.fromkeys((*known, *found)):
+        if file not in found or file not in known:
+            yield f"{case}: {file}: {'not recorded' if file in found else 'not written any more'}"
+        elif known[file] != found[file]:
+            yield f"{case}: {file}: {_where(known[file], found[file])}"
+
+
+def _where(known: Digest, found: Digest) -> str:
+    """Say which parts of a file differ."""
+    parts = [part for part in dict.fromkeys((*known, *found)) if part != WHOLE]
+    differing = [
+        f"{part} ({'new' if part not in known else 'gone'})" if part not in known or part not in found else part
+        for part in parts
+        if known.get(part) != found.get(part)
+    ]
+    if differing:
+        return ", ".join(differing)
+    return "the bytes differ, but no part of them: how they are packed" if parts else "the bytes differ"
+
+
+def _nested(digest: Digest) -> dict[str, Any]:
+    """Put the parts of a part (``plan.json lifts``) together; the part itself has the empty name."""
+    groups: dict[str, dict[str, str]] = {}
+    for part, value in digest.items():
+        group, _, inner = part.partition(" ")
+        groups.setdefault(group, {})[inner] = value
+    return {group: inner[""] if list(inner) == [""] else inner for group, inner in groups.items()}
+
+
+def _flat(plain: Mapping[str, Any]) -> Digest:
+    """Undo ``_nested``."""
+    digest = {}
+    for group, inner in plain.items():
+        if isinstance(inner, str):
+            digest[group] = inner
+        else:
+            digest |= {f"{group} {part}".rstrip(): value for part, value in inner.items()}
+    return digest
