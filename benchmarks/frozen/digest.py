@@ -19,11 +19,11 @@ from typing import Any
 from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
 
-PART_DIGITS = 10
+PART_DIGITS = 8
 _KEY_DIGITS = 6
 """Of a part of a part: it only says where to look."""
-_DIVIDED_BYTES = 1000
-"""Smaller attachments have no parts."""
+_UNDIVIDED = ("load_chart.json", "layout.json")
+"""Attachments whose names end so have no parts."""
 UNMEASURED = re.compile(r"(^|_)(ms|seconds)$")
 """A key of a JSON document that ends so holds the time that this machine took: it is left out."""
 _DURATION = re.compile(r"\d+(\.\d+)? m?s\b")
@@ -56,7 +56,8 @@ def digest_of(path: Path, name: str) -> Digest:
 def digest_of_document(document: Any) -> Digest:
     """Return what is recorded of a JSON document that says how long things took."""
     plain = without_times(document)
-    return {WHOLE: hashlib.sha256(_canonical(plain)).hexdigest(), **_parts_of_json(plain)}
+    parts = {key: _key(_canonical(value)) for key, value in plain.items()} if isinstance(plain, dict) else {}
+    return {WHOLE: hashlib.sha256(_canonical(plain)).hexdigest(), **parts}
 
 
 def digest_of_text(text: str) -> Digest:
@@ -95,13 +96,13 @@ def _parts_of_log(data: bytes) -> dict[str, str]:
         for record in reader.iter_metadata():
             parts[f"metadata {record.name}"] = _short(_canonical(record.metadata))
     except McapError as error:
-        parts["not readable"] = str(error)
+        parts["not readable"] = _short(str(error).encode())
     return parts
 
 
 def _parts_of_attachment(name: str, media_type: str, data: bytes) -> Iterator[tuple[str, str]]:
     yield name, _short(data)
-    if len(data) < _DIVIDED_BYTES:
+    if name.endswith(_UNDIVIDED):
         return
     if media_type == "application/zip":
         inner = _parts_of_zip(data)

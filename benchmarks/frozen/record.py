@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 from benchmarks.frozen.digest import WHOLE, Digest
 
 RECORD = Path(__file__).parents[1] / "frozen.json"
+
+_BETWEEN = "; "
 
 Recorded = dict[str, Digest]
 """What is recorded of a case, by file."""
@@ -20,12 +21,28 @@ def read() -> dict[str, Recorded]:
     if not RECORD.exists():
         return {}
     plain = json.loads(RECORD.read_text())
-    return {case: {file: _flat(parts) for file, parts in files.items()} for case, files in plain.items()}
+    parts = [names.split(_BETWEEN) for names in plain["parts"]]
+
+    def digest(row: str) -> Digest:
+        number, *values = row.split()
+        return dict(zip(parts[int(number)], values, strict=True))
+
+    return {case: {file: digest(row) for file, row in files.items()} for case, files in plain["cases"].items()}
 
 
 def write(record: Mapping[str, Recorded]) -> None:
-    """Record what the program wrote, by case."""
-    plain = {case: {file: _nested(parts) for file, parts in files.items()} for case, files in record.items()}
+    """Record what the program wrote, by case.
+
+    Files of a kind have the same parts: the names are written once, and of each file the number of its kind and the
+    values.
+    """
+    kinds: dict[tuple[str, ...], int] = {}
+
+    def row(digest: Digest) -> str:
+        return " ".join((str(kinds.setdefault(tuple(digest), len(kinds))), *digest.values()))
+
+    cases = {case: {file: row(digest) for file, digest in files.items()} for case, files in record.items()}
+    plain = {"cases": cases, "parts": [_BETWEEN.join(names) for names in kinds]}
     RECORD.write_text(json.dumps(plain, indent=0, separators=(",", ":")) + "\n")
 
 
@@ -58,23 +75,3 @@ def _where(known: Digest, found: Digest) -> str:
     if differing:
         return ", ".join(differing)
     return "the bytes differ, but no part of them: how they are packed" if parts else "the bytes differ"
-
-
-def _nested(digest: Digest) -> dict[str, Any]:
-    """Put the parts of a part (``plan.json lifts``) together; the part itself has the empty name."""
-    groups: dict[str, dict[str, str]] = {}
-    for part, value in digest.items():
-        group, _, inner = part.partition(" ")
-        groups.setdefault(group, {})[inner] = value
-    return {group: inner[""] if list(inner) == [""] else inner for group, inner in groups.items()}
-
-
-def _flat(plain: Mapping[str, Any]) -> Digest:
-    """Undo ``_nested``."""
-    digest = {}
-    for group, inner in plain.items():
-        if isinstance(inner, str):
-            digest[group] = inner
-        else:
-            digest |= {f"{group} {part}".rstrip(): value for part, value in inner.items()}
-    return digest

@@ -1,0 +1,109 @@
+"""A plan carried out by a script against a clock that is turned by hand: the watch of ``--simulate`` in this process.
+
+Run in the folder of a planned site: ``python -m benchmarks.frozen.carried_out frame``. It prints what the watch says.
+``_watcher`` is all that knows the inside of the program.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from benchmarks.frozen.watched import OBSTRUCTIONS, Boxes, put
+
+if TYPE_CHECKING:
+    from pipeline.watch import Watcher
+
+SPEED = 10.0
+"""How many times as fast as the wall's clock the site's goes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What the script does.
+
+    Attributes:
+        time_s: When, on the site's clock.
+        boxes: What the obstruction file holds from then on.
+    """
+
+    time_s: float
+    boxes: Boxes
+
+
+SCRIPTS: dict[str, tuple[Step, ...]] = {
+    "frame": (
+        Step(1040.0, {"drone": (3.4, 3.1, 3.0, 3.8, 3.5, 3.6)}),
+        Step(1200.0, {}),
+        Step(1700.0, {"pallet": (0.1, 6.1, 3.0, 0.3, 6.3, 3.2)}),
+        Step(1950.0, {}),
+    ),
+    "hall": (
+        Step(1168.8, {"drone": (7.17, 3.42, 3.3, 7.27, 3.52, 3.4)}),
+        Step(1250.0, {}),
+        Step(1655.0, {"pallet": (12.05, 0.05, 0.0, 12.15, 0.15, 0.2)}),
+        Step(1760.0, {}),
+    ),
+}
+"""Of each site: a load in the air meets something, stops and goes on another way; later one is held on the hook because
+something stands on its place, and goes on when it is gone."""
+
+
+class Hand:
+    """A wall clock that is turned by hand."""
+
+    def __init__(self) -> None:
+        self.now_s = 0.0
+
+    def __call__(self) -> float:
+        """Return what it shows."""
+        return self.now_s
+
+
+def carry_out(name: str) -> Iterator[dict[str, Any]]:
+    """Follow the script of a site in the current folder, and return what the watch says."""
+    hand, file = Hand(), Path(OBSTRUCTIONS)
+    put(file, {})
+    watcher, looks = _watcher(name, file, hand)
+    try:
+        yield from looks()
+        for step in SCRIPTS[name]:
+            hand.now_s = step.time_s / SPEED
+            yield from looks()  # what has happened until then, before the file changes
+            put(file, step.boxes)
+            yield from looks()
+    finally:
+        watcher.close()
+
+
+def _watcher(name: str, file: Path, hand: Hand) -> tuple[Watcher, Callable[[], Iterator[dict[str, Any]]]]:
+    """Return a watch that has taken up the plan on disk and begun to carry it out, and what looks at the file once."""
+    from pipeline.file_watch import state_of
+    from pipeline.load_site import load_site
+    from pipeline.plan import policy_of, prepared
+    from pipeline.progress import SilentProgress
+    from pipeline.simulate import PlanClock
+    from pipeline.watch import Watcher
+
+    quiet = SilentProgress()
+    loaded = load_site(Path(f"{name}.site.toml"), quiet)
+    preparation = prepared(loaded.site, quiet)
+    policy = policy_of(loaded, loaded.site, preparation, policy="none", seed=None, steps=None, progress=quiet)
+    clock = PlanClock(SPEED, hand)
+    watcher = Watcher(loaded, preparation, policy, file, Path(f"{name}.mcap"), 0, quiet, clock)
+    list(watcher.take_up(state_of(file)))
+    watcher.begin()
+    return watcher, lambda: watcher.change(replace(state_of(file), seen_s=hand.now_s))
+
+
+def main() -> None:
+    """Print what the watch of a site says, as a JSON list."""
+    json.dump(list(carry_out(sys.argv[1])), sys.stdout)
+
+
+if __name__ == "__main__":
+    main()
