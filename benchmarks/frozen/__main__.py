@@ -50,7 +50,7 @@ def _run(chosen: Mapping[str, Case], workshop: Workshop, jobs: int) -> dict[str,
         started_s, why = time.perf_counter(), ""
         try:
             return chosen[name](workshop)
-        except (RunError, OSError) as error:
+        except (RunError, OSError, ValueError) as error:
             why = f"  FAILED: {error}"
             return None
         finally:
