@@ -23,8 +23,9 @@ CHECKERS = (("pymcap-cli", "doctor"), ("rerun", "mcap", "check"))
 def sample_log(folder: Path) -> Path:
     """Return the log of the sample frame, planned into a folder."""
     from bimvox_pipeline.plan import plan
-    from bimvox_pipeline.progress import SilentProgress
     from bimvox_pipeline.site import init
+
+    from bimvox.progress import SilentProgress
 
     site, log = folder / "frame.site.toml", folder / "frame.mcap"
     init(SAMPLE, site, progress=SilentProgress())
@@ -53,10 +54,10 @@ def main() -> int:
 def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
     """0 where MPXJ reads the schedule of a log with its times, 1 where it does not, None where it is not there."""
     from bimvox_pipeline.export.export import export
-    from bimvox_pipeline.progress import SilentProgress
 
     from bimvox.export.lift_schedule import duration_text
     from bimvox.log.reader import read_log
+    from bimvox.progress import SilentProgress
 
     if subprocess.run([python, "-c", "import jpype, mpxj"], check=False, capture_output=True).returncode:
         print("not installed: mpxj and jpype1")

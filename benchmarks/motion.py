@@ -30,9 +30,10 @@ MODELS = ("paper.ifc", "frame.ifc", "prefab.ifc", "yard.glb")
 
 def site_of(model: Path, folder: Path) -> Site:
     """Return the site that ``bimvox init`` makes of a model."""
-    from bimvox_pipeline.load_site import load_site
-    from bimvox_pipeline.progress import SilentProgress
     from bimvox_pipeline.site import init
+
+    from bimvox.library.site import load_site
+    from bimvox.progress import SilentProgress
 
     file = folder / f"{model.name}.site.toml"
     init(model, file, progress=SilentProgress())

@@ -56,13 +56,12 @@ class NarrowPhase:
 
 def row(name: str, site_file: Path, narrow: NarrowPhase) -> str:
     """Plan a site both ways and return its row of the table."""
-    from bimvox_pipeline.load_site import load_site
-    from bimvox_pipeline.progress import SilentProgress
-
+    from bimvox.library.site import load_site
     from bimvox.planning.assembly import Preparation, prepare
     from bimvox.planning.order.sequence import Sequencer
     from bimvox.planning.planner import plan_lifts
     from bimvox.planning.yard import allocate_yard
+    from bimvox.progress import SilentProgress
 
     site = load_site(site_file, SilentProgress()).site
     prepare(site)  # the kernels are compiled, or loaded
@@ -91,8 +90,9 @@ def crane_hours(site: Any, preparation: Any, plan: Any) -> tuple[int, float, flo
 
 def main() -> None:
     """Print the table."""
-    from bimvox_pipeline.progress import SilentProgress
     from bimvox_pipeline.site import init
+
+    from bimvox.progress import SilentProgress
 
     narrow = NarrowPhase()
     print("| model | lifts | plain: crane / moving | chosen: crane / moving | moving saved | narrow phase |")

@@ -127,9 +127,10 @@ def page_of_log(log: Path) -> tuple[int, float]:
     import shutil
     import tempfile
 
-    from bimvox_pipeline.progress import SilentProgress
     from bimvox_pipeline.render.render import render
     from playwright.sync_api import sync_playwright
+
+    from bimvox.progress import SilentProgress
 
     browser = os.environ.get("BIMVOX_BROWSER") or shutil.which("chromium") or shutil.which("google-chrome")
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:

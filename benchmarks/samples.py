@@ -19,9 +19,10 @@ MODELS = ("paper.ifc", "frame.ifc", "frame_georeferenced.ifc", "prefab.ifc", "ya
 def measure(model: Path, folder: Path) -> dict[str, Any]:
     """Run init, plan and verify on a model and return what they say."""
     from bimvox_pipeline.plan import plan
-    from bimvox_pipeline.progress import SilentProgress
     from bimvox_pipeline.site import init
     from bimvox_pipeline.verify import verify
+
+    from bimvox.progress import SilentProgress
 
     site = folder / f"{model.name}.site.toml"
     log = folder / f"{model.name}.mcap"

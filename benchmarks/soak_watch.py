@@ -151,8 +151,9 @@ class Soak:
     """
 
     def __init__(self, folder: Path, seed: int, more: tuple[str, ...] = (), site: Path | None = None) -> None:
-        from bimvox_pipeline.progress import SilentProgress
         from bimvox_pipeline.site import init
+
+        from bimvox.progress import SilentProgress
 
         self.folder, self.file = folder, folder / "obstructions.json"
         if site is None:
@@ -269,9 +270,9 @@ class Soak:
 
     def check(self, when: str) -> None:
         """Prove the newest plan on disk, compare it with what was told, and remove segments that are not needed."""
-        from bimvox_pipeline.load_site import load_obstructions, rasterise
         from bimvox_pipeline.watch.log import segments_on_disk
 
+        from bimvox.library.obstructions import load_obstructions, rasterise
         from bimvox.log.reader import read_log
         from bimvox.log.segments import pending_of
         from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
@@ -333,10 +334,10 @@ class Soak:
         time.sleep(0.2)
 
     def _newest(self) -> Any:
-        from bimvox_pipeline.progress import SilentProgress
         from bimvox_pipeline.watch.log import read_newest
 
         from bimvox.log.reader import read_log
+        from bimvox.progress import SilentProgress
 
         fixed = read_log(self.folder / LOG).plan.site.fixed_digest
         found = read_newest(self.folder / LOG, fixed, SilentProgress())

@@ -89,11 +89,13 @@ def _measured(name: str, scratch: Path, options: argparse.Namespace) -> dict[str
 
 def watcher_for(site: Path, scratch: Path, log: Path, search_only: bool) -> tuple[Any, Path]:
     """Return a watcher of a file in the scratch folder."""
-    from bimvox_pipeline.load_site import load_site
-    from bimvox_pipeline.plan import policy_of, prepared
-    from bimvox_pipeline.policy.choice import NO_POLICY
-    from bimvox_pipeline.progress import SilentProgress
     from bimvox_pipeline.watch.watch import Watcher
+
+    from bimvox.library.plan import policy_of
+    from bimvox.library.prove import prepared
+    from bimvox.library.site import load_site
+    from bimvox.policy.choice import NO_POLICY
+    from bimvox.progress import SilentProgress
 
     quiet = SilentProgress()
     loaded = load_site(site, quiet)

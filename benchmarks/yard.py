@@ -21,8 +21,9 @@ TRUCKLOADS_T = (0, 48, 24, 12)
 
 def main() -> None:
     """Print the table."""
-    from bimvox_pipeline.progress import SilentProgress
     from bimvox_pipeline.site import init
+
+    from bimvox.progress import SilentProgress
 
     print("| model | truckload, t | deliveries | lifts | crane / moving | moving saved |")
     print("|---|---:|---:|---|---|---:|")
@@ -36,11 +37,10 @@ def main() -> None:
 
 def rows(name: str, site_file: Path) -> None:
     """Print the rows of one model."""
-    from bimvox_pipeline.load_site import load_site
-    from bimvox_pipeline.progress import SilentProgress
-
+    from bimvox.library.site import load_site
     from bimvox.planning.assembly import prepare
     from bimvox.planning.planner import plan_lifts
+    from bimvox.progress import SilentProgress
 
     site = load_site(site_file, SilentProgress()).site
     first_h = 0.0

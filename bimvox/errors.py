@@ -13,7 +13,8 @@
     │   ├── ConfigError          a site file with an unknown key or an impossible value
     │   ├── GridTooLargeError    more cells than allowed; says which cell size would fit
     │   ├── SelectionError       nothing, or nothing usable, was selected
-    │   └── PolicyError          a policy that is missing, damaged or does not fit
+    │   ├── PolicyError          a policy that is missing, damaged or does not fit
+    │   └── MissingPackageError  an optional package that is not installed
     └── PlanningError            no valid plan, or a check failed: exit code 1
         ├── NoPlanError          no lift at all could be planned
         ├── SequenceError        the site file's wishes leave no assembly order
@@ -148,6 +149,18 @@ class PolicyError(InputError):
     def __init__(self, message: str, *, differs: Mapping[str, object] | None = None, hint: str | None = None) -> None:
         super().__init__(message, hint=hint)
         self.differs = dict(differs or {})
+
+
+class MissingPackageError(InputError):
+    """An optional package that is not installed; ``package`` is its name."""
+
+    code = "missing-package"
+
+    def __init__(self, package: str, purpose: str) -> None:
+        super().__init__(
+            f"{purpose} needs the package {package}, which is not installed", hint=f"pip install {package}"
+        )
+        self.package = package
 
 
 class PlanningError(BimvoxError):

@@ -82,12 +82,14 @@ def carry_out(name: str) -> Iterator[dict[str, Any]]:
 
 def _watcher(name: str, file: Path, hand: Hand) -> tuple[Watcher, Callable[[], Iterator[dict[str, Any]]]]:
     """Return a watch that has taken up the plan on disk and begun to carry it out, and what looks at the file once."""
-    from bimvox_pipeline.load_site import load_site
-    from bimvox_pipeline.plan import policy_of, prepared
-    from bimvox_pipeline.progress import SilentProgress
     from bimvox_pipeline.watch.file_watch import state_of
     from bimvox_pipeline.watch.simulate import PlanClock
     from bimvox_pipeline.watch.watch import Watcher
+
+    from bimvox.library.plan import policy_of
+    from bimvox.library.prove import prepared
+    from bimvox.library.site import load_site
+    from bimvox.progress import SilentProgress
 
     quiet = SilentProgress()
     loaded = load_site(Path(f"{name}.site.toml"), quiet)

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
 from bimvox.errors import InputError
-
-Progress = Callable[[str, int, int], None]
-"""Called with (stage, done, total) while a file is read."""
 
 MOST_PROCESSES = 4
 """Default worker processes at most: beyond that the single process that they report to is what takes the time."""

@@ -17,7 +17,6 @@ from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 
-from bimvox import __version__
 from bimvox.crane.kinematics import joint_names, joints_of
 from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError
@@ -42,6 +41,7 @@ from bimvox.motion.commands import commands
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site
+from bimvox.version import __version__
 
 _BLOCK = 8
 """Lifts whose messages are held in memory at once."""

@@ -7,7 +7,7 @@ prepared once and kept by the replanner.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,13 +22,12 @@ from bimvox.planning.order.relations import Precedence, precedence
 from bimvox.planning.order.sequence import ErectionSequence, Sequencer
 from bimvox.planning.order.shorten import order_and_yard
 from bimvox.planning.refusal import refused_by_crane
+from bimvox.progress import Report
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.margin import grown_cells, margin_vox
 from bimvox.site.site import GROUND_ID, Site
-
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +99,7 @@ def with_cleared(space: CollisionSpace, path_vox: NDArray[np.int32]) -> Collisio
     return space._replace(cleared_low=low.astype(np.int32), cleared=cleared)
 
 
-def prepare(site: Site, progress: Progress | None = None) -> Preparation:
+def prepare(site: Site, progress: Report | None = None) -> Preparation:
     """Find contacts, order and yard places of a site.
 
     Raises:

@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 
 from bimvox.env.actions import MOVES
 from bimvox.grid.distinct import distinct
-from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Progress, Stage
+from bimvox.planning.assembly import Assembly, Obstacle, Preparation, Stage
 from bimvox.planning.propose import Propose, Transit
 from bimvox.planning.rollout import lifts_at_once
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
+from bimvox.progress import Report
 from bimvox.records.lift import Lift, LiftPlan, Method, Status
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import IntVec
@@ -41,7 +42,7 @@ def plan_lifts(
     previous: LiftPlan | None = None,
     refused: Mapping[str, str] | None = None,
     kept: Mapping[int, Lift] | None = None,
-    progress: Progress | None = None,
+    progress: Report | None = None,
 ) -> LiftPlan:
     """Plan every lift of a site.
 

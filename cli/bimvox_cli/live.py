@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import time
 
-from bimvox_pipeline.progress import SilentProgress
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
+
+from bimvox.progress import SilentProgress
 
 _PLAIN_LINE_EVERY_S = 10.0
 

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 from bimvox_cli.failure import exit_code_of
 
 if TYPE_CHECKING:
-    from bimvox_pipeline.progress import Progress
     from rich.console import Console
     from rich.table import Table
+
+    from bimvox.progress import Progress
 
 ROWS_SHOWN = 20
 _WIDTH_OFF_TERMINAL = 160
@@ -68,7 +69,7 @@ class Output:
 @contextmanager
 def open_output(*, as_json: bool, quiet: bool) -> Iterator[Output]:
     """Open the output of one run; whatever ends it, no progress bar stays on the terminal."""
-    from bimvox_pipeline.progress import SilentProgress
+    from bimvox.progress import SilentProgress
 
     progress: Progress
     if quiet:

@@ -115,8 +115,9 @@ def render(
 
 
 def _follow(source: Path, out: Path | None, proof: bool, json: bool, quiet: bool) -> NoReturn:
-    from bimvox_pipeline.artifacts import default_output
     from bimvox_pipeline.render.follow import follow
+
+    from bimvox.files import default_output
 
     with open_output(as_json=json, quiet=quiet) as output:
         target = out or default_output(source, ".html")

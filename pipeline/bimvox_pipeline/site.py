@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any, Literal, cast
 
 from bimvox.errors import FileError
-from bimvox_pipeline.artifacts import check_output, default_output, require_input, write_atomically
-from bimvox_pipeline.load_site import say_notes
-from bimvox_pipeline.progress import Progress
+from bimvox.files import check_output, default_output, require_input, write_atomically
+from bimvox.library.building import say_notes
+from bimvox.progress import Progress
 
 
 def init(

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from bimvox.errors import FileError, InputError
-from bimvox_pipeline.artifacts import check_output, default_output, require_input, write_atomically
-from bimvox_pipeline.load_site import say_notes
+from bimvox.files import check_output, default_output, require_input, write_atomically
+from bimvox.library.building import say_notes
 
 if TYPE_CHECKING:
-    from bimvox_pipeline.progress import Progress
+    from bimvox.progress import Progress
 
 _MODEL_SUFFIXES = frozenset(
     {".ifc", ".ifczip", ".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".3mf", ".toml", ".json"}

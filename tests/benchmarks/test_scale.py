@@ -28,8 +28,8 @@ def test_parts_do_not_run_into_each_other():
 
 
 def test_the_site_of_500_is_200_by_200_by_60_cells_and_the_same_each_time(tmp_path: Path):
-    from bimvox_pipeline.load_site import load_site
-    from bimvox_pipeline.progress import SilentProgress
+    from bimvox.library.site import load_site
+    from bimvox.progress import SilentProgress
 
     folders = tmp_path / "a", tmp_path / "b"
     for folder in folders:

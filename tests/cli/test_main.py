@@ -156,7 +156,7 @@ def test_termination_removes_the_temporary_file(tmp_path: Path) -> None:
 import os, pathlib, signal, sys
 import bimvox_pipeline.schema
 from bimvox_cli.main import run
-from bimvox_pipeline.artifacts import write_atomically
+from bimvox.files import write_atomically
 
 def write_for_ever(stream):
     stream.write(b"half")

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 from bimvox_pipeline.plan import plan
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.site import init
 
 from bimvox.policy import store as policies
+from bimvox.progress import SilentProgress
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 STEPS = 2_000

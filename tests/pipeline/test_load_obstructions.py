@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bimvox_pipeline.load_site import load_obstructions
 from box_sites import box_site
 
 from bimvox.errors import BimvoxError
+from bimvox.library.obstructions import load_obstructions
 from bimvox.site.obstructions.obstruction_set import Points
 
 PLY = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n"

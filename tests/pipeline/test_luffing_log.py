@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bimvox_pipeline.plan import write_log_file
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.verify import verify
 from box_sites import box_site
 from planned_sites import PORTAL, planned
@@ -19,8 +17,10 @@ from bimvox.crane.luffing_defaults import default_luffing_crane
 from bimvox.crane.rigging import with_luffing_jib
 from bimvox.export.animation import to_animated_glb
 from bimvox.export.ros2 import write_ros2_bag
+from bimvox.library.log import write_log_file
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
+from bimvox.progress import SilentProgress
 from bimvox.rendering.page.blob import Blob
 from bimvox.rendering.page.crane import LUFFING, crane_record
 from bimvox.rendering.scene.crane_parts import crane_parts

@@ -4,14 +4,14 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from bimvox_pipeline.load_site import load_site
 from bimvox_pipeline.plan import plan
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.site import init
 
 from bimvox.bim.read import read_building
 from bimvox.errors import FileError, InputError, NoPlanError, PolicyError, VerificationError
+from bimvox.library.site import load_site
 from bimvox.log.reader import read_log
+from bimvox.progress import SilentProgress
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
 from bimvox.records.proof import turn_to

@@ -5,15 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bimvox_pipeline.load_site import load_obstructions, load_site
-from bimvox_pipeline.plan import obstructed, prepared
-from bimvox_pipeline.policy.choice import PolicyInUse, retrained
-from bimvox_pipeline.progress import SilentProgress
 
+from bimvox.library.obstructions import load_obstructions, obstructed
+from bimvox.library.prove import prepared
+from bimvox.library.site import load_site
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.rollout import proposer
+from bimvox.policy.choice import PolicyInUse, retrained
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
+from bimvox.progress import SilentProgress
 from bimvox.records.lift import LiftPlan, Method
 from bimvox.site.site import Site
 
@@ -52,7 +53,7 @@ def by_method(plan: LiftPlan, method: Method) -> tuple[int, ...]:
 
 
 def test_what_the_shipped_policy_fails_is_found_after_retraining_the_same_each_time(serpentine, own_store, monkeypatch):
-    monkeypatch.setattr("bimvox_pipeline.policy.choice.RETRAINING_STARTS", 8)
+    monkeypatch.setattr("bimvox.policy.choice.RETRAINING_STARTS", 8)
     site, preparation = serpentine
     shipped = PolicyInUse(str(generalist_record()["id"]), True, 0, 1.0, (), load_generalist())
     propose = proposer(load_generalist())

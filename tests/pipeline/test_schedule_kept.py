@@ -6,15 +6,15 @@ from datetime import datetime
 from pathlib import Path
 
 import pytest
-from bimvox_pipeline.load_site import load_site
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.site import init
 
 from bimvox.bim.building import Role
 from bimvox.bim.read import read_building
 from bimvox.export.ifc import with_schedule
 from bimvox.export.lift_schedule import LiftSchedule, LiftTask
+from bimvox.library.site import load_site
 from bimvox.planning.assembly import prepare
+from bimvox.progress import SilentProgress
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 

@@ -3,12 +3,12 @@ import json
 from pathlib import Path
 
 import pytest
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.schema import schema
 from bimvox_pipeline.voxelize import voxelize
 
 from bimvox.errors import InputError
 from bimvox.grid.archive import Archive
+from bimvox.progress import SilentProgress
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 

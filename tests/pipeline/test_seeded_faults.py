@@ -16,12 +16,11 @@ import numpy as np
 import pytest
 import seeded_faults as faults
 from bimvox_cli.main import run as command
-from bimvox_pipeline.plan import write_log_file
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.verify import verify
 from box_sites import box_mesh, box_site, test_crane
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.library.log import write_log_file
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.mcap.channels import LogWriter
@@ -30,6 +29,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
+from bimvox.progress import SilentProgress
 from bimvox.records.proof import Check
 from bimvox.site.build import with_digests
 from bimvox.site.site import SwingRule

@@ -10,9 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bimvox_pipeline.load_site import load_site
-from bimvox_pipeline.plan import plan, policy_of, prepared
-from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.plan import plan
 from bimvox_pipeline.verify import verify
 from bimvox_pipeline.watch.file_watch import state_of
 from bimvox_pipeline.watch.live import live_logs
@@ -20,10 +18,14 @@ from bimvox_pipeline.watch.simulate import PlanClock
 from bimvox_pipeline.watch.watch import Watcher, watch
 
 from bimvox.crane.kinematics import hook_of
+from bimvox.library.plan import policy_of
+from bimvox.library.prove import prepared
+from bimvox.library.site import load_site
 from bimvox.log import schema as topics
 from bimvox.log.mcap.reader import read_contents, salvage_contents
 from bimvox.log.reader import read_log
 from bimvox.log.schema import of_crane
+from bimvox.progress import SilentProgress
 from bimvox.records.motion import LiftMotion
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"

@@ -5,16 +5,17 @@ import numpy as np
 import pytest
 from bimvox_cli.main import run as run_cli
 from bimvox_pipeline.export.export import export
-from bimvox_pipeline.plan import plan, write_log_file
-from bimvox_pipeline.progress import SilentProgress
+from bimvox_pipeline.plan import plan
 from bimvox_pipeline.verify import verify
 
 from bimvox.errors import LogFileError
+from bimvox.library.log import write_log_file
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.mcap.channels import LogWriter
 from bimvox.log.mcap.reader import read_contents, read_file
 from bimvox.log.reader import read_log
+from bimvox.progress import SilentProgress
 from bimvox.proof.motion import UNITS
 from bimvox.proof.plan import verify_plan
 

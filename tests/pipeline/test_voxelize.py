@@ -3,11 +3,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.voxelize import voxelize
 
 from bimvox.errors import FileError, InputError, SelectionError
 from bimvox.grid.storage import grid_from_bytes
+from bimvox.progress import SilentProgress
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 KEYS = {"grid", "shape", "voxel_size_m", "origin_m", "counts", "components", "skipped", "seconds"}

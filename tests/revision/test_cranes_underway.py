@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bimvox_pipeline.load_site import rasterise
 from two_cranes import two_crane_site
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.cranes.schedule import time_lifts
+from bimvox.library.obstructions import rasterise
 from bimvox.motion.load_frame import cells_of_axes, load_frame
 from bimvox.planning.assembly import Preparation, prepare, replay
 from bimvox.planning.planner import plan_lifts

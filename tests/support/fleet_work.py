@@ -20,8 +20,8 @@ def kills_itself_where_asked(run: Run, folder: Path) -> None:
 
 def plans_with_a_policy_from_scratch(run: Run, folder: Path) -> None:
     """Plan a run whose policy is trained, not the one that ships: in a store beside the fleet's folder."""
-    from bimvox_pipeline.policy import choice as policy_choice
-    from bimvox_pipeline.train import site_lessons
+    from bimvox.policy import choice as policy_choice
+    from bimvox.policy import site_lessons
 
     os.environ["BIMVOX_POLICIES"] = str(folder / "policies")
     site_lessons._STARTS = 4  # a short test

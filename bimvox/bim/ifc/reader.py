@@ -23,12 +23,13 @@ from bimvox.bim.ifc.roles import TOO_SMALL, reason_not_solid, reason_too_small, 
 from bimvox.bim.ifc.shape import PlacedShape
 from bimvox.bim.ifc.shared import shape_groups
 from bimvox.bim.local_origin import FAR_M, local_origin, stray
-from bimvox.bim.options import Progress, ReadOptions
+from bimvox.bim.options import ReadOptions
 from bimvox.errors import IfcError, InputError, SelectionError
+from bimvox.progress import Report
 
 
 def read_ifc(
-    path: Path, data: bytes, sha256: str, options: ReadOptions, report: Progress, pool: GeometryPool
+    path: Path, data: bytes, sha256: str, options: ReadOptions, report: Report, pool: GeometryPool
 ) -> Building:
     """Read an IFC file.
 

@@ -25,8 +25,9 @@ from bimvox.bim.mesh.select import roles_of, some
 from bimvox.bim.mesh.stl import read_stl
 from bimvox.bim.mesh.threemf import read_3mf
 from bimvox.bim.mesh.units import Scale, doubts, scale_of
-from bimvox.bim.options import Progress, ReadOptions
+from bimvox.bim.options import ReadOptions
 from bimvox.errors import MeshError
+from bimvox.progress import Report
 
 MESH_CLASS = "Mesh"
 READERS: Mapping[str, Callable[[Path, bytes], MeshContents]] = {
@@ -50,7 +51,7 @@ class _Cleaned:
     dropped: int
 
 
-def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, report: Progress) -> Building:
+def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, report: Report) -> Building:
     """Read a mesh file.
 
     Args:

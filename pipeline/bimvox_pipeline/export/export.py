@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import FileError, InputError
 from bimvox.export.formats import Format, Source, format_for, formats_of
-from bimvox_pipeline.artifacts import check_new_folder, check_output, require_input, write_atomically
+from bimvox.files import check_new_folder, check_output, require_input, write_atomically
 from bimvox_pipeline.export.grid import export_grid
 from bimvox_pipeline.export.schedule import model_bytes, parsed_begin
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
 
 if TYPE_CHECKING:
     from bimvox.log.plan_log import PlanLog
-    from bimvox_pipeline.progress import Progress
+    from bimvox.progress import Progress
 
 
 def export(
@@ -78,7 +78,7 @@ def export(
         progress.note(f"no --start: the first lift starts at {begins.isoformat(' ')}")
     proof = None
     if recover:
-        from bimvox_pipeline.verify import prove_plan
+        from bimvox.library.verify import prove_plan
 
         proof = prove_plan(log, progress)
         for check in proof.checks:

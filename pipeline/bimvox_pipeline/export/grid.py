@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import InputError
-from bimvox_pipeline.artifacts import check_output, default_output, write_atomically
+from bimvox.files import check_output, default_output, write_atomically
 
 if TYPE_CHECKING:
     from bimvox.export.formats import Format
-    from bimvox_pipeline.progress import Progress
+    from bimvox.progress import Progress
 
 _THREADS = 2
 

@@ -42,7 +42,7 @@ def model_bytes(log: PlanLog, model: Path) -> tuple[Path, bytes]:
     Raises:
         InputError: If the plan was made from a mesh, or from another file.
     """
-    from bimvox_pipeline.artifacts import require_input
+    from bimvox.files import require_input
 
     source = log.plan.site.source
     name, wanted = str(source.get("name", "")), str(source.get("sha256", ""))

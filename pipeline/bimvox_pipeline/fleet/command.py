@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import BimvoxError, FileError
-from bimvox_pipeline.artifacts import default_output, reason_of, require_input, sha256_of
+from bimvox.files import default_output, reason_of, require_input, sha256_of
+from bimvox.progress import Progress
 from bimvox_pipeline.fleet.backends import Backend
 from bimvox_pipeline.fleet.runs import Run, Wish, digest_of, runs_of
 from bimvox_pipeline.fleet.schedule import carry_out_all
 from bimvox_pipeline.fleet.sweep_file import load_sweep
 from bimvox_pipeline.fleet.table import write_tables
 from bimvox_pipeline.fleet.work import FAILED, RECORDS, log_file, record_file
-from bimvox_pipeline.progress import Progress
 
 _LOCK = ".fleet.lock"
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bimvox import __version__
-from bimvox_pipeline.artifacts import default_output, sha256_of
+from bimvox.files import default_output, sha256_of
+from bimvox.version import __version__
 
 MEANING = 1
 """Grows when the same inputs give other results."""
@@ -71,8 +71,8 @@ def digest_of(wish: Wish) -> str:
     Raises:
         BimvoxError: If an input is missing, or so broken that it does not say what else it is made from.
     """
+    from bimvox.files import require_input
     from bimvox.site.config_file import load_site_config
-    from bimvox_pipeline.artifacts import require_input
 
     require_input(wish.site)
     config = load_site_config(wish.site)

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from bimvox.progress import Progress
 from bimvox_pipeline.fleet.apart import Work, carry_out_apart, end_child
 from bimvox_pipeline.fleet.backends import Backend, opened
 from bimvox_pipeline.fleet.runs import Run
 from bimvox_pipeline.fleet.work import carry_out, record_file
-from bimvox_pipeline.progress import Progress
 
 _LOOK_EVERY_S = 0.3
 

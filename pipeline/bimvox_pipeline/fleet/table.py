@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from bimvox_pipeline.artifacts import write_atomically
+from bimvox.files import write_atomically
 
 COLUMNS: dict[str, type] = {
     "run": str,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import BimvoxError
-from bimvox_pipeline.artifacts import sha256_of, write_atomically
+from bimvox.files import sha256_of, write_atomically
 from bimvox_pipeline.fleet.runs import Run, digest_of
 
 ONE_THREAD = dict.fromkeys(
@@ -55,8 +55,8 @@ def failed(run: Run, code: str, message: str, hint: str | None) -> dict[str, Any
 
 
 def _planned(run: Run, folder: Path) -> dict[str, Any]:
+    from bimvox.progress import SilentProgress
     from bimvox_pipeline.plan import plan
-    from bimvox_pipeline.progress import SilentProgress
 
     wish, log = run.wish, log_file(folder, run.name)
     digest = digest_of(wish)

@@ -9,7 +9,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from bimvox.errors import FileError
-from bimvox_pipeline.artifacts import reason_of, require_input
+from bimvox.files import reason_of, require_input
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 _STEP_MAGIC = b"ISO-10303-21"

@@ -10,7 +10,7 @@ from bimvox_pipeline.inspect.map_frame import ifc_to_map
 if TYPE_CHECKING:
     from bimvox.bim.building import Building
     from bimvox.crane.tower_crane import TowerCrane
-    from bimvox_pipeline.progress import Progress
+    from bimvox.progress import Progress
 
 
 def describe_site(path: Path, progress: Progress) -> dict[str, Any]:

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import InputError
-from bimvox_pipeline.artifacts import write_atomically
+from bimvox.files import write_atomically
+from bimvox.progress import Progress
 from bimvox_pipeline.paper.document import document_of
 from bimvox_pipeline.paper.experiment import run_experiment
 from bimvox_pipeline.paper.pictures import pictures_of
 from bimvox_pipeline.paper.report import REPORT_FILE, report_of
 from bimvox_pipeline.paper.settings import default_settings, quick_settings
-from bimvox_pipeline.progress import Progress
 
 
 def run_paper(

@@ -6,14 +6,14 @@ from dataclasses import asdict
 from pathlib import Path
 
 from bimvox.errors import FileError
-from bimvox_pipeline.artifacts import reason_of, write_atomically
+from bimvox.files import reason_of, write_atomically
+from bimvox.progress import Progress
 from bimvox_pipeline.paper.document import curves_csv, document_of
 from bimvox_pipeline.paper.jobs import Job, jobs_of
 from bimvox_pipeline.paper.results import JOBS, MANIFEST, ExperimentResults, load_results
 from bimvox_pipeline.paper.scheduler import run_jobs
 from bimvox_pipeline.paper.settings import PaperSettings, default_settings
 from bimvox_pipeline.paper.work import write_json
-from bimvox_pipeline.progress import Progress
 
 RESULTS_FILE = "results.json"
 CURVES_FILE = "curves.csv"

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bimvox_pipeline.artifacts import write_atomically
+from bimvox.files import write_atomically
 from bimvox_pipeline.paper.jobs import Job
 
 if TYPE_CHECKING:

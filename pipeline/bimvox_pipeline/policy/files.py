@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import InputError, PolicyError
-from bimvox_pipeline.artifacts import check_output, require_input, write_atomically
+from bimvox.files import check_output, require_input, write_atomically
 
 if TYPE_CHECKING:
     from bimvox.policy.store import StoredPolicy

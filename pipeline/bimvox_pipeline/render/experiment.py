@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import InputError
-from bimvox_pipeline.artifacts import check_output, write_atomically
-from bimvox_pipeline.progress import Progress
+from bimvox.files import check_output, write_atomically
+from bimvox.progress import Progress
 
 _NO_CURVE = "no retraining in any seed:\nthe loaded policy gets by"
 

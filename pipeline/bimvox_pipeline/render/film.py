@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from bimvox.errors import InputError
-from bimvox_pipeline.artifacts import write_atomically
-from bimvox_pipeline.progress import Progress
+from bimvox.files import write_atomically
+from bimvox.progress import Progress
 from bimvox_pipeline.render.scene import FilmPace, SceneOptions, film_of
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import BimvoxError, InputError
-from bimvox_pipeline.artifacts import check_output, write_atomically
-from bimvox_pipeline.progress import Progress
+from bimvox.files import check_output, write_atomically
+from bimvox.progress import Progress
 from bimvox_pipeline.watch.file_watch import FileState, changes, state_of
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bimvox.errors import InputError
-from bimvox_pipeline.progress import Progress
+from bimvox.progress import Progress
 from bimvox_pipeline.render.revisions import read_revisions, revisions_of
 
 if TYPE_CHECKING:

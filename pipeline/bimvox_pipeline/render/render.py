@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 from bimvox.errors import InputError
-from bimvox_pipeline.artifacts import check_output, default_output, write_atomically
+from bimvox.files import check_output, default_output, write_atomically
+from bimvox.progress import Progress
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
-from bimvox_pipeline.progress import Progress
 from bimvox_pipeline.render.scene import FilmPace, SceneOptions, is_experiment, moment_of, picture_scene
 
 PICTURE_PX = (1280, 800)

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bimvox.errors import LogFileError
-from bimvox_pipeline.progress import Progress
-from bimvox_pipeline.verify import prove, prove_plan
+from bimvox.library.verify import prove, prove_plan
+from bimvox.progress import Progress
 from bimvox_pipeline.watch.log import segments_on_disk
 
 if TYPE_CHECKING:

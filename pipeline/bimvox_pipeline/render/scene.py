@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bimvox.errors import InputError, SelectionError
+from bimvox.progress import Progress
 from bimvox_pipeline.inspect.kinds import Kind
-from bimvox_pipeline.progress import Progress
 
 if TYPE_CHECKING:
     import numpy as np
@@ -79,7 +79,7 @@ def picture_scene(source: Path, kind: Kind, options: SceneOptions, progress: Pro
     if kind is Kind.LOG:
         return _log_scene(source, options, progress)
     if kind is Kind.SITE:
-        from bimvox_pipeline.load_site import load_site
+        from bimvox.library.site import load_site
 
         site = load_site(source, progress).site
         scene = _focused(scene_of_site(site), site, options.focus)
@@ -238,9 +238,9 @@ def _unknown(name: str, known: list[str]) -> SelectionError:
 def _voxelized(source: Path, voxel_size_m: float | None, progress: Progress) -> VoxelGrid:
     from bimvox.bim.options import default_processes
     from bimvox.bim.read import ReadOptions, read_building
+    from bimvox.library.building import say_notes
     from bimvox.voxelization.building import voxelize_building
     from bimvox.voxelization.limits import default_voxel_size_m
-    from bimvox_pipeline.load_site import say_notes
 
     progress.stage("read")
     building = read_building(source, ReadOptions(processes=default_processes()), progress.report)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import FileError
-from bimvox_pipeline.artifacts import reason_of, write_atomically
+from bimvox.files import reason_of, write_atomically
 
 DATA_FILE = "lifts.csv"
 COLUMNS = (

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import InputError
-from bimvox_pipeline.artifacts import check_output, default_output, write_atomically
+from bimvox.files import check_output, default_output, write_atomically
+from bimvox.progress import Progress
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
-from bimvox_pipeline.progress import Progress
 
 if TYPE_CHECKING:
     from bimvox.records.lift import Lift

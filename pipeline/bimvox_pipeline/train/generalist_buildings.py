@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bimvox_pipeline.progress import SilentProgress
+from bimvox.progress import SilentProgress
 
 if TYPE_CHECKING:
     from bimvox.policy.generalist.stages import BuildingStage
@@ -33,9 +33,9 @@ def stages_of(models: tuple[tuple[str, float], ...], folder: Path = SAMPLES) -> 
 
 
 def _stages(model: Path, voxel_size_m: float) -> list[BuildingStage]:
+    from bimvox.library.site import load_site
     from bimvox.planning.assembly import Assembly, Stage, prepare
     from bimvox.policy.generalist.stages import BuildingStage
-    from bimvox_pipeline.load_site import load_site
     from bimvox_pipeline.site import init
 
     progress = SilentProgress()

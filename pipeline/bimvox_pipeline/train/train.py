@@ -6,10 +6,11 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bimvox_pipeline.load_site import load_site
-from bimvox_pipeline.plan import prepared, seed_of
-from bimvox_pipeline.policy.choice import DEFAULT_START, DEFAULT_STEPS, choose_policy
-from bimvox_pipeline.progress import Progress
+from bimvox.library.plan import seed_of
+from bimvox.library.prove import prepared
+from bimvox.library.site import load_site
+from bimvox.policy.choice import DEFAULT_START, DEFAULT_STEPS, PolicyRequest, choose_policy
+from bimvox.progress import Progress
 
 if TYPE_CHECKING:
     from bimvox.policy.tensorboard import TensorBoard
@@ -56,19 +57,15 @@ def train(
         if board is not None:
             board.point(point)
 
-    policy = choose_policy(
-        loaded.site,
-        preparation,
-        policy_id=None,
+    request = PolicyRequest(
         seed=seed_of(loaded, seed),
-        steps=budget,
         required_success=wanted.required_success,
-        progress=progress,
-        retrain=True,
+        steps=said.budget,
         start_from=start_from,
+        retrain=True,
         seconds=seconds,
-        tested=tested,
     )
+    policy = choose_policy(loaded.site, preparation, request, progress, tested)
     if board is not None:
         board.close()
     made = (start_from, seconds, said.budget, seed_of(loaded, seed))

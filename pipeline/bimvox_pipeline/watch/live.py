@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from bimvox.errors import InputError
-from bimvox_pipeline.progress import Progress
+from bimvox.progress import Progress
 
 if TYPE_CHECKING:
     from bimvox.log.live.log import LiveLog

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, cast
 
 from bimvox.errors import FileError, LogFileError
-from bimvox_pipeline.artifacts import write_atomically
-from bimvox_pipeline.progress import Progress
+from bimvox.files import write_atomically
+from bimvox.progress import Progress
 
 if TYPE_CHECKING:
     from bimvox.log.plan_log import PlanLog

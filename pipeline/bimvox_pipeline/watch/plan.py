@@ -8,10 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bimvox_pipeline.load_site import LoadedSite
-from bimvox_pipeline.plan import log_of
-from bimvox_pipeline.policy.choice import PolicyInUse
-from bimvox_pipeline.prove import Planned
+from bimvox.library.plan import log_of
+from bimvox.library.prove import Planned
+from bimvox.library.site import LoadedSite
+from bimvox.policy.choice import PolicyInUse
 from bimvox_pipeline.watch.documents import blocked, outcome
 from bimvox_pipeline.watch.log import segments_on_disk
 from bimvox_pipeline.watch.simulate import NOW_NS

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bimvox.errors import FileError
+from bimvox.files import reason_of
+from bimvox.library.obstructions import load_obstructions, obstructed
+from bimvox.library.site import LoadedSite
+from bimvox.progress import Progress
 from bimvox.site.obstructions.obstruction_set import EMPTY, ObstructionSet
-from bimvox_pipeline.artifacts import reason_of
-from bimvox_pipeline.load_site import LoadedSite, load_obstructions
-from bimvox_pipeline.plan import obstructed
-from bimvox_pipeline.progress import Progress
 from bimvox_pipeline.watch.file_watch import FileState, state_of
 
 if TYPE_CHECKING:

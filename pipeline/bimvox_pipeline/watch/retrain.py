@@ -14,9 +14,9 @@ from multiprocessing.process import BaseProcess
 from typing import TYPE_CHECKING
 
 from bimvox.errors import InputError, PolicyError
+from bimvox.policy.choice import PolicyInUse
+from bimvox.progress import SilentProgress
 from bimvox_pipeline.orphans import end_with
-from bimvox_pipeline.policy.choice import PolicyInUse
-from bimvox_pipeline.progress import SilentProgress
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -111,7 +111,7 @@ def _train(
     """What the process does."""
     import signal
 
-    from bimvox_pipeline.policy.choice import retrained
+    from bimvox.policy.choice import retrained
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the whole group; the watch ends this process
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

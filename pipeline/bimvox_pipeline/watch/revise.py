@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
-from bimvox_pipeline.artifacts import write_atomically
+from bimvox.files import write_atomically
 from bimvox_pipeline.watch.documents import blocked, event_fields, stop_events, transit
 from bimvox_pipeline.watch.log import segment_file
 from bimvox_pipeline.watch.plan import WatchedPlan, ms_since

@@ -53,9 +53,9 @@ def warm_up(
 
 def _with_cell(site: Site, cell: object) -> Site:
     """Return the site with one more obstruction, of one cell."""
+    from bimvox.library.obstructions import rasterise
     from bimvox.site.build import with_obstructions
     from bimvox.site.obstructions.obstruction_set import Obstruction, ObstructionSet, Voxels
-    from bimvox_pipeline.load_site import rasterise
 
     x, y, z = (int(n) for n in cell)  # type: ignore[attr-defined]
     there = tuple(b for b in site.blockers if b.kind == "obstruction")

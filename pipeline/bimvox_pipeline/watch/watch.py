@@ -15,12 +15,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import BimvoxError, FileError, InputError, PolicyError
-from bimvox_pipeline.artifacts import check_output, default_output, write_atomically
-from bimvox_pipeline.load_site import LoadedSite, load_site
-from bimvox_pipeline.plan import document_of, policy_of, prepared, seed_of, write_log_file
-from bimvox_pipeline.policy.choice import PolicyInUse
-from bimvox_pipeline.progress import Progress, SilentProgress
-from bimvox_pipeline.prove import plan_and_prove
+from bimvox.files import check_output, default_output, write_atomically
+from bimvox.library.log import write_log_file
+from bimvox.library.plan import policy_of, seed_of
+from bimvox.library.prove import plan_and_prove, prepared
+from bimvox.library.site import LoadedSite, load_site
+from bimvox.policy.choice import PolicyInUse
+from bimvox.progress import Progress, SilentProgress
+from bimvox_pipeline.plan import document_of
 from bimvox_pipeline.watch.documents import left_to_search, revision_events
 from bimvox_pipeline.watch.file_watch import FileState, changes, state_of
 from bimvox_pipeline.watch.live import DrivenLog, LiveView, Sink, driven_until_ns, server_at

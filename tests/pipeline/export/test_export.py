@@ -3,10 +3,10 @@ import json
 
 import pytest
 from bimvox_pipeline.export.export import export
-from bimvox_pipeline.progress import SilentProgress
 
 from bimvox.errors import InputError, LogFileError
 from bimvox.log.reader import read_log
+from bimvox.progress import SilentProgress
 
 
 def run(folder, **options):

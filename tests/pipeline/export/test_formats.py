@@ -20,13 +20,13 @@ import pytest
 import trimesh
 from bimvox_pipeline.export.export import export
 from bimvox_pipeline.plan import plan
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.site import init
 from rosbags.highlevel import AnyReader
 
 from bimvox.errors import FileError, InputError
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import tracks_of
+from bimvox.progress import SilentProgress
 
 SAMPLES = Path(__file__).parents[3] / "sample_models"
 BEGIN = datetime(2026, 12, 1, 7, 0)

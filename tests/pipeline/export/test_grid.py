@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 import trimesh
 from bimvox_pipeline.export.export import export
-from bimvox_pipeline.progress import SilentProgress
 from box_grids import grid_of, part, random_shares
 
 from bimvox.errors import FileError, GridFileError, InputError
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.storage import grid_to_bytes
+from bimvox.progress import SilentProgress
 
 KEYS = {"out", "messages", "lifts", "cells", "parts", "seconds"}
 

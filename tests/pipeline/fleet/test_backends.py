@@ -12,10 +12,10 @@ from bimvox_pipeline.fleet.command import sweep
 from bimvox_pipeline.fleet.runs import Run, Wish, runs_of
 from bimvox_pipeline.fleet.schedule import carry_out_all
 from bimvox_pipeline.fleet.work import RECORDS, log_file, record_file
-from bimvox_pipeline.progress import SilentProgress
 from fleet_work import kills_itself_where_asked, plans_with_a_policy_from_scratch
 
 from bimvox.errors import InputError
+from bimvox.progress import SilentProgress
 
 BACKENDS = ("loky", "dask", "ray")
 NEEDS = {"loky": "joblib", "dask": "distributed", "ray": "ray"}

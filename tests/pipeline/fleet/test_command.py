@@ -18,9 +18,9 @@ from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish
 from bimvox_pipeline.fleet.table import COLUMNS
 from bimvox_pipeline.fleet.work import RECORDS
-from bimvox_pipeline.progress import SilentProgress
 
 from bimvox.errors import FileError
+from bimvox.progress import SilentProgress
 
 ROOT = Path(__file__).parents[3]
 

@@ -4,10 +4,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bimvox_pipeline.inspect.inspect import inspect
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.voxelize import voxelize
 
 from bimvox.errors import FileError
+from bimvox.progress import SilentProgress
 
 SAMPLES = Path(__file__).parents[3] / "sample_models"
 

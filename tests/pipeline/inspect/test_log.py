@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 from bimvox_pipeline.inspect.inspect import inspect
-from bimvox_pipeline.progress import SilentProgress
 from log_building import log_bytes, tiny_log
 
 from bimvox.errors import LogFileError
+from bimvox.progress import SilentProgress
 
 
 @pytest.mark.parametrize("crane", [True, False])

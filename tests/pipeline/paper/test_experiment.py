@@ -14,9 +14,9 @@ from bimvox_pipeline.paper.results import CurveRow, load_results
 from bimvox_pipeline.paper.scheduler import run_jobs
 from bimvox_pipeline.paper.settings import quick_settings
 from bimvox_pipeline.paper.work import result_file
-from bimvox_pipeline.progress import SilentProgress
 
 from bimvox.errors import BimvoxError, FileError
+from bimvox.progress import SilentProgress
 
 SETTINGS = replace(quick_settings(1, ("ours",)), frame_changes={"sites": 4, "gradient_steps": 1, "greedy_too": False})
 

@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bimvox_pipeline.load_site import load_site
 from bimvox_pipeline.plan import plan
-from bimvox_pipeline.progress import SilentProgress
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.observation import INPUT_SIZE
 from bimvox.errors import PolicyError
+from bimvox.library.site import load_site
 from bimvox.log.reader import read_log
 from bimvox.policy import store as policies
 from bimvox.policy.config import DqnConfig, adapting
@@ -22,13 +21,14 @@ from bimvox.policy.network import QNetwork
 from bimvox.policy.site_outline import outline_of
 from bimvox.policy.store import _id_of
 from bimvox.policy.trained import TrainedPolicy
+from bimvox.progress import SilentProgress
 
 WITHOUT_TORCH = """
 import sys
 from pathlib import Path
 sys.modules["torch"] = sys.modules["stable_baselines3"] = None
 from bimvox_pipeline.plan import plan
-from bimvox_pipeline.progress import SilentProgress
+from bimvox.progress import SilentProgress
 document = plan(Path(sys.argv[1]), Path(sys.argv[2]), progress=SilentProgress())
 by_policy = sum(one["method"] == "policy" for one in document["lifts"])
 print(document["policy"]["steps"], document["policy"]["from"], by_policy)
@@ -163,7 +163,7 @@ def test_lifts_that_the_policy_fails_are_retrained_on(site, own_store, monkeypat
 
 
 def test_nothing_is_retrained_where_the_policy_finds_every_lift(site, own_store, monkeypatch):
-    monkeypatch.setattr("bimvox_pipeline.plan.retrained", None)  # calling it would fail
+    monkeypatch.setattr("bimvox.library.plan.retrained", None)  # calling it would fail
     document = made(site, retrain=4_000)
     if any(lift["method"] == "search" for lift in document["lifts"]):
         pytest.fail("the shipped policy should find all lifts of the frame")
@@ -173,13 +173,11 @@ def test_nothing_is_retrained_where_the_policy_finds_every_lift(site, own_store,
 def test_the_old_policy_is_kept_where_none_is_better(site, own_store):
     weak = stored(knows_nothing())
     progress = SilentProgress()
-    from bimvox_pipeline.plan import prepared
-    from bimvox_pipeline.policy.choice import choose_policy, retrained
+    from bimvox.library.prove import prepared
+    from bimvox.policy.choice import PolicyRequest, choose_policy, retrained
 
     built = load_site(site, progress).site
     preparation = prepared(built, progress)
-    policy = choose_policy(
-        built, preparation, policy_id=weak, seed=0, steps=None, required_success=1.0, progress=progress
-    )
+    policy = choose_policy(built, preparation, PolicyRequest(0, 1.0, policy_id=weak), progress)
     assert retrained(built, preparation, policy, seed=0, steps=0, progress=progress) is policy
     assert [manifest.id for manifest in policies.list_policies()] == [weak]

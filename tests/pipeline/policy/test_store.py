@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from bimvox_pipeline.inspect.inspect import inspect
 from bimvox_pipeline.policy.store import list_policies, remove, show
-from bimvox_pipeline.progress import SilentProgress
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.observation import INPUT_SIZE
@@ -13,6 +12,7 @@ from bimvox.policy import store
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.network import QNetwork
 from bimvox.policy.trained import CurvePoint, TrainedPolicy
+from bimvox.progress import SilentProgress
 
 
 @pytest.fixture

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.render.render import render
 from bimvox_pipeline.verify import verify
 from drawn_plans import motions_by_hand, plan_by_hand
@@ -14,6 +13,7 @@ from opened_pages import Opened
 from bimvox.errors import InputError
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
+from bimvox.progress import SilentProgress
 
 
 def write(path: Path, revision: int, *, infeasible: tuple[str, ...] = (), fixed_digest: str = "") -> Path:

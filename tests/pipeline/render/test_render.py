@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.render.render import render
 from bimvox_pipeline.render.scene import SceneOptions
 from bimvox_pipeline.voxelize import voxelize
@@ -15,6 +14,7 @@ from PIL import Image
 from bimvox.errors import FileError, InputError, SelectionError
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
+from bimvox.progress import SilentProgress
 
 SIZE = (160, 100)
 

@@ -7,16 +7,16 @@ import subprocess
 import sys
 import time
 
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.train.train import train
 
 from bimvox.policy import store as policies
 from bimvox.policy.tensorboard import FILE_NAME
+from bimvox.progress import SilentProgress
 
 SCRIPT = """
 import sys
 from pathlib import Path
-from bimvox_pipeline.progress import SilentProgress
+from bimvox.progress import SilentProgress
 from bimvox_pipeline.train.train import train
 train(Path(sys.argv[1]), start_from="none", steps=int(sys.argv[2]), seed=5, progress=SilentProgress())
 """
@@ -73,6 +73,6 @@ def test_a_killed_training_goes_on_where_it_was(site_folder, own_store):
 
     progress = SilentProgress()
     document = train(site, start_from="none", steps=steps, seed=5, seconds=0.0, progress=progress)
-    assert any(note.startswith("resumed a training that was cut off after") for note in progress.notes)
+    assert any(note.startswith("resumed an interrupted training after") for note in progress.notes)
     assert document["curve"][0][0] <= kept < document["steps"]
     assert list(unfinished.iterdir()) == []  # it has ended

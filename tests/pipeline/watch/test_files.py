@@ -15,9 +15,6 @@ import bimvox_pipeline.watch.revise
 import numpy as np
 import pytest
 import trimesh
-from bimvox_pipeline.load_site import load_site
-from bimvox_pipeline.plan import policy_of, prepared
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.render.render import render
 from bimvox_pipeline.report.report import report
 from bimvox_pipeline.verify import verify
@@ -27,8 +24,12 @@ from bimvox_pipeline.watch.watch import Watcher, follow
 from opened_pages import Opened
 
 from bimvox.errors import FileError
+from bimvox.library.plan import policy_of
+from bimvox.library.prove import prepared
+from bimvox.library.site import load_site
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
+from bimvox.progress import SilentProgress
 from bimvox.records.lift import Status
 
 STEPS = 2_000
@@ -604,7 +605,7 @@ def fails(transits: Any) -> list[None]:
 
 def test_retraining_goes_on_beside_and_its_path_is_taken_where_it_is_no_longer(watcher, monkeypatch):
     monkeypatch.setattr(
-        "bimvox_pipeline.policy.choice.retrained", lambda site, preparation, policy, **_: replace(policy, id="better")
+        "bimvox.policy.choice.retrained", lambda site, preparation, policy, **_: replace(policy, id="better")
     )
     watcher.retrain(100)
     taken_up(watcher)
@@ -647,7 +648,7 @@ def test_retraining_that_brings_nothing_or_fails_changes_nothing(watcher, monkey
             (broken, "failed", "no lessons"),
         )
     ):
-        monkeypatch.setattr("bimvox_pipeline.policy.choice.retrained", outcome)
+        monkeypatch.setattr("bimvox.policy.choice.retrained", outcome)
         put(watcher, box_on(watcher, 5 + number))
         revision = change(watcher)[-1]["revision"]
         lifts = watcher.standing.plan.lifts
@@ -660,7 +661,7 @@ def test_retraining_that_brings_nothing_or_fails_changes_nothing(watcher, monkey
 
 
 def test_a_newer_change_ends_the_training(watcher, monkeypatch):
-    monkeypatch.setattr("bimvox_pipeline.policy.choice.retrained", lambda *_, **__: time.sleep(600.0))
+    monkeypatch.setattr("bimvox.policy.choice.retrained", lambda *_, **__: time.sleep(600.0))
     watcher.retrain(100)
     taken_up(watcher)
     watcher._reviser.propose = fails

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.watch.live import DrivenLog, LiveView, address_of, driven_until_ns, live_logs
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
@@ -16,6 +15,7 @@ from bimvox.errors import InputError, LogFileError
 from bimvox.log import schema as topics
 from bimvox.log.live.log import LiveLog
 from bimvox.log.reader import read_log
+from bimvox.progress import SilentProgress
 
 
 @pytest.mark.parametrize(

@@ -8,18 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bimvox_pipeline.load_site import rasterise
-from bimvox_pipeline.plan import prepared
-from bimvox_pipeline.policy.choice import NO_POLICY
-from bimvox_pipeline.progress import SilentProgress
-from bimvox_pipeline.prove import plan_and_prove
 
 from bimvox.errors import MotionError
+from bimvox.library.obstructions import rasterise
+from bimvox.library.prove import plan_and_prove, prepared
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
 from bimvox.log.segments import newest, pending_of, segment_of
 from bimvox.motion.time_plan import time_lift
+from bimvox.policy.choice import NO_POLICY
+from bimvox.progress import SilentProgress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status

@@ -10,9 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bimvox_pipeline.load_site import load_site
-from bimvox_pipeline.plan import policy_of, prepared
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.verify import verify
 from bimvox_pipeline.watch.file_watch import state_of
 from bimvox_pipeline.watch.live import driven_until_ns, live_logs
@@ -20,9 +17,13 @@ from bimvox_pipeline.watch.simulate import NOW_NS, PlanClock
 from bimvox_pipeline.watch.watch import Watcher
 
 from bimvox.crane.kinematics import hook_of
+from bimvox.library.plan import policy_of
+from bimvox.library.prove import prepared
+from bimvox.library.site import load_site
 from bimvox.log import schema as topics
 from bimvox.log.mcap.reader import read_contents, salvage_contents
 from bimvox.log.reader import read_log
+from bimvox.progress import SilentProgress
 from bimvox.revision.in_transit import behind, motion_under_way
 
 EMPTY = {"version": 1, "unit": "m", "obstructions": []}

@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bimvox_pipeline.load_site import rasterise
-from bimvox_pipeline.plan import prepared
-from bimvox_pipeline.progress import SilentProgress
-from bimvox_pipeline.verify import prove
 
+from bimvox.library.obstructions import rasterise
+from bimvox.library.prove import prepared
+from bimvox.library.verify import prove
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
 from bimvox.motion.load_frame import cells_of_axes, load_frame
 from bimvox.motion.swing import pendulum_of
 from bimvox.motion.time_plan import left_cells
 from bimvox.motion.timing import NS_PER_S
+from bimvox.progress import SilentProgress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.proof.plan import verify_plan

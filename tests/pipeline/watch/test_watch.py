@@ -8,13 +8,13 @@ import time
 from pathlib import Path
 
 import pytest
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.verify import verify
 from bimvox_pipeline.watch.file_watch import changes, state_of
 from bimvox_pipeline.watch.log import segment_file
 from bimvox_pipeline.watch.watch import watch
 
 from bimvox.log.reader import read_log
+from bimvox.progress import SilentProgress
 from bimvox.proof.plan import verify_plan
 
 STEPS = 2_000

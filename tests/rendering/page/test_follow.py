@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.render.follow import follow
 from log_building import tiny_log
 from opened_pages import Opened
 
 from bimvox.errors import FileError, InputError
 from bimvox.log.recorder import write_log
+from bimvox.progress import SilentProgress
 from bimvox.records.lift import Method
 
 VERSION = "document.querySelector('meta[name=bimvox-live]').dataset.version"

@@ -7,11 +7,11 @@ import re
 from pathlib import Path
 
 import pytest
-from bimvox_pipeline.progress import SilentProgress
 from bimvox_pipeline.report.report import report
 from log_building import tiny_log
 
 from bimvox.log.recorder import write_log
+from bimvox.progress import SilentProgress
 
 pytestmark = pytest.mark.browser
 

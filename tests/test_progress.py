@@ -1,6 +1,7 @@
 import pytest
 from bimvox_pipeline import progress as module
-from bimvox_pipeline.progress import Progress, SilentProgress
+
+from bimvox.progress import Progress, SilentProgress
 
 
 @pytest.fixture

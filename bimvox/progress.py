@@ -1,28 +1,32 @@
-"""What a long job tells about itself: stages, how far each is, and how long each took."""
+"""Progress of a long job: its stages, how far each one is, how long each took, and notes."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from types import TracebackType
-from typing import Protocol
+from typing import Protocol, TypeAlias
+
+Report: TypeAlias = Callable[[str, int, int], None]
+"""Called with (stage, done, total): so many of so many units of work of a stage are done."""
 
 
 class Progress(Protocol):
-    """Told by the pipeline, shown (or not) by the command line.
+    """What a long job reports to.
 
     One stage runs at a time: starting one ends the one before. ``stage`` may be called plainly or in a ``with``
     statement, which also ends it.
     """
 
     def stage(self, name: str, total: int | None = None) -> AbstractContextManager[None]:
-        """Start a stage of ``total`` units of work (None: not known)."""
+        """Start a stage of ``total`` units of work; None if the number is unknown."""
 
     def advance(self, count: int = 1) -> None:
-        """Say that ``count`` more units of the running stage are done."""
+        """Report ``count`` more units of the running stage as done."""
 
     def report(self, stage: str, done: int, total: int) -> None:
-        """Take a library callback ``(stage, done, total)``; a new stage name starts a new stage."""
+        """Take a ``Report``; a new stage name starts a new stage."""
 
     def note(self, text: str) -> None:
         """Tell the user something, one sentence."""
@@ -35,8 +39,12 @@ class Progress(Protocol):
         """Wall time of every stage so far, summed by name, in the order in which they first ran."""
 
 
+Listener: TypeAlias = Progress | Callable[[str], object] | None
+"""What the library's functions report to: a ``Progress``, a function that takes a line of text (``print``), or None."""
+
+
 class SilentProgress:
-    """Measures and remembers, shows nothing. What is to be shown overrides ``shown``, ``noted`` and ``ended``."""
+    """Measures and remembers, shows nothing. A subclass that shows it overrides ``shown``, ``noted`` and ``ended``."""
 
     def __init__(self) -> None:
         self.name: str | None = None
@@ -56,19 +64,19 @@ class SilentProgress:
         return _EndsStage(self)
 
     def advance(self, count: int = 1) -> None:
-        """Say that more of the running stage is done; see `Progress.advance`."""
+        """Report more of the running stage as done; see `Progress.advance`."""
         self.done += count
         self.shown()
 
     def report(self, stage: str, done: int, total: int) -> None:
-        """Take a library callback; see `Progress.report`."""
+        """Take a ``Report``; see `Progress.report`."""
         if stage != self.name:
             self.stage(stage, total or None)
         self.done, self.total = done, total or None
         self.shown()
 
     def note(self, text: str) -> None:
-        """Keep a note; the same one is kept once."""
+        """Keep a note; a repeated one is kept once."""
         if text not in self.notes:
             self.notes.append(text)
             self.noted(text)
@@ -99,8 +107,33 @@ class SilentProgress:
         """Called when the running stage ends."""
 
 
+class _Lines(SilentProgress):
+    """Passes on a line for every stage that begins and for every note."""
+
+    def __init__(self, say: Callable[[str], object]) -> None:
+        super().__init__()
+        self._say = say
+
+    def stage(self, name: str, total: int | None = None) -> AbstractContextManager[None]:
+        """Start a stage; see `Progress.stage`."""
+        if name != self.name:
+            self._say(name if total is None else f"{name} ({total:,})")
+        return super().stage(name, total)
+
+    def noted(self, text: str) -> None:
+        """Pass on a note."""
+        self._say(text)
+
+
+def progress_of(listener: Listener) -> Progress:
+    """Return the ``Progress`` that reports to a listener."""
+    if listener is None:
+        return SilentProgress()
+    return _Lines(listener) if callable(listener) else listener
+
+
 class _EndsStage(AbstractContextManager[None]):
-    """Ends whatever stage runs when the ``with`` block is left: library callbacks may have started further ones."""
+    """Ends the stage that runs when the ``with`` block is left: a ``Report`` may have started further ones."""
 
     def __init__(self, progress: SilentProgress) -> None:
         self._progress = progress

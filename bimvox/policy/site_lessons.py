@@ -1,21 +1,18 @@
-"""What a site's policy learns from and is tested on: its own lifts, at stages spread over its assembly."""
+"""Training lifts of a site's policy: the site's own lifts, at stages spread over its assembly."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bimvox_pipeline.progress import Progress
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from numpy.typing import NDArray
-
-    from bimvox.env.problem import LiftProblem
-    from bimvox.planning.assembly import Preparation, Stage
-    from bimvox.site.site import Site
+from bimvox.env.problem import LiftProblem, is_learnable, training_problem
+from bimvox.planning.assembly import Assembly, Preparation, Stage
+from bimvox.policy.generalist.problems import with_boxes
+from bimvox.progress import Progress
+from bimvox.site.site import Site
 
 _PROBLEMS = 20
 _PROBLEM_BYTES = 600_000_000  # tables and distance fields of all training problems together
@@ -35,23 +32,17 @@ def training_problems(
 ) -> list[LiftProblem]:
     """Return lifts to learn from, spread evenly over the order, each with starts all over the yard.
 
-    The site's own obstructions are left out, because the policy's key is its geometry; half of the lifts have random
-    boxes in their way instead.
+    The site's own obstructions are left out, because the policy's key is its geometry; random boxes obstruct half of
+    the lifts instead.
 
     Args:
         site: The site.
-        preparation: What was prepared for it.
+        preparation: Its contacts, order and yard.
         seed: Chooses the starts and the boxes.
         progress: Told of the stage.
-        as_it_is: Learn the site with its own obstructions, and no other.
-        surely: Components whose lifts must be among them, as far as the memory reaches.
+        as_it_is: Keep the site's own obstructions, and add no others.
+        surely: Components whose lifts must be among them, as far as memory allows.
     """
-    from dataclasses import replace
-
-    from bimvox.env.problem import is_learnable, training_problem
-    from bimvox.planning.assembly import Assembly, Stage
-    from bimvox.policy.generalist.problems import with_boxes
-
     clear = site if as_it_is else replace(site, blockers=tuple(b for b in site.blockers if b.kind != "obstruction"))
     order = preparation.sequence.order
     most = max(2, _PROBLEM_BYTES // (_BYTES_A_CELL * int(np.prod(site.shape))))
@@ -84,7 +75,7 @@ def training_problems(
 
 
 def _starts(site: Site, stage: Stage, rng: np.random.Generator) -> NDArray[np.int32]:
-    """Places over the whole yard, at the height at which transits start."""
+    """Return (N, 3) cells all over the yard, at the height at which transits start."""
     columns = np.argwhere(site.yard)
     if len(columns) > _STARTS:
         columns = columns[np.sort(rng.choice(len(columns), _STARTS, replace=False))]
@@ -94,6 +85,6 @@ def _starts(site: Site, stage: Stage, rng: np.random.Generator) -> NDArray[np.in
 
 
 def _own_start_first(lift: LiftProblem) -> NDArray[np.int32]:
-    """Return the starts with the lift's own, if it is one, as the first: then every test begins there too."""
+    """Return the starts with the lift's own as the first, if it is among them: every test starts there too."""
     own = (lift.starts_vox == np.array(lift.start_vox)).all(axis=1)
     return np.concatenate([lift.starts_vox[own], lift.starts_vox[~own]])

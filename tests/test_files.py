@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import BinaryIO
 
 import pytest
-from bimvox_pipeline.artifacts import check_output, default_output, require_input, sha256_of, write_atomically
 
 from bimvox.errors import FileError, InputError
+from bimvox.files import check_output, default_output, require_input, sha256_of, write_atomically
 
 
 def names(folder: Path) -> list[str]:

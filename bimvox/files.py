@@ -1,4 +1,4 @@
-"""Files in and out: inputs that are there, outputs that are written whole or not at all."""
+"""Checks of input and output files, and output files that are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 
 
 def require_input(path: Path) -> Path:
-    """Return ``path`` if it is a file that can be read and holds something.
+    """Return ``path`` if it is a readable file that is not empty.
 
     Raises:
         FileError: If it is missing, a folder, unreadable or empty.
@@ -38,7 +38,7 @@ def require_input(path: Path) -> Path:
 
 
 def check_output(path: Path, *, inputs: Iterable[Path] = ()) -> Path:
-    """Return ``path`` if a file can be written there; asked before the work, so that none is done in vain.
+    """Return ``path`` if a file can be written there; called before the work that makes its content.
 
     Raises:
         FileError: If ``path`` is an input, a folder or a device, or its folder is missing or cannot be written to.
@@ -46,37 +46,37 @@ def check_output(path: Path, *, inputs: Iterable[Path] = ()) -> Path:
     if path.is_dir():
         raise FileError(path, "this is a folder, the output is a file", hint=f"for example -o {path / 'output'}")
     if path.exists() and not path.is_file():
-        raise FileError(path, "this is not a regular file and cannot be replaced", hint="choose another -o")
+        raise FileError(path, "this is not a regular file and cannot be replaced", hint="name another output (-o)")
     for source in inputs:
         if path.exists() and source.exists() and path.samefile(source):
-            raise FileError(path, "the output would overwrite its own input", hint="choose another -o")
+            raise FileError(path, "the output would overwrite its own input", hint="name another output (-o)")
     folder = path.resolve().parent
     if not folder.is_dir():
         raise FileError(path, f"the folder {folder} does not exist", hint=f"mkdir -p {folder}")
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise FileError(path, f"the folder {folder} cannot be written to", hint="choose another -o")
+        raise FileError(path, f"the folder {folder} cannot be written to", hint="name another output (-o)")
     return path
 
 
 def check_new_folder(path: Path) -> Path:
-    """Return ``path`` if a folder can be made there.
+    """Return ``path`` if a new folder can be made there.
 
     Raises:
         FileError: If something is there already, or its folder is missing or cannot be written to.
     """
     if path.exists():
-        raise FileError(path, "this exists already, and a folder is not overwritten", hint="choose another -o")
+        raise FileError(path, "this exists already, and a folder is not overwritten", hint="name another output (-o)")
     return check_output(path)
 
 
 def write_atomically(path: Path, data: bytes | Callable[[BinaryIO], object], *, inputs: Iterable[Path] = ()) -> None:
-    """Write a file whole or not at all: a temporary file beside it, synced, then renamed over it.
+    """Write a file whole or not at all: a temporary file next to it is synced, then renamed over it.
 
-    Whatever interrupts the writing (an error, a full disk, Ctrl-C), an earlier file of that name is left as it was and
-    no temporary file stays behind.
+    If an error, a full disk or Ctrl-C interrupts the writing, an earlier file of that name is unchanged and no
+    temporary file remains.
 
     Args:
-        path: Where to; a link is followed, so that the file it points to is replaced.
+        path: The file; a link is followed, so that the file it points to is replaced.
         data: The bytes, or a function that writes them to a stream.
         inputs: Files that the output was made from and must not replace.
 
@@ -98,7 +98,7 @@ def write_atomically(path: Path, data: bytes | Callable[[BinaryIO], object], *, 
         temporary.replace(target)
     except OSError as error:
         temporary.unlink(missing_ok=True)
-        hint = "free some space, or choose another -o" if error.errno in _FULL else "choose another -o"
+        hint = "free some space, or name another output (-o)" if error.errno in _FULL else "name another output (-o)"
         raise FileError(path, f"cannot be written: {reason_of(error)}; nothing was changed", hint=hint) from error
     except BaseException:
         temporary.unlink(missing_ok=True)
@@ -123,12 +123,12 @@ def sha256_of(path: Path) -> str:
 
 
 def default_output(source: Path, suffix: str, folder: Path | None = None) -> Path:
-    """Return where an output goes when none was named: the input's stem with a new suffix.
+    """Return the default output of an input: its stem with a new suffix.
 
     Args:
-        source: The input; suffixes of ours with two parts (``.site.toml``, ``.zarr.zip``) are dropped whole.
+        source: The input; ``.site.toml`` and ``.zarr.zip`` are dropped whole.
         suffix: With its dot, for example ``.zarr.zip``.
-        folder: Where; the current folder if None.
+        folder: Its folder; the current folder if None.
     """
     name = source.name
     for compound in (".site.toml", ".zarr.zip"):
@@ -155,7 +155,7 @@ def _hint_for_missing(path: Path) -> str:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Make the renaming itself durable, where the file system can."""
+    """Sync a folder, so that a renaming in it is durable, if the file system can."""
     try:
         descriptor = os.open(folder, os.O_RDONLY)
     except OSError:

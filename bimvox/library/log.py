@@ -1,0 +1,43 @@
+"""Plans written to MCAP logs and read back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from bimvox.files import write_atomically
+from bimvox.library.plan_value import Plan
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.reader import read_log as read_record
+from bimvox.log.recorder import write_log as write_record
+
+
+def write_log(plan: Plan, path: Path | str) -> Path:
+    """Write a plan as an MCAP log, whole or not at all, and return its path.
+
+    Args:
+        plan: The plan.
+        path: The log; an existing file is replaced.
+
+    Raises:
+        FileError: If it cannot be written; ``path`` names it.
+    """
+    write_log_file(Path(path), plan.record)
+    return Path(path)
+
+
+def read_log(path: Path | str) -> Plan:
+    """Return the plan of a log. It is not proven again: :func:`bimvox.verify` does that.
+
+    Args:
+        path: A log of bimvox.
+
+    Raises:
+        LogFileError: If it is missing, damaged, or not a log of bimvox.
+    """
+    return Plan(read_record(Path(path)))
+
+
+def write_log_file(path: Path, record: PlanLog, *, inputs: Iterable[Path] = ()) -> None:
+    """Write a log whole or not at all, and none of ``inputs`` over."""
+    write_atomically(path, lambda stream: write_record(stream, record), inputs=inputs)

@@ -1,0 +1,67 @@
+"""Obstructions read from a file, and the site with them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.bim.building import TriangleMesh
+from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES, read_building
+from bimvox.errors import ObstructionFileError
+from bimvox.grid.frame import GridFrame
+from bimvox.progress import Progress
+from bimvox.site.build import with_obstructions
+from bimvox.site.obstructions.file import parse_obstructions
+from bimvox.site.obstructions.obstruction_set import ObstructionSet
+from bimvox.site.obstructions.point_file import is_scan
+from bimvox.site.site import Site
+from bimvox.voxelization.part import voxelize_mesh
+
+
+def load_obstructions(path: Path, site: Site) -> ObstructionSet:
+    """Return the obstructions of a file: an obstruction file (JSON or TOML), or an IFC, mesh or point file as it is.
+
+    Args:
+        path: The file.
+        site: The site: IFC and mesh files are in the model's coordinates, and are put into the site's frame. Scans
+            (files of points) are in the site's frame, in metres.
+
+    Raises:
+        ObstructionFileError: If it cannot be used; names the place inside it.
+        FileError: If it is missing or unreadable.
+    """
+    if is_scan(path):
+        entry = {"id": path.stem, "points": path.name}
+        return parse_obstructions(
+            json.dumps({"version": 1, "obstructions": [entry]}).encode(), path.name, path.resolve().parent
+        )
+    if path.suffix.lower() not in IFC_SUFFIXES + MESH_SUFFIXES:
+        return parse_obstructions(path.read_bytes(), path.name, path.resolve().parent)
+    building = read_building(path)
+    ifc_to_site = np.linalg.inv(site.site_to_ifc)
+    meshes = []
+    for element in building.elements:
+        points = np.c_[element.mesh.vertices_m + building.origin_m, np.ones(len(element.mesh.vertices_m))]
+        meshes.append((element.id, TriangleMesh((points @ ifc_to_site.T)[:, :3], element.mesh.faces)))
+    if not meshes:
+        raise ObstructionFileError(path, "there is no shape in it that could be an obstruction")
+    return ObstructionSet.from_meshes(meshes, path.name)
+
+
+def rasterise(mesh: TriangleMesh, frame: GridFrame, shape: tuple[int, int, int]) -> NDArray[np.int32]:
+    """Return the (N, 3) int32 cells inside the grid that the solid of a mesh meets."""
+    part = voxelize_mesh(mesh, frame.voxel_size_m, frame.origin_m, clip=((0, 0, 0), shape))
+    cells = np.argwhere(part.cells) + part.low
+    inside = ((cells >= 0) & (cells < np.array(shape))).all(axis=1)
+    return cells[inside].astype(np.int32)
+
+
+def obstructed(site: Site, obstructions: ObstructionSet, progress: Progress) -> Site:
+    """Return the site with these obstructions in place of its own; clipped ones are noted."""
+    changed = with_obstructions(site, obstructions, rasterise)
+    for note in changed.obstruction_notes:
+        progress.note(note)
+    return changed

@@ -1,0 +1,158 @@
+"""Planning a site: preparation, policy, lifts, motions and proof in one call."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+from bimvox.errors import PlanningError
+from bimvox.files import require_input
+from bimvox.library.obstructions import load_obstructions, obstructed
+from bimvox.library.plan_value import Plan
+from bimvox.library.prove import Planned, Retraining, insist_on_one_lift, plan_and_prove, prepared
+from bimvox.library.site import LoadedSite
+from bimvox.log.plan_log import PlanLog
+from bimvox.planning.assembly import Preparation
+from bimvox.planning.planner import plan_lifts
+from bimvox.policy.choice import DEFAULT_STEPS, PolicyInUse, PolicyRequest, choose_policy, retrained
+from bimvox.progress import Listener, Progress, progress_of
+from bimvox.site.obstructions.obstruction_set import ObstructionSet
+from bimvox.site.site import Site
+
+
+def plan(
+    site: LoadedSite,
+    *,
+    obstructions: ObstructionSet | Path | str | None = None,
+    policy: str | None = None,
+    seed: int | None = None,
+    steps: int | None = None,
+    retrain: int = 0,
+    progress: Listener = None,
+) -> Plan:
+    """Return the proven plan of a site: every lift planned or infeasible with its reason, timed, and proven.
+
+    Args:
+        site: As loaded or guessed.
+        obstructions: What is in the way: a value, or the path of an obstruction, IFC, mesh or point file.
+        policy: Id of a stored policy; ``none``: search alone; ``nearest``: the policy of the most similar site;
+            default: the site file's, otherwise the one trained for this site.
+        seed: Seed of the training; default: the site file's.
+        steps: Training budget in environment steps; default: the site file's, otherwise the built-in one.
+        retrain: Environment steps of more training, on the site with its obstructions, if the policy fails lifts; 0:
+            the search finds these at once.
+        progress: A ``Progress``, or a function that takes a line of text.
+
+    Raises:
+        NoPlanError: If no lift can be planned; ``reasons`` says why, by component.
+        VerificationError: If a proof of the plan as a whole fails; ``failures`` says what.
+        PolicyError: If the named policy is missing or does not fit.
+        ObstructionFileError: If the obstructions cannot be used.
+    """
+    told = progress_of(progress)
+    built, files = site.site, dict(site.files)
+    if obstructions is not None:
+        found, content = obstructions_of(obstructions, built)
+        built, files = obstructed(built, found, told), {**files, **content}
+    preparation = prepared(built, told)
+    chosen = policy_of(site, built, preparation, policy=policy, seed=seed, steps=steps, progress=told)
+    number = seed_of(site, seed)
+    used = [chosen]
+
+    def retraining(failed: tuple[int, ...]) -> PolicyInUse:
+        used.append(retrained(built, preparation, chosen, failed=failed, seed=number, steps=retrain, progress=told))
+        told.note(f"the policy failed {len(failed)} lifts: {_outcome(chosen, used[-1])}")
+        return used[-1]
+
+    again: Retraining | None = retraining if retrain else None
+    proven = plan_and_prove(built, preparation, chosen, progress=told, retraining=again)
+    record = log_of(proven, site, chosen, files, seed=number, revision=0)
+    better = used[-1] if used[-1] is not chosen else None
+    return Plan(record, proven.verdict, chosen, preparation, better)
+
+
+def obstructions_of(
+    obstructions: ObstructionSet | Path | str, site: Site
+) -> tuple[ObstructionSet, Mapping[str, bytes]]:
+    """Return the obstructions, and the file that a log carries of them: none if they are given as a value."""
+    if isinstance(obstructions, ObstructionSet):
+        return obstructions, {}
+    path = require_input(Path(obstructions))
+    found = load_obstructions(path, site)
+    return found, {f"obstructions{path.suffix.lower()}": path.read_bytes()}
+
+
+def policy_of(
+    loaded: LoadedSite,
+    site: Site,
+    preparation: Preparation,
+    *,
+    policy: str | None,
+    seed: int | None,
+    steps: int | None,
+    progress: Progress,
+) -> PolicyInUse:
+    """Return the policy that the caller asks for, otherwise the one that the site file asks for.
+
+    Raises:
+        NoPlanError: If there is nothing to learn from because no lift can be planned; says why.
+    """
+    asked = loaded.config.policy
+    budget = steps if steps is not None else asked.steps
+    wanted = PolicyRequest(
+        seed=seed_of(loaded, seed),
+        required_success=asked.required_success,
+        policy_id=policy or asked.id,
+        steps=DEFAULT_STEPS if budget is None else budget,
+    )
+    try:
+        return choose_policy(site, preparation, wanted, progress)
+    except PlanningError:
+        insist_on_one_lift(plan_lifts(site, preparation))
+        raise
+
+
+def seed_of(loaded: LoadedSite, seed: int | None) -> int:
+    """Return the caller's seed, otherwise the site file's."""
+    return loaded.config.policy.seed if seed is None else seed
+
+
+def log_of(
+    proven: Planned,
+    loaded: LoadedSite,
+    policy: PolicyInUse,
+    files: Mapping[str, bytes],
+    *,
+    seed: int,
+    revision: int,
+) -> PlanLog:
+    """Return what the log of a plan holds.
+
+    Args:
+        proven: The plan.
+        loaded: The site as loaded.
+        policy: What proposed the paths.
+        files: Files that the plan was made from, by name; their hashes go into the metadata.
+        seed: Seed of the training.
+        revision: Number of the plan among those for this site.
+    """
+    metadata = {"seed": str(seed), "policy": policy.id, "policy_steps": str(policy.steps), **digests_of(files)}
+    if loaded.georeference:
+        metadata["georeference"] = json.dumps(dict(loaded.georeference), sort_keys=True)
+    return PlanLog(
+        plan=proven.plan, motions=proven.motions, attachments=dict(files), metadata=metadata, revision=revision
+    )
+
+
+def digests_of(files: Mapping[str, bytes]) -> dict[str, str]:
+    """Return the metadata entries of files: ``sha256 NAME`` -> hexadecimal digest of the bytes."""
+    return {f"sha256 {name}": hashlib.sha256(data).hexdigest() for name, data in files.items()}
+
+
+def _outcome(before: PolicyInUse, after: PolicyInUse) -> str:
+    """Say what came of retraining."""
+    if after is before:
+        return "no retrained policy was better, so the search finds these"
+    return f"policy {after.id} was trained on them for {after.steps:,} steps and is asked next"

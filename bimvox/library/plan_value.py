@@ -1,0 +1,208 @@
+"""The plan as the library returns it: lifts, motions, verdict, and everything that it was made from."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.errors import MissingPackageError
+from bimvox.log.plan_log import PlanLog
+from bimvox.motion.figures import PlanFigures, plan_figures
+from bimvox.planning.assembly import Preparation
+from bimvox.policy.choice import PolicyInUse
+from bimvox.records.lift import Lift, ModelledClash, Status
+from bimvox.records.motion import LiftMotion
+from bimvox.records.proof import Verification
+from bimvox.site.component import Component
+from bimvox.site.site import Site
+
+if TYPE_CHECKING:
+    import pandas
+
+
+@dataclass(frozen=True, slots=True)
+class LiftRow:
+    """One lift in plain values: a row of ``Plan.to_dataframe``.
+
+    Attributes:
+        number: Position in the erection sequence, from 1.
+        name: The source's name of the component.
+        id: Id of the component: its GlobalId, made unique if it is not.
+        global_id: IFC GlobalId, or the name of the mesh's body.
+        ifc_class: For example ``IfcBeam``.
+        mass_kg: Mass of the component without rigging.
+        crane: Name of the crane; None without a crane.
+        status: ``planned`` or ``infeasible``.
+        method: How the path was found: ``policy``, ``retrained`` or ``search``; None if infeasible.
+        moves: Unit moves of the path, each of one cell; None if infeasible.
+        shortest_moves: The fewest possible under the same rules; None if infeasible.
+        start_s: When the lift starts on the site's clock, seconds; None without a motion.
+        duration_s: How long the lift takes, empty hook included, seconds; None without a motion.
+        reason: Why it is infeasible, one sentence; None if planned.
+        blocked_by: Ids of what blocks it.
+    """
+
+    number: int
+    name: str
+    id: str
+    global_id: str
+    ifc_class: str
+    mass_kg: float
+    crane: str | None
+    status: str
+    method: str | None
+    moves: int | None
+    shortest_moves: int | None
+    start_s: float | None
+    duration_s: float | None
+    reason: str | None
+    blocked_by: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlannedLift:
+    """One lift of a plan, with its component and its motion.
+
+    Attributes:
+        component: What is lifted.
+        lift: The lift in cells: path, place in the yard, status, reason.
+        motion: The motion of the crane; None if the lift is infeasible or the site has no crane.
+        path_m: (N, 3) float64, site metres: the lowest corner of the component's reference cell along the path, from
+            above the yard to the place in the building; None if the lift is infeasible.
+        row: The same in plain values.
+    """
+
+    component: Component
+    lift: Lift
+    motion: LiftMotion | None
+    path_m: NDArray[np.float64] | None
+    row: LiftRow
+
+    @property
+    def number(self) -> int:
+        """Position in the erection sequence, from 1."""
+        return self.row.number
+
+    @property
+    def name(self) -> str:
+        """The source's name of the component."""
+        return self.component.name
+
+    @property
+    def is_planned(self) -> bool:
+        """Whether there is a proven path."""
+        return self.lift.status is Status.PLANNED
+
+    @property
+    def reason(self) -> str | None:
+        """Why the lift is infeasible, one sentence; None if it is planned."""
+        return self.lift.reason
+
+    @property
+    def blocked_by(self) -> tuple[str, ...]:
+        """Ids of what blocks the lift."""
+        return self.lift.blocked_by
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """A lift plan and everything that it was made from.
+
+    Attributes:
+        record: What a log of the plan holds: site, lifts in cells, motions, input files, metadata, revision.
+        verdict: The proof of the plan, check by check; None if the plan was read from a log and not verified.
+        policy: What proposed the paths; None if the plan was read from a log.
+        preparation: Contacts, order and yard of the site; None if the plan was read from a log.
+        retrained: The policy after more training on lifts that ``policy`` failed; None if there was none.
+    """
+
+    record: PlanLog
+    verdict: Verification | None = None
+    policy: PolicyInUse | None = None
+    preparation: Preparation | None = None
+    retrained: PolicyInUse | None = None
+
+    @property
+    def site(self) -> Site:
+        """The site with its obstructions."""
+        return self.record.plan.site
+
+    @property
+    def lifts(self) -> tuple[PlannedLift, ...]:
+        """All lifts in erection sequence, infeasible ones included."""
+        motions = {motion.order: motion for motion in self.motions}
+        return tuple(_planned_lift(self.site, lift, motions.get(lift.order)) for lift in self.record.plan.lifts)
+
+    @property
+    def infeasible(self) -> tuple[PlannedLift, ...]:
+        """The lifts that cannot be planned, each with its reason."""
+        return tuple(lift for lift in self.lifts if not lift.is_planned)
+
+    @property
+    def motions(self) -> tuple[LiftMotion, ...]:
+        """Motions of the planned lifts, in order; none without a crane."""
+        return self.record.motions
+
+    @property
+    def verified(self) -> bool:
+        """Whether the plan was proven and every check passed."""
+        return self.verdict is not None and self.verdict.verified
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader should know about the plan, one sentence each."""
+        return self.record.plan.notes
+
+    @property
+    def clashes(self) -> tuple[ModelledClash, ...]:
+        """Pairs of parts that overlap in the model."""
+        return self.record.plan.clashes
+
+    @property
+    def figures(self) -> PlanFigures:
+        """Figures of the planned lifts: methods, moves, crane time, hook travel."""
+        return plan_figures(self.record.plan, self.motions)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a ``pandas.DataFrame`` with a row a lift, columns as in :class:`LiftRow`.
+
+        Raises:
+            MissingPackageError: If pandas is not installed.
+        """
+        try:
+            import pandas
+        except ModuleNotFoundError as error:
+            raise MissingPackageError("pandas", "a data frame of a plan") from error
+        return pandas.DataFrame([asdict(lift.row) for lift in self.lifts])
+
+    def __repr__(self) -> str:
+        planned, count = len(self.record.planned), len(self.record.plan.lifts)
+        verdict = "not verified" if self.verdict is None else "verified" if self.verdict.verified else "refuted"
+        return f"<Plan of {self.site.name!r}: {planned} of {count} lifts planned, {verdict}>"
+
+
+def _planned_lift(site: Site, lift: Lift, motion: LiftMotion | None) -> PlannedLift:
+    component = site.components[lift.component]
+    crane = site.crane_of(component)
+    row = LiftRow(
+        number=lift.number,
+        name=component.name,
+        id=component.id,
+        global_id=component.global_id,
+        ifc_class=component.ifc_class,
+        mass_kg=component.mass_kg,
+        crane=None if crane is None else crane.name,
+        status=lift.status.value,
+        method=None if lift.method is None else lift.method.value,
+        moves=lift.moves,
+        shortest_moves=lift.shortest_moves,
+        start_s=None if motion is None else motion.start_ns / 1e9,
+        duration_s=None if motion is None else (motion.end_ns - motion.start_ns) / 1e9,
+        reason=lift.reason,
+        blocked_by=lift.blocked_by,
+    )
+    path_m = None if lift.path_vox is None else site.frame.corner_of(lift.path_vox)
+    return PlannedLift(component, lift, motion, path_m, row)

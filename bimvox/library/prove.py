@@ -1,0 +1,170 @@
+"""Planning and proving in rounds: only proven lifts are returned as planned."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from bimvox.cranes.schedule import time_lifts
+from bimvox.errors import MotionError, NoPlanError
+from bimvox.planning.assembly import Preparation, prepare, replay
+from bimvox.planning.planner import plan_lifts
+from bimvox.planning.propose import Propose
+from bimvox.planning.rollout import proposer
+from bimvox.planning.rounds import Refused, proven_in_rounds, refusals
+from bimvox.policy.choice import PolicyInUse
+from bimvox.progress import Progress
+from bimvox.proof.motion import verify_motions
+from bimvox.proof.plan import verify_plan
+from bimvox.records.lift import LiftPlan, Method, Status
+from bimvox.records.motion import LiftMotion
+from bimvox.records.proof import Verification
+from bimvox.site.site import Site
+
+Retraining = Callable[[tuple[int, ...]], PolicyInUse]
+"""From the components whose lifts a policy failed to the policy after more training, or to the same one."""
+
+_NOTES_SHOWN = 5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Planned:
+    """A proven plan.
+
+    Attributes:
+        plan: The lifts.
+        motions: Their motions; none without a crane.
+        verdict: The proof of both; None if it was proven earlier.
+    """
+
+    plan: LiftPlan
+    motions: tuple[LiftMotion, ...]
+    verdict: Verification | None = None
+
+
+def prepared(site: Site, progress: Progress) -> Preparation:
+    """Return contacts, order and yard places of a site; what was noticed is noted."""
+    preparation = prepare(site, progress.report)
+    notes = preparation.sequence.notes
+    for note in notes[:_NOTES_SHOWN]:
+        progress.note(note)
+    if len(notes) > _NOTES_SHOWN:
+        progress.note(f"{len(notes) - _NOTES_SHOWN} more notes about the order (--json and the log list all)")
+    clashes = preparation.contacts.clashes
+    if clashes:
+        deepest = max(clashes, key=lambda clash: clash.depth_m)
+        progress.note(
+            f"{len(clashes)} pairs of parts overlap in the model, by at most {deepest.depth_m:.3f} m "
+            f"({deepest.first} and {deepest.second}); each pair may overlap by no more than the model does"
+        )
+    progress.finish()
+    return preparation
+
+
+def plan_and_prove(
+    site: Site,
+    preparation: Preparation,
+    policy: PolicyInUse,
+    *,
+    previous: LiftPlan | None = None,
+    progress: Progress,
+    retraining: Retraining | None = None,
+) -> Planned:
+    """Plan all lifts, time them, and prove both.
+
+    A lift that cannot be proven, or that the crane cannot execute, becomes infeasible, with the failed check as its
+    reason; so do the lifts of parts that rest on it. The rest is planned and proven again.
+
+    Args:
+        site: The site.
+        preparation: Its contacts, order and yard.
+        policy: What proposes paths.
+        previous: An earlier plan of the same geometry; a lift whose path is still valid is kept.
+        progress: Told of the stages.
+        retraining: Called once with the components whose lifts the policy failed, if there are any; these lifts are
+            then planned again with the policy that it returns.
+
+    Raises:
+        NoPlanError: If no lift can be planned.
+        VerificationError: If a proof of the plan as a whole fails.
+    """
+    propose = None if policy.network is None else proposer(policy.network)
+
+    def planned(policy_retrained: Propose | None, kept: LiftPlan | None, refused: Refused) -> LiftPlan:
+        progress.stage("plan", len(site.components))
+        return plan_lifts(
+            site,
+            preparation,
+            propose=propose,
+            retrained=policy_retrained,
+            previous=kept,
+            refused=refused,
+            progress=progress.report,
+        )
+
+    def attempt(refused: Refused) -> Planned | Refused:
+        nonlocal previous, retraining
+        made = planned(None, previous, refused)
+        insist_on_one_lift(made)
+        failed = _left_to_search(made)
+        if retraining is not None and propose is not None and failed:
+            better, retraining = retraining(failed), None
+            if better.network is not None and better.network is not policy.network:
+                made = planned(proposer(better.network), _without(made, failed), refused)
+        previous = made
+        found = _prove(made, preparation, progress)
+        if isinstance(found, Planned):
+            progress.finish()
+        else:
+            for component, reason in found.items():
+                progress.note(f"{component}: {reason}")
+        return found
+
+    return proven_in_rounds(attempt, "written")
+
+
+def _left_to_search(made: LiftPlan) -> tuple[int, ...]:
+    """Return the components whose lifts the policy did not find."""
+    return tuple(lift.component for lift in made.lifts if lift.method is Method.SEARCH)
+
+
+def _without(made: LiftPlan, components: tuple[int, ...]) -> LiftPlan:
+    return replace(made, lifts=tuple(lift for lift in made.lifts if lift.component not in components))
+
+
+def _prove(made: LiftPlan, preparation: Preparation, progress: Progress) -> Planned | dict[str, str]:
+    """Prove and time a plan; return the lifts to refuse, and why, if it is not proven."""
+    progress.stage("prove")
+    of_plan = verify_plan(made)
+    if not of_plan.verified:
+        return refusals(of_plan)
+    if not made.site.cranes:
+        return Planned(made, (), of_plan)
+    progress.stage("time", len(made.lifts))
+    try:
+        motions = time_lifts(made, replay(made.site, preparation, made))
+    except MotionError as error:
+        return {error.component: f"the crane cannot drive its path: {error.message}"}
+    progress.stage("prove")
+    of_motions = verify_motions(made, motions)
+    if not of_motions.verified:
+        return refusals(of_motions)
+    return Planned(made, motions, Verification((*of_plan.checks, *of_motions.checks)))
+
+
+def insist_on_one_lift(made: LiftPlan) -> None:
+    """Refuse a plan in which nothing is planned.
+
+    Raises:
+        NoPlanError: With the first lift's reason, and all of them as evidence.
+    """
+    if any(lift.status is Status.PLANNED for lift in made.lifts):
+        return
+    site, first = made.site, made.lifts[0]
+    blockers = ", ".join(first.blocked_by)
+    raise NoPlanError(
+        f"no lift can be planned; {site.components[first.component].id}: {first.reason}"
+        + (f" ({blockers})" if blockers else ""),
+        reasons={site.components[lift.component].id: lift.reason or "" for lift in made.lifts},
+        hint="check the areas, the crane and the obstructions",
+    )

@@ -1,0 +1,116 @@
+"""Pictures, animations and pages of what the library returns."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from pathlib import Path
+
+from bimvox.errors import InputError
+from bimvox.files import check_output, write_atomically
+from bimvox.grid.voxel_grid import VoxelGrid
+from bimvox.library.plan_value import Plan
+from bimvox.library.site import LoadedSite
+from bimvox.log.recorder import tracks_of, write_log
+from bimvox.progress import Listener, Progress, progress_of
+from bimvox.rendering.draw.camera import View
+from bimvox.rendering.draw.picture import PictureOptions
+from bimvox.rendering.draw.png import png_of
+from bimvox.rendering.film.film import FilmFormat, FilmOptions, write_film
+from bimvox.rendering.film.pace import default_seconds, frame_times_ns
+from bimvox.rendering.film.scene import Film
+from bimvox.rendering.page.page import page_of
+from bimvox.rendering.page.source import PageSource, Revision
+from bimvox.rendering.scene.grid import scene_of_grid
+from bimvox.rendering.scene.plan import Instant, scene_of_plan
+from bimvox.rendering.scene.scene import Scene
+from bimvox.rendering.scene.site import scene_of_site, view_of_site
+
+_PICTURE_PX = (1280, 800)
+_FILM_PX = (640, 400)
+_FILMS: dict[str, FilmFormat] = {".gif": "gif", ".webp": "webp"}
+
+
+def render(
+    what: Plan | LoadedSite | VoxelGrid,
+    path: Path | str,
+    *,
+    lift: int | None = None,
+    size_px: tuple[int, int] | None = None,
+    progress: Listener = None,
+) -> Path:
+    """Write a picture, an animation or a page, whole or not at all, and return its path.
+
+    Args:
+        what: A plan, a site or a grid.
+        path: ``.png``: a picture. Of a plan also ``.gif`` or ``.webp``: an animation; ``.html``: an interactive page
+            that needs no other file and makes no network requests.
+        lift: Number of the lift of a plan, from 1, that a picture or an animation shows; default: the finished
+            building, or all lifts.
+        size_px: Width and height; default 1280 x 800, of an animation 640 x 400.
+        progress: A ``Progress``, or a function that takes a line of text.
+
+    Raises:
+        InputError: If the file's suffix does not fit, or there is no such lift.
+        FileError: If the file cannot be written.
+    """
+    told, path = progress_of(progress), check_output(Path(path))
+    suffix = path.suffix.lower()
+    if lift is not None and not isinstance(what, Plan):
+        raise InputError("only a plan has lifts", hint="leave lift out")
+    if suffix == ".png":
+        told.stage("draw")
+        scene, view = _scene(what, lift)
+        write_atomically(path, png_of(scene, PictureOptions(size_px=size_px or _PICTURE_PX, view=view)))
+    elif isinstance(what, Plan) and suffix in _FILMS:
+        _write_film(what, path, lift, size_px or _FILM_PX, told)
+    elif isinstance(what, Plan) and suffix in (".html", ".htm"):
+        told.stage("page")
+        write_atomically(path, page_of(PageSource((_revision(what),))))
+    else:
+        raise InputError(f"{path}: cannot be drawn", hint="name a .png; of a plan also a .gif, .webp or .html")
+    told.finish()
+    return path
+
+
+def _scene(what: Plan | LoadedSite | VoxelGrid, number: int | None) -> tuple[Scene, View]:
+    if isinstance(what, VoxelGrid):
+        return scene_of_grid(what, title=str(what.source.get("name", ""))), View()
+    if isinstance(what, LoadedSite):
+        return scene_of_site(what.site), view_of_site(what.site)
+    moment = None if number is None else Instant(_order(what, number))
+    return scene_of_plan(what.site, what.record.all_lifts, what.motions, moment), view_of_site(what.site)
+
+
+def _write_film(plan: Plan, path: Path, number: int | None, size_px: tuple[int, int], progress: Progress) -> None:
+    film = Film(plan.site, plan.record.all_lifts, plan.motions, tracks_of(plan.record))
+    tracks = film.tracks if number is None else (film.track_of(_order(plan, number)),)
+    options = FilmOptions(size_px, view_of_site(plan.site))
+    frames = max(2, round(default_seconds(len(tracks)) * options.fps))
+    times_ns = frame_times_ns(tracks, plan.motions, frames)
+    progress.stage("draw", len(times_ns))
+    file_format = _FILMS[path.suffix.lower()]
+    write_atomically(path, lambda stream: write_film(stream, film, times_ns, options, file_format, progress.report))
+
+
+def _order(plan: Plan, number: int) -> int:
+    numbers = [lift.number for lift in plan.record.plan.lifts]
+    if number not in numbers:
+        raise InputError(f"the plan has no lift {number}", hint=f"lift numbers go from {numbers[0]} to {numbers[-1]}")
+    return number - 1
+
+
+def _revision(plan: Plan) -> Revision:
+    record, stream = plan.record, io.BytesIO()
+    write_log(stream, record)
+    return Revision(
+        number=record.revision,
+        log=f"{plan.site.name}.mcap",
+        sha256=hashlib.sha256(stream.getvalue()).hexdigest(),
+        plan=record.plan,
+        context=record.context,
+        motions=record.motions,
+        tracks=tracks_of(record),
+        proof=plan.verdict,
+        metadata=record.metadata,
+    )

@@ -1,0 +1,159 @@
+"""Sites built from a site file, or from a building with everything guessed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bimvox.bim.building import Building
+from bimvox.bim.read import ReadOptions, read_building
+from bimvox.crane.catalogue import machines_called
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.files import require_input
+from bimvox.grid.part_cells import all_part_cells
+from bimvox.library.building import say_notes
+from bimvox.library.obstructions import rasterise
+from bimvox.progress import Listener, Progress, progress_of
+from bimvox.site import guess
+from bimvox.site.build import build_site
+from bimvox.site.component import Component
+from bimvox.site.config import SiteConfig
+from bimvox.site.config_file import load_site_config
+from bimvox.site.extent import site_extent
+from bimvox.site.machine import cranes_of
+from bimvox.site.placement import place_building
+from bimvox.site.site import Site
+from bimvox.site.template import site_toml
+from bimvox.voxelization.building import voxelize_building
+
+SITE_FILE = "site.toml"
+"""Name of the site file among the files attached to a log."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoadedSite:
+    """A site and what it was made from.
+
+    Attributes:
+        config: The site file, everything that it leaves out filled in.
+        site: The site, without obstructions.
+        files: The files that go into a log unchanged: name -> bytes.
+        georeference: The model's map conversion as plain values; empty if it has none.
+    """
+
+    config: SiteConfig
+    site: Site
+    files: dict[str, bytes]
+    georeference: Mapping[str, str | float]
+
+    @property
+    def components(self) -> tuple[Component, ...]:
+        """What is lifted."""
+        return self.site.components
+
+    @property
+    def cranes(self) -> tuple[TowerCrane, ...]:
+        """The cranes; none on a site without."""
+        return self.site.cranes
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader should know about the site, one sentence each."""
+        return self.site.notes
+
+    def to_toml(self) -> str:
+        """Return the site file, complete and commented; :func:`load_site` reads it back."""
+        return site_toml(self.config)
+
+
+def load_site(path: Path | str, progress: Listener = None) -> LoadedSite:
+    """Return the site of a site file, without obstructions; its model is read and voxelized.
+
+    Args:
+        path: The site file (``.site.toml``).
+        progress: A ``Progress``, or a function that takes a line of text.
+
+    Raises:
+        ConfigError: If a key is unknown or a value impossible; ``key`` is its place in the file.
+        FileError: If the site file or its model is missing or cannot be used.
+        SelectionError: If nothing is to be lifted.
+    """
+    told, path = progress_of(progress), Path(path)
+    require_input(path)
+    text = path.read_bytes()
+    config = load_site_config(path)
+    model = config.model
+    options = ReadOptions(select=model.select, unit=model.unit, up=model.up, assemblies=model.assemblies)
+    building = read_building(model.path, options, told.report)
+    say_notes(building, told)
+    told.stage("site")
+    return _built(guess.complete_config(config, building), building, {SITE_FILE: text}, told)
+
+
+def guess_site(
+    building: Building,
+    *,
+    read_with: ReadOptions | None = None,
+    voxel_size_m: float | None = None,
+    crane: str | None = None,
+    progress: Listener = None,
+) -> LoadedSite:
+    """Return a site for a building with everything guessed: cell size, ground, areas, yard, crane.
+
+    ``site.to_toml()`` is the site file, to be edited and loaded with :func:`load_site`.
+
+    Args:
+        building: As read.
+        read_with: The options that it was read with, for the site file; default: none.
+        voxel_size_m: Edge of a cell in metres; default: guessed.
+        crane: A kind of crane (``hammerhead``, ``luffing``) or a built-in machine; default: a hammerhead.
+        progress: A ``Progress``, or a function that takes a line of text.
+
+    Raises:
+        SelectionError: If nothing is to be lifted.
+        InputError: If there is no such crane, or none can serve the site.
+    """
+    told = progress_of(progress)
+    options = read_with or ReadOptions()
+    told.stage("guess")
+    config = guess.guess_site(
+        building,
+        Path(building.source.name),
+        select=options.select,
+        unit=options.unit,  # type: ignore[arg-type]  # checked when the file was read
+        up=options.up,
+        assemblies=options.assemblies,
+        voxel_size_m=voxel_size_m,
+        machines=() if crane is None else machines_called(crane),
+    )
+    return _built(config, building, {SITE_FILE: site_toml(config).encode()}, told)
+
+
+def _built(config: SiteConfig, building: Building, files: Mapping[str, bytes], progress: Progress) -> LoadedSite:
+    """Return the site of a complete configuration and its building."""
+    placed, site_to_ifc = place_building(config, building)
+    cranes = cranes_of(config)
+    frame, shape = site_extent(config, placed, *cranes)
+    low = np.round(np.array(frame.origin_m) / frame.voxel_size_m).astype(np.int64)
+    grid = voxelize_building(
+        placed, frame.voxel_size_m, low_vox=low, high_vox=low + np.array(shape), progress=progress.report
+    )
+    progress.stage("site")
+    site = build_site(
+        config,
+        list(zip(placed.elements, all_part_cells(grid), strict=True)),
+        frame,
+        shape,
+        cranes=cranes,
+        rasterise=rasterise,
+        site_to_ifc=site_to_ifc,
+        source=grid.source,
+        connections=placed.connections,
+    )
+    for note in site.notes:
+        progress.note(note)
+    progress.finish()
+    return LoadedSite(config, site, dict(files), building.georeference)

@@ -1,0 +1,76 @@
+"""Plans and logs proven again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bimvox.files import require_input
+from bimvox.library.plan_value import Plan
+from bimvox.log.check import USED_TOPICS, check_commands, check_digests, check_load_poses
+from bimvox.log.mcap.reader import Contents, read_contents, read_file
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.reader import log_of
+from bimvox.progress import Listener, Progress, progress_of
+from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
+from bimvox.records.proof import Verification
+
+
+def verify(plan: Plan | Path | str, *, progress: Listener = None) -> Verification:
+    """Return the verdict of a proof made now: one check after the other, with what failed.
+
+    Everything comes from the plan or the log itself; its site holds the triangles of all parts. The building model is
+    not read again. Of an extract, the lifts that it carries are proven.
+
+    Args:
+        plan: A plan, or the path of a log. Of a log, its digests and topics are checked as well.
+        progress: A ``Progress``, or a function that takes a line of text.
+
+    Raises:
+        LogFileError: If the log is damaged, or not a log of bimvox.
+    """
+    told = progress_of(progress)
+    verdict = prove_plan(plan.record, told) if isinstance(plan, Plan) else prove(*read_whole(Path(plan), told), told)
+    told.finish()
+    return verdict
+
+
+def read_whole(log: Path, progress: Progress) -> tuple[Contents, PlanLog]:
+    """Return the messages and attachments of a log that a proof needs, and what they mean.
+
+    Raises:
+        LogFileError: If it is damaged, or not a log of bimvox.
+    """
+    require_input(log)
+    progress.stage("read")
+    contents = read_contents(read_file(log), log, USED_TOPICS)
+    record = log_of(contents, log)
+    if record.context:
+        progress.note(f"this log is an extract: {len(record.plan.lifts)} of {len(record.all_lifts)} lifts are in it")
+    return contents, record
+
+
+def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verification:
+    """Prove what was read from a log: plan, motions, digests, and that its topics agree.
+
+    Args:
+        contents: The log's messages and attachments; of the topics at least ``USED_TOPICS``.
+        record: What they mean.
+        progress: Told of the stages.
+    """
+    checks = prove_plan(record, progress).checks
+    progress.stage("log")
+    topics = (check_digests(contents, record), check_load_poses(contents, record), check_commands(contents, record))
+    return Verification((*checks, *topics))
+
+
+def prove_plan(record: PlanLog, progress: Progress) -> Verification:
+    """Prove a plan and its motions, whatever they were read from.
+
+    Args:
+        record: The plan.
+        progress: Told of the stages.
+    """
+    progress.stage("plan")
+    checks = verify_plan_over_time(record.plan, record.motions, record.context).checks
+    progress.stage("motions")
+    return Verification((*checks, *verify_motions_over_time(record.plan, record.motions, record.context).checks))

@@ -1,0 +1,307 @@
+"""The policy that a site uses: the one named, the one trained for it before, or one trained now."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+from typing import Any
+
+from bimvox.env.problem import LiftProblem
+from bimvox.errors import PolicyError
+from bimvox.planning.assembly import Preparation
+from bimvox.policy import store
+from bimvox.policy.checkpoint import Checkpoint
+from bimvox.policy.config import DqnConfig, adapting
+from bimvox.policy.evaluate import success_at_least
+from bimvox.policy.generalist.weights import generalist_record, load_generalist
+from bimvox.policy.manifest import PolicyManifest
+from bimvox.policy.network import QNetwork
+from bimvox.policy.site_lessons import training_problems
+from bimvox.policy.site_outline import outline_of
+from bimvox.policy.train import train
+from bimvox.policy.trained import CurvePoint, TrainedPolicy
+from bimvox.progress import Progress
+from bimvox.site.site import Site
+
+DEFAULT_STEPS = 40_000
+"""Training budget in environment steps if neither the site file nor the caller gives one."""
+
+RETRAINING_STARTS = 32
+"""Starts of a test during retraining on a change; the failed lifts are among them."""
+
+DEFAULT_START = "default"
+"""Names the policy that ships with bimvox."""
+
+NEAREST = "nearest"
+"""Names the stored policy of the most similar site."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PolicyInUse:
+    """A policy, and where it came from.
+
+    Attributes:
+        id: Its id in the store.
+        loaded: Whether it was in the store already.
+        steps: Environment steps of its training.
+        success_rate: In its last test, 0..1.
+        curve: Its tests.
+        network: Its weights; None if the plan is made by search alone.
+        tested: Starts of its last test.
+        parent: Id of the policy that its training started from; None from scratch.
+    """
+
+    id: str
+    loaded: bool
+    steps: int
+    success_rate: float
+    curve: tuple[CurvePoint, ...]
+    network: QNetwork | None
+    tested: int = 0
+    parent: str | None = None
+
+    @property
+    def success_at_least(self) -> float:
+        """Lower bound of the success rate from any start of the site, at 95 % confidence, 0..1."""
+        if self.tested == 0:
+            return 0.0
+        return success_at_least(round(self.success_rate * self.tested), self.tested)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what the JSON documents say about it."""
+        return {
+            "id": self.id,
+            "loaded": self.loaded,
+            "from": self.parent,
+            "steps": self.steps,
+            "success_rate": self.success_rate if self.tested else None,
+            "tested": self.tested,
+            "success_at_least": round(self.success_at_least, 4),
+        }
+
+
+NO_POLICY = PolicyInUse("none", False, 0, 0.0, (), None)
+"""Planning by search alone: nothing is trained, loaded or asked."""
+
+
+@dataclass(frozen=True, slots=True)
+class PolicyRequest:
+    """Which policy is wanted, and how one is trained if there is none.
+
+    Attributes:
+        seed: Seed of the training.
+        required_success: Success rate at which the training stops, 0..1.
+        policy_id: Id of a stored policy, which is taken as it is; ``none``: search alone; ``nearest``: the policy of
+            the most similar site; None: the one that training would give.
+        steps: Training budget in environment steps.
+        start_from: ``default`` (the policy that ships with bimvox), ``none`` (from scratch), or the id of a policy.
+        retrain: Train even if the store holds a policy.
+        seconds: Stop the training at the first test after this time; the result then depends on the machine.
+    """
+
+    seed: int
+    required_success: float
+    policy_id: str | None = None
+    steps: int = DEFAULT_STEPS
+    start_from: str = DEFAULT_START
+    retrain: bool = False
+    seconds: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Training:
+    """One training, as far as its result depends on it: choices, seed, budget, initial network and its id."""
+
+    config: DqnConfig
+    seed: int
+    budget: int
+    initial: QNetwork | None
+    parent: str | None
+
+
+def choose_policy(
+    site: Site,
+    preparation: Preparation,
+    wanted: PolicyRequest,
+    progress: Progress,
+    tested: Callable[[CurvePoint], None] | None = None,
+) -> PolicyInUse:
+    """Return the policy for a site; it is trained now if there is none.
+
+    Training starts from the policy that ships with bimvox, which knows sites that it has never seen; if that is good
+    enough here it is taken as it is. A stored policy is used without being named only if training now would give the
+    same one (:func:`_would_be`), so the content of a store changes only the time it takes.
+
+    Args:
+        site: The site.
+        preparation: Its contacts, order and yard.
+        wanted: What is asked for.
+        progress: Told of the stages.
+        tested: Called with every test of a training.
+
+    Raises:
+        PolicyError: If the named policy is missing, damaged, or does not fit this version.
+        PlanningError: If no lift of the site has a way to learn from.
+    """
+    if wanted.policy_id == NO_POLICY.id:
+        return NO_POLICY
+    if wanted.policy_id == NEAREST:
+        return _nearest(site, progress)
+    if wanted.policy_id is not None:
+        return _stored(wanted.policy_id)
+    config = DqnConfig(required_success=wanted.required_success)
+    initial, parent = _beginning(wanted.start_from)
+    if initial is not None:
+        config = adapting(config, initial.layer_sizes[1:-1])
+    training = _Training(config, wanted.seed, wanted.steps, initial, parent)
+    if not wanted.retrain:
+        for manifest in store.find(site.geometry_digest):
+            if _would_be(manifest, training):
+                return _stored(manifest.id)
+    problems = training_problems(site, preparation, wanted.seed, progress)
+    checkpoint = Checkpoint(site.geometry_digest, config, wanted.seed, parent, wanted.steps)
+    policy = _trained(problems, training, progress, seconds=wanted.seconds, tested=tested, checkpoint=checkpoint)
+    policy_id = store.save(policy, site.geometry_digest, site=outline_of(site))
+    checkpoint.remove()
+    return _in_use(policy_id, policy)
+
+
+def retrained(
+    site: Site,
+    preparation: Preparation,
+    policy: PolicyInUse,
+    *,
+    failed: Collection[int] = (),
+    seed: int,
+    steps: int,
+    progress: Progress,
+) -> PolicyInUse:
+    """Return a site's policy after more training on the site with its current obstructions.
+
+    The old policy is tested first, on the same lifts; it is returned unchanged if it is good enough, or if no network
+    of this training is better. A better one is stored, but is never used unless it is named: it belongs to these
+    obstructions.
+
+    Args:
+        site: The changed site.
+        preparation: Its contacts, order and yard.
+        policy: The policy in use.
+        failed: Components whose lifts it failed; they are among the lessons.
+        seed: Seed of the training.
+        steps: Budget in environment steps: the same budget gives the same result.
+        progress: Told of the stages.
+    """
+    if policy.network is None:
+        return policy
+    config = replace(adapting(DqnConfig(), policy.network.layer_sizes[1:-1]), test_starts=RETRAINING_STARTS)
+    problems = training_problems(site, preparation, seed, progress, as_it_is=True, surely=failed)
+    found = _trained(problems, _Training(config, seed, steps, policy.network, policy.id), progress)
+    if found.network is policy.network:
+        return policy
+    # Its lessons were this site with its obstructions: training on the geometry would not give it.
+    found = replace(found, budget=None)
+    return _in_use(store.save(found, site.geometry_digest, site=outline_of(site)), found)
+
+
+def _would_be(manifest: PolicyManifest, training: _Training) -> bool:
+    """Return whether a training would give this stored policy.
+
+    The same choices, seed, initial network and budget do: the learning rate falls towards the end of the budget, so
+    another budget is another training, even if both stop early. An initial network that is good enough untrained is
+    taken with any budget.
+    """
+    config = training.config
+    if (manifest.config, manifest.seed, manifest.parent) != (config, training.seed, training.parent):
+        return False
+    good = manifest.success_rate >= config.required_success and manifest.length_ratio <= config.required_ratio
+    return manifest.budget == training.budget or (manifest.steps == 0 and manifest.budget is not None and good)
+
+
+def _beginning(start_from: str) -> tuple[QNetwork | None, str | None]:
+    """Return the initial network and its id; None and None from scratch."""
+    if start_from == "none":
+        return None, None
+    if start_from == DEFAULT_START:
+        return load_generalist(), str(generalist_record()["id"])
+    found = store.load(start_from)
+    return found.network, found.manifest.id
+
+
+def _nearest(site: Site, progress: Progress) -> PolicyInUse:
+    """Return the stored policy of the most similar site.
+
+    Raises:
+        PolicyError: The store holds no policy of any site.
+    """
+    near = store.nearest(outline_of(site))
+    if not near:
+        raise PolicyError(
+            f"{store.store_folder()}: there is no policy of any site in this store, so there is no nearest one",
+            hint="leave --policy out: the policy that ships with bimvox knows sites that it has never seen",
+        )
+    away, manifest = near[0]
+    progress.note(f"policy {manifest.id} is of the nearest site: {away:.2f} away (0: the same, 1: little in common)")
+    return _stored(manifest.id)
+
+
+def _stored(policy_id: str) -> PolicyInUse:
+    found = store.load(policy_id)
+    manifest = found.manifest
+    return PolicyInUse(
+        manifest.id,
+        True,
+        manifest.steps,
+        manifest.success_rate,
+        tuple(manifest.curve),
+        found.network,
+        manifest.tested,
+        manifest.parent,
+    )
+
+
+def _trained(
+    problems: list[LiftProblem],
+    training: _Training,
+    progress: Progress,
+    *,
+    seconds: float | None = None,
+    tested: Callable[[CurvePoint], None] | None = None,
+    checkpoint: Checkpoint | None = None,
+) -> TrainedPolicy:
+    resumed = checkpoint.load() if checkpoint is not None else None
+    if resumed is not None:
+        progress.note(f"resumed an interrupted training after {resumed.steps:,} steps")
+    progress.stage("train", training.budget)
+
+    def test(point: CurvePoint) -> None:
+        progress.report("train", point.steps, training.budget)
+        if tested is not None:
+            tested(point)
+
+    policy = train(
+        problems,
+        training.config,
+        seed=training.seed,
+        steps=training.budget,
+        initial=training.initial,
+        parent=training.parent,
+        resumed=resumed,
+        seconds=seconds,
+        progress=test,
+        checkpoint=None if checkpoint is None else checkpoint.save,
+    )
+    progress.finish()
+    return policy
+
+
+def _in_use(policy_id: str, policy: TrainedPolicy) -> PolicyInUse:
+    return PolicyInUse(
+        policy_id,
+        False,
+        policy.steps,
+        policy.success_rate,
+        policy.curve,
+        policy.network,
+        policy.tested,
+        policy.parent,
+    )
