@@ -1,6 +1,6 @@
 import pytest
-from bimvox_pipeline import progress as module
 
+from bimvox import progress as module
 from bimvox.progress import Progress, SilentProgress
 
 

@@ -194,7 +194,7 @@ def test_init_keeps_an_edited_site_file(tmp_path):
     assert target.read_text() != "mine"
 
 
-@pytest.mark.parametrize("prover", ["bimvox.proof.plan.verify_plan", "bimvox.proof.motion.verify_motions"])
+@pytest.mark.parametrize("prover", ["bimvox.library.prove.verify_plan", "bimvox.library.prove.verify_motions"])
 def test_a_lift_that_cannot_be_proven_is_refused_and_the_rest_is_written(site_folder, planned, monkeypatch, prover):
     """What rests on it is refused with it; nothing unproven is written."""
     module, name = prover.rsplit(".", 1)
@@ -225,7 +225,7 @@ def test_a_proof_that_fails_about_the_whole_plan_writes_nothing(site_folder, mon
         proof.checks[0].look(False, "nothing adds up")
         return proof
 
-    monkeypatch.setattr("bimvox.proof.plan.verify_plan", doubting)
+    monkeypatch.setattr("bimvox.library.prove.verify_plan", doubting)
     with pytest.raises(VerificationError, match="nothing adds up"):
         plan_again(site_folder)
     assert not (site_folder / "again.mcap").exists()

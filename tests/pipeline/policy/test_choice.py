@@ -126,7 +126,7 @@ def test_a_stored_policy_serves_only_where_training_would_give_it(
     built = load_site(site, SilentProgress()).site
     policy = TrainedPolicy(network, (), steps, rate, 1.0, 20, config, 0, parent, budget)
     held = policies.save(policy, built.geometry_digest)
-    monkeypatch.setattr("bimvox.policy.train.train", trains)
+    monkeypatch.setattr("bimvox.policy.choice.train", trains)
     if serves:
         assert made(site, steps=asked)["policy"]["id"] == held
     else:
@@ -148,7 +148,7 @@ def test_lifts_that_the_policy_fails_are_retrained_on(site, own_store, monkeypat
         assert len(problems) >= len(failed)
         return TrainedPolicy(load_generalist(), (), 1_234, 1.0, 1.0, 20, config, seed, parent)
 
-    monkeypatch.setattr("bimvox.policy.train.train", trained)
+    monkeypatch.setattr("bimvox.policy.choice.train", trained)
     progress = SilentProgress()
     document = made(site, policy=weak, retrain=4_000, progress=progress)
     better = document["retrained"]
