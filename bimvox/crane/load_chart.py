@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import overload
 
 import numpy as np
@@ -80,6 +81,7 @@ def capacity_kg(chart: LoadChart, radius_m: ArrayLike) -> float | NDArray[np.flo
     return capacity if capacity.ndim else float(capacity)
 
 
+@lru_cache(maxsize=4096)
 def max_radius_m(chart: LoadChart, mass_kg: float) -> float:
     """Return the largest radius at which the crane may carry a mass (load and rigging together); 0 if nowhere."""
     at, carries = chart.radius_m, chart.capacity_kg

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
+from bimvox.compiled import kernel
 from bimvox.grid.summed_area import summed_area_table, top_of_columns, update_table
 from bimvox.records.lift import YardPlace
 from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
@@ -24,9 +25,6 @@ class Occupancy:
         site: The site; its fixed blockers are there from the start.
         one_at_a_time: Whether a clearance is used only until the next one is asked for: its table is then brought up
             to date in place, beyond the lowest cell that changed since the last one, and not made anew.
-
-    Attributes:
-        counts: (X, Y, Z) uint16.
     """
 
     def __init__(self, site: Site, *, one_at_a_time: bool = False) -> None:
@@ -36,24 +34,35 @@ class Occupancy:
         if one_at_a_time:
             x, y, z = site.shape
             self._kept = np.zeros((x + 1, y + 1, z + 1), np.int32), np.zeros((x, y), np.int32)
-        self.counts: NDArray[np.uint16] = np.zeros(site.shape, np.uint16)
+        self._counts: NDArray[np.uint16] = np.zeros(site.shape, np.uint16)
+        self._waiting: list[tuple[NDArray[np.int32], bool]] = []
         for blocker in site.blockers:
             self.add(blocker.cells)
 
+    @property
+    def counts(self) -> NDArray[np.uint16]:
+        """(X, Y, Z) uint16. Changes are counted when someone looks: most stages pass without that."""
+        if self._waiting:
+            cells = np.concatenate([cells for cells, _ in self._waiting])
+            until = np.cumsum([len(cells) for cells, _ in self._waiting])
+            low = _count(self._counts, cells, until, np.array([is_added for _, is_added in self._waiting]))
+            self._lowest = (min(self._lowest[0], low[0]), min(self._lowest[1], low[1]), min(self._lowest[2], low[2]))
+            self._waiting.clear()
+        return self._counts
+
     def add(self, cells: NDArray[np.int32]) -> None:
         """Something now stands on ``cells`` ((N, 3) int32, each once)."""
-        self.counts[tuple(cells.T)] += 1
-        self._changed(cells)
+        self._waiting.append((cells, True))
 
     def remove(self, cells: NDArray[np.int32]) -> None:
         """It no longer stands there."""
-        self.counts[tuple(cells.T)] -= 1
-        self._changed(cells)
+        self._waiting.append((cells, False))
 
     def any_at(self, cells: NDArray[np.int32]) -> bool:
         """Return whether anything occupies one of the cells ((N, 3); those outside the grid are passed over)."""
-        inside = ((cells >= 0) & (cells < self.counts.shape)).all(axis=1)
-        return bool(self.counts[tuple(cells[inside].T)].any())
+        counts = self.counts
+        inside = ((cells >= 0) & (cells < counts.shape)).all(axis=1)
+        return bool(counts[tuple(cells[inside].T)].any())
 
     def space(self, component: Component) -> CollisionSpace:
         """Return the collision rule for lifting ``component`` now."""
@@ -77,18 +86,40 @@ class Occupancy:
         return grown._replace(hook_floor=hook_room(self._site, self._site.crane_of(component), top, component).floor)
 
     def _table_and_top(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        counts = self.counts
         if self._kept is None:
-            occupied = self.counts > 0
+            occupied = counts > 0
             return summed_area_table(occupied), top_of_columns(occupied)
         if self._lowest != self._site.shape:
-            update_table(*self._kept, self.counts, *self._lowest)
+            update_table(*self._kept, counts, *self._lowest)
             self._lowest = self._site.shape
         return self._kept
 
-    def _changed(self, cells: NDArray[np.int32]) -> None:
-        if self._kept is not None and len(cells):
-            low = np.minimum(self._lowest, cells.min(axis=0)).tolist()
-            self._lowest = (low[0], low[1], low[2])
+
+@kernel
+def _count(
+    counts: NDArray[np.uint16], cells: NDArray[np.int32], until: NDArray[np.int64], is_added: NDArray[np.bool_]
+) -> IntVec:
+    """Count things in, or out, in place, and return the lowest corner of their cells.
+
+    Args:
+        counts: (X, Y, Z) uint16.
+        cells: (N, 3) int32 cells of one thing after the other.
+        until: (M,) int64 where the cells of each thing end.
+        is_added: (M,) whether it is counted in.
+    """
+    low_x, low_y, low_z = counts.shape
+    n = 0
+    for thing in range(len(until)):
+        step = np.uint16(1) if is_added[thing] else np.uint16(0xFFFF)
+        while n < until[thing]:
+            x, y, z = cells[n, 0], cells[n, 1], cells[n, 2]
+            if min(x, y, z) < 0 or x >= counts.shape[0] or y >= counts.shape[1] or z >= counts.shape[2]:
+                raise IndexError("a cell outside the grid")
+            counts[x, y, z] += step
+            low_x, low_y, low_z = min(low_x, x), min(low_y, y), min(low_z, z)
+            n += 1
+    return low_x, low_y, low_z
 
 
 def target_cells(component: Component) -> NDArray[np.int32]:

@@ -39,7 +39,7 @@ def motion_under_way(standing: Standing, lift: Lift, now_ns: int | None) -> Lift
     held = standing.held
     if held is not None:
         return held.motion if held.lift.order == lift.order else None
-    motion = standing.on_the_clock.get(lift.order)
-    if now_ns is None or motion is None or not motion.start_ns < now_ns:
+    if now_ns is None:
         return None
-    return motion
+    motion = standing.on_the_clock.get(lift.order)
+    return motion if motion is not None and motion.start_ns < now_ns else None

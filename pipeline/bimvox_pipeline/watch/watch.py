@@ -241,7 +241,7 @@ class Watcher:
         # A plan of several cranes is revised as a whole: that takes longer than it saves.
         if self.standing is not None and not self.standing.plan.site.has_several_cranes:
             reviser = self._reviser
-            reviser.know(self.standing.plan.site)
+            reviser.know(self._loaded.site)  # a plan from disk has a site of its own, its revisions do not
             warm_up(self.standing, self._preparation, reviser.propose, reviser.known_shapes, self._plan.segment)
         # What is there now stays: the collector need not look through it at every change.
         gc.collect()
