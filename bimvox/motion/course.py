@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import accumulate, groupby
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import kernel
+from bimvox.compiled import kernel, leaf_kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.move import Line, Move, axes_along, axes_of
-from bimvox.motion.profile import Profile, add_along_line
+from bimvox.motion.profile import Profile, add_shares
 from bimvox.motion.shaping import ShapedProfile
 
 _ENDS = np.array([0.0, 1.0])
@@ -42,6 +43,28 @@ class Moves:
             self.runs.append((numbers[0], numbers[-1] + 1, is_joint))
 
 
+class _Packed(NamedTuple):
+    """Moves and their profiles as the kernel takes them.
+
+    Attributes:
+        ends: (N, 2, 3) float64 slew, radius and height where each move starts and ends.
+        start_s: (P,) float64 start of each piece of all profiles.
+        state: (P, 4) float64 position, velocity, acceleration and jerk at the start of each piece.
+        piece_of: (N + 1,) int64 first piece of each move.
+        parts: (Q,) float64 sizes of the parts of all moves.
+        part_of: (N + 1,) int64 first part of each move.
+        times_s: (N, 3) float64 duration of a part, time from one part to the next, and duration of the move.
+    """
+
+    ends: NDArray[np.float64]
+    start_s: NDArray[np.float64]
+    state: NDArray[np.float64]
+    piece_of: NDArray[np.int64]
+    parts: NDArray[np.float64]
+    part_of: NDArray[np.int64]
+    times_s: NDArray[np.float64]
+
+
 class Course:
     """What moves drive, whenever each begins. Neither moves nor profiles change.
 
@@ -63,13 +86,16 @@ class Course:
             way_m * profile.top_rate for way_m, profile in zip(moves.way_m, profiles, strict=True)
         )
         pieces = [profile.pieces for profile in profiles]
-        self._start_s = np.concatenate([piece.start_s for piece in pieces])
-        self._state = np.concatenate([piece.state for piece in pieces])
-        self._piece_of = np.array([*accumulate((len(piece.start_s) for piece in pieces), initial=0)])
-        self._parts = np.array([part for piece in pieces for part in piece.parts])
-        self._part_of = np.array([*accumulate((len(piece.parts) for piece in pieces), initial=0)])
-        self._times_s = np.array(
-            [(piece.duration_s, piece.apart_s, whole) for piece, whole in zip(pieces, self.duration_s, strict=True)]
+        self._packed = _Packed(
+            moves.ends,
+            np.concatenate([piece.start_s for piece in pieces]),
+            np.concatenate([piece.state for piece in pieces]),
+            np.array([*accumulate((len(piece.start_s) for piece in pieces), initial=0)]),
+            np.array([part for piece in pieces for part in piece.parts]),
+            np.array([*accumulate((len(piece.parts) for piece in pieces), initial=0)]),
+            np.array(
+                [(piece.duration_s, piece.apart_s, whole) for piece, whole in zip(pieces, self.duration_s, strict=True)]
+            ),
         )
 
     @property
@@ -93,27 +119,14 @@ class Course:
             first: The first move that is looked at: before it nothing moves.
             last: One after the last.
         """
-        ends = self._moves.ends
+        ends, begins_s = self._moves.ends, np.array(start_s)
         until = len(ends) if last is None else last
         axes = np.empty((len(time_s), 3))
         axes[:] = ends[first, 0]
         for run_begin, run_end, is_joint in self._moves.runs:
             begin, end = max(run_begin, first), min(run_end, until)
-            if begin >= end:
-                continue
-            if is_joint:
-                _add_lines(
-                    axes,
-                    time_s,
-                    np.array(start_s[begin:end]),
-                    ends[begin:end],
-                    self._start_s,
-                    self._state,
-                    self._piece_of[begin : end + 1],
-                    self._parts,
-                    self._part_of[begin : end + 1],
-                    self._times_s[begin:end],
-                )
+            if begin < end and is_joint:
+                _add_lines(axes, time_s, begins_s, self._packed, begin, end)
                 continue
             for n in range(begin, end):
                 self._add_curve(axes, time_s - start_s[n], n)
@@ -144,37 +157,40 @@ def _add_lines(
     axes: NDArray[np.float64],
     time_s: NDArray[np.float64],
     begins_s: NDArray[np.float64],
-    ends: NDArray[np.float64],
-    start_s: NDArray[np.float64],
-    state: NDArray[np.float64],
-    piece_of: NDArray[np.int64],
-    parts: NDArray[np.float64],
-    part_of: NDArray[np.int64],
-    times_s: NDArray[np.float64],
+    packed: _Packed,
+    begin: int,
+    end: int,
 ) -> None:
-    """Add to axes ((N, 3), in place) the way along joint lines, one after the other."""
-    for n in range(begins_s.shape[0]):
-        first, last = ends[n, 0], ends[n, 1]
-        base_s, apart_s, whole_s = times_s[n, 0], times_s[n, 1], times_s[n, 2]
-        count = time_s.shape[0]
-        low = 0
-        while low < count and time_s[low] - begins_s[n] < 0.0:
-            low += 1
-        high = low
-        while high < count and time_s[high] - begins_s[n] < whole_s:
-            high += 1
-        add_along_line(
-            axes[low:high],
-            time_s[low:high] - begins_s[n],
-            start_s[piece_of[n] : piece_of[n + 1]],
-            state[piece_of[n] : piece_of[n + 1]],
-            base_s,
-            parts[part_of[n] : part_of[n + 1]],
-            apart_s,
-            whole_s,
-            first,
-            last,
-        )
+    """Add to axes ((N, 3), in place) the way along joint lines, from move ``begin`` to the one before ``end``."""
+    count = time_s.shape[0]
+    for n in range(begin, end):
+        first, last = packed.ends[n, 0], packed.ends[n, 1]
+        base_s, apart_s, whole_s = packed.times_s[n, 0], packed.times_s[n, 1], packed.times_s[n, 2]
+        low = _first_from(time_s, begins_s[n], 0.0)
+        high = _first_from(time_s, begins_s[n], whole_s)
+        since_s = time_s[low:high] - begins_s[n]
+        shares = np.zeros(high - low)
+        starts_s = packed.start_s[packed.piece_of[n] : packed.piece_of[n + 1]]
+        states = packed.state[packed.piece_of[n] : packed.piece_of[n + 1]]
+        for part in range(packed.part_of[n], packed.part_of[n + 1]):
+            add_shares(shares, since_s, starts_s, states, base_s, packed.parts[part])
+            since_s = time_s[low:high] - begins_s[n] - (part + 1 - packed.part_of[n]) * apart_s
+        for i in range(low, high):
+            for k in range(3):
+                axes[i, k] += first[k] + shares[i - low] * (last[k] - first[k]) - first[k]
         for i in range(high, count):
             for k in range(3):
                 axes[i, k] += first[k] + (last[k] - first[k]) - first[k]
+
+
+@leaf_kernel
+def _first_from(time_s: NDArray[np.float64], begins_s: float, since_s: float) -> int:
+    """Return the index of the first of ascending times at or after ``since_s`` from the start of a move."""
+    low, high = 0, time_s.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if time_s[middle] - begins_s < since_s:
+            low = middle + 1
+        else:
+            high = middle
+    return low

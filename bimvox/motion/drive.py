@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from bimvox.errors import PlanningError
 from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.move import Move
 from bimvox.motion.shortcut import Route, along_the_path, check_path, follow, joined, over_the_top
-from bimvox.motion.steady import Swaying, busiest_s, steadied, swing_fault_s
+from bimvox.motion.steady import Swaying, SwingRules, busiest_s, steadied, swing_fault_s
 from bimvox.motion.swing import Pendulum
 from bimvox.motion.timeline import Timeline, blended
 from bimvox.planning.search import shortest_path
@@ -63,10 +64,11 @@ def drive_path(
         way = _without_cleared(space, tail[1:])
         if (tail[:, :2] != tail[0, :2]).any():
             space = way
+    driver = _Driver(crane, load, way, space, pendulum)
     over = over_the_top(crane, way, load, head[0], head[-1], slew_rad)
     best = None
     if over is not None:
-        best = _finished(crane, way, space, load, over.moves, tail, slew_rad, pendulum)
+        best = driver.finished(over.moves, tail, slew_rad)
         assert best is not None
         if best.duration_s <= _GOOD_ENOUGH * busiest_s(best.moves, [profile.duration_s for profile in best.profiles]):
             return best, over.clearance_height_m
@@ -78,7 +80,7 @@ def drive_path(
         begins = round((moves[-1].start.height_m - load.zero_height_m) / load.voxel_size_m)
         moves, tail = moves[:-1], _straight(path_vox[-1], begins)
     limit_s = np.inf if best is None else best.duration_s
-    other = _finished(crane, way, space, load, moves, tail, slew_rad, pendulum, limit_s)
+    other = driver.finished(moves, tail, slew_rad, limit_s)
     needed_m = min(route.clearance_height_m for route in (over, along) if route is not None)
     if best is None or (other is not None and other.duration_s < best.duration_s):
         best = other
@@ -167,45 +169,47 @@ def drive_free(
             )
         check_path(crane, space, load, found)
         route = along_the_path(crane, space, load, found, slew_rad)
-    timeline = _steady(crane, space, space, load, joined(route.moves), 0, -np.inf, pendulum)
+    timeline = _Driver(crane, load, space, space, pendulum).steady(joined(route.moves), 0, -np.inf)
     assert timeline is not None
     return timeline, route.clearance_height_m
 
 
-def _finished(
-    crane: TowerCrane,
-    way: CollisionSpace,
-    last: CollisionSpace,
-    load: LoadFrame,
-    moves: Sequence[Move],
-    tail_vox: NDArray[np.int32],
-    slew_rad: float,
-    pendulum: Pendulum | None,
-    limit_s: float = np.inf,
-) -> Timeline | None:
-    """Put the exact last moves after a route's, and lay all of them over time."""
-    tail = follow(load, tail_vox, moves[-1].end.slew_rad if moves else slew_rad)
-    begins_m = load.zero_height_m + int(tail_vox[0, 2]) * load.voxel_size_m
-    return _steady(crane, way, last, load, joined([*moves, *tail]), len(tail), begins_m, pendulum, limit_s)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Driver:
+    """Lays the moves of one crane with one load over time.
 
+    Attributes:
+        crane: The crane.
+        load: How hook poses and reference cells correspond.
+        way: The collision rule up to the last moves.
+        last: The rule for the last moves.
+        pendulum: What hangs on the hook; None if its swing is not checked.
+    """
 
-def _steady(
-    crane: TowerCrane,
-    way: CollisionSpace,
-    last: CollisionSpace,
-    load: LoadFrame,
-    moves: Sequence[Move],
-    tail_moves: int,
-    straight_below_m: float,
-    pendulum: Pendulum | None,
-    limit_s: float = np.inf,
-) -> Timeline | None:
-    """Lay moves over time, corners rounded, the load at rest in the last moves."""
+    crane: TowerCrane
+    load: LoadFrame
+    way: CollisionSpace
+    last: CollisionSpace
+    pendulum: Pendulum | None
 
-    def blend(timeline: Timeline) -> Timeline:
-        return blended(timeline, way, load, straight_below_m, last, pendulum)
+    def finished(
+        self, moves: Sequence[Move], tail_vox: NDArray[np.int32], slew_rad: float, limit_s: float = np.inf
+    ) -> Timeline | None:
+        """Append the exact last moves to a route's, and lay all of them over time; None if that takes too long."""
+        tail = follow(self.load, tail_vox, moves[-1].end.slew_rad if moves else slew_rad)
+        begins_m = self.load.zero_height_m + int(tail_vox[0, 2]) * self.load.voxel_size_m
+        return self.steady(joined([*moves, *tail]), len(tail), begins_m, limit_s)
 
-    def fault_s(timeline: Timeline, sway: Swaying) -> float | None:
-        return swing_fault_s(timeline, sway, load, way, last, tail_moves, straight_below_m)
+    def steady(
+        self, moves: Sequence[Move], tail_moves: int, straight_below_m: float, limit_s: float = np.inf
+    ) -> Timeline | None:
+        """Lay moves over time, corners rounded, the load at rest in the last moves; None if that takes too long."""
 
-    return steadied(crane, moves, pendulum, blend, fault_s, load.voxel_size_m / 2.0, limit_s)
+        def blend(timeline: Timeline) -> Timeline:
+            return blended(timeline, self.way, self.load, straight_below_m, self.last, self.pendulum)
+
+        def fault_s(timeline: Timeline, sway: Swaying) -> float | None:
+            return swing_fault_s(timeline, sway, self.load, self.way, self.last, tail_moves, straight_below_m)
+
+        rules = SwingRules(blend, fault_s, self.load.voxel_size_m / 2.0, limit_s)
+        return steadied(self.crane, moves, self.pendulum, rules)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ruckig import InputParameter, Ruckig, RuckigError
 from ruckig import Trajectory as RuckigTrajectory
 
-from bimvox.compiled import kernel
+from bimvox.compiled import leaf_kernel
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.bound import rest_to_rest_s
 from bimvox.errors import PlanningError
@@ -69,61 +69,38 @@ class Profile:
         object.__setattr__(self, "top_rate", float(max(rate.max(), inside.max(initial=0.0))))
 
     def share_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the share driven at each time: 0 before the start, 1 after the end."""
-        share: NDArray[np.float64] = _share_at(self.start_s, self.state, self.duration_s, time_s)
+        """Return the share driven at ascending times: 0 before the start, 1 after the end."""
+        share = np.zeros(len(time_s))
+        add_shares(share, time_s, self.start_s, self.state, self.duration_s, 1.0)
         return share
 
     @property
     def pieces(self) -> Pieces:
-        """What a kernel takes of it."""
+        """The profile as a kernel takes it."""
         return Pieces(self.start_s, self.state, self.duration_s, (1.0,), 0.0)
 
 
-@kernel
-def _share_at(
-    start_s: NDArray[np.float64], state: NDArray[np.float64], duration_s: float, time_s: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    share = np.empty(time_s.shape[0])
-    for i in range(time_s.shape[0]):
-        share[i] = _share(start_s, state, duration_s, time_s[i])
-    return share
-
-
-@kernel
-def _share(start_s: NDArray[np.float64], state: NDArray[np.float64], duration_s: float, at_s: float) -> float:
-    if at_s >= duration_s:
-        return 1.0
-    piece = start_s.shape[0] - 1
-    while piece > 0 and start_s[piece] > at_s:
-        piece -= 1
-    t = max(at_s - start_s[piece], 0.0)
-    p, v, a, j = state[piece, 0], state[piece, 1], state[piece, 2], state[piece, 3]
-    share: float = min(max(p + t * (v + t * (a / 2.0 + t * j / 6.0)), 0.0), 1.0)
-    return share
-
-
-@kernel
-def add_along_line(
-    axes: NDArray[np.float64],
+@leaf_kernel
+def add_shares(
+    shares: NDArray[np.float64],
     time_s: NDArray[np.float64],
     start_s: NDArray[np.float64],
     state: NDArray[np.float64],
     duration_s: float,
-    parts: NDArray[np.float64],
-    apart_s: float,
-    end_s: float,
-    first: NDArray[np.float64],
-    last: NDArray[np.float64],
+    size: float,
 ) -> None:
-    """Add to axes ((N, 3), in place) the way along a line of a profile that is given in parts, some time apart."""
+    """Add ``size`` times the share driven at ascending times to ``shares`` ((N,), in place)."""
+    piece, last = 0, start_s.shape[0] - 1
     for i in range(time_s.shape[0]):
-        share = 0.0
-        for n in range(parts.shape[0]):
-            share += parts[n] * _share(start_s, state, duration_s, time_s[i] - n * apart_s)
-        if time_s[i] >= end_s:
-            share = 1.0
-        for k in range(3):
-            axes[i, k] += first[k] + share * (last[k] - first[k]) - first[k]
+        at_s = time_s[i]
+        if at_s >= duration_s:
+            shares[i] += size
+            continue
+        while piece < last and start_s[piece + 1] <= at_s:
+            piece += 1
+        t = max(at_s - start_s[piece], 0.0)
+        p, v, a, j = state[piece, 0], state[piece, 1], state[piece, 2], state[piece, 3]
+        shares[i] += size * min(max(p + t * (v + t * (a / 2.0 + t * j / 6.0)), 0.0), 1.0)
 
 
 def profile_of(limits: AxisLimits) -> Profile:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import kernel
 from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import PlanningError
@@ -80,42 +81,48 @@ def swaying(timeline: Timeline, pendulum: Pendulum, spacing_m: float) -> Swaying
     return Swaying(time_s, axes, swing_of(timeline.crane, axes, duration_s / steps, pendulum), rate_rad_s)
 
 
-def steadied(
-    crane: TowerCrane,
-    moves: Sequence[Move],
-    pendulum: Pendulum | None,
-    blend: Callable[[Timeline], Timeline],
-    fault_s: Callable[[Timeline, Swaying], float | None],
-    spacing_m: float,
-    limit_s: float = np.inf,
-) -> Timeline | None:
-    """Return moves over time, each given as plainly as the swing of the load allows.
+@dataclass(frozen=True, slots=True, eq=False)
+class SwingRules:
+    """What a motion is held to.
+
+    Attributes:
+        blend: Rounds the corners of a timeline.
+        fault_s: When a timeline's load first swings too far; None if it never does.
+        spacing_m: Largest way of the hook between two times at which the load is checked.
+        limit_s: A motion that takes this long or longer is of no use.
+    """
+
+    blend: Callable[[Timeline], Timeline]
+    fault_s: Callable[[Timeline, Swaying], float | None]
+    spacing_m: float
+    limit_s: float = np.inf
+
+
+def steadied(crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | None, rules: SwingRules) -> Timeline | None:
+    """Return moves over time, each shaped as little as the swing of the load allows.
 
     Args:
         crane: The crane.
         moves: In order; each starts where the one before ends.
-        pendulum: What hangs on the hook; None where swing is not looked at.
-        blend: Rounds the corners of a timeline.
-        fault_s: When a timeline's load first swings too far; None where it never does.
-        spacing_m: How far the hook may go between two times at which it is looked at.
-        limit_s: Moves that take as long or longer are of no use.
+        pendulum: What hangs on the hook; None if swing is not checked.
+        rules: What the motion is held to.
 
     Returns:
-        The timeline; None where it is sure to take too long.
+        The timeline; None if it is sure to take too long.
 
     Raises:
-        PlanningError: If it swings too far however slowly the crane goes.
+        PlanningError: If the load swings too far however slowly the crane goes.
     """
     pacer = Pacer(crane, moves, pendulum)
-    if limit_s < np.inf:
+    if rules.limit_s < np.inf:
         shortest_s = [pacer.profile(n, _SHORTEST).duration_s for n in range(len(moves))]
-        if busiest_s(moves, shortest_s) >= limit_s:
+        if busiest_s(moves, shortest_s) >= rules.limit_s:
             return None
-    plain = blend(pacer.in_sequence())
+    plain = rules.blend(pacer.in_sequence())
     if pendulum is None:
         return plain
-    sway = swaying(plain, pendulum, spacing_m)
-    at_s = fault_s(plain, sway)
+    sway = swaying(plain, pendulum, rules.spacing_m)
+    at_s = rules.fault_s(plain, sway)
     if at_s is None:
         return plain
     fitted = plain
@@ -123,14 +130,14 @@ def steadied(
         shaped = _fitted(pacer, fitted, pendulum)
         if shaped is None:
             break
-        fitted = blend(shaped)
-        if fault_s(fitted, swaying(fitted, pendulum, spacing_m)) is None:
+        fitted = rules.blend(shaped)
+        if rules.fault_s(fitted, swaying(fitted, pendulum, rules.spacing_m)) is None:
             return fitted
-    return _slower(pacer, plain, sway, at_s, pendulum, blend, fault_s, spacing_m, limit_s)
+    return _slower(pacer, plain, sway, at_s, pendulum, rules)
 
 
 def _fitted(pacer: Pacer, timeline: Timeline, pendulum: Pendulum) -> Timeline | None:
-    """Return the moves of a timeline in sequence, shaped together for its overlaps; None where that does not do."""
+    """Return a timeline's moves in sequence, shaped together for its overlaps; None if no such shaping is found."""
 
     def residual_m(calms: tuple[Calm, ...]) -> NDArray[np.float64]:
         return swaying(overlapping_as(pacer.in_sequence(calms), timeline), pendulum, np.inf).left_m
@@ -140,33 +147,25 @@ def _fitted(pacer: Pacer, timeline: Timeline, pendulum: Pendulum) -> Timeline | 
 
 
 def _slower(
-    pacer: Pacer,
-    timeline: Timeline,
-    sway: Swaying,
-    at_s: float | None,
-    pendulum: Pendulum,
-    blend: Callable[[Timeline], Timeline],
-    fault_s: Callable[[Timeline, Swaying], float | None],
-    spacing_m: float,
-    limit_s: float,
+    pacer: Pacer, timeline: Timeline, sway: Swaying, at_s: float | None, pendulum: Pendulum, rules: SwingRules
 ) -> Timeline | None:
-    """Climb the ladder of plainer and slower ways to give each move, until the load swings nowhere too far."""
+    """Climb the ladder of stronger shaping and slower rates, until the load nowhere swings too far."""
     moves = timeline.moves
     rungs = [0] * len(moves)
     while at_s is not None:
-        # How far corners may be rounded takes long to find out: first they stay as they are.
+        # Rounding corners is expensive: first they stay as they are.
         rough = timeline
         while at_s is not None:
             _climb(rungs, rough, sway, at_s)
-            if limit_s < np.inf and _least_s(pacer, moves, rungs) >= limit_s:
+            if rules.limit_s < np.inf and _least_s(pacer, moves, rungs) >= rules.limit_s:
                 return None
             in_turn = pacer.in_sequence([LADDER[rung] for rung in rungs])
             rough = overlapping_as(in_turn, timeline)
             sway = swaying(rough, pendulum, np.inf)
-            at_s = fault_s(rough, sway)
-        timeline = blend(in_turn)
-        sway = swaying(timeline, pendulum, spacing_m)
-        at_s = fault_s(timeline, sway)
+            at_s = rules.fault_s(rough, sway)
+        timeline = rules.blend(in_turn)
+        sway = swaying(timeline, pendulum, rules.spacing_m)
+        at_s = rules.fault_s(timeline, sway)
     return timeline
 
 
@@ -229,22 +228,47 @@ def swing_fault_s(
         tail_moves: How many moves at the end are the last moves.
         straight_below_m: Height of the hook at which they begin.
     """
-    beyond_m, time_s, height_m = sway.swing.beyond_m(PLANNED_RESIDUAL_M), sway.time_s, sway.axes[:, 2]
+    beyond_m, time_s = sway.swing.beyond_m(PLANNED_RESIDUAL_M), sway.time_s
     swings = [n for n, move in enumerate(timeline.moves) if move.swings]
     first_last = len(timeline.moves) - tail_moves
-    sideways = [n for n in swings if n >= first_last]
-    if sideways:
-        tail = time_s >= timeline.start_s[first_last]
-    else:
-        rests_s = timeline.end_s[swings[-1]] if swings else 0.0
-        tail = (time_s >= rests_s) & (height_m <= straight_below_m)
+    is_sideways = bool(swings) and swings[-1] >= first_last
+    tail_s = timeline.end_s[swings[-1]] if swings else 0.0
+    if is_sideways:
+        tail_s, straight_below_m = timeline.start_s[first_last], np.inf
+    on_way, in_tail, ways, tails = _swinging(beyond_m, time_s, sway.axes, tail_s, straight_below_m)
     faults = [float(time_s[-1])] if sway.swing.amplitude_m[-1] > PLANNED_RESIDUAL_M else []
-    out = (beyond_m[:, 0] != 0.0) | (beyond_m[:, 1] != 0.0)
-    if not sideways and (out & tail).any():
-        faults.append(float(time_s[np.argmax(out & tail)]))
-    for part, rule, both in ((~tail, way, True), (tail, last, False)):
-        if (out & part).any():
-            hit = swaying_is_free(rule, load, sway.axes, beyond_m / load.voxel_size_m, out & part, both)
+    if not is_sideways and tails >= 0:
+        faults.append(float(time_s[tails]))
+    for part, first, rule, both in ((on_way, ways, way, True), (in_tail, tails, last, False)):
+        if first >= 0:
+            hit = swaying_is_free(rule, load, sway.axes, beyond_m / load.voxel_size_m, part, both)
             if hit >= 0:
                 faults.append(float(time_s[hit]))
     return min(faults, default=None)
+
+
+@kernel
+def _swinging(
+    beyond_m: NDArray[np.float64],
+    time_s: NDArray[np.float64],
+    axes: NDArray[np.float64],
+    tail_s: float,
+    tail_below_m: float,
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], int, int]:
+    """Return at which samples the load swings on its way, at which in its last moves, and the first of each or -1.
+
+    The last moves are the samples from a time on with the hook at or below a height.
+    """
+    count = time_s.shape[0]
+    on_way, in_tail = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    ways, tails = -1, -1
+    for i in range(count):
+        if beyond_m[i, 0] == 0.0 and beyond_m[i, 1] == 0.0:
+            continue
+        if time_s[i] >= tail_s and axes[i, 2] <= tail_below_m:
+            in_tail[i] = True
+            tails = i if tails < 0 else tails
+        else:
+            on_way[i] = True
+            ways = i if ways < 0 else ways
+    return on_way, in_tail, ways, tails

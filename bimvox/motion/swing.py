@@ -81,7 +81,7 @@ def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendul
         pendulum: What hangs on the hook.
     """
     length_m = pendulum_lengths_m(crane, axes, pendulum.below_hook_m)
-    return Swing(*_swing(_points(axes, crane.base_m[0], crane.base_m[1]), length_m, step_s, GRAVITY_M_S2))
+    return Swing(*_swing(axes, crane.base_m[0], crane.base_m[1], length_m, step_s, GRAVITY_M_S2))
 
 
 @kernel
@@ -99,9 +99,10 @@ def _points(axes: NDArray[np.float64], x_m: float, y_m: float) -> NDArray[np.flo
 
 @kernel
 def _swing(
-    point_m: NDArray[np.float64], length_m: NDArray[np.float64], step_s: float, gravity: float
+    axes: NDArray[np.float64], x_m: float, y_m: float, length_m: NDArray[np.float64], step_s: float, gravity: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Velocity Verlet over evenly spaced samples."""
+    point_m = _points(axes, x_m, y_m)
     n = point_m.shape[0]
     offset, amplitude = np.zeros((n, 2)), np.zeros(n)
     qx, qy = point_m[0, 0], point_m[0, 1]

@@ -8,7 +8,7 @@ between them is rounded. How early it may begin is decided by the collision chec
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +45,7 @@ class Timeline:
     end_s: tuple[float, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        ends = tuple(start + lasts for start, lasts in zip(self.start_s, self.course.duration_s, strict=True))
+        ends = tuple([start + lasts for start, lasts in zip(self.start_s, self.course.duration_s, strict=True)])
         object.__setattr__(self, "end_s", ends)
 
     @property
@@ -160,14 +160,12 @@ def _half_period_s(crane: TowerCrane, move: Move, pendulum: Pendulum) -> float:
 
 def overlapping_as(timeline: Timeline, other: Timeline) -> Timeline:
     """Return a timeline in sequence with the overlaps of another one of the same moves, as far as they can be."""
-    for later in range(1, len(timeline.moves)):
+    starts, lasts = timeline.start_s, timeline.course.duration_s
+    for later in range(1, len(starts)):
         wanted = other.end_s[later - 1] - other.start_s[later]
-        ends = timeline.end_s
-        earliest = max(timeline.start_s[later - 1], ends[later - 2] if later > 1 else 0.0)
-        longest = min(timeline.start_s[later] - earliest, timeline.profiles[later].duration_s)
         if wanted > 0.0:
-            timeline = _advanced(timeline, later, min(wanted, longest))
-    return timeline
+            starts = _earlier(starts, later, min(wanted, _longest_s(starts, lasts, later)))
+    return Timeline(timeline.course, starts)
 
 
 def blended(
@@ -196,13 +194,10 @@ def blended(
             continue
         if any(a and b for a, b in zip(first.moving, second.moving, strict=True)):
             continue
-        ends = timeline.end_s
-        earliest = max(timeline.start_s[later - 1], ends[later - 2] if later > 1 else 0.0)
-        longest = min(timeline.start_s[later] - earliest, timeline.profiles[later].duration_s)
+        longest = _longest_s(timeline.start_s, timeline.course.duration_s, later)
         rule = space if last is None or later + 1 < len(timeline.moves) else last
-        timeline = _advanced(
-            timeline, later, _overlap_s(timeline, later, longest, rule, load, straight_below_m, pendulum)
-        )
+        overlap = _overlap_s(timeline, later, longest, rule, load, straight_below_m, pendulum)
+        timeline = Timeline(timeline.course, _earlier(timeline.start_s, later, overlap))
     return timeline
 
 
@@ -218,7 +213,7 @@ def _overlap_s(
     """Return the largest overlap found free: the longest possible, else by halving the interval."""
 
     def fits(overlap_s: float) -> bool:
-        tried = _advanced(timeline, later, overlap_s)
+        tried = Timeline(timeline.course, _earlier(timeline.start_s, later, overlap_s))
         return _stops_above(tried, later, straight_below_m) and _is_free(tried, later, space, load, pendulum)
 
     if longest_s <= 0.0:
@@ -271,7 +266,12 @@ def evenly_s(start_s: float, end_s: float, steps: int) -> NDArray[np.float64]:
     return times_s
 
 
-def _advanced(timeline: Timeline, later: int, overlap_s: float) -> Timeline:
-    """Let move ``later`` and all after it begin earlier."""
-    starts = timeline.start_s[:later] + tuple(start - overlap_s for start in timeline.start_s[later:])
-    return replace(timeline, start_s=starts)
+def _earlier(start_s: tuple[float, ...], later: int, overlap_s: float) -> tuple[float, ...]:
+    """Return the starts of moves with move ``later`` and all after it begun earlier."""
+    return start_s[:later] + tuple([start - overlap_s for start in start_s[later:]])
+
+
+def _longest_s(start_s: tuple[float, ...], lasts_s: tuple[float, ...], later: int) -> float:
+    """Return by how much a move can overlap the one before it at most: never three moves at once."""
+    earliest = max(start_s[later - 1], start_s[later - 2] + lasts_s[later - 2] if later > 1 else 0.0)
+    return min(start_s[later] - earliest, lasts_s[later])

@@ -12,7 +12,7 @@ from bimvox.crane.tower_crane import CranePose
 from bimvox.motion.cancel import cancelled
 from bimvox.motion.move import Move
 from bimvox.motion.shaping import Calm
-from bimvox.motion.steady import steadied, swaying
+from bimvox.motion.steady import SwingRules, steadied, swaying
 from bimvox.motion.swing import PLANNED_RESIDUAL_M, Pendulum
 from bimvox.motion.timeline import in_sequence, overlapping_as
 
@@ -69,6 +69,6 @@ def test_slewing_while_the_trolley_runs_out_ends_at_rest_at_full_pace():
 
     plain = both_end_together(in_sequence(crane, moves, PENDULUM))
     assert swaying(plain, PENDULUM, 0.25).swing.amplitude_m[-1] > 2.0 * PLANNED_RESIDUAL_M
-    steady = steadied(crane, moves, PENDULUM, both_end_together, fault_s, 0.25)
+    steady = steadied(crane, moves, PENDULUM, SwingRules(both_end_together, fault_s, 0.25))
     assert swaying(steady, PENDULUM, 0.25).swing.amplitude_m[-1] <= PLANNED_RESIDUAL_M
     assert steady.duration_s == pytest.approx(plain.duration_s, rel=0.05)

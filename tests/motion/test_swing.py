@@ -18,7 +18,7 @@ from bimvox.errors import PlanningError
 from bimvox.motion.drive import drive_path
 from bimvox.motion.move import Line, Move
 from bimvox.motion.shaping import LADDER
-from bimvox.motion.steady import steadied, swaying
+from bimvox.motion.steady import SwingRules, steadied, swaying
 from bimvox.motion.swing import PLANNED_RESIDUAL_M, RESIDUAL_M, Pendulum, pendulum_of, swing_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.motion.timeline import in_sequence
@@ -183,6 +183,6 @@ def test_a_load_that_swings_too_far_at_any_pace_is_refused():
         return timeline.duration_s
 
     with pytest.raises(PlanningError, match="swings too far"):
-        steadied(crane, moves, pendulum, lambda timeline: timeline, fault_s, 1.0)
+        steadied(crane, moves, pendulum, SwingRules(lambda timeline: timeline, fault_s, 1.0))
     assert len(paces) == len(LADDER)
     assert paces[-1] > 5 * paces[0]
