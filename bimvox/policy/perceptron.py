@@ -1,23 +1,25 @@
 """A multilayer perceptron from plain arrays.
 
-Compiled with a fixed order of summation, so that the values of a lift do not depend on which others are asked with it.
+Compiled with a fixed order of summation, so the outputs of a row do not depend on the other rows of the batch.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
+from bimvox.errors import PolicyError
 
 _ROWS_AT_ONCE = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Perceptron:
-    """Layers with rectified linear units after every one but the last.
+    """Layers with rectified linear units after each but the last.
 
     Attributes:
         weights: Per layer (inputs, outputs) float32, contiguous.
@@ -29,7 +31,7 @@ class Perceptron:
 
     @property
     def layer_sizes(self) -> tuple[int, ...]:
-        """Width of the input, of every hidden layer, and of the output."""
+        """Widths from input to output."""
         return (self.weights[0].shape[0], *(w.shape[1] for w in self.weights))
 
     def __call__(self, observations: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -37,7 +39,7 @@ class Perceptron:
         return self.outputs(np.ascontiguousarray(observations, np.float32))
 
     def outputs(self, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return (N, outputs) float32 of (N, inputs or more) contiguous float32; what is more is not looked at."""
+        """Return (N, outputs) float32 of (N, inputs or more) contiguous float32; further columns are ignored."""
         values = inputs
         last = len(self.weights) - 1
         for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
@@ -45,7 +47,7 @@ class Perceptron:
         return values
 
     def arrays(self) -> dict[str, NDArray[np.float32]]:
-        """Return the arrays by name, as they are stored."""
+        """Return the arrays by name, as files store them."""
         named: dict[str, NDArray[np.float32]] = {}
         for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
             named[f"layer{layer}.weight"] = weight
@@ -53,13 +55,54 @@ class Perceptron:
         return named
 
 
+def layers_from_arrays(
+    arrays: Mapping[str, NDArray[np.generic]], *, inputs: int | None, outputs: int
+) -> tuple[tuple[NDArray[np.float32], ...], tuple[NDArray[np.float32], ...]]:
+    """Return weights and biases from arrays named as by :meth:`Perceptron.arrays`.
+
+    Args:
+        arrays: The arrays.
+        inputs: Width of the input. None accepts any.
+        outputs: Width of the output.
+
+    Raises:
+        PolicyError: Names, types, shapes or values do not make such a perceptron.
+    """
+    layers = len(arrays) // 2
+    if layers == 0 or set(arrays) != {f"layer{n}.{part}" for n in range(layers) for part in ("weight", "bias")}:
+        raise PolicyError(
+            f"the weights are named {sorted(arrays)}, not layer<n>.weight and layer<n>.bias",
+            differs={"arrays": sorted(arrays)},
+        )
+    weights, biases = [], []
+    width = len(np.atleast_1d(arrays["layer0.weight"])) if inputs is None else inputs
+    for n in range(layers):
+        weight, bias = arrays[f"layer{n}.weight"], arrays[f"layer{n}.bias"]
+        if weight.dtype != np.float32 or bias.dtype != np.float32:
+            raise PolicyError(f"layer {n} holds {weight.dtype} and {bias.dtype}, not float32")
+        if weight.ndim != 2 or weight.shape[0] != width or bias.shape != weight.shape[1:]:
+            raise PolicyError(
+                f"layer {n} has shapes {weight.shape} and {bias.shape}; it takes {width} inputs",
+                differs={f"layer{n}.weight": weight.shape, "inputs": width},
+                hint="train a policy with this version of bimvox",
+            )
+        if not (np.isfinite(weight).all() and np.isfinite(bias).all()):
+            raise PolicyError(f"layer {n} holds values that are not finite")
+        weights.append(np.require(weight, requirements=["C", "W"]))
+        biases.append(np.require(bias, requirements=["C", "W"]))
+        width = weight.shape[1]
+    if width != outputs:
+        raise PolicyError(f"the network has {width} values, not {outputs}")
+    return tuple(weights), tuple(biases)
+
+
 @kernel
 def _layer(
     inputs: NDArray[np.float32], weight: NDArray[np.float32], bias: NDArray[np.float32], rectify: bool
 ) -> NDArray[np.float32]:
-    """Return one layer's output; inputs that are zero (free cells, mostly) cost nothing.
+    """Return one layer's output. Inputs that are zero (mostly free cells) cost nothing.
 
-    Reading the weights is what takes the time, so several rows share each of them.
+    Reading the weights takes most of the time, so several rows share each of them.
     """
     rows, count = inputs.shape[0], weight.shape[1]
     outputs = np.empty((rows, count), np.float32)
@@ -67,7 +110,7 @@ def _layer(
         last = min(first + _ROWS_AT_ONCE, rows)
         for n in range(first, last):
             outputs[n] = bias
-        for i in range(weight.shape[0]):  # what the layer does not take in may follow
+        for i in range(weight.shape[0]):  # further columns are ignored
             for n in range(first, last):
                 value = inputs[n, i]
                 if value != 0.0:

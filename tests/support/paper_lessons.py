@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -22,11 +23,12 @@ SLOW = replace(PAPER_MODE, hidden=(16, 16), learning_starts=100, test_every=200,
 """The paper's mode, small."""
 
 
-def network_that_always(action: int, inputs: int) -> PaperNetwork:
+def network_that_always(action: int, inputs: int, hidden: tuple[int, ...] = ()) -> PaperNetwork:
     """Return a network that wants the same action whatever it sees."""
-    bias = np.zeros(6, np.float32)
-    bias[action] = 1.0
-    return PaperNetwork(Perceptron((np.zeros((inputs, 6), np.float32),), (bias,)))
+    sizes = (inputs, *hidden, 6)
+    biases = tuple(np.zeros(size, np.float32) for size in sizes[1:])
+    biases[-1][action] = 1.0
+    return PaperNetwork(Perceptron(tuple(np.zeros(shape, np.float32) for shape in pairwise(sizes)), biases))
 
 
 def drawn_network(rng: np.random.Generator, inputs: int, *, dueling: bool, hidden: int = 8) -> PaperNetwork:

@@ -7,7 +7,9 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 from bimvox.paper.env.component import beam, column
-from bimvox.paper.env.layout import PaperLayout
+from bimvox.paper.env.draw import every_component_has_a_way
+from bimvox.paper.env.layout import PaperLayout, write_layout
+from bimvox.paper.env.rules import drawing_of, empty_site, rules_of
 from bimvox.paper.env.spec import PaperSpec, RandomObstructions
 
 STEP = {0: (0, 1, 0), 1: (0, -1, 0), 2: (-1, 0, 0), 3: (1, 0, 0), 4: (0, 0, 1), 5: (0, 0, -1)}
@@ -116,3 +118,11 @@ def specs(draw):
         )
     except ValueError:
         assume(False)
+
+
+def is_solvable(spec: PaperSpec, layout: PaperLayout) -> bool:
+    """Return whether every component of a layout can reach its target, one after the other, however many steps."""
+    spec = spec.in_building_order()
+    site = empty_site(spec, drawing_of(spec, room_for=len(layout.obstructions)), with_field=False)
+    write_layout(spec, layout, site)
+    return bool(every_component_has_a_way(rules_of(spec), site))

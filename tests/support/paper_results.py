@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from bimvox_pipeline.paper.results import BaselineRun, CurveRow, ExperimentResults, LearningRun, ScenarioRun
-from bimvox_pipeline.paper.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS, PaperSettings, quick_settings
+from bimvox.paper.experiment.results import BaselineRun, ExperimentResults, LearningRun, ScenarioRun
+from bimvox.paper.experiment.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS, PaperSettings, quick_settings
+from bimvox.paper.policy.curve import CurvePoint
 
 SEEDS = 6
 PATH = ((2, 2, 2), (3, 2, 2), (4, 2, 2), (5, 2, 2), (6, 2, 2), (7, 2, 2), (7, 3, 2), (7, 4, 2), (7, 5, 2), (7, 6, 2))
@@ -12,13 +13,15 @@ BOX = ((3, 3, 1), (6, 4, 3))
 
 
 def learning_run(mode: str, seed: int, steps: int, *, reached: bool = True, budget: int = 40_000) -> LearningRun:
-    curve = (CurveRow(steps // 2, 0.4, -20.0, 0.3), CurveRow(steps, 1.0 if reached else 0.6, -5.0, 1.0))
+    curve = (CurvePoint(steps // 2, 0.4, -20.0, 0.3), CurvePoint(steps, 1.0 if reached else 0.6, -5.0, 1.0))
     return LearningRun(mode, seed, reached, steps, budget, curve, 3.0, 2.5)
 
 
 def scenario_run(mode: str, seed: int, scenario: str, steps: int, *, succeeded: bool = True) -> ScenarioRun:
     curve = (
-        () if steps == 0 else (CurveRow(0, 0.0, -36.0, None), CurveRow(steps, 0.9 if succeeded else 0.2, -9.0, None))
+        ()
+        if steps == 0
+        else (CurvePoint(0, 0.0, -36.0, None), CurvePoint(steps, 0.9 if succeeded else 0.2, -9.0, None))
     )
     return ScenarioRun(
         mode=mode,

@@ -20,16 +20,48 @@ from bimvox.paper.env.rules import Drawing, SpecArrays
 from bimvox.paper.env.state import PaperState, SiteState
 
 
+class BatchRules(NamedTuple):
+    """What all sites of a batch share and no step changes.
+
+    Attributes:
+        code: Of the observation.
+        rules: Of the sites.
+        scheme: How actions are rewarded.
+        drawing: How layouts are drawn.
+        pool: Layouts to draw from instead, if it holds any.
+    """
+
+    code: int
+    rules: SpecArrays
+    scheme: PaperReward
+    drawing: Drawing
+    pool: LayoutPool
+
+
+class BatchSites(NamedTuple):
+    """N sites; the kernels overwrite their arrays.
+
+    Attributes:
+        arrays: Of the sites, each with a first axis of N.
+        generators: (N, 1) uint64 states of the random generators.
+        states: (N, 7) int64, columns as the fields of ``PaperState``.
+    """
+
+    arrays: SiteState
+    generators: NDArray[np.uint64]
+    states: NDArray[np.int64]
+
+
 class BatchOut(NamedTuple):
     """Where a step of N sites is written; see ``PaperStep``. Observations are flat: (N, size).
 
-    Where several arrays of observations take turns, each shows what was when its turn was last. The paper's map is made
-    up to date by moving the component in transit from where the array shows it, unless it has been redrawn meanwhile.
+    If several arrays of observations take turns, each shows the sites as they were at its last turn. The paper's map is
+    updated by moving the component in transit from where the array shows it, unless it has been redrawn meanwhile.
 
     Attributes:
         shown: (N, 7) int64 state that ``observations`` shows.
         drawing: (N,) int64 number of the drawing that ``observations`` shows.
-        drawings: (N,) int64 how often the map has been drawn anew, on whatever array.
+        drawings: (N,) int64 how often the map has been drawn anew, on any array.
     """
 
     observations: NDArray[np.float32]
@@ -61,28 +93,19 @@ def store_row(states: NDArray[np.int64], n: int, state: PaperState) -> None:
 
 @leaf_kernel
 def move_rows(
-    code: int,
-    rules: SpecArrays,
-    scheme: PaperReward,
-    batch: SiteState,
-    states: NDArray[np.int64],
-    out: BatchOut,
-    first: int,
-    last: int,
-    actions: NDArray[np.int64],
+    batch: BatchRules, sites: BatchSites, out: BatchOut, first: int, last: int, actions: NDArray[np.int64]
 ) -> None:
     """Move the component in transit on sites ``first`` .. ``last - 1``, on the paper's map too.
 
-    What seldom happens is left to :func:`settle_rows`. The views of a site are made in here, not returned: counting
-    references to them would cost more than the step.
+    :func:`settle_rows` does the rest, which is seldom needed. The views of a site are made here, not returned by a
+    function: counting references to them would cost more than the step.
     """
+    rules, at = batch.rules, sites.arrays
     for n in range(first, last):
-        site = SiteState(
-            batch.cells[n], batch.table[n], batch.stored[n], batch.target[n], batch.obstructions[n], batch.field[n]
-        )
-        before = state_row(states, n)
-        after, value, bumped, arrived = move(rules, scheme, site, before, actions[n])
-        store_row(states, n, after)
+        site = SiteState(at.cells[n], at.table[n], at.stored[n], at.target[n], at.obstructions[n], at.field[n])
+        before = state_row(sites.states, n)
+        after, value, bumped, arrived = move(rules, batch.scheme, site, before, actions[n])
+        store_row(sites.states, n, after)
         store_row(out.final_states, n, after)
         out.rewards[n] = value
         out.bumped[n] = bumped
@@ -90,100 +113,91 @@ def move_rows(
         out.terminated[n] = False
         out.truncated[n] = is_truncated(rules, after)
         out.late[n] = is_late(rules, after)
-        if code == PAPER_MAP and not arrived and out.drawing[n] == out.drawings[n]:
-            move_on_map(rules, state_row(out.shown, n), after, out.observations[n], batch.cells.shape[2])
+        if batch.code == PAPER_MAP and not arrived and out.drawing[n] == out.drawings[n]:
+            move_on_map(rules, state_row(out.shown, n), after, out.observations[n], at.cells.shape[2])
             store_row(out.shown, n, after)
 
 
 @kernel
-def settle_rows(
-    code: int,
-    rules: SpecArrays,
-    drawing: Drawing,
-    pool: LayoutPool,
-    batch: SiteState,
-    generators: NDArray[np.uint64],
-    states: NDArray[np.int64],
-    out: BatchOut,
-    first: int,
-    last: int,
-    anew: bool,
-) -> int:
+def settle_rows(batch: BatchRules, sites: BatchSites, out: BatchOut, first: int, last: int, anew: bool) -> int:
     """Do what moving left over on sites ``first`` .. ``last - 1``.
 
-    Where a component has arrived it is assembled. Where an episode has ended, the last observation is kept and a new
-    episode begins. Observations other than the paper's map are written.
+    A component that has arrived is assembled. If an episode has ended, its last observation is kept and a new episode
+    begins. Observations other than the paper's map are written.
 
     Args:
-        code: Of the observation.
-        rules: Of the sites.
-        drawing: How layouts are drawn.
-        pool: Layouts to draw from instead.
-        batch: The sites.
-        generators: (N, 1) uint64.
-        states: (N, 7) int64.
+        batch: What the sites share.
+        sites: The sites.
         out: Where the step is written.
         first: Row.
         last: Row.
-        anew: Whether a new episode begins everywhere, whatever has happened.
+        anew: Whether a new episode begins everywhere in any case.
 
     Returns:
-        For how many sites no layout was found.
+        The number of sites for which no layout was found.
     """
     failures = 0
+    code, rules, pool, at = batch.code, batch.rules, batch.pool, sites.arrays
     for n in range(first, last):
         begins = anew
         arrived = out.assembled[n] and not anew
         outdated = out.drawing[n] != out.drawings[n]
         if not arrived and not out.truncated[n] and not anew and code == PAPER_MAP and not outdated:
             continue
-        site = SiteState(
-            batch.cells[n], batch.table[n], batch.stored[n], batch.target[n], batch.obstructions[n], batch.field[n]
-        )
+        site = SiteState(at.cells[n], at.table[n], at.stored[n], at.target[n], at.obstructions[n], at.field[n])
         if arrived:
-            after = assemble(rules, site, state_row(states, n))
-            store_row(states, n, after)
+            after = assemble(rules, site, state_row(sites.states, n))
+            store_row(sites.states, n, after)
             store_row(out.final_states, n, after)
             out.terminated[n] = is_complete(rules, after)
             out.truncated[n] = is_truncated(rules, after)
             out.late[n] = False
         if not anew and (out.terminated[n] or out.truncated[n]):
-            write_observation(code, rules, site, state_row(states, n), out.final_observations[n])
+            write_observation(code, rules, site, state_row(sites.states, n), out.final_observations[n])
             begins = True
         if begins:
             if pool.stored.shape[0] > 0:
-                p = random_below(generators[n], pool.stored.shape[0])
+                p = random_below(sites.generators[n], pool.stored.shape[0])
                 site.stored[:] = pool.stored[p]
                 site.target[:] = pool.target[p]
                 site.obstructions[:] = pool.obstructions[p]
-            elif not draw_layout(rules, drawing, site, generators[n]):
+            elif not draw_layout(rules, batch.drawing, site, sites.generators[n]):
                 failures += 1
-            store_row(states, n, stand_up(rules, site))
+            store_row(sites.states, n, stand_up(rules, site))
         if arrived or begins:
             out.drawings[n] += 1
-        show(code, rules, site, states, out, n)
+        show(code, rules, site, sites.states, out, n)
     return failures
 
 
 @kernel
+def step_rows(
+    batch: BatchRules, sites: BatchSites, out: BatchOut, first: int, last: int, actions: NDArray[np.int64]
+) -> int:
+    """Take one action on sites ``first`` .. ``last - 1``; see :func:`settle_rows`."""
+    move_rows(batch, sites, out, first, last, actions)
+    return settle_rows(batch, sites, out, first, last, False)
+
+
+@kernel
 def show(code: int, rules: SpecArrays, site: SiteState, states: NDArray[np.int64], out: BatchOut, n: int) -> None:
-    """Write the whole observation of one site, and what it shows."""
+    """Write the whole observation of one site, and note what it shows."""
     write_observation(code, rules, site, state_row(states, n), out.observations[n])
     store_row(out.shown, n, state_row(states, n))
     out.drawing[n] = out.drawings[n]
 
 
 @kernel
-def greedy_rows(batch: SiteState, states: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the first action of each site that leads nearer to the target, 0 where none does."""
-    nx, ny, nz = batch.cells.shape[1], batch.cells.shape[2], batch.cells.shape[3]
+def greedy_rows(arrays: SiteState, states: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the first action of each site that leads nearer to the target; 0 if none does."""
+    nx, ny, nz = arrays.cells.shape[1], arrays.cells.shape[2], arrays.cells.shape[3]
     actions = np.zeros(states.shape[0], np.int64)
     for n in range(states.shape[0]):
         x, y, z = states[n, 1], states[n, 2], states[n, 3]
         for action in range(ACTION_COUNT):
             u, v, w = x + MOVES[action, 0], y + MOVES[action, 1], z + MOVES[action, 2]
             inside = 0 <= u < nx and 0 <= v < ny and 0 <= w < nz
-            if inside and 0 <= batch.field[n, u, v, w] < batch.field[n, x, y, z]:
+            if inside and 0 <= arrays.field[n, u, v, w] < arrays.field[n, x, y, z]:
                 actions[n] = action
                 break
     return actions

@@ -1,8 +1,7 @@
 """Thousands of sites stepped in one compiled kernel, observations included.
 
-A site whose episode ends begins a new one in the same step; its last observation is kept apart, as learners need it.
-Every site has a random generator of its own, so what happens does not depend on the number of threads, nor does a
-site's life on how many there are.
+A site whose episode ends begins a new one in the same step; its last observation is kept separately for learners. Every
+site has its own random generator, so its episodes depend neither on the number of threads nor on the number of sites.
 """
 
 from __future__ import annotations
@@ -17,7 +16,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.paper.env.batch_kernels import BatchOut, greedy_rows, move_rows, settle_rows, show, store_row
+from bimvox.paper.env.batch_kernels import (
+    BatchOut,
+    BatchRules,
+    BatchSites,
+    greedy_rows,
+    settle_rows,
+    show,
+    step_rows,
+    store_row,
+)
 from bimvox.paper.env.dynamics import stand_up
 from bimvox.paper.env.layout import PaperLayout, layout_of, no_layout, pool_of_layouts, random_words, write_layout
 from bimvox.paper.env.observation import observation_named, observation_space
@@ -32,18 +40,18 @@ _ROWS_PER_THREAD = 256
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PaperStep:
-    """What one step of N sites gave. The arrays are the environment's own and hold until its next step.
+    """The result of one step of N sites. The arrays are the environment's own and hold until its next step.
 
-    Where several arrays of observations take turns, the observations hold for as many steps.
+    If several arrays of observations take turns, an observation holds for as many steps.
 
     Attributes:
-        observations: (N, *shape) float32, of the new episode where the old one ended.
+        observations: (N, *shape) float32, of the new episode if the old one ended.
         rewards: (N,) float32.
         terminated: (N,) bool, everything was assembled.
-        truncated: (N,) bool, the steps were used up before.
+        truncated: (N,) bool, the steps were used up first.
         bumped: (N,) bool, the move was blocked.
         assembled: (N,) bool, a component was assembled.
-        final_observations: (N, *shape) float32; only the rows of ended episodes are meant.
+        final_observations: (N, *shape) float32, valid for ended episodes only.
         final_states: (N, 7) int64 ``PaperState`` after the action, before a new episode began.
         late: (N,) bool, the component in transit was late after the action, before a new episode began.
     """
@@ -72,12 +80,11 @@ class BatchedPaperSite:
         sites: N.
         observation: A key of ``OBSERVATIONS``.
         reward: A key of ``PAPER_REWARDS``.
-        layouts: What to draw episodes from; None draws every layout anew, as ``spec`` says.
-        seed: Same seed, same actions: same everything.
-        threads: That step; None takes one per core, fewer where there are few sites.
-        teacher: Whether the distance field is kept although the reward does not need it, for ``greedy_actions``.
-        turns: Arrays of observations that take turns: one that a step or ``reset`` hands out holds until as many
-            steps have been taken after it. Two cost hardly more time than one, and less than a copy.
+        layouts: Episodes are drawn from these. None draws every layout anew, as ``spec`` says.
+        seed: The same seed and actions give the same episodes.
+        threads: Number of threads. None takes one per core, fewer for few sites.
+        turns: Number of arrays of observations that take turns: the one that a step or ``reset`` returns holds for so
+            many steps. Two take hardly more time than one, and less than a copy.
 
     Raises:
         ValueError: A name is unknown, or a layout does not fit the site.
@@ -93,7 +100,6 @@ class BatchedPaperSite:
         layouts: Sequence[PaperLayout] | None = None,
         seed: int = 0,
         threads: int | None = None,
-        teacher: bool = False,
         turns: int = 1,
     ) -> None:
         if sites < 1:
@@ -106,17 +112,16 @@ class BatchedPaperSite:
         self.sites = sites
         self.observation = observation
         self.observation_space = observation_space(self.spec, observation)
-        self._scheme = reward_named(reward)
-        self._code = observation_named(observation).code
+        scheme = reward_named(reward)
         most = max((len(layout.obstructions) for layout in layouts or ()), default=0)
-        self._rules = rules_of(self.spec)
-        self._drawing = drawing_of(self.spec, room_for=most)
-        self._pool = pool_of_layouts(self.spec, self._drawing, layouts or ())
-        self._generators = np.zeros((sites, 1), np.uint64)
-        with_field = teacher or needs_field(self._scheme)
-        self._batch = empty_sites(self.spec, self._drawing, sites, with_field=with_field)
-        self.states: NDArray[np.int64] = np.zeros((sites, STATE_SIZE), np.int64)
-        """(N, 7) int64, columns as the fields of ``PaperState``."""
+        drawing = drawing_of(self.spec, room_for=most)
+        pool = pool_of_layouts(self.spec, drawing, layouts or ())
+        self._batch = BatchRules(observation_named(observation).code, rules_of(self.spec), scheme, drawing, pool)
+        self._sites = BatchSites(
+            empty_sites(self.spec, drawing, sites, with_field=needs_field(scheme)),
+            np.zeros((sites, 1), np.uint64),
+            np.zeros((sites, STATE_SIZE), np.int64),
+        )
         size = int(np.prod(self.observation_space.shape))
         first = BatchOut(
             np.zeros((sites, size), np.float32),
@@ -148,18 +153,28 @@ class BatchedPaperSite:
         self.seed(seed)
 
     @property
+    def states(self) -> NDArray[np.int64]:
+        """(N, 7) int64, columns as the fields of ``PaperState``."""
+        return self._sites.states
+
+    @property
     def observations(self) -> NDArray[np.float32]:
-        """(N, *shape) float32, the environment's own array: it holds until the next step."""
+        """(N, *shape) float32, the environment's own array; it holds until the next step."""
         return self._step.observations
 
     @property
     def turns(self) -> int:
-        """How many arrays of observations take turns."""
+        """Number of arrays of observations that take turns."""
         return len(self._turns)
 
     def seed(self, seed: int) -> None:
         """Set the states of the random generators that draw layouts."""
-        self._generators[:, 0] = random_words(seed, self.sites)
+        self._sites.generators[:, 0] = random_words(seed, self.sites)
+
+    def keep_distance_field(self) -> None:
+        """Compute the distance field even if the reward does not need it, from the next ``reset`` on."""
+        arrays = empty_sites(self.spec, self._batch.drawing, self.sites, with_field=True)
+        self._sites = self._sites._replace(arrays=arrays)
 
     def reset(self) -> NDArray[np.float32]:
         """Begin N new episodes and return their (N, *shape) float32 observations.
@@ -168,7 +183,7 @@ class BatchedPaperSite:
             PlanningError: The yard has no room, or there is no way to the targets.
         """
         self._take_turn()
-        if self._shares(lambda first, last: self._settle(first, last, anew=True)):
+        if self._shares(lambda first, last: int(settle_rows(self._batch, self._sites, self._out, first, last, True))):
             raise no_layout(self.spec)
         return self._step.observations
 
@@ -180,17 +195,17 @@ class BatchedPaperSite:
         """
         one = self._site(site)
         write_layout(self.spec, layout, one)
-        state = stand_up(self._rules, one)
+        state = stand_up(self._batch.rules, one)
         store_row(self.states, site, state)
         self._out.drawings[site] += 1
-        show(self._code, self._rules, one, self.states, self._out, site)
+        show(self._batch.code, self._batch.rules, one, self.states, self._out, site)
 
     def step(self, actions: ArrayLike, *, copy_to: NDArray[np.float32] | None = None) -> PaperStep:
-        """Take one action a site.
+        """Take one action per site.
 
         Args:
             actions: (N,) integers 0 .. 5.
-            copy_to: (N, *shape) float32 into which the threads copy the observations while they are at it.
+            copy_to: (N, *shape) float32 into which the threads also copy the observations.
 
         Raises:
             ValueError: The actions are not N numbers of that range.
@@ -203,8 +218,7 @@ class BatchedPaperSite:
         self._take_turn()
 
         def share(first: int, last: int) -> int:
-            move_rows(self._code, self._rules, self._scheme, self._batch, self.states, self._out, first, last, chosen)
-            failures = self._settle(first, last, anew=False)
+            failures = int(step_rows(self._batch, self._sites, self._out, first, last, chosen))
             if copy_to is not None:
                 copy_to[first:last] = self._step.observations[first:last]
             return failures
@@ -222,23 +236,23 @@ class BatchedPaperSite:
         return layout_of(self._site(site))
 
     def cells(self, site: int) -> NDArray[np.int16]:
-        """Return (X, Y, Z) int16 what fills each cell of one site, the component in transit left out."""
+        """Return (X, Y, Z) int16: what fills each cell of one site, without the component in transit."""
         return self._site(site).cells
 
     def picture(self, site: int) -> SitePicture:
-        """Return what a picture of one site shows."""
+        """Return the picture of one site."""
         fresh = bool(self._out.assembled[site] and self.states[site, 6] > 0)
         return picture_of_site(self.spec, self._site(site), self.state(site), just_assembled=fresh)
 
     def greedy_actions(self) -> NDArray[np.int64]:
-        """Return the first action of each site that comes nearer to the target by the exact distance, (N,) int64.
+        """Return the first action of each site that leads nearer to the target by the exact distance, (N,) int64.
 
         Raises:
-            ValueError: The batch was made without the distance field.
+            ValueError: The batch has no distance field.
         """
-        if self._batch.field.size == 0:
-            raise ValueError("teacher: this batch was made without the distance field")
-        return greedy_rows(self._batch, self.states)
+        if self._sites.arrays.field.size == 0:
+            raise ValueError("this batch is without the distance field; call keep_distance_field() before reset()")
+        return greedy_rows(self._sites.arrays, self.states)
 
     def close(self) -> None:
         """End the threads."""
@@ -247,12 +261,12 @@ class BatchedPaperSite:
             self._executor = None
 
     def _take_turn(self) -> None:
-        """Let the array of observations be written whose turn was longest ago."""
+        """Choose the array of observations whose turn was longest ago as the one to write."""
         self._turns = [*self._turns[1:], self._turns[0]]
         self._out, self._step = self._turns[-1]
 
     def _step_of(self, out: BatchOut) -> PaperStep:
-        """Return what is written to, as it is handed out."""
+        """Return the arrays that are written, shaped as they are handed out."""
         shape = (self.sites, *self.observation_space.shape)
         return PaperStep(
             out.observations.reshape(shape),
@@ -267,28 +281,11 @@ class BatchedPaperSite:
         )
 
     def _site(self, site: int) -> SiteState:
-        return SiteState(*(array[site] for array in self._batch))
+        return SiteState(*(array[site] for array in self._sites.arrays))
 
     def _shares(self, work: Callable[[int, int], int]) -> int:
-        """Let each thread work on its share of the rows; returns the sum of what they return."""
+        """Run ``work`` on each thread's share of the rows, and return the sum of the results."""
         bounds = [self.sites * t // self.threads for t in range(self.threads + 1)]
         pairs = list(pairwise(bounds))
         others = [self._executor.submit(work, *pair) for pair in pairs[1:]] if self._executor else []
         return work(*pairs[0]) + sum(other.result() for other in others)
-
-    def _settle(self, first: int, last: int, *, anew: bool) -> int:
-        return int(
-            settle_rows(
-                self._code,
-                self._rules,
-                self._drawing,
-                self._pool,
-                self._batch,
-                self._generators,
-                self.states,
-                self._out,
-                first,
-                last,
-                anew,
-            )
-        )

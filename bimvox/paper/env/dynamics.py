@@ -211,21 +211,6 @@ def move(
     return moved, value, bumped, arrived
 
 
-@kernel
-def step_site(
-    rules: SpecArrays, scheme: PaperReward, site: SiteState, state: PaperState, action: int
-) -> tuple[PaperState, float, bool, bool]:
-    """Take one action; where the component arrives, it is assembled and the next taken up.
-
-    Returns:
-        As :func:`move`; the state is that of the next component where one was assembled.
-    """
-    moved, value, bumped, arrived = move(rules, scheme, site, state, action)
-    if arrived:
-        moved = assemble(rules, site, moved)
-    return moved, value, bumped, arrived
-
-
 @leaf_kernel
 def distance_to_go(site: SiteState, state: PaperState) -> int:
     """Return the moves to the target, -1 where there is no way; 0 on a site without the field."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bimvox.errors import PlanningError
 from bimvox.paper.env.component import AXES, HUNG_LAYER, Box, ComponentKind, YardPose, overlap
-from bimvox.paper.env.draw import draw_layout, every_component_has_a_way, may_lie
+from bimvox.paper.env.draw import draw_layout, may_lie
 from bimvox.paper.env.dynamics import paint_fixed
 from bimvox.paper.env.rules import Drawing, drawing_of, empty_site, rules_of
 from bimvox.paper.env.spec import PaperSpec
@@ -90,15 +90,6 @@ def yard_layouts(spec: PaperSpec) -> tuple[PaperLayout, ...]:
                 place = YardPose(x, y, AXES[axis])
                 layouts.append(PaperLayout((place,), (spec.components[0].target_vox,), spec.obstructions))
     return tuple(layouts)
-
-
-def is_solvable(spec: PaperSpec, layout: PaperLayout) -> bool:
-    """Return whether every component of a layout can reach its target, one after the other, however many steps."""
-    spec = spec.in_building_order()
-    rules, drawing = rules_of(spec), drawing_of(spec, room_for=len(layout.obstructions))
-    site = empty_site(spec, drawing, with_field=False)
-    write_layout(spec, layout, site)
-    return bool(every_component_has_a_way(rules, site))
 
 
 def layout_of(site: SiteState) -> PaperLayout:

@@ -10,8 +10,9 @@ import numpy as np
 from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.policy.config import PaperDqnConfig
+from bimvox.paper.policy.curve import CurvePoint
 from bimvox.paper.policy.episodes import Episode, best_of, replay, run_episodes, success_rate
-from bimvox.paper.policy.learning import CurvePoint, flat_observation, learn
+from bimvox.paper.policy.learning import flat_observation, learn
 from bimvox.paper.policy.network import PaperNetwork
 
 

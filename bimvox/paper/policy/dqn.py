@@ -1,11 +1,13 @@
-"""Stable-baselines3's DQN with what the original stable-baselines' had and it lacks, and with many sites at once.
+"""Stable-baselines3's DQN with what the original stable-baselines had, and with many sites at once.
 
 1. Dueling networks and the original's first weights: ``torch_network``.
 2. Double Q-learning, and gradients clipped variable by variable: ``gradient``, which takes the gradient steps.
-3. No warm-up of random actions only: the share of random actions falls from the first step on.
-4. Each of many sites explores on its own: stable-baselines3 moves all of them at random, or none.
+3. No phase of purely random actions: the share of random actions falls from the first step on.
+4. Each of many sites explores independently; stable-baselines3 moves all of them at random, or none.
 
-Stable-baselines3 collects, remembers and keeps time; its torch network gives the first weights.
+Stable-baselines3 collects transitions, stores them and counts steps. Its torch networks give the first weights, and
+share the memory of the compiled learner's weights from then on: ``model.q_net`` and ``model.save()`` are always
+current.
 """
 
 from __future__ import annotations
@@ -25,11 +27,11 @@ from bimvox.paper.policy.gradient_arrays import Memory
 from bimvox.paper.policy.network import PaperNetwork
 from bimvox.paper.policy.priorities import Priorities
 from bimvox.paper.policy.symmetry import IMAGES, symmetry, write_images
-from bimvox.paper.policy.torch_network import PaperPolicy, arrays_of
+from bimvox.paper.policy.torch_network import PaperPolicy, arrays_of, share_arrays
 from bimvox.paper.policy.vec_env import PaperVecEnv
 
 WHOLE_NUMBERS = ("paper", "paper_flat")
-"""Observations that hold nothing else."""
+"""Observations that hold only whole numbers."""
 
 
 class PaperDqn(DQN):
@@ -38,9 +40,9 @@ class PaperDqn(DQN):
     Args:
         env: The sites.
         config: The choices.
-        seed: Same sites, config, seed, budget and loaded network: the same weights.
-        budget: Steps that the share of random actions is planned over.
-        initial: Network to begin from; exploration then begins at ``exploration_again``.
+        seed: The same sites, config, seed, budget and loaded network give the same weights.
+        budget: Steps over which the share of random actions falls.
+        initial: Network to start from; exploration then starts at ``exploration_again``.
     """
 
     def __init__(
@@ -77,7 +79,7 @@ class PaperDqn(DQN):
             device="cpu",
             seed=seed,
         )
-        # Without a logger of its own, every run of stable-baselines3 leaves an empty folder in the temporary files.
+        # Without a logger, every run of stable-baselines3 leaves an empty folder among the temporary files.
         self.set_logger(Logger(folder=None, output_formats=[]))
         self.exploration_rate = self._first
         self._random = np.random.default_rng(seed)
@@ -91,13 +93,15 @@ class PaperDqn(DQN):
             double_q=config.double_q,
             longest=config.max_gradient_norm,
         )
+        share_arrays(self.q_net, self._learner.live)
+        share_arrays(self.q_net_target, self._learner.target)
         self._average = self._learner.network()
         self._symmetry = symmetry() if config.symmetry else None
         self._images = _room_for(config.batch_size, self._learner.live.inputs)
         self._priorities = Priorities(config.buffer_size, config.priority) if config.priority else None
 
     def _setup_model(self) -> None:
-        """Remember the paper's map as bytes, in a quarter of the memory: heights, flags, counts are whole numbers."""
+        """Store the paper's map as bytes, a quarter of the memory: heights, flags and counts are whole numbers."""
         super()._setup_model()
         buffer, space = self.replay_buffer, self.observation_space
         fits = isinstance(space, gymnasium.spaces.Box) and space.high.max() < 256
@@ -107,7 +111,7 @@ class PaperDqn(DQN):
 
     @property
     def network(self) -> PaperNetwork:
-        """A copy of the network to test and to keep: the online one, or its average."""
+        """A copy of the network to test and to keep: the online network, or its average."""
         return self._learner.network() if self.config.averaging == 1.0 else copy_of(self._average)
 
     def _on_step(self) -> None:
@@ -119,14 +123,14 @@ class PaperDqn(DQN):
     def _sample_action(
         self, learning_starts: int, action_noise: Any = None, n_envs: int = 1
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Choose by the present share of random actions, from the first step on."""
+        """Return actions by the current share of random actions, from the first step on."""
         actions, _ = self.predict(self._last_obs)
         return actions, actions
 
     def predict(
         self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = False
     ) -> tuple[NDArray[np.int64], Any]:
-        """Return (N,) actions; each is a random one with the present share unless deterministic."""
+        """Return (N,) actions; unless deterministic, each is random with the current share."""
         count = len(observation)
         explore = np.zeros(count, np.bool_)
         if not deterministic:
@@ -134,12 +138,12 @@ class PaperDqn(DQN):
             chosen = self._random.integers(ACTION_COUNT, size=count)
             if explore.all():
                 return chosen, state
-        # The state's value is the same for all actions.
+        # The state's value is the same for all actions, so the advantages decide.
         greedy = self._learner.live.actions(observation).argmax(axis=1)
         return (np.where(explore, chosen, greedy) if explore.any() else greedy), state
 
     def _rates(self, count: int) -> float | NDArray[np.float64]:
-        """Return the present share of random actions, of each site where they differ."""
+        """Return the current share of random actions, per site if they differ."""
         if not self.config.exploration_spread or count == 1:
             return self.exploration_rate
         half = count // 2
@@ -160,7 +164,7 @@ class PaperDqn(DQN):
                 self._priorities.put(rows, self._learner.errors)
             self._updates_made += 1
             if self.config.averaging < 1.0:
-                # The first steps count alike, else the average would begin at the untrained weights.
+                # The first steps count equally; otherwise the average would begin at the untrained weights.
                 share = max(self.config.averaging, 1.0 / (1 + self._updates_made))
                 move_towards(self._average, self._learner.live, share)
             self._updates_to_copy -= 1
@@ -170,7 +174,7 @@ class PaperDqn(DQN):
         self._n_updates += gradient_steps
 
     def _draw(self, filled: int, gradient_steps: int, batch_size: int) -> NDArray[np.int64] | None:
-        """Return (steps, B) rows of the memory, by priority; None where they are drawn evenly."""
+        """Return (steps, B) rows of the memory, by priority. None if they are drawn evenly."""
         buffer = self.replay_buffer
         if self._priorities is None or buffer is None:
             return None
@@ -179,10 +183,10 @@ class PaperDqn(DQN):
         return self._priorities.draw(self._random, gradient_steps, batch_size)
 
     def _memory(self) -> tuple[Memory, int]:
-        """Return the replay memory as one row a transition, and how many rows are filled."""
+        """Return the replay memory with one row per transition, and the number of filled rows."""
         buffer = self.replay_buffer
         if buffer is None:
-            raise RuntimeError("training before the replay memory was made")
+            raise RuntimeError("training before the replay memory was created")
         rows = buffer.buffer_size * buffer.n_envs
         filled = (buffer.buffer_size if buffer.full else buffer.pos) * buffer.n_envs
         memory = Memory(
@@ -197,7 +201,7 @@ class PaperDqn(DQN):
 
 
 def _room_for(transitions: int, inputs: int) -> Memory:
-    """Return a memory of zeros."""
+    """Return a memory of zeros for so many transitions."""
     columns = [np.zeros(transitions, np.float32) for _ in range(3)]
     seen = [np.zeros((transitions, inputs), np.float32) for _ in range(2)]
     return Memory(seen[0], seen[1], np.zeros(transitions, np.int64), columns[0], columns[1], columns[2])

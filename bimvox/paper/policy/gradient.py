@@ -1,9 +1,9 @@
 """The gradient step of deep Q-learning, compiled: what torch would compute, for inputs that are mostly zero.
 
-Of the paper's map less than one number in a hundred is not zero, and the layers are small: most of a step in torch is
-multiplying by zero and calling. Here zeros cost nothing, and rows of weights that no input has reached yet, whose
-moments are zero, are passed over. The results are torch's but for rounding: Huber loss, back-propagation, gradients
-clipped variable by variable, Adam.
+In the paper's map fewer than one number in a hundred is not zero, and the layers are small. Torch would spend most of a
+step on multiplying by zero and on calls. Here zeros cost nothing, and rows of weights that no input has reached yet are
+skipped, because their moments are zero. The results equal torch's except for rounding: Huber loss, back-propagation,
+gradients clipped variable by variable, Adam.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import leaf_kernel
-from bimvox.paper.policy.gradient_arrays import Memory, StreamArrays, perceptron_room, used_room
+from bimvox.paper.policy.gradient_arrays import Batch, Memory, Rule, StreamArrays, Streams, perceptron_room, used_room
 from bimvox.paper.policy.gradient_kernels import descend, set_targets
 from bimvox.paper.policy.network import PaperNetwork
 from bimvox.policy.perceptron import Perceptron
@@ -22,7 +22,7 @@ class CompiledLearner:
     """A Q-network in training, and its target network.
 
     Args:
-        network: Where both begin.
+        network: Weights with which both begin.
         batch_size: B.
         learning_rate: Of Adam.
         discount: Per step.
@@ -40,52 +40,28 @@ class CompiledLearner:
         double_q: bool,
         longest: float,
     ) -> None:
-        self._dueling = network.state is not None
+        self._rule = Rule(network.state is not None, double_q, np.float32(discount), np.float32(longest))
         self._online = [perceptron_room(stream, batch_size) for stream in _streams(network)]
         self._target = [perceptron_room(stream, batch_size) for stream in _streams(network)]
         self.learning_rate = learning_rate
         """Of the next steps."""
-        self._discount = discount
-        self._double_q = double_q
-        self._longest = longest
         self._wanted = np.zeros(batch_size, np.float32)
         self.errors = np.zeros(batch_size, np.float32)
-        """(B,) of the last step: by how much the value of each row was off, before the step."""
+        """(B,) of the last step: difference of each row's value before the step."""
         self._used = used_room(batch_size, network.inputs)
         self._updates = 0
         self.live = _network(self._online)
         """The online network; its arrays change with every step."""
+        self.target = _network(self._target)
+        """The target network; its arrays change with every copy."""
 
     def step(self, memory: Memory, rows: NDArray[np.int64]) -> None:
         """Take one gradient step on (B,) rows of the memory."""
         self._updates += 1
-        online, target = self._online, self._target
-        set_targets(
-            online[0],
-            online[-1],
-            target[0],
-            target[-1],
-            self._dueling,
-            self._double_q,
-            memory,
-            rows,
-            self._used,
-            np.float32(self._discount),
-            self._wanted,
-        )
-        descend(
-            online[0],
-            online[-1],
-            self._dueling,
-            memory,
-            rows,
-            self._used,
-            self._wanted,
-            np.float32(self._longest),
-            self.learning_rate,
-            self._updates,
-            self.errors,
-        )
+        online, target = Streams(self._online[0], self._online[-1]), Streams(self._target[0], self._target[-1])
+        batch = Batch(memory, rows, self._used, self._wanted, self.errors)
+        set_targets(online, target, self._rule, batch)
+        descend(online, self._rule, batch, self.learning_rate, self._updates)
 
     def copy_to_target(self) -> None:
         """Make the target network equal to the online one."""

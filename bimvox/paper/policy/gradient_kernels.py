@@ -1,4 +1,4 @@
-"""The kernels of a gradient step: forward, Huber loss, back-propagation, clipping and Adam, over what is not zero."""
+"""The kernels of a gradient step: forward, Huber loss, back-propagation, clipping and Adam, over non-zero inputs."""
 
 from __future__ import annotations
 
@@ -6,60 +6,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.paper.policy.gradient_arrays import Inputs, Memory, StreamArrays, Used
+from bimvox.paper.policy.gradient_arrays import Batch, Inputs, Rule, StreamArrays, Streams, Used
 
 BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-8
-"""Of Adam (Kingma and Ba 2015): torch's and the original's defaults."""
+"""Adam's (Kingma and Ba 2015): the defaults of torch and of the original."""
 
 
 @kernel
-def set_targets(
-    actions: StreamArrays,
-    state: StreamArrays,
-    target_actions: StreamArrays,
-    target_state: StreamArrays,
-    dueling: bool,
-    double_q: bool,
-    memory: Memory,
-    rows: NDArray[np.int64],
-    used: Used,
-    discount: np.float32,
-    wanted: NDArray[np.float32],
-) -> None:
-    """Write what the values of the chosen actions should be, by the target network."""
+def set_targets(online: Streams, target: Streams, rule: Rule, batch: Batch) -> None:
+    """Write ``batch.wanted``: what the values of the chosen actions should be, by the target network."""
+    memory, rows, used = batch.memory, batch.rows, batch.used
     _find_used(memory.following, rows, used)
-    _forward(target_actions, memory.following, rows, used)
-    if dueling:
-        _forward(target_state, memory.following, rows, used)
-    if double_q:
-        _forward(actions, memory.following, rows, used)
-    last = len(actions.weights) - 1
+    _forward(target.actions, memory.following, rows, used)
+    if rule.dueling:
+        _forward(target.state, memory.following, rows, used)
+    if rule.double_q:
+        _forward(online.actions, memory.following, rows, used)
+    last = len(online.actions.weights) - 1
     for b in range(rows.size):
-        following = target_actions.outputs[last][b]
-        chosen = actions.outputs[last][b].argmax() if double_q else following.argmax()
+        following = target.actions.outputs[last][b]
+        chosen = online.actions.outputs[last][b].argmax() if rule.double_q else following.argmax()
         value = following[chosen]
-        if dueling:
-            value += target_state.outputs[last][b, 0] - following.mean()
+        if rule.dueling:
+            value += target.state.outputs[last][b, 0] - following.mean()
         row = rows[b]
         over = memory.ended[row] * (np.float32(1.0) - memory.truncated[row])
-        wanted[b] = memory.rewards[row] + (np.float32(1.0) - over) * discount * value
+        batch.wanted[b] = memory.rewards[row] + (np.float32(1.0) - over) * rule.discount * value
 
 
 @kernel
-def descend(
-    actions: StreamArrays,
-    state: StreamArrays,
-    dueling: bool,
-    memory: Memory,
-    rows: NDArray[np.int64],
-    used: Used,
-    wanted: NDArray[np.float32],
-    longest: np.float32,
-    learning_rate: float,
-    updates: int,
-    errors: NDArray[np.float32],
-) -> None:
-    """Change the weights by one step on the mean Huber loss, and write how far the values were off."""
+def descend(online: Streams, rule: Rule, batch: Batch, learning_rate: float, updates: int) -> None:
+    """Change the weights by one step on the mean Huber loss, and write ``batch.errors``."""
+    actions, state, dueling = online.actions, online.state, rule.dueling
+    memory, rows, used, wanted, errors = batch.memory, batch.rows, batch.used, batch.wanted, batch.errors
     _find_used(memory.observations, rows, used)
     _find_rows(used)
     _forward(actions, memory.observations, rows, used)
@@ -81,20 +60,20 @@ def descend(
         if dueling:
             state.slopes[last][b, 0] = slope
     _backward(actions, memory.observations, rows, used)
-    _adam(actions, longest, learning_rate, updates)
+    _adam(actions, rule.longest, learning_rate, updates)
     if dueling:
         _backward(state, memory.observations, rows, used)
-        _adam(state, longest, learning_rate, updates)
+        _adam(state, rule.longest, learning_rate, updates)
 
 
 @leaf_kernel
 def _find_used(inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
-    """Find the inputs that are not zero, once for all layers that take them."""
+    """Find the inputs that are not zero, once for all layers that read them."""
     for b in range(rows.size):
         row = rows[b]
         count = 0
         for i in range(inputs.shape[1]):
-            # Written whether or not it counts: a branch would be guessed wrong too often.
+            # Written in either case: a branch would be mispredicted too often.
             used.indices[b, count] = i
             count += 1 if inputs[row, i] != 0.0 else 0
         used.counts[b] = count
@@ -102,7 +81,7 @@ def _find_used(inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
 
 @leaf_kernel
 def _find_rows(used: Used) -> None:
-    """Turn that round: for each input the rows in which it is not zero."""
+    """Find the inverse: for each input the rows in which it is not zero."""
     firsts = used.firsts
     firsts[:] = 0
     for b in range(used.counts.size):
@@ -110,7 +89,7 @@ def _find_rows(used: Used) -> None:
             firsts[used.indices[b, n] + 1] += 1
     for i in range(1, firsts.size):
         firsts[i] += firsts[i - 1]
-    # Filling moves every beginning to the next one's place; then they are moved back.
+    # Filling moves each start to the place of the next; afterwards they are moved back.
     for b in range(used.counts.size):
         for n in range(used.counts[b]):
             i = used.indices[b, n]
@@ -148,7 +127,7 @@ def _forward_used(
             out[b, o] = bias[0, o]
         row, indices, count = rows[b], used.indices[b], used.counts[b]
         whole = count - count % 4
-        # Four inputs at a time, added in their order: one at a time would read and write the sums four times as often.
+        # Four inputs at a time, added in order: one at a time would read and write the sums four times as often.
         for n in range(0, whole, 4):
             i0, i1, i2, i3 = indices[n], indices[n + 1], indices[n + 2], indices[n + 3]
             v0, v1 = np.float32(inputs[row, i0]), np.float32(inputs[row, i1])
@@ -197,7 +176,7 @@ def _rectify(out: NDArray[np.float32]) -> None:
 
 @kernel
 def _backward(stream: StreamArrays, inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
-    """Turn the slopes of the last layer's outputs into those of all weights and biases."""
+    """Write the slopes of all weights and biases from those of the last layer's outputs."""
     for layer in range(len(stream.weights) - 1, -1, -1):
         slopes, reached = stream.slopes[layer], stream.reached[layer]
         _clear_rows(stream.weight_slopes[layer], reached)
@@ -284,7 +263,7 @@ def _slopes_below(
         for i in range(rectified.shape[1]):
             out[b, i] = 0.0
             if rectified[b, i] > 0.0:
-                # Four sums side by side: one alone would wait for each addition.
+                # Four sums in parallel: a single one would wait for each addition.
                 t0 = t1 = t2 = t3 = np.float32(0.0)
                 for o in range(0, whole, 4):
                     t0 += slopes[b, o] * weight[i, o]
@@ -350,5 +329,5 @@ def _adam_variable(
                 slope = scale * slopes[i, o]
                 means[i, o] += (one - beta_1) * (slope - means[i, o])
                 squares[i, o] += (one - beta_2) * (slope * slope - squares[i, o])
-                # np.divide, for Python's own division looks for zeros one by one.
+                # np.divide, because Python's division checks every divisor for zero.
                 variable[i, o] -= np.divide(rate * means[i, o], np.sqrt(squares[i, o]) * correction + epsilon)

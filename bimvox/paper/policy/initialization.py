@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from bimvox.paper.env.layout import PaperLayout, random_layouts, yard_layouts
 from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.policy.config import PaperDqnConfig
+from bimvox.paper.policy.curve import CurvePoint
 from bimvox.paper.policy.episodes import run_episodes, success_rate
-from bimvox.paper.policy.learning import CurvePoint, flat_observation, learn
+from bimvox.paper.policy.learning import flat_observation, learn
 from bimvox.paper.policy.network import PaperNetwork
 
 GREEDY_SEED = 1_000_003
@@ -128,8 +129,3 @@ def greedy_success(
         seed=0,
     )
     return success_rate(episodes)
-
-
-def without_obstructions(spec: PaperSpec) -> PaperSpec:
-    """Return the same site as the initialization layer wants it: nothing in the way."""
-    return replace(spec, obstructions=(), random_obstructions=None)

@@ -1,9 +1,8 @@
-"""One run of training, tested at intervals; both layers are made of it."""
+"""One training run with tests at intervals; both layers consist of such runs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
@@ -16,25 +15,8 @@ from bimvox.paper.policy.dqn import PaperDqn
 from bimvox.paper.policy.network import PaperNetwork
 from bimvox.paper.policy.vec_env import PaperVecEnv
 
-
-class CurvePoint(NamedTuple):
-    """One test.
-
-    Attributes:
-        steps: Environment steps so far.
-        success_rate: Share of the episodes that succeeded, with the tests' share of random actions.
-        mean_reward: Of those episodes.
-        greedy_rate: Share that succeeds without random actions, from every start; None where that was not tested.
-    """
-
-    steps: int
-    success_rate: float
-    mean_reward: float
-    greedy_rate: float | None = None
-
-
 Tester = Callable[[PaperNetwork, int], bool]
-"""Tests a network after so many steps and says whether training may stop."""
+"""Tests a network after so many steps, and returns whether training may stop."""
 
 
 def learn(
@@ -47,21 +29,21 @@ def learn(
     layouts: Sequence[PaperLayout] | None = None,
     initial: PaperNetwork | None = None,
 ) -> int:
-    """Train until a test says that it is enough, or the budget is used up.
+    """Train until a test returns True, or the budget is used up.
 
     Args:
         spec: The site.
         config: The choices.
-        test: Asked every ``config.test_every`` steps, and at the end of the budget.
-        seed: Same arguments, same seed: same weights.
+        test: Called every ``config.test_every`` steps, and at the end of the budget.
+        seed: The same arguments give the same weights.
         budget: Steps.
-        layouts: What episodes are drawn from; None draws them as ``spec`` says.
-        initial: Network to begin from.
+        layouts: Episodes are drawn from these. None draws them as ``spec`` says.
+        initial: Network to start from.
 
     Returns:
         The steps taken.
     """
-    torch.set_num_threads(1)  # more threads only get in each other's way on layers this small
+    torch.set_num_threads(1)  # more threads slow down layers this small
     batch = BatchedPaperSite(
         spec,
         config.sites,
@@ -77,7 +59,7 @@ def learn(
 
 
 def flat_observation(name: str) -> str:
-    """Return the name of the same observation as one vector, as networks take it."""
+    """Return the name of the same observation as a vector, as networks need it."""
     return "paper_flat" if name == "paper" else name
 
 

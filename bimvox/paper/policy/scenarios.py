@@ -22,7 +22,6 @@ from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.policy.baselines import teacher_moves
 from bimvox.site.component import IntVec
 
-SCENARIOS = ("a", "b", "c", "d")
 LENGTH_VOX = 3
 HEIGHT_VOX = 2
 LEAST_PLAN_MOVES = 6

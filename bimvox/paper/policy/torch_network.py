@@ -1,7 +1,7 @@
-"""The Q-network in training: stable-baselines3's, with a second stream where it is dueling.
+"""The Q-network as torch knows it: stable-baselines3's, with a second stream if it is dueling.
 
-Stable-baselines3 has no dueling network. This one is the original stable-baselines': two perceptrons of the same hidden
-layers side by side, each from the whole observation, no layer in common.
+Stable-baselines3 has no dueling network. This one is the original stable-baselines': two perceptrons with the same
+hidden layers in parallel, each from the whole observation, with no layer in common.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from stable_baselines3.common.torch_layers import create_mlp
 from stable_baselines3.dqn.policies import DQNPolicy
 from stable_baselines3.dqn.policies import QNetwork as TorchQNetwork
@@ -35,7 +34,7 @@ class DuelingQNetwork(TorchQNetwork):
 
 
 class PaperPolicy(DQNPolicy):
-    """Stable-baselines3's DQN policy, dueling and with the original's first weights where asked for.
+    """Stable-baselines3's DQN policy, optionally dueling and with the original's first weights.
 
     Args:
         dueling: Whether there are two streams.
@@ -48,7 +47,7 @@ class PaperPolicy(DQNPolicy):
         super().__init__(*arguments, **named)
 
     def set_training_mode(self, mode: bool) -> None:
-        """Nothing changes between the modes; going through all layers twice a step would take a tenth of the time."""
+        """Only note the mode: no layer depends on it, and visiting all of them twice a step takes a tenth of it."""
         self.training = mode
 
     def make_q_net(self) -> TorchQNetwork:
@@ -65,42 +64,35 @@ class PaperPolicy(DQNPolicy):
 
 def arrays_of(q_net: TorchQNetwork) -> PaperNetwork:
     """Return a copy of a torch network's weights as plain arrays."""
-    state = _stream(q_net.value_net) if isinstance(q_net, DuelingQNetwork) else None
-    return PaperNetwork(_stream(q_net.q_net), state)
+    streams = []
+    for layers in _streams(q_net):
+        weights = tuple(np.asarray(layer.weight.detach().numpy(), np.float32).T.copy() for layer in layers)
+        biases = tuple(np.asarray(layer.bias.detach().numpy(), np.float32).copy() for layer in layers)
+        streams.append(Perceptron(weights, biases))
+    return PaperNetwork(*streams)
 
 
-def load_arrays(q_net: TorchQNetwork, network: PaperNetwork) -> None:
-    """Overwrite a torch network's weights.
+def share_arrays(q_net: TorchQNetwork, network: PaperNetwork) -> None:
+    """Make a torch network hold the arrays of a plain one: a change of either changes both.
+
+    Args:
+        q_net: Of the same layers.
+        network: Its arrays become the memory of the torch network's parameters.
 
     Raises:
-        ValueError: The layers have other sizes, or only one of the two is dueling.
+        ValueError: The layers differ.
     """
-    streams = [(q_net.q_net, network.actions)]
-    if isinstance(q_net, DuelingQNetwork) != (network.state is not None):
-        raise ValueError("a dueling network does not fit one that is not")
-    if isinstance(q_net, DuelingQNetwork) and network.state is not None:
-        streams.append((q_net.value_net, network.state))
-    for perceptron, arrays in streams:
-        layers = _linear(perceptron)
-        sizes = (layers[0].in_features, *(layer.out_features for layer in layers))
-        if sizes != arrays.layer_sizes:
-            raise ValueError(f"a network of {arrays.layer_sizes} does not fit one of {sizes}")
-        with torch.no_grad():
-            for layer, weight, bias in zip(layers, arrays.weights, arrays.biases, strict=True):
-                layer.weight.copy_(torch.from_numpy(weight.T.copy()))
-                layer.bias.copy_(torch.from_numpy(bias.copy()))
+    streams = [network.actions] if network.state is None else [network.actions, network.state]
+    sizes = [(layers[0].in_features, *(layer.out_features for layer in layers)) for layers in _streams(q_net)]
+    if sizes != [stream.layer_sizes for stream in streams]:
+        raise ValueError(f"network: layers {[stream.layer_sizes for stream in streams]} do not fit {sizes}")
+    for layers, arrays in zip(_streams(q_net), streams, strict=True):
+        for layer, weight, bias in zip(layers, arrays.weights, arrays.biases, strict=True):
+            layer.weight.data = torch.from_numpy(weight).T
+            layer.bias.data = torch.from_numpy(bias)
 
 
-def _stream(perceptron: nn.Sequential) -> Perceptron:
-    layers = _linear(perceptron)
-    return Perceptron(
-        tuple(_plain(layer.weight).T.copy() for layer in layers), tuple(_plain(layer.bias).copy() for layer in layers)
-    )
-
-
-def _plain(tensor: torch.Tensor) -> NDArray[np.float32]:
-    return np.asarray(tensor.detach().numpy(), np.float32)
-
-
-def _linear(perceptron: nn.Sequential) -> list[nn.Linear]:
-    return [layer for layer in perceptron if isinstance(layer, nn.Linear)]
+def _streams(q_net: TorchQNetwork) -> list[list[nn.Linear]]:
+    """Return the layers of the action stream, and of the state stream if there is one."""
+    perceptrons = [q_net.q_net, q_net.value_net] if isinstance(q_net, DuelingQNetwork) else [q_net.q_net]
+    return [[layer for layer in perceptron if isinstance(layer, nn.Linear)] for perceptron in perceptrons]

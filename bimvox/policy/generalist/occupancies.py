@@ -63,7 +63,8 @@ def traps(rng: np.random.Generator, shape: IntVec) -> Occupancy:
     for _ in range(int(rng.integers(1, 4))):
         width, depth = int(rng.integers(5, max(6, 2 * nx // 3))), int(rng.integers(5, max(6, 2 * ny // 3)))
         x, y = int(rng.integers(0, nx - width + 1)), int(rng.integers(0, ny - depth + 1))
-        u_trap(occupied, x, y, width, depth, _height(rng, nz), int(rng.integers(4)), roof=bool(rng.random() < 0.3))
+        court = occupied[x : x + width, y : y + depth]
+        u_trap(court, _height(rng, nz), opens=int(rng.integers(4)), roof=bool(rng.random() < 0.3))
     return _littered(rng, occupied, 3)
 
 
@@ -134,17 +135,21 @@ FAMILIES: dict[str, Callable[[np.random.Generator, IntVec], Occupancy]] = {
 """By name; a family's place in this order is part of the seeds."""
 
 
-def u_trap(
-    occupied: Occupancy, x: int, y: int, width: int, depth: int, top: int, opens: int, *, roof: bool, wall: int = 1
-) -> None:
-    """Write a U-shaped trap into an occupancy: a ring of walls without the side ``opens`` (0 -x, 1 +x, 2 -y, 3 +y)."""
-    low, high = occupied[x : x + width, y : y + depth], slice(1, top)
-    sides = [low[:wall], low[-wall:], low[:, :wall], low[:, -wall:]]
+def u_trap(court: Occupancy, top: int, *, opens: int, roof: bool) -> None:
+    """Write a U-shaped trap: a ring of walls without one side.
+
+    Args:
+        court: Part of an occupancy that the trap fills, overwritten.
+        top: One above the highest cell of the walls.
+        opens: The open side: 0 -x, 1 +x, 2 -y, 3 +y.
+        roof: Whether the trap has a roof.
+    """
+    sides = [court[:1], court[-1:], court[:, :1], court[:, -1:]]
     for number, side in enumerate(sides):
         if number != opens:
-            side[..., high] = True
+            side[..., 1:top] = True
     if roof:
-        low[..., top - 1 : top] = True
+        court[..., top - 1 : top] = True
 
 
 def _ground(shape: IntVec) -> Occupancy:

@@ -93,7 +93,7 @@ def wide_trap(share: float, number: int) -> LiftProblem:
     nx, ny, nz = depth + 48, width + 48, 8
     occupied = np.zeros((nx, ny, nz), np.bool_)
     occupied[:, :, 0] = True
-    u_trap(occupied, 24, 24, depth, width, nz, 0, roof=False)
+    u_trap(occupied[24 : 24 + depth, 24 : 24 + width], nz, opens=0, roof=False)
     space = clearance_on(occupied, random_boxes(rng, (24, 24, nz)), rope=bool(rng.integers(2)))
     while True:
         start = (

@@ -7,12 +7,13 @@ from typing import Any
 
 from bimvox.errors import InputError
 from bimvox.files import write_atomically
+from bimvox.paper.experiment.document import document_of
+from bimvox.paper.experiment.pictures import pictures_of
+from bimvox.paper.experiment.report import report_of
+from bimvox.paper.experiment.settings import default_settings, quick_settings
 from bimvox.progress import Progress
-from bimvox_pipeline.paper.document import document_of
 from bimvox_pipeline.paper.experiment import run_experiment
-from bimvox_pipeline.paper.pictures import pictures_of
-from bimvox_pipeline.paper.report import REPORT_FILE, report_of
-from bimvox_pipeline.paper.settings import default_settings, quick_settings
+from bimvox_pipeline.paper.folder import REPORT_FILE
 
 
 def run_paper(
@@ -24,25 +25,25 @@ def run_paper(
     quick: bool = False,
     progress: Progress,
 ) -> dict[str, Any]:
-    """Run what is not there yet of the paper's experiments, and write results, curves, pictures and the report.
+    """Run the missing jobs of the paper's experiments, and write results, curves, pictures and the report.
 
     Args:
-        folder: Where to; made where it is missing, and gone on with where it was begun.
-        seeds: Runs of everything.
+        folder: Where to; created if missing, resumed if begun.
+        seeds: Number of runs of everything.
         modes: ``paper``, ``ours``.
-        processes: How many jobs at a time.
-        quick: Tiny budgets.
+        processes: Number of jobs in parallel.
+        quick: Use tiny budgets.
         progress: Told of every job.
 
     Returns:
-        The document of ``bimvox experiment paper --json``: that of the results, and ``out, report, pictures, seconds``.
+        The document of ``bimvox experiment paper --json``: the results, and ``out, report, pictures, seconds``.
 
     Raises:
         InputError: The folder cannot be used.
         BimvoxError: A process was killed.
     """
     if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder} is no folder", hint="name a folder with -o")
+        raise InputError(f"{folder} is not a folder", hint="name a folder with -o")
     settings = (quick_settings if quick else default_settings)(seeds, modes)
     results = run_experiment(folder, settings=settings, processes=processes, progress=progress)
     progress.stage("draw")

@@ -1,4 +1,4 @@
-"""Running jobs in processes of their own, what is there already left out."""
+"""Running the missing jobs of an experiment, each in a process."""
 
 from __future__ import annotations
 
@@ -12,21 +12,22 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 from bimvox.errors import BimvoxError
-from bimvox_pipeline.paper.jobs import Job
-from bimvox_pipeline.paper.work import do_job, result_file
+from bimvox.paper.experiment.jobs import Job
+from bimvox_pipeline.paper.folder import result_file
+from bimvox_pipeline.paper.work import do_job
 
 
 def run_jobs(jobs: Sequence[Job], folder: Path, *, processes: int, done: Callable[[Job], None]) -> None:
-    """Do every job whose result is not there, as soon as what it needs is.
+    """Do every job whose result is missing, once the results that it needs exist.
 
-    Results are files, written by the processes themselves: whatever stops this one, what was finished stays. Each
-    process does one job after the other; jobs share nothing, so that it does not matter which does which.
+    The processes write the results as files, so finished jobs survive an interruption. Each process does one job after
+    the other. Jobs share nothing, so results do not depend on which process does which.
 
     Args:
-        jobs: Each after what it needs.
+        jobs: Each after the jobs that it needs.
         folder: Of the results.
-        processes: How many at a time.
-        done: Told of every job that is done, or was already.
+        processes: Number of jobs in parallel.
+        done: Called for every finished job, earlier ones included.
 
     Raises:
         BimvoxError: A process was killed.
@@ -57,11 +58,11 @@ def run_jobs(jobs: Sequence[Job], folder: Path, *, processes: int, done: Callabl
                 done(job)
     except BrokenProcessPool as error:
         raise BimvoxError(
-            "a process of the experiment was killed, for want of memory perhaps",
-            hint="run the command again: what was finished is kept",
+            "a process of the experiment was killed, perhaps because memory ran out",
+            hint="run the command again: finished results are kept",
         ) from error
     except BaseException:
-        # Nobody waits for a job that nobody wants.
+        # Do not wait for jobs whose results are no longer needed.
         for process in set(multiprocessing.active_children()) - before:
             process.terminate()
         raise
@@ -70,7 +71,7 @@ def run_jobs(jobs: Sequence[Job], folder: Path, *, processes: int, done: Callabl
 
 
 def _follow_the_parent() -> None:
-    """Let Ctrl-C reach the parent only, which ends the processes; and end when the parent was killed."""
+    """Leave Ctrl-C to the parent, which ends the processes; end if the parent was killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_the_parent, daemon=True).start()
 

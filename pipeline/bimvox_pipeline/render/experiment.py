@@ -9,8 +9,6 @@ from bimvox.errors import InputError
 from bimvox.files import check_output, write_atomically
 from bimvox.progress import Progress
 
-_NO_CURVE = "no retraining in any seed:\nthe loaded policy gets by"
-
 
 def render_experiment(folder: Path, out: Path | None, progress: Progress) -> dict[str, Any]:
     """Draw the success curves of an experiment again, as far as it went.
@@ -23,10 +21,9 @@ def render_experiment(folder: Path, out: Path | None, progress: Progress) -> dic
     Returns:
         The document of ``bimvox render --json``.
     """
-    from bimvox.rendering.plots.curves import Panel, draw_success_curves
-    from bimvox_pipeline.paper.document import document_of
-    from bimvox_pipeline.paper.pictures import MODE_NAMES, TITLES, curve_of
-    from bimvox_pipeline.paper.results import load_results
+    from bimvox.paper.experiment.document import document_of
+    from bimvox.paper.experiment.pictures import success_curves
+    from bimvox_pipeline.paper.folder import load_results
 
     target = out or Path(f"{folder.resolve().name}.png")
     suffix = target.suffix.lower()
@@ -42,15 +39,7 @@ def render_experiment(folder: Path, out: Path | None, progress: Progress) -> dic
             hint="bimvox experiment paper -o DIR runs it again in a new folder",
         ) from error
     progress.stage("draw")
-    panels = []
-    for scenario, title in TITLES.items():
-        drawn = [
-            curve_of(MODE_NAMES.get(mode, mode), content["scenarios"][scenario]["curve"])
-            for mode, content in modes.items()
-            if content["scenarios"][scenario]["curve"]
-        ]
-        panels.append(Panel(title, tuple(drawn), "" if drawn else _NO_CURVE))
-    picture = draw_success_curves(panels, file_format="svg" if suffix == ".svg" else "png")
+    picture = success_curves(modes, "svg" if suffix == ".svg" else "png")
     progress.stage("write")
     write_atomically(target, picture)
     progress.finish()

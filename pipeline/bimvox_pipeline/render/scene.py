@@ -139,7 +139,7 @@ def moment_of(words: str, start_ns: int, end_ns: int) -> int:
 
 def is_experiment(folder: Path) -> bool:
     """Whether a folder is that of ``bimvox experiment``."""
-    from bimvox_pipeline.paper.results import MANIFEST
+    from bimvox_pipeline.paper.folder import MANIFEST
 
     return (folder / MANIFEST).is_file()
 

@@ -28,7 +28,8 @@ def some_actions(batch, random, greedy_share):
 @settings(max_examples=40, deadline=None)
 @given(specs(), st.integers(0, 2**31), TOWARDS, st.integers(1, 3))
 def test_batched_agrees_with_the_rules_played_slowly(spec, seed, greedy_share, turns):
-    batch = BatchedPaperSite(spec, 3, observation="paper", seed=seed, teacher=True, turns=turns)
+    batch = BatchedPaperSite(spec, 3, observation="paper", seed=seed, turns=turns)
+    batch.keep_distance_field()
     try:
         batch.reset()
     except PlanningError:
@@ -56,7 +57,8 @@ def test_batched_agrees_with_the_rules_played_slowly(spec, seed, greedy_share, t
 @settings(max_examples=15, deadline=None)
 @given(specs(), st.integers(0, 2**31), st.sampled_from(sorted(OBSERVATIONS)), st.sampled_from(["paper", "shaped"]))
 def test_single_and_batched_agree_step_for_step(spec, seed, observation, reward):
-    batch = BatchedPaperSite(spec, 2, observation=observation, reward=reward, seed=seed, teacher=True)
+    batch = BatchedPaperSite(spec, 2, observation=observation, reward=reward, seed=seed)
+    batch.keep_distance_field()
     try:
         observations = batch.reset()
     except PlanningError:
@@ -83,7 +85,8 @@ def test_single_and_batched_agree_step_for_step(spec, seed, observation, reward)
 @settings(max_examples=25, deadline=None)
 @given(specs(), st.integers(0, 2**31))
 def test_no_two_objects_ever_share_a_cell(spec, seed):
-    batch = BatchedPaperSite(spec, 4, seed=seed, teacher=True)
+    batch = BatchedPaperSite(spec, 4, seed=seed)
+    batch.keep_distance_field()
     try:
         batch.reset()
     except PlanningError:
@@ -167,7 +170,8 @@ def solve(batch):
 
 def test_optimal_play_builds_the_column_from_every_start_of_the_yard():
     layouts = yard_layouts(PAPER)
-    batch = BatchedPaperSite(PAPER, len(layouts), teacher=True)
+    batch = BatchedPaperSite(PAPER, len(layouts))
+    batch.keep_distance_field()
     batch.reset()
     for n, layout in enumerate(layouts):
         batch.place(n, layout)
@@ -178,7 +182,8 @@ def test_optimal_play_builds_the_column_from_every_start_of_the_yard():
 
 
 def test_optimal_play_builds_the_frame():
-    batch = BatchedPaperSite(FOUR_COLUMNS_FOUR_BEAMS, 100, teacher=True, seed=3)
+    batch = BatchedPaperSite(FOUR_COLUMNS_FOUR_BEAMS, 100, seed=3)
+    batch.keep_distance_field()
     batch.reset()
     steps = solve(batch)
     assert (steps > 0).all()

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from paper_reference import cells_of
+from paper_reference import cells_of, is_solvable
 
 from bimvox.env.default_problem import default_problem
 from bimvox.paper.env.component import YardPose, beam, column
-from bimvox.paper.env.layout import PaperLayout, is_solvable, random_layouts, yard_layouts
+from bimvox.paper.env.layout import PaperLayout, random_layouts, yard_layouts
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER, obstruction
 from bimvox.paper.env.site_env import PaperSiteEnv
 from bimvox.paper.env.spec import RandomObstructions

@@ -9,7 +9,7 @@ from paper_lessons import TINY
 from bimvox.paper.env.component import YardPose
 from bimvox.paper.env.layout import PaperLayout, random_layouts, yard_layouts
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, PAPER
-from bimvox.paper.policy.baselines import field_seconds, random_policy, tabular_q, teacher_moves
+from bimvox.paper.policy.baselines import Requirement, field_seconds, random_policy, tabular_q, teacher_moves
 
 
 def test_the_teacher_takes_the_shortest_way_from_every_start():
@@ -36,19 +36,19 @@ def test_acting_at_random_seldom_arrives_on_the_papers_site():
 
 def test_a_table_learns_the_tiny_site():
     starts = yard_layouts(TINY)
-    result = tabular_q(TINY, starts, seed=0, budget=20_000, test_episodes=50, required_successes=50, test_every=1_000)
+    result = tabular_q(TINY, starts, seed=0, budget=20_000, required=Requirement(50, 50, 1_000))
     assert result.reached
     assert result.steps_to_success == result.curve[-1].steps < 20_000
     assert result.curve[-1].success_rate == 1.0
     # From (0, 2, 2), the best first value is that of the way there: three steps and the reward of arriving.
     best = result.table[1, 2, 2, 0].max()
     assert best == pytest.approx(-1.0 + 0.99 * (1.0 - 1.0), abs=0.2)
-    again = tabular_q(TINY, starts, seed=0, budget=20_000, test_episodes=50, required_successes=50, test_every=1_000)
+    again = tabular_q(TINY, starts, seed=0, budget=20_000, required=Requirement(50, 50, 1_000))
     np.testing.assert_array_equal(again.table, result.table)
 
 
 def test_a_table_that_is_not_good_enough_in_time():
-    result = tabular_q(TINY, yard_layouts(TINY), seed=0, budget=50, test_episodes=10, required_successes=10)
+    result = tabular_q(TINY, yard_layouts(TINY), seed=0, budget=50, required=Requirement(10, 10))
     assert not result.reached
     assert result.steps_to_success is None
     assert [point.steps for point in result.curve] == [50]
@@ -57,7 +57,7 @@ def test_a_table_that_is_not_good_enough_in_time():
 def test_a_table_serves_one_target():
     drawn = random_layouts(replace(PAPER, random_targets=True), 5, 0)
     with pytest.raises(ValueError, match="one target"):
-        tabular_q(PAPER, drawn, seed=0, budget=50, test_episodes=1, required_successes=1)
+        tabular_q(PAPER, drawn, seed=0, budget=50, required=Requirement(1, 1))
 
 
 def test_what_a_field_costs_is_measured():

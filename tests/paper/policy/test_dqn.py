@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 from paper_lessons import QUICK, SLOW, TINY, network_that_always
+from stable_baselines3.common.save_util import load_from_zip_file
 
 from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.policy.dqn import PaperDqn
@@ -62,7 +63,7 @@ def test_a_loaded_network_explores_as_much_as_it_is_told():
 
 
 def test_no_warm_up_of_random_actions_only():
-    always_up = network_that_always(4, 150)
+    always_up = network_that_always(4, 150, SLOW.hidden)
     learner = dqn(dueling=False, initial=always_up, exploration_again=0.0, exploration_last=0.0)
     learner.learn(20)
     assert set(learner.replay_buffer.actions[:20].ravel()) == {4}
@@ -154,3 +155,28 @@ def test_nothing_is_left_in_the_temporary_files(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     dqn(QUICK).learn(200)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("config", [SLOW, QUICK])
+def test_what_is_saved_is_what_was_learned(config, tmp_path):
+    learner = dqn(config)
+    first = arrays_of(learner.q_net)
+    learner.learn(400)
+    learner.save(tmp_path / "model.zip")
+    _, saved, _ = load_from_zip_file(tmp_path / "model.zip", device="cpu")
+    fresh = dqn(config)
+    fresh.policy.load_state_dict(saved["policy"])
+    observations = learner.env.reset()
+    expected = learner._learner.live(observations)
+    np.testing.assert_array_equal(fresh.network(observations), expected)
+    np.testing.assert_allclose(learner.q_net(torch.from_numpy(observations)).detach(), expected, atol=1e-4)
+    assert not np.array_equal(first.actions.weights[0], arrays_of(learner.q_net).actions.weights[0])
+    for target, array in zip(
+        arrays_of(learner.q_net_target).arrays().values(), learner._learner.target.arrays().values(), strict=True
+    ):
+        np.testing.assert_array_equal(target, array)
+
+
+def test_a_network_of_other_layers_is_refused():
+    with pytest.raises(ValueError, match="do not fit"):
+        dqn(dueling=False, initial=network_that_always(4, 150))

@@ -5,7 +5,7 @@ import pytest
 from paper_lessons import drawn_network
 
 from bimvox.errors import PolicyError
-from bimvox.paper.policy.network import paper_network_from_arrays
+from bimvox.paper.policy.network import network_from_bytes, network_to_bytes, paper_network_from_arrays
 
 
 def test_dueling_is_the_states_value_plus_centred_advantages():
@@ -60,3 +60,20 @@ def test_arrays_that_are_no_network(name):
     arrays = drawn_network(np.random.default_rng(3), 7, dueling=True).arrays()
     with pytest.raises(PolicyError):
         paper_network_from_arrays(broken(dict(arrays), name))
+
+
+def test_the_same_network_gives_the_same_bytes():
+    network = drawn_network(np.random.default_rng(0), 12, dueling=True)
+    content = network_to_bytes(network)
+    assert network_to_bytes(network_from_bytes(content)) == content
+
+
+def test_predictions_after_loading_are_identical():
+    network = drawn_network(np.random.default_rng(0), 12, dueling=True)
+    observations = np.random.default_rng(1).normal(size=(50, 12)).astype(np.float32)
+    np.testing.assert_array_equal(network_from_bytes(network_to_bytes(network))(observations), network(observations))
+
+
+def test_damaged_bytes_are_refused():
+    with pytest.raises(PolicyError, match="not a safetensors file"):
+        network_from_bytes(b"\x80\x04.")

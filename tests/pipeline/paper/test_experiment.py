@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import pytest
 from bimvox_pipeline.paper import scheduler
-from bimvox_pipeline.paper.document import document_of, mean_curve
 from bimvox_pipeline.paper.experiment import run_experiment
-from bimvox_pipeline.paper.jobs import Job, jobs_of
-from bimvox_pipeline.paper.results import CurveRow, load_results
+from bimvox_pipeline.paper.folder import load_results, result_file
 from bimvox_pipeline.paper.scheduler import run_jobs
-from bimvox_pipeline.paper.settings import quick_settings
-from bimvox_pipeline.paper.work import result_file
 
 from bimvox.errors import BimvoxError, FileError
+from bimvox.paper.experiment.document import document_of, mean_curve
+from bimvox.paper.experiment.jobs import Job, jobs_of
+from bimvox.paper.experiment.settings import quick_settings
+from bimvox.paper.policy.curve import CurvePoint
 from bimvox.progress import SilentProgress
 
 SETTINGS = replace(quick_settings(1, ("ours",)), frame_changes={"sites": 4, "gradient_steps": 1, "greedy_too": False})
@@ -112,8 +112,8 @@ def test_a_folder_that_cannot_be_made(tmp_path):
 
 
 def test_mean_curves_carry_the_last_rate_of_runs_that_stopped():
-    short = (CurveRow(100, 0.2, 0.0, None), CurveRow(200, 1.0, 0.0, None))
-    long = (CurveRow(100, 0.0, 0.0, None), CurveRow(200, 0.4, 0.0, None), CurveRow(300, 0.8, 0.0, None))
+    short = (CurvePoint(100, 0.2, 0.0, None), CurvePoint(200, 1.0, 0.0, None))
+    long = (CurvePoint(100, 0.0, 0.0, None), CurvePoint(200, 0.4, 0.0, None), CurvePoint(300, 0.8, 0.0, None))
     rows = mean_curve([short, long])
     assert [row[:2] for row in rows] == [[100.0, pytest.approx(0.1)], [200.0, pytest.approx(0.7)], [300.0, 0.9]]
     assert all(0.0 <= row[2] <= row[1] <= row[3] <= 1.0 for row in rows)

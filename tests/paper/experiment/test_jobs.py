@@ -3,8 +3,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from bimvox_pipeline.paper.jobs import jobs_of
-from bimvox_pipeline.paper.settings import default_settings, quick_settings
+
+from bimvox.paper.experiment.jobs import jobs_of
+from bimvox.paper.experiment.settings import default_settings, quick_settings
 
 
 def names(settings, part=None):

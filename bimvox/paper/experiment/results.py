@@ -1,57 +1,32 @@
-"""The results of an experiment, read back from its folder."""
+"""The results of an experiment as values."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from bimvox.errors import FileError
-from bimvox_pipeline.paper.jobs import Job
-from bimvox_pipeline.paper.work import read_json, result_file
-
-MANIFEST = "experiment.json"
-JOBS = "jobs"
+from bimvox.paper.experiment.jobs import Job
+from bimvox.paper.policy.curve import Curve, CurvePoint
 
 Cell = tuple[int, int, int]
 Box = tuple[Cell, Cell]
 
 
-class CurveRow(NamedTuple):
-    """One test.
-
-    Attributes:
-        steps: Environment steps so far.
-        success_rate: With the tests' share of random actions.
-        mean_reward: Of those episodes.
-        greedy_rate: Without random actions, from every start; None where that was not tested.
-    """
-
-    steps: int
-    success_rate: float
-    mean_reward: float
-    greedy_rate: float | None
-
-
-Curve = tuple[CurveRow, ...]
-
-
 @dataclass(frozen=True, slots=True)
 class LearningRun:
-    """A run of the initialization layer, of the ablation or of what goes beyond the paper.
+    """A training run: initialization layer, ablation, or beyond the paper.
 
     Attributes:
-        mode: ``paper``, ``ours``; of the ablation ``observation-reward``; beyond the paper ``targets`` or ``frame``.
+        mode: ``paper`` or ``ours``; ablation: ``observation-reward``; beyond the paper: ``targets`` or ``frame``.
         seed: The seed.
         reached: Whether it was good enough within the budget.
         steps: Steps taken.
-        budget: Steps there were.
+        budget: Steps allowed.
         curve: Every test.
-        seconds: Wall time, on whatever machine it was.
+        seconds: Wall time.
         cpu_seconds: Processor time.
-        fresh_rate: Share of layouts that no test had used on which it succeeds without random actions; None where that
-            was not asked.
+        fresh_rate: Success rate without random actions on layouts that no test used. None if not measured.
     """
 
     mode: str
@@ -66,7 +41,7 @@ class LearningRun:
 
     @property
     def steps_to_success(self) -> int | None:
-        """Steps at the test that was good enough, None where none was."""
+        """Steps at the first test that was good enough. None if none was."""
         return self.steps if self.reached else None
 
 
@@ -79,20 +54,20 @@ class ScenarioRun:
         seed: The seed.
         scenario: ``a`` to ``d``.
         start: Reference cell of the column in the yard: x, y.
-        axis: Along which it lies there.
-        target: Its reference cell when built in.
+        axis: Axis along which it lies there.
+        target: Its reference cell when set.
         obstructions: Half-open boxes of cells.
         planned_cells: Reference cells of the path that the basic policy planned.
-        path_cells: And of the one built by in the end; empty where nothing was learned within the budget.
-        retrained: Whether the network was trained again.
-        succeeded: Whether there is a path in the end.
+        path_cells: And of the final path; empty if nothing was learned within the budget.
+        retrained: Whether the network was retrained.
+        succeeded: Whether there is a final path.
         steps: Steps of retraining.
-        budget: Steps there were.
-        curve: Every test while retraining; the first, at 0 steps, is of the loaded network.
-        success_rate: In the last test; of the unchanged scenario in the trial.
-        shortest_moves: Fewest moves there are.
+        budget: Steps allowed.
+        curve: Every test while retraining; the first, at 0 steps, tests the loaded network.
+        success_rate: In the last test; for the unchanged scenario, in the trial.
+        shortest_moves: Fewest moves possible.
         random_success: Success rate of random actions.
-        tabular_steps: Steps of tabular Q-learning from nothing to the same requirement; None where the same budget was
+        tabular_steps: Steps of tabular Q-learning from scratch to the same requirement. None if the same budget was
             not enough.
         tabular_curve: Its tests.
         seconds: Wall time.
@@ -121,21 +96,21 @@ class ScenarioRun:
 
     @property
     def steps_to_success(self) -> int | None:
-        """Steps of retraining that were needed, None where the budget was not enough."""
+        """Steps of retraining needed. None if the budget was not enough."""
         return self.steps if self.succeeded else None
 
 
 @dataclass(frozen=True, slots=True)
 class BaselineRun:
-    """The baselines of the initialization layer, one seed.
+    """The baselines of the initialization layer for one seed.
 
     Attributes:
         seed: The seed.
-        starts: Distinct starts.
+        starts: Number of distinct starts.
         random_success: Success rate of random actions.
-        teacher_success: Of going down the exact distance field.
-        steps: Of tabular Q-learning to 100 of 100 episodes; None where the budget was not enough.
-        budget: Steps there were.
+        teacher_success: Success rate of descending the exact distance field.
+        steps: Of tabular Q-learning to 100 of 100 episodes. None if the budget was not enough.
+        budget: Steps allowed.
         curve: Its tests.
     """
 
@@ -150,18 +125,18 @@ class BaselineRun:
 
 @dataclass(frozen=True, slots=True)
 class ExperimentResults:
-    """All results that are there.
+    """All results so far.
 
     Attributes:
-        settings: As ``PaperSettings.to_dict`` gave them.
-        initialization: One a mode and seed.
-        scenarios: One a mode, seed and scenario.
-        unplanned: Mode and seed of those whose basic policy planned no path that the experiments could use.
-        ablation: One an observation, reward and seed.
-        beyond: One a case and seed.
-        baselines: One a seed.
+        settings: As ``PaperSettings.to_dict`` gives them.
+        initialization: One per mode and seed.
+        scenarios: One per mode, seed and scenario.
+        unplanned: Mode and seed of each run whose basic policy planned no usable path.
+        ablation: One per observation, reward and seed.
+        beyond: One per case and seed.
+        baselines: One per seed.
         field_seconds: Wall time of one exact distance field, by site.
-        missing: Names of the results that are not there.
+        missing: Names of the missing results.
     """
 
     settings: dict[str, Any]
@@ -180,26 +155,23 @@ class ExperimentResults:
         return not self.missing
 
 
-def load_results(folder: Path) -> ExperimentResults:
-    """Read what an experiment has given so far.
+def results_of(
+    settings: dict[str, Any], jobs: Sequence[Job], documents: Mapping[str, dict[str, Any]]
+) -> ExperimentResults:
+    """Return the results so far.
 
-    Raises:
-        FileError: The folder is not an experiment's.
+    Args:
+        settings: As ``PaperSettings.to_dict`` gives them.
+        jobs: Of the experiment.
+        documents: The finished jobs' JSON values, by the name of the job.
     """
-    manifest = folder / MANIFEST
-    if not manifest.exists():
-        raise FileError(manifest, "no such file", hint="name the folder that `bimvox experiment paper -o` wrote")
-    plain = read_json(manifest)
-    jobs = [Job(**job) for job in plain["jobs"]]
-    files = {job.name: result_file(folder / JOBS, job.name) for job in jobs}
-    found = [(job, read_json(files[job.name])) for job in jobs if files[job.name].exists()]
 
     def of(part: str) -> list[dict[str, Any]]:
-        return [document for job, document in found if job.part == part]
+        return [documents[job.name] for job in jobs if job.part == part and job.name in documents]
 
     applied = {(d["mode"], d["seed"]): d for d in of("apply")}
     return ExperimentResults(
-        settings=plain["settings"],
+        settings=settings,
         initialization=tuple(_learning_run(document) for document in of("initialize")),
         scenarios=tuple(_scenario_runs(applied, of("adapt"))),
         unplanned=tuple(key for key, document in applied.items() if not document["planned"]),
@@ -207,7 +179,7 @@ def load_results(folder: Path) -> ExperimentResults:
         beyond=tuple(_learning_run(document) for document in of("beyond")),
         baselines=tuple(_baseline_run(document) for document in of("baseline")),
         field_seconds=next((document["field_seconds"] for document in of("teacher")), {}),
-        missing=tuple(name for name, file in files.items() if not file.exists()),
+        missing=tuple(job.name for job in jobs if job.name not in documents),
     )
 
 
@@ -240,7 +212,7 @@ def _baseline_run(d: dict[str, Any]) -> BaselineRun:
 def _scenario_runs(
     applied: dict[tuple[str, int], dict[str, Any]], adapted: list[dict[str, Any]]
 ) -> Iterable[ScenarioRun]:
-    """Give the unchanged scenario of every mode and seed, then the changed ones."""
+    """Yield the unchanged scenario of every mode and seed, then the changed ones."""
     for (mode, seed), layout in applied.items():
         if layout["planned"]:
             cells = layout["path_cells"]
@@ -290,7 +262,7 @@ def _scenario_run(mode: str, seed: int, scenario: str, layout: dict[str, Any], d
 
 
 def _curve(rows: list[list[Any]]) -> Curve:
-    return tuple(CurveRow(*row) for row in rows)
+    return tuple(CurvePoint(*row) for row in rows)
 
 
 def _cell(values: list[int]) -> Cell:

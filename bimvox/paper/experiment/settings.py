@@ -1,4 +1,4 @@
-"""What an experiment consists of."""
+"""The settings of an experiment."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ class PaperSettings:
     """Everything that the results depend on.
 
     Attributes:
-        seeds: One run of everything each.
+        seeds: Each is one run of everything.
         modes: Configuration by name; ``paper`` and ``ours`` by default.
-        ablation_seeds: How many of the seeds the ablation takes.
-        ablation_budget: Steps of one of its runs.
-        targets_budget: Steps in which 1,000 layouts with drawn targets are to be solved.
-        targets_layouts: How many layouts that are.
-        frame_budget: Steps in which the frame of four columns and four beams is to be built.
-        frame_layouts: From how many drawn yards.
-        fresh_layouts: On how many layouts that no test has used the networks of these two are judged in the end.
-        frame_changes: What the frame takes instead of ``ours``.
-        tabular_budget: Steps of tabular Q-learning in the initialization layer; retraining takes the networks' budget.
+        ablation_seeds: Number of seeds in the ablation.
+        ablation_budget: Steps of one ablation run.
+        targets_budget: Steps to solve ``targets_layouts`` layouts with drawn targets.
+        targets_layouts: Number of those layouts.
+        frame_budget: Steps to learn the frame of four columns and four beams.
+        frame_layouts: Number of drawn yards from which the frame must be built.
+        fresh_layouts: Number of layouts, unused by any test, that judge these two networks at the end.
+        frame_changes: Fields of ``ours`` that the frame replaces.
+        tabular_budget: Steps of tabular Q-learning in the initialization layer. For retraining it gets the networks'
+            budget.
     """
 
     seeds: tuple[int, ...]
@@ -61,10 +62,10 @@ class PaperSettings:
 
 
 def default_settings(seeds: int = 10, modes: tuple[str, ...] = ("paper", "ours")) -> PaperSettings:
-    """Return the whole experiment.
+    """Return the settings of the whole experiment.
 
     Raises:
-        ValueError: There is no mode of such a name, or no seed.
+        ValueError: A mode is unknown, or there is no seed.
     """
     from bimvox.paper.policy.config import FRAME_CHANGES, MODES
 
@@ -77,7 +78,7 @@ def default_settings(seeds: int = 10, modes: tuple[str, ...] = ("paper", "ours")
 
 
 def quick_settings(seeds: int = 2, modes: tuple[str, ...] = ("paper", "ours")) -> PaperSettings:
-    """Return an experiment of tiny budgets, to see that everything runs; its results mean nothing."""
+    """Return settings with tiny budgets, to check that everything runs; the results mean nothing."""
     full = default_settings(seeds, modes)
     tiny = {
         name: replace(config, budget=600, retrain_budget=400, test_every=200, learning_starts=100, test_episodes=10)

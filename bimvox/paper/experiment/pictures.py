@@ -1,35 +1,28 @@
-"""The pictures of an experiment: success curves like the paper's Figure 5, policies like its Figure 4, the ablation."""
+"""The pictures of an experiment: success curves as in the paper's Figure 5, policies as in Figure 4, the ablation."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
-from bimvox_pipeline.paper.findings import SCENARIOS
+from bimvox.paper.experiment.names import SCENARIOS, TITLES, mode_name
 
 if TYPE_CHECKING:
+    from bimvox.paper.experiment.results import ExperimentResults, ScenarioRun
     from bimvox.rendering.plots.curves import Curve
     from bimvox.rendering.scene.scene import Scene
-    from bimvox_pipeline.paper.results import ExperimentResults, ScenarioRun
 
-TITLES = {
-    "a": "(a) training environment, nothing changes",
-    "b": "(b) one obstruction close to the start",
-    "c": "(c) two obstructions side by side",
-    "d": "(d) one obstruction close to the target",
-}
-MODE_NAMES = {"paper": "paper mode", "ours": "our mode"}
 _BY_THE_LOADED_POLICY = "no retraining in any seed:\nthe loaded policy gets by"
 
 
 def pictures_of(results: ExperimentResults, document: dict[str, Any]) -> dict[str, bytes]:
-    """Return the pictures of an experiment as PNG files by name; what was not run has none.
+    """Return the pictures of an experiment as PNG files by name; parts that were not run have none.
 
     Args:
         results: Of the experiment.
-        document: Of the same, as ``document_of`` gives it.
+        document: ``document_of`` these results.
     """
-    pictures = {"curves.png": _curves(document)}
+    pictures = {"curves.png": success_curves(document["modes"])}
     if document["ablation"]:
         pictures["ablation.png"] = _ablation(document)
     for mode in document["modes"]:
@@ -42,22 +35,28 @@ def pictures_of(results: ExperimentResults, document: dict[str, Any]) -> dict[st
     return pictures
 
 
-def _curves(document: dict[str, Any]) -> bytes:
+def success_curves(modes: dict[str, Any], file_format: Literal["png", "svg"] = "png") -> bytes:
+    """Return the success curves of every mode, one panel per scenario, as a PNG or SVG file.
+
+    Args:
+        modes: ``modes`` of the document.
+        file_format: Of the file.
+    """
     from bimvox.rendering.plots.curves import Panel, draw_success_curves
 
     panels = []
     for scenario in SCENARIOS:
         drawn = [
-            curve_of(MODE_NAMES.get(mode, mode), content["scenarios"][scenario]["curve"])
-            for mode, content in document["modes"].items()
+            _curve(mode_name(mode), content["scenarios"][scenario]["curve"])
+            for mode, content in modes.items()
             if content["scenarios"][scenario]["curve"]
         ]
         panels.append(Panel(TITLES[scenario], tuple(drawn), "" if drawn else _BY_THE_LOADED_POLICY))
-    return draw_success_curves(panels)
+    return draw_success_curves(panels, file_format=file_format)
 
 
-def curve_of(label: str, rows: Sequence[Sequence[float]]) -> Curve:
-    """Return the series of ``[steps, mean, low, high]`` rows."""
+def _curve(label: str, rows: Sequence[Sequence[float]]) -> Curve:
+    """Return the curve of ``[steps, mean, low, high]`` rows."""
     import numpy as np
 
     from bimvox.rendering.plots.curves import Curve
@@ -80,7 +79,7 @@ def _ablation(document: dict[str, Any]) -> bytes:
 
 
 def _policies(runs: Sequence[ScenarioRun]) -> list[Scene]:
-    """Return the four scenarios of the first seed that has them all."""
+    """Return the four scenarios of the first seed that has all of them."""
     from bimvox.paper.env.component import YardPose
     from bimvox.paper.env.layout import PaperLayout
     from bimvox.paper.env.site_env import PaperSiteEnv

@@ -1,14 +1,14 @@
-"""The paper's three findings, each with its numbers and a verdict by a rule that was fixed before any result was seen.
+"""The paper's three findings, each with its numbers and a verdict. The rules were fixed before any result was seen.
 
-1. Every scenario is learned, the unchanged one with the loaded policy as it is. *Reproduces* where every seed does all
-   of it: in (a) at least 8 of the 10 trial episodes succeed without retraining, and (b), (c), (d) each end with a path
-   within the budget. *Contradicted* where some scenario is learned by less than half of the seeds. Else *partly*.
+1. Every scenario is learned, the unchanged one with the loaded policy as it is. *Reproduces* if every seed does all of
+   it: in (a) at least 8 of the 10 trial episodes succeed without retraining, and (b), (c), (d) each end with a path
+   within the budget. *Contradicted* if fewer than half of the seeds learn some scenario. Otherwise *partly*.
 2. (d), close to the target, needs fewer steps of retraining than (b), close to the start.
 3. Two obstructions, (c), need more steps than one, (b).
 
-For 2 and 3, seed by seed, what was not learned counts as one test interval more than the budget. *Reproduces* where the
-median difference has the claimed sign and Wilcoxon's one-sided exact test gives p < 0.05; *contradicted* where both
-hold for the opposite; else *not decided*.
+For 2 and 3, per seed, a scenario that was not learned counts as one test interval more than the budget. *Reproduces* if
+the median difference has the claimed sign and Wilcoxon's one-sided exact test gives p < 0.05; *contradicted* if both
+hold for the opposite; otherwise *not decided*.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox_pipeline.paper.results import ScenarioRun
-from bimvox_pipeline.paper.statistics import PairedTest, paired_test
+from bimvox.paper.experiment.names import SCENARIOS
+from bimvox.paper.experiment.results import ScenarioRun
+from bimvox.paper.experiment.statistics import PairedTest, paired_test
 
 SIGNIFICANCE = 0.05
 TRIALS_NEEDED = 0.8
-SCENARIOS = ("a", "b", "c", "d")
 
 
 class Verdict(StrEnum):
-    """Whether a finding of the paper shows here too."""
+    """Whether a finding of the paper reproduces."""
 
     REPRODUCES = "reproduces"
     PARTLY = "partly"
@@ -44,10 +44,10 @@ class Finding:
     Attributes:
         number: 1 to 3, as in the paper.
         claim: In words.
-        verdict: By the rule of this module.
-        seeds: How many seeds it rests on.
-        learned: Of finding 1: the share of the seeds that learned each scenario.
-        test: Of findings 2 and 3: steps of what is claimed to need more, minus those of the other.
+        verdict: By the rules of this module.
+        seeds: Number of seeds behind it.
+        learned: Finding 1: share of the seeds that learned each scenario.
+        test: Findings 2 and 3: steps of the case claimed to need more, minus those of the other.
     """
 
     number: int
@@ -64,7 +64,7 @@ def findings_of(runs: Sequence[ScenarioRun], *, test_every: int, seeds: Sequence
     Args:
         runs: Of one mode.
         test_every: Steps between two tests.
-        seeds: Those that were run: one without a path planned has learned nothing.
+        seeds: All seeds that were run; one without a planned path has learned nothing.
     """
     if not runs:
         return ()

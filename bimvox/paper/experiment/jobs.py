@@ -1,7 +1,7 @@
-"""The jobs of an experiment: what there is to do, in which order, and the name of each result.
+"""The jobs of an experiment: what to do, in which order, and the name of each result.
 
-A result is named by the hash of everything it depends on, the jobs it needs among them: a run that was stopped goes on
-where it was, and a changed setting makes again what depends on it and nothing else.
+A result's name holds the hash of everything that it depends on, including the jobs that it needs. So an interrupted run
+resumes, and a changed setting repeats only what depends on it.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bimvox_pipeline.paper.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS, PaperSettings
+from bimvox.paper.experiment.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS, PaperSettings
 
 MEANING = 1
-"""Grows when the same settings give other results."""
+"""Increased when the same settings give other results."""
 
 CHANGED = ("b", "c", "d")
-"""Scenarios in which something is changed."""
+"""Scenarios in which obstructions appear."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,11 +26,11 @@ class Job:
     """One piece of work for one process.
 
     Attributes:
-        part: What kind of work.
-        mode: Whose configuration, or what the part distinguishes.
+        part: Kind of job.
+        mode: Name of the configuration, or the case within the part.
         seed: The seed.
-        options: What the part wants to know, JSON values.
-        needs: Names of results that must be there, by their role.
+        options: JSON values that the part reads.
+        needs: Names of the results that the job needs, by role.
     """
 
     part: str
@@ -41,7 +41,7 @@ class Job:
 
     @property
     def name(self) -> str:
-        """The result's file name, without its suffix."""
+        """File name of the result, without suffix."""
         plain = {
             "meaning": MEANING,
             "part": self.part,
@@ -55,7 +55,7 @@ class Job:
 
 
 def jobs_of(settings: PaperSettings) -> tuple[Job, ...]:
-    """Return the jobs of an experiment; what a job needs comes before it."""
+    """Return the jobs of an experiment, each after the jobs that it needs."""
     jobs = [Job("teacher", "all", 0, {})]
     for seed in settings.seeds:
         for mode, config in settings.modes.items():
@@ -96,7 +96,7 @@ def _beyond(settings: PaperSettings, seed: int) -> list[Job]:
 
 
 def _ablation(settings: PaperSettings, seed: int) -> list[Job]:
-    """Return runs of the paper's learner, one thing changed at a time; its exploration phase is that of paper mode."""
+    """Return runs of the paper's learner with one choice changed; they explore as long as paper mode does."""
     paper = settings.modes["paper"]
     base = {
         **paper.to_dict(),

@@ -1,4 +1,4 @@
-"""The results of an experiment as one JSON document, and every curve as CSV."""
+"""The results of an experiment as one JSON document, and all its curves as CSV."""
 
 from __future__ import annotations
 
@@ -8,19 +8,21 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from bimvox_pipeline.paper.findings import SCENARIOS, findings_of
-from bimvox_pipeline.paper.results import BaselineRun, Curve, ExperimentResults, LearningRun, ScenarioRun
-from bimvox_pipeline.paper.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS
-from bimvox_pipeline.paper.statistics import CensoredSteps, mean_interval
+from bimvox.paper.experiment.findings import findings_of
+from bimvox.paper.experiment.names import SCENARIOS
+from bimvox.paper.experiment.results import ExperimentResults, LearningRun, ScenarioRun
+from bimvox.paper.experiment.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS
+from bimvox.paper.experiment.statistics import CensoredSteps, mean_interval
+from bimvox.paper.policy.curve import Curve
 
 NAMED_FIRST = "paper"
-"""The mode whose scenarios stand at the top of the document, where it was run."""
+"""The mode whose scenarios come first in the document, if it was run."""
 
 
 def document_of(results: ExperimentResults) -> dict[str, Any]:
     """Return everything as JSON values.
 
-    ``scenarios`` is that of paper mode (of the only mode where there is one); ``modes`` holds both, side by side.
+    ``scenarios`` is that of paper mode, or of the only mode; ``modes`` holds all of them.
     """
     names = sorted(results.settings["modes"], key=lambda mode: (mode != NAMED_FIRST, mode))
     modes = {mode: _mode(results, mode) for mode in names}
@@ -63,7 +65,7 @@ def _mode(results: ExperimentResults, mode: str) -> dict[str, Any]:
 
 
 def _scenario(runs: Sequence[ScenarioRun], layers: Sequence[LearningRun]) -> dict[str, Any]:
-    """Return one scenario; that of the unchanged site has the curve of the initialization layer, as in the paper."""
+    """Return one scenario; for the unchanged site the curve is the initialization layer's, as in the paper."""
     unchanged = bool(runs) and runs[0].scenario == "a"
     if unchanged:
         steps = CensoredSteps(tuple(run.steps_to_success for run in layers), max(run.budget for run in layers))
@@ -107,7 +109,7 @@ def _scenario_seed(run: ScenarioRun) -> dict[str, Any]:
 
 
 def _learning(runs: Sequence[LearningRun]) -> dict[str, Any]:
-    """Return runs of one kind, one a seed."""
+    """Return the runs of one kind, one per seed."""
     if not runs:
         return {"steps_to_success": None, "reached": 0, "runs": 0}
     steps = CensoredSteps(tuple(run.steps_to_success for run in runs), max(run.budget for run in runs))
@@ -141,7 +143,7 @@ def _ablation(results: ExperimentResults) -> list[dict[str, Any]]:
 
 
 def _beyond(results: ExperimentResults) -> dict[str, Any]:
-    """Return what goes beyond the paper, with the bars it was to clear."""
+    """Return the runs beyond the paper, with the bars set for them."""
     ours = [run for run in results.initialization if run.mode == "ours"]
     named = {name: [run for run in results.beyond if run.mode == name] for name in ("targets", "frame")}
     scenarios = [run for run in results.scenarios if run.mode == "ours" and run.scenario != "a"]
@@ -197,7 +199,7 @@ def _baselines(results: ExperimentResults) -> dict[str, Any]:
 
 
 def _teacher(results: ExperimentResults) -> dict[str, Any]:
-    """Return what the exact distance field costs; going down it needs no environment step and solves every layout."""
+    """Return the cost of the exact distance field; descending it needs no environment step and solves every layout."""
     return {
         "field_seconds": results.field_seconds,
         "environment_steps": 0,
@@ -209,9 +211,9 @@ def _teacher(results: ExperimentResults) -> dict[str, Any]:
 
 
 def mean_curve(curves: Sequence[Curve]) -> list[list[float]]:
-    """Return ``[steps, mean rate, low, high]`` a test, over seeds, the interval as of ``mean_interval``.
+    """Return ``[steps, mean rate, low, high]`` per test, over seeds, with the interval of ``mean_interval``.
 
-    A run that stopped, because it was good enough or its budget was used up, keeps its last rate.
+    A run that has ended keeps its last rate.
     """
     curves = [curve for curve in curves if curve]
     grid = sorted({row.steps for curve in curves for row in curve})
@@ -224,7 +226,7 @@ def mean_curve(curves: Sequence[Curve]) -> list[list[float]]:
 
 
 def _rate_at(curve: Curve, steps: int) -> float | None:
-    """Return the rate of the last test up to a step, None before the first."""
+    """Return the rate of the last test up to a step. None before the first."""
     rate = None
     for row in curve:
         if row.steps <= steps:
@@ -237,7 +239,7 @@ def _pairs(curve: Curve) -> list[list[float]]:
 
 
 def curves_csv(results: ExperimentResults) -> str:
-    """Return every test of every run, one a line."""
+    """Return every test of every run, one per line."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(["part", "mode", "seed", "scenario", "steps", "success_rate", "mean_reward", "greedy_rate"])
@@ -251,7 +253,6 @@ def curves_csv(results: ExperimentResults) -> str:
     for scenario in results.scenarios:
         writer.writerows(_lines("application", scenario.mode, scenario.seed, scenario.scenario, scenario.curve))
         writer.writerows(_lines("tabular", scenario.mode, scenario.seed, scenario.scenario, scenario.tabular_curve))
-    baseline: BaselineRun
     for baseline in results.baselines:
         writer.writerows(_lines("tabular", "initialization", baseline.seed, "", baseline.curve))
     return out.getvalue()

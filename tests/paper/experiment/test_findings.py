@@ -1,8 +1,9 @@
 from __future__ import annotations
 
 import pytest
-from bimvox_pipeline.paper.findings import Verdict, findings_of
-from bimvox_pipeline.paper.results import ScenarioRun
+
+from bimvox.paper.experiment.findings import Verdict, findings_of
+from bimvox.paper.experiment.results import ScenarioRun
 
 SEEDS = range(8)
 

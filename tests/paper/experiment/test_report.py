@@ -4,11 +4,12 @@ import io
 from dataclasses import replace
 
 import numpy as np
-from bimvox_pipeline.paper.document import document_of
-from bimvox_pipeline.paper.pictures import pictures_of
-from bimvox_pipeline.paper.report import report_of
 from paper_results import results
 from PIL import Image
+
+from bimvox.paper.experiment.document import document_of
+from bimvox.paper.experiment.pictures import pictures_of
+from bimvox.paper.experiment.report import report_of
 
 
 def report(of):

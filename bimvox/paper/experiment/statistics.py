@@ -1,4 +1,4 @@
-"""What many seeds come to: means with their uncertainty, medians of what may not have been reached, paired tests."""
+"""Statistics over seeds: means with confidence intervals, censored medians, paired tests."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """A mean and its interval.
+    """A mean and its confidence interval.
 
     Attributes:
         mean: Over the seeds.
         low: Lower end of the 95 % confidence interval by Student's t.
         high: Its upper end.
-        count: Number of seeds; with one alone the interval is the mean itself.
+        count: Number of seeds. With one seed the interval is the mean itself.
     """
 
     mean: float
@@ -30,12 +30,12 @@ class Interval:
 
 
 def mean_interval(values: Sequence[float], *, lowest: float = -math.inf, highest: float = math.inf) -> Interval:
-    """Return the mean of values, one a seed, and its 95 % confidence interval by Student's t.
+    """Return the mean of one value per seed, with its 95 % confidence interval by Student's t.
 
     Args:
         values: At least one.
-        lowest: The interval is cut there, as that of a rate is at 0 and 1.
-        highest: And there.
+        lowest: The interval is clipped here, as a rate's is at 0.
+        highest: And here, as a rate's is at 1.
     """
     from scipy.stats import t
 
@@ -49,10 +49,10 @@ def mean_interval(values: Sequence[float], *, lowest: float = -math.inf, highest
 
 @dataclass(frozen=True, slots=True)
 class CensoredSteps:
-    """Steps to success over seeds, of which some may not have got there.
+    """Steps to success over seeds; a seed may have failed within the budget.
 
     Attributes:
-        values: One a seed; None where the budget was not enough.
+        values: One per seed. None if the budget was not enough.
         budget: The budget.
     """
 
@@ -61,14 +61,14 @@ class CensoredSteps:
 
     @property
     def reached(self) -> int:
-        """How many seeds succeeded."""
+        """Number of seeds that succeeded."""
         return sum(value is not None for value in self.values)
 
     def quantile(self, share: float) -> float | None:
-        """Return the steps within which that share of the seeds succeeded; None where it is beyond the budget.
+        """Return the steps within which that share of the seeds succeeded. None if beyond the budget.
 
-        Seeds that did not succeed count as longer than all others, so nothing is assumed about them. Between two seeds
-        it is interpolated linearly.
+        Seeds that failed count as longer than all others, so nothing is assumed about them. Between two seeds the
+        steps are interpolated linearly.
         """
         ordered = sorted(math.inf if value is None else float(value) for value in self.values)
         place = share * (len(ordered) - 1)
@@ -79,28 +79,25 @@ class CensoredSteps:
 
     @property
     def median(self) -> float | None:
-        """The median; None where it is beyond the budget."""
+        """The median. None if beyond the budget."""
         return self.quantile(0.5)
 
     def text(self) -> str:
-        """Return the median in words."""
+        """Return the median as text."""
         return f"> {self.budget:,}" if self.median is None else f"{self.median:,.0f}"
-
-    def filled(self, interval: int) -> NDArray[np.float64]:
-        """Return the values, (n,); one test interval beyond the budget where it was not enough: the least it can be."""
-        return np.array([self.budget + interval if value is None else value for value in self.values], np.float64)
 
 
 @dataclass(frozen=True, slots=True)
 class PairedTest:
-    """Two numbers a seed compared.
+    """Two numbers per seed, compared.
 
     Attributes:
         median_difference: Median over the seeds of the first minus the second.
-        larger: In how many seeds the first is larger.
-        smaller: In how many it is smaller; the rest are ties.
-        p_sign: One-sided exact sign test: of as many seeds, or more, in which the first is larger, by chance.
-        p_wilcoxon: One-sided exact signed-rank test of Wilcoxon, ties left out, equal differences at their mean rank.
+        larger: Number of seeds in which the first is larger.
+        smaller: Number in which it is smaller; the rest are ties.
+        p_sign: One-sided exact sign test: chance that the first is larger in at least as many seeds.
+        p_wilcoxon: One-sided exact signed-rank test of Wilcoxon; ties are left out, equal differences get their mean
+            rank.
     """
 
     median_difference: float
@@ -111,7 +108,7 @@ class PairedTest:
 
 
 def paired_test(first: NDArray[np.float64], second: NDArray[np.float64]) -> PairedTest:
-    """Test whether the first of two numbers, one pair a seed, tends to be larger."""
+    """Return a test of whether the first of two numbers, one pair per seed, tends to be larger."""
     differences = first - second
     larger, smaller = int((differences > 0).sum()), int((differences < 0).sum())
     return PairedTest(
@@ -124,16 +121,16 @@ def paired_test(first: NDArray[np.float64], second: NDArray[np.float64]) -> Pair
 
 
 def _at_least(successes: int, tries: int) -> float:
-    """Return the chance of so many heads or more of fair coins."""
+    """Return the chance of at least so many heads among fair coins."""
     return float(sum(math.comb(tries, k) for k in range(successes, tries + 1)) / 2**tries)
 
 
 def _wilcoxon(differences: NDArray[np.float64]) -> float:
-    """Return the exact chance of a sum of positive ranks as large or larger, each sign as likely as the other."""
+    """Return the exact chance of a sum of positive ranks at least as large, if both signs are equally likely."""
     if len(differences) == 0:
         return 1.0
     sizes = np.abs(differences)
-    # Mean ranks may be halves: twice the rank is whole.
+    # Twice the rank, because a mean rank may be a half.
     ranks = [int((sizes < size).sum() * 2 + (sizes == size).sum() + 1) for size in sizes]
     observed = sum(rank for rank, difference in zip(ranks, differences, strict=True) if difference > 0)
     chances = np.zeros(sum(ranks) + 1)
