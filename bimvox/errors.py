@@ -14,6 +14,7 @@
     │   ├── GridTooLargeError    more cells than allowed; says which cell size would fit
     │   ├── SelectionError       nothing, or nothing usable, was selected
     │   ├── PolicyError          a policy that is missing, damaged or does not fit
+    │   ├── ActionError          an action outside an environment's action space
     │   └── MissingPackageError  an optional package that is not installed
     └── PlanningError            no valid plan, or a check failed: exit code 1
         ├── NoPlanError          no lift at all could be planned
@@ -149,6 +150,16 @@ class PolicyError(InputError):
     def __init__(self, message: str, *, differs: Mapping[str, object] | None = None, hint: str | None = None) -> None:
         super().__init__(message, hint=hint)
         self.differs = dict(differs or {})
+
+
+class ActionError(InputError, ValueError):
+    """An action outside an environment's action space; ``actions`` is what was given."""
+
+    code = "action"
+
+    def __init__(self, message: str, *, actions: object) -> None:
+        super().__init__(message)
+        self.actions = actions
 
 
 class MissingPackageError(InputError):

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from operator import index
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from bimvox.errors import ActionError
 
 
 class Action(IntEnum):
@@ -32,3 +35,31 @@ MOVES: NDArray[np.int32] = np.array(
 )
 """(6, 3) cells by which each ``Action`` moves the reference cell."""
 MOVES.flags.writeable = False
+
+
+def checked_action(action: object) -> int:
+    """Return an action of one environment as an integer.
+
+    Raises:
+        ActionError: If it is not an integer from 0 to 5.
+    """
+    try:
+        chosen = index(action)  # type: ignore[arg-type]  # what has no index raises
+    except TypeError:
+        chosen = -1
+    if not 0 <= chosen < ACTION_COUNT:
+        raise ActionError(f"action {action!r}: an integer from 0 to {ACTION_COUNT - 1} is needed", actions=action)
+    return chosen
+
+
+def checked_actions(actions: ArrayLike, count: int) -> NDArray[np.int64]:
+    """Return the actions of ``count`` environments, (count,) int64.
+
+    Raises:
+        ActionError: If they are not so many integers from 0 to 5.
+    """
+    chosen = np.asarray(actions)
+    fits = chosen.dtype.kind in "iu" and chosen.shape == (count,)
+    if not fits or (count > 0 and (chosen.min() < 0 or chosen.max() >= ACTION_COUNT)):
+        raise ActionError(f"actions: {count} integers from 0 to {ACTION_COUNT - 1} are needed", actions=actions)
+    return chosen.astype(np.int64, copy=False)

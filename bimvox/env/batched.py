@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.env.actions import ACTION_COUNT
+from bimvox.env.actions import ACTION_COUNT, checked_actions
 from bimvox.env.dynamics import has_arrived, transition
 from bimvox.env.guard import CALM, guarded_action
 from bimvox.env.limits import StepLimit, steps_allowed
@@ -174,11 +174,15 @@ class BatchedLiftEnv:
         store_state(self.state, lift, initial_state(x, y, z))
         self.state.limit[lift] = steps_allowed(self._limit, distance)
 
-    def step(self, actions: NDArray[np.int64]) -> BatchStep:
-        """Take one action a lift, (N,) int64."""
+    def step(self, actions: ArrayLike) -> BatchStep:
+        """Take one action a lift, (N,) integers from 0 to 5.
+
+        Raises:
+            ActionError: If the actions are not N integers of that range.
+        """
+        chosen = checked_actions(actions, self.lifts)
         self._turns.reverse()
         out = self._turns[0]
-        chosen = np.asarray(actions, np.int64)
         self.ended_problem[:] = self.state.problem
 
         def step(first: int, last: int) -> None:

@@ -1,10 +1,12 @@
-"""The ids of all environments, registered with Gymnasium when this module is imported; nothing heavy comes with it.
+"""The ids of all environments, registered with Gymnasium when this module is imported; it imports nothing heavy.
 
-    gymnasium.make("bimvox.env.gym:bimvox/PrefabSite-v0")
+After ``import bimvox`` Gymnasium knows the ids, and also without it if the id names the package::
 
-imports this module and makes the environment; after ``import bimvox.env.gym`` the id alone is enough.
-``bimvox/PrefabSite-v0`` is the paper's experiment, ``bimvox/PrefabSiteObstructed-v0`` the same with one to three drawn
-obstructions, ``bimvox/PrefabFrame-v0`` four columns and four beams, ``bimvox/Lift-v0`` one lift of a crane.
+    gymnasium.make("bimvox:bimvox/Lift-v0")
+
+``bimvox/Lift-v0`` is one lift of a crane, ``bimvox/PrefabSite-v0`` the paper's experiment,
+``bimvox/PrefabSiteObstructed-v0`` the same with one to three drawn obstructions, ``bimvox/PrefabFrame-v0`` four columns
+and four beams.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ LIFT_ENV_ID = "bimvox/Lift-v0"
 
 
 def register() -> None:
-    """Make ``gymnasium.make`` and ``gymnasium.make_vec`` know the ids; what they name is imported when it is made."""
+    """Register the ids with ``gymnasium.make`` and ``make_vec``; an environment is imported when it is made."""
     for env_id, site in PAPER_ENV_IDS.items():
         if env_id not in gymnasium.registry:
             gymnasium.register(

@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.env.actions import ACTION_COUNT, Action
+from bimvox.env.actions import ACTION_COUNT, Action, checked_action
 from bimvox.env.batched import MEMORY
 from bimvox.env.default_problem import default_problem
 from bimvox.env.dynamics import has_arrived, transition
@@ -105,9 +105,13 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         return self._observation(), self._info(bumped=False)
 
     def step(self, action: np.int64) -> tuple[NDArray[np.float32], SupportsFloat, bool, bool, dict[str, Any]]:
-        """Take one action; see Gymnasium."""
+        """Take one action; see Gymnasium.
+
+        Raises:
+            ActionError: If the action is not an integer from 0 to 5.
+        """
         before = self._state
-        self._state, bumped = transition(self.problem.space, before, int(action))
+        self._state, bumped = transition(self.problem.space, before, checked_action(action))
         self._cells[self._state.steps % MEMORY] = self._state[:3]
         arrived = has_arrived(self._state, self._target)
         earned = reward(

@@ -77,7 +77,7 @@ class BatchVecEnv(VecEnv):
 
     def step_async(self, actions: NDArray[np.int64]) -> None:
         """Keep the actions for ``step_wait``."""
-        self._actions = np.asarray(actions, np.int64)
+        self._actions = actions
 
     def step_wait(self) -> VecEnvStepReturn:
         """Take the step."""

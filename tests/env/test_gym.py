@@ -26,6 +26,31 @@ def test_made_by_module_and_id():
     assert env.unwrapped.site_spec.shape == (15, 15, 8)
 
 
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import gymnasium; env = gymnasium.make('bimvox:bimvox/Lift-v0')",
+        "import bimvox; import gymnasium; env = gymnasium.make('bimvox/Lift-v0')",
+        "import gymnasium; import bimvox; env = gymnasium.make('bimvox/Lift-v0')",
+        "import bimvox; import gymnasium; env = gymnasium.make('bimvox:bimvox/Lift-v0')",
+    ],
+)
+def test_the_package_is_enough_for_gymnasium_to_find_the_ids(code):
+    done = subprocess.run(
+        [sys.executable, "-c", f"{code}; print(env.spec.id)"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "bimvox/Lift-v0"
+
+
+def test_gymnasium_keeps_its_own_loader():
+    code = (
+        "import bimvox, gymnasium, sys; print(type(gymnasium.__loader__).__name__, type(gymnasium.__spec__.loader)"
+        ".__name__, any('bimvox' in type(finder).__module__ for finder in sys.meta_path))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["SourceFileLoader", "SourceFileLoader", "False"]
+
+
 def test_registering_twice_is_harmless():
     gym.register()
     assert set(gym.PAPER_ENV_IDS) <= set(gymnasium.registry)

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bimvox.env.actions import ACTION_COUNT
+from bimvox.env.actions import checked_actions
 from bimvox.paper.env.batch_kernels import (
     BatchOut,
     BatchRules,
@@ -208,12 +208,10 @@ class BatchedPaperSite:
             copy_to: (N, *shape) float32 into which the threads also copy the observations.
 
         Raises:
-            ValueError: The actions are not N numbers of that range.
+            ActionError: The actions are not N integers of that range.
             PlanningError: No layout was found for a new episode.
         """
-        chosen = np.asarray(actions, np.int64)
-        if chosen.shape != (self.sites,) or (chosen.min() < 0 or chosen.max() >= ACTION_COUNT):
-            raise ValueError(f"actions: {self.sites} integers from 0 to {ACTION_COUNT - 1} are needed")
+        chosen = checked_actions(actions, self.sites)
 
         self._take_turn()
 

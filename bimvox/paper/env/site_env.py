@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.env.actions import ACTION_COUNT
+from bimvox.env.actions import ACTION_COUNT, checked_action
 from bimvox.env.distance import distance_field
 from bimvox.env.state import NO_ACTION
 from bimvox.paper.env.ansi import ansi_picture
@@ -117,8 +117,14 @@ class PaperSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         return self._observation(), self._info(bumped=False)
 
     def step(self, action: np.int64) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Take one action; see Gymnasium."""
-        moved, earned, bumped, arrived = move(self._rules, self._scheme, self._site, self._state, int(action))
+        """Take one action; see Gymnasium.
+
+        Raises:
+            ActionError: If the action is not an integer from 0 to 5.
+        """
+        moved, earned, bumped, arrived = move(
+            self._rules, self._scheme, self._site, self._state, checked_action(action)
+        )
         self._state = assemble(self._rules, self._site, moved) if arrived else moved
         self._just_assembled = arrived
         return (
