@@ -20,7 +20,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from bimvox.env.registration import register_with_gymnasium
+from bimvox.env.registration import register_with_gymnasium as _register_with_gymnasium
 from bimvox.errors import BimvoxError
 from bimvox.version import __version__
 
@@ -99,7 +99,7 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return list(__all__)
 
 
-register_with_gymnasium()
+_register_with_gymnasium()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,9 @@ from numpy.typing import NDArray
 from bimvox.grid.bricks import Bricks
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.labels import Label
+
+if TYPE_CHECKING:
+    import xarray
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,3 +108,15 @@ class VoxelGrid:
         """Return the number of cells of every label, air included, by the label's name in lower case."""
         cells = np.bincount(self.label_table, self.owners.counts(len(self.parts)), len(Label))
         return {label.name.lower(): int(cells[label]) for label in Label if cells[label] or label is Label.AIR}
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return an ``xarray.Dataset``: ``labels`` uint8 and ``owners`` int32 over x, y, z (cell centres, metres).
+
+        The arrays are dense: 5 bytes a cell. ``attrs["parts"]`` is the table that ``owners`` points into.
+
+        Raises:
+            MissingPackageError: If xarray is not installed.
+        """
+        from bimvox.grid.as_xarray import dataset_of
+
+        return dataset_of(self)

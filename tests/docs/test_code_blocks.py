@@ -96,13 +96,15 @@ def test_the_readmes_obstruction_file_is_one(tmp_path: Path):
     assert [one.id for one in found.obstructions] == ["truck-7"]
 
 
-def test_the_python_of_the_docs_runs(planned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+@pytest.mark.parametrize("file", [file for file in DOCUMENTS if blocks(file, "python")], ids=name_of)
+def test_the_python_of_the_docs_runs(file: Path, planned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A document's blocks run one after the other, as the cells of a notebook do."""
+    shutil.copytree(planned, tmp_path, dirs_exist_ok=True)
     shutil.copy(planned / "frame.zarr.zip", tmp_path / "tower.zarr.zip")
     monkeypatch.chdir(tmp_path)
-    found = [(file, block) for file in DOCUMENTS for block in blocks(file, "python")]
-    assert found
-    for file, block in found:
-        exec(compile(block, name_of(file), "exec"), {})
+    names: dict[str, Any] = {}
+    for block in blocks(file, "python"):
+        exec(compile(block, name_of(file), "exec"), names)
 
 
 INLINE = re.compile(r"`((?:bimvox|make) [^`]+)`")

@@ -1,0 +1,94 @@
+"""The wheel, installed where the checkout cannot be imported, does the main job from another folder."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+OURS = {"bimvox", "bimvox_cli", "bimvox_pipeline"}
+BUILD = "import sys; from setuptools import build_meta; print(build_meta.build_wheel(sys.argv[1]))"
+MAIN_JOB = """
+import importlib.metadata, sys
+from pathlib import Path
+import bimvox
+here = Path(sys.prefix).resolve()
+assert here in Path(bimvox.__file__).resolve().parents, bimvox.__file__
+command = importlib.metadata.entry_points(group="console_scripts")["bimvox"].load()
+for arguments in (
+    ["init", "frame.ifc"],
+    ["plan", "frame.site.toml", "--policy", "none"],
+    ["verify", "frame.mcap"],
+    ["report", "frame.mcap"],
+    ["render", "frame.mcap", "-o", "frame.html", "--no-proof"],
+):
+    assert command([*arguments, "-q"]) == 0, arguments
+from bimvox.policy.generalist.weights import generalist_record, load_generalist
+assert load_generalist().layer_sizes
+print("used", generalist_record()["id"])
+for name, module in sys.modules.items():
+    if name.split(".")[0].startswith("bimvox"):
+        assert here in Path(module.__file__).resolve().parents, module.__file__
+"""
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Built from a copy of what belongs to the project, so that nothing is left in the checkout."""
+    source, out = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("wheel")
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source)
+    for name in ("bimvox", "pipeline", "cli"):
+        shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
+    subprocess.run([sys.executable, "-c", BUILD, str(out)], cwd=source, check=True, capture_output=True)
+    (file,) = out.glob("bimvox-*.whl")
+    return file
+
+
+@pytest.fixture(scope="module")
+def clean(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A virtual environment with the wheel and the packages that it needs, without the checkout; its Python."""
+    folder = tmp_path_factory.mktemp("clean")
+    venv.create(folder, with_pip=False)
+    packages = Path(sysconfig.get_path("purelib", vars={"base": str(folder), "platbase": str(folder)}))
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(packages)
+    # Files with the ending .pth in that folder are not run, so an editable installation of the checkout is not found.
+    (packages / "needed.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    return folder / "bin" / "python"
+
+
+def test_a_wheel_holds_our_packages_and_no_generic_name(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    assert {name.split("/")[0] for name in names if ".dist-info/" not in name} == OURS
+    assert "bimvox/py.typed" in names
+    for data in ("*.safetensors", "*.json", "*.css", "*.html", "*.mjs"):
+        kept = {file.relative_to(ROOT).as_posix() for file in (ROOT / "bimvox").rglob(data)}
+        assert kept
+        assert kept <= set(names)
+
+
+def test_the_installed_wheel_plans_verifies_reports_and_draws(clean, tmp_path):
+    shutil.copy(ROOT / "sample_models" / "frame.ifc", tmp_path)
+    known = {"PATH", "HOME", "LANG", "NUMBA_CACHE_DIR"}
+    environment = {key: value for key, value in os.environ.items() if key in known}
+    done = subprocess.run(
+        [str(clean), "-c", MAIN_JOB],
+        cwd=tmp_path,
+        env={**environment, "BIMVOX_POLICIES": str(tmp_path / "policies")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("used ")
+    for name in ("frame.site.toml", "frame.mcap", "frame.report.html", "frame.html"):
+        assert (tmp_path / name).stat().st_size > 1000
