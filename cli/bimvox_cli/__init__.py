@@ -1,1 +1,1 @@
-"""The command line: one thin file a command; it parses, calls the pipeline and prints."""
+"""The command line: one thin file per command that parses, calls the pipeline and prints."""

@@ -1,4 +1,4 @@
-"""``python -m bimvox_cli``: the command line where the ``bimvox`` script is not on the path."""
+"""``python -m bimvox_cli``: the command line if the ``bimvox`` script is not on the path."""
 
 import sys
 

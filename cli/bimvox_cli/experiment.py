@@ -14,24 +14,24 @@ from bimvox_cli.output import fields, open_output, rows
 if TYPE_CHECKING:
     from rich.console import Console
 
-experiment = typer.Typer(help="Run published experiments again.", no_args_is_help=True)
+experiment = typer.Typer(help="Repeat published experiments.", no_args_is_help=True)
 
 
 @experiment.command("paper", context_settings=HELP_NAMES)
 def paper(
     out: Annotated[
-        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the results; an earlier run goes on there.")
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the results; an earlier run resumes there.")
     ] = Path("paper-experiment"),
-    seeds: Annotated[int, typer.Option(min=1, metavar="N", help="Runs of everything, one a seed.")] = 10,
+    seeds: Annotated[int, typer.Option(min=1, metavar="N", help="Runs of every experiment, one per seed.")] = 10,
     mode: Annotated[
-        Literal["paper", "ours"] | None, typer.Option(help="Only the paper's mode, or only ours. Default: both.")
+        Literal["paper", "ours"] | None, typer.Option(help="Only the paper's mode or only ours. Default: both.")
     ] = None,
     jobs: Annotated[
         int, typer.Option(min=1, metavar="N", envvar="BIMVOX_JOBS", help="Processes; the results do not depend on it.")
     ] = 2,
-    quick: Annotated[bool, typer.Option("--quick", help="Tiny budgets, to see that it runs: results mean nothing.")] = (
-        False
-    ),
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Tiny budgets, only to see that it runs; the results are meaningless.")
+    ] = (False),
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:

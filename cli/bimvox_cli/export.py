@@ -12,6 +12,7 @@ from bimvox_cli.options import Json, Quiet
 from bimvox_cli.output import facts, open_output
 
 
+# Its parameters are the command's options.
 def export(
     source: Annotated[
         Path, typer.Argument(metavar="LOG|GRID", help="A log of `bimvox plan`, or a grid of `bimvox voxelize`.")
@@ -34,13 +35,14 @@ def export(
             help="Only this lift (number from 1, or the part's name, id or GlobalId); may be given several times.",
         ),
     ] = None,
-    out: Annotated[Path | None, typer.Option("--output", "-o", metavar="OUT", help="Where to write it.")] = None,
+    out: Annotated[Path | None, typer.Option("--output", "-o", metavar="OUT", help="Output file or folder.")] = None,
     recover: Annotated[
-        bool, typer.Option("--recover", help="Save what a cut-off or damaged log still holds, and prove it again.")
+        bool,
+        typer.Option("--recover", help="Save the readable part of a truncated or damaged log, and prove it again."),
     ] = False,
     model: Annotated[
         Path | None,
-        typer.Option("--model", metavar="IFC", help="For ifc: the file that the plan was made from."),
+        typer.Option("--model", metavar="IFC", help="For ifc: the model of the plan."),
     ] = None,
     start: Annotated[
         str | None,

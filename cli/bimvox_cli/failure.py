@@ -1,4 +1,4 @@
-"""The one place where an error becomes a message and an exit code.
+"""Message and exit code of an error.
 
 ==== ==========================================================
   0  done
@@ -36,8 +36,8 @@ def exit_code_of(document: Mapping[str, Any]) -> int:
     """Return the exit code of a command that finished.
 
     Args:
-        document: What it did: 1 where a proof failed or a lift is infeasible; for an event of a watch, 2 where the
-            file was rejected and 1 where there was no plan for it.
+        document: The result: 1 if a proof failed or a lift is infeasible; for an event of a watch, 2 if the file was
+            rejected and 1 if there is no plan for it.
     """
     event = _CODE_OF_EVENT.get(str(document.get("event")))
     if event is not None:
@@ -46,7 +46,7 @@ def exit_code_of(document: Mapping[str, Any]) -> int:
 
 
 def report(error: BaseException, *, as_json: bool) -> int:
-    """Say on stderr what went wrong and what to do, never with a traceback; with JSON also a document on stdout.
+    """Print on stderr what went wrong and what to do, without a traceback; with JSON also a document on stdout.
 
     Args:
         error: What the command raised.
@@ -80,7 +80,7 @@ def _described(error: BaseException) -> tuple[str, str, str | None, int, dict[st
     if isinstance(error, typer.TyperException):
         return "usage", _usage_message(error), _usage_hint(error), BAD_INPUT, {}
     if isinstance(error, KeyboardInterrupt):
-        return "interrupted", "interrupted; no output was left half written", None, INTERRUPTED, {}
+        return "interrupted", "interrupted; no output is half written", None, INTERRUPTED, {}
     message = f"sorry, bimvox failed: {type(error).__name__}: {error}".splitlines()[0]
     return "fault", message, "this is a fault of bimvox; BIMVOX_DEBUG=1 shows where", FAULT, {}
 
@@ -90,7 +90,7 @@ def _exit_code_of_error(error: BimvoxError) -> int:
 
 
 def _usage_message(error: typer.TyperException) -> str:
-    """Put typer's wording into the shape of our own messages: lower case, no full stop, no more than was asked."""
+    """Return typer's message in the form of our own: lower case, no full stop, no unset environment variables."""
     text = error.message if getattr(error, "possibilities", None) else error.format_message()
     text = text.replace("Value error, ", "").replace("Input should", "it should")
     for name in re.findall(r"\(env var: '(\w+)'\)", text):
@@ -105,11 +105,11 @@ def _usage_hint(error: typer.TyperException) -> str:
     if near:
         return f"did you mean {' or '.join(sorted(near))}?"
     context = getattr(error, "ctx", None)
-    return f"{context.command_path if context else 'bimvox'} -h shows how it is used"
+    return f"{context.command_path if context else 'bimvox'} -h shows the usage"
 
 
 def _plain(value: Any) -> Any:
-    """Turn a piece of evidence into what JSON can hold."""
+    """Return a piece of evidence as JSON values."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, tuple | list | set | frozenset):

@@ -1,4 +1,4 @@
-"""Options of the commands that plan many sites, and what they print."""
+"""Options and output of the commands that plan many sites."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ BackendName = Annotated[
     typer.Option(
         "--backend",
         envvar="BIMVOX_BACKEND",
-        help="Where runs are carried out: processes of this machine, or a Ray or Dask cluster (pip extras).",
+        help="Where runs are executed: processes on this machine, or a Ray or Dask cluster (pip extras).",
     ),
 ]
 Jobs = Annotated[
     int | None,
-    typer.Option("--jobs", min=1, metavar="N", envvar="BIMVOX_JOBS", help="Runs at a time. Default: one a core."),
+    typer.Option("--jobs", min=1, metavar="N", envvar="BIMVOX_JOBS", help="Runs at a time. Default: one per core."),
 ]
 Cluster = Annotated[
     str | None,
@@ -30,14 +30,16 @@ Cluster = Annotated[
         "--cluster",
         metavar="ADDRESS",
         envvar="BIMVOX_CLUSTER",
-        help="A running Ray or Dask cluster that reaches the files under the same paths. Default: one on this machine.",
+        help="A running Ray or Dask cluster with the same file paths. Default: a new one on this machine.",
     ),
 ]
-Fresh = Annotated[bool, typer.Option("--fresh", help="Plan again what an earlier call has planned already.")]
+Fresh = Annotated[
+    bool, typer.Option("--fresh", help="Plan all runs again, also those that an earlier call has planned.")
+]
 
 
 def show_fleet(console: Console, document: Mapping[str, Any]) -> None:
-    """Print what became of many runs."""
+    """Print the results of many runs."""
     runs = document["runs"]
     rows(
         console,
@@ -49,7 +51,7 @@ def show_fleet(console: Console, document: Mapping[str, Any]) -> None:
         console.print()
     rows(console, ("run", "why"), [(r["run"], r["error"]["message"]) for r in failed], title=f"failed: {len(failed):,}")
     console.print()
-    kept = f", {document['kept']:,} of them there already" if document["kept"] else ""
+    kept = f", {document['kept']:,} of them kept" if document["kept"] else ""
     fields(
         console,
         [

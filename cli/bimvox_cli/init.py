@@ -11,11 +11,14 @@ from bimvox_cli.options import Assemblies, Json, Model, Quiet, Select, Unit, Up,
 from bimvox_cli.output import facts, open_output
 
 
+# Its parameters are the command's options.
 def init(
     model: Model,
     out: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="SITE.toml", help="Site file; MODEL.site.toml here if not given."),
+        typer.Option(
+            "--output", "-o", metavar="SITE.toml", help="Site file. Default: MODEL.site.toml in the current folder."
+        ),
     ] = None,
     select: Select = None,
     unit: Unit = None,
@@ -28,14 +31,14 @@ def init(
             "--crane",
             envvar="BIMVOX_CRANE",
             metavar="NAME",
-            help="Crane to propose: a kind (hammerhead, luffing, mobile) or a built-in machine; default: a hammerhead.",
+            help="Crane to propose: a kind (hammerhead, luffing, mobile) or a built-in machine. Default: a hammerhead.",
         ),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", "-f", help="Replace a site file that is there already.")] = False,
+    force: Annotated[bool, typer.Option("--force", "-f", help="Replace an existing site file.")] = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write a site file, with what can be guessed filled in."""
+    """Write a site file with guesses for crane, yard and areas."""
     from bimvox_pipeline.site import init as run
 
     with open_output(as_json=json, quiet=quiet) as output:

@@ -22,12 +22,13 @@ def inspect(
         typer.Argument(metavar="FILE", help="An IFC file, a mesh, a grid, a site file, a log, obstructions, a policy."),
     ],
     part: Annotated[
-        str | None, typer.Option("--part", metavar="ID", help="Of a grid only this part (id or name), with its boxes.")
+        str | None,
+        typer.Option("--part", metavar="ID", help="For a grid: only this part (id or name), with its boxes."),
     ] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Say what a file is and what it holds."""
+    """Print what a file is and what it holds."""
     from bimvox_pipeline.inspect.inspect import inspect as run
 
     with open_output(as_json=json, quiet=quiet) as output:
@@ -36,7 +37,7 @@ def inspect(
 
 
 def _show(console: Console, document: Mapping[str, Any]) -> None:
-    """Print the document; the parts of a grid as a table of their own, with their sums."""
+    """Print the document; the parts of a grid as a separate table with totals."""
     if "part" in document:
         facts(console, document["part"])
         return
@@ -47,7 +48,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
 
 
 def _each_crane(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the document with the cranes of a site one by one, in the place of the first."""
+    """Return the document with one entry for each crane of a site instead of the list."""
     cranes = document.get("cranes")
     shown: dict[str, Any] = {}
     for key, value in document.items():

@@ -1,4 +1,4 @@
-"""Progress on a terminal: one line that is gone when the work is done. Off a terminal: a plain line now and then."""
+"""Progress on a terminal: one line that disappears at the end. Otherwise: a plain line now and then."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class LiveProgress(SilentProgress):
         self._task = TaskID(0)
 
     def shown(self) -> None:
-        """Move the bar, or print a plain line where none was printed for a while."""
+        """Move the bar, or print a plain line if none was printed for a while."""
         if self._animated:
             if self._bars is None:
                 self._bars = _bars_on(self._console)
@@ -42,14 +42,14 @@ class LiveProgress(SilentProgress):
         self._console.print(f"note: {text}")
 
     def ended(self) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
         if self._bars is not None:
             self._bars.stop()
             self._bars = None
 
 
 def _bars_on(console: Console) -> Bars:
-    """Return a bar that leaves stdout alone: it may be a pipe that takes data."""
+    """Return a bar that does not touch stdout, which may be a pipe for data."""
     return Bars(
         SpinnerColumn(),
         TextColumn("{task.description}", markup=False),

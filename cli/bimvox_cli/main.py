@@ -71,7 +71,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit code; the entry point of ``bimvox``.
 
     Args:
-        arguments: Without the program's name; the process's own if None.
+        arguments: Without the program's name; None: those of the process.
     """
     given = sys.argv[1:] if arguments is None else list(arguments)
     for stream in (sys.stdout, sys.stderr):
@@ -83,10 +83,10 @@ def run(arguments: Sequence[str] | None = None) -> int:
         code = app(given, prog_name="bimvox", standalone_mode=False)
         sys.stdout.flush()
     except BrokenPipeError:
-        # The reader of our stdout went away (``bimvox ... | head``): nobody is left to tell.
+        # The reader of our stdout has closed it (``bimvox ... | head``): there is nobody to report to.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return failure.DONE
-    except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001  (the last one to hear of it)
+    except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001  (the last handler)
         return failure.report(error, as_json=as_json)
     finally:
         signal.signal(signal.SIGTERM, previous)
@@ -96,5 +96,5 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 
 def _terminate(number: int, _frame: FrameType | None) -> None:
-    """Leave through the ordinary exits, so that temporary files are removed."""
+    """Exit in the normal way, so that temporary files are removed."""
     raise SystemExit(128 + number)

@@ -1,4 +1,4 @@
-"""Options and arguments that several commands share: one definition of each, each with its environment variable."""
+"""Options and arguments that several commands share, each with its environment variable."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Annotated, Literal
 import typer
 
 HELP_NAMES = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
-"""Settings of every command: -h beside --help, wider than the default where the terminal is."""
+"""Settings of every command: -h as well as --help, wider than the default if the terminal is."""
 
 
 def positive_metres(value: float | None) -> float | None:
-    """Check a length given on the command line: finite and above zero."""
+    """Return a length from the command line, checked to be finite and positive."""
     if value is not None and not (math.isfinite(value) and value > 0):
-        raise typer.BadParameter(f"{value:g} is not a length above 0, in metres")
+        raise typer.BadParameter(f"{value:g} is not a positive length in metres")
     return value
 
 
@@ -27,7 +27,8 @@ SiteFile = Annotated[Path, typer.Argument(metavar="SITE", help="A site file (TOM
 Log = Annotated[Path, typer.Argument(metavar="LOG", help="A log, as `bimvox plan` writes it.")]
 
 Json = Annotated[
-    bool, typer.Option("--json", envvar="BIMVOX_JSON", help="Print one JSON document on stdout and nothing else there.")
+    bool,
+    typer.Option("--json", envvar="BIMVOX_JSON", help="Print one JSON document on stdout, and nothing else there."),
 ]
 Quiet = Annotated[
     bool, typer.Option("--quiet", "-q", envvar="BIMVOX_QUIET", help="No progress, notes or summary; errors only.")
@@ -35,12 +36,18 @@ Quiet = Annotated[
 Seed = Annotated[
     int | None,
     typer.Option(
-        "--seed", min=0, metavar="N", envvar="BIMVOX_SEED", help="Seed of everything random; default: the site file's."
+        "--seed",
+        min=0,
+        metavar="N",
+        envvar="BIMVOX_SEED",
+        help="Seed of everything random. Default: from the site file.",
     ),
 ]
 Steps = Annotated[
     int | None,
-    typer.Option("--steps", min=1, metavar="N", envvar="BIMVOX_STEPS", help="Environment steps to train for at most."),
+    typer.Option(
+        "--steps", min=1, metavar="N", envvar="BIMVOX_STEPS", help="Train for at most this many environment steps."
+    ),
 ]
 PolicyId = Annotated[
     str | None,
@@ -48,7 +55,7 @@ PolicyId = Annotated[
         "--policy",
         envvar="BIMVOX_POLICY",
         metavar="ID",
-        help="Use this policy of `bimvox policy list`; none: search alone; nearest: that of the most similar site.",
+        help="A policy of `bimvox policy list`; none: search only; nearest: the policy of the most similar site.",
     ),
 ]
 VoxelSize = Annotated[
@@ -58,7 +65,7 @@ VoxelSize = Annotated[
         envvar="BIMVOX_VOXEL_SIZE",
         metavar="METRES",
         callback=positive_metres,
-        help="Edge of a cell. Default: the smallest of 0.05, 0.1, 0.2, 0.25, 0.5 that stays below 20 million cells.",
+        help="Edge of a cell. Default: the smallest of 0.05, 0.1, 0.2, 0.25, 0.5 that keeps below 20 million cells.",
     ),
 ]
 Select = Annotated[
@@ -67,7 +74,7 @@ Select = Annotated[
         "--select",
         envvar="BIMVOX_SELECT",
         metavar="QUERY",
-        help="What to lift: an IfcOpenShell selector such as 'IfcBeam, IfcColumn'; for a mesh, names of bodies.",
+        help="Parts to lift: an IfcOpenShell selector such as 'IfcBeam, IfcColumn'; for a mesh, names of bodies.",
     ),
 ]
 Unit = Annotated[
@@ -76,19 +83,21 @@ Unit = Annotated[
         "--unit",
         envvar="BIMVOX_UNIT",
         metavar="UNIT",
-        help="Length unit of a mesh that does not say: m, mm, cm, ft, in.",
+        help="Length unit of a mesh that does not state it: m, mm, cm, ft, in.",
     ),
 ]
 Up = Annotated[
     Literal["y", "z"] | None,
     typer.Option(
-        "--up", envvar="BIMVOX_UP", help="Axis of a mesh that points up. Default: as its format says (glTF: y), else z."
+        "--up",
+        envvar="BIMVOX_UP",
+        help="Axis of a mesh that points up. Default: from its format (glTF: y), otherwise z.",
     ),
 ]
 Assemblies = Annotated[
     Literal["whole", "parts"],
     typer.Option(
-        "--assemblies", envvar="BIMVOX_ASSEMBLIES", help="Lift an assembly as one, or each of its parts alone."
+        "--assemblies", envvar="BIMVOX_ASSEMBLIES", help="Lift an assembly as one load, or each of its parts."
     ),
 ]
 Processes = Annotated[
@@ -98,6 +107,6 @@ Processes = Annotated[
         min=1,
         metavar="N",
         envvar="BIMVOX_PROCESSES",
-        help="Processes that mesh an IFC file; any number gives the same grid. Default: one a CPU, at most 4.",
+        help="Processes that mesh an IFC file; the grid does not depend on it. Default: one per CPU, at most 4.",
     ),
 ]

@@ -22,12 +22,12 @@ _WIDTH_OFF_TERMINAL = 160
 
 
 class Output:
-    """How one run of a command talks.
+    """The output of one run of a command.
 
     Args:
         as_json: Print the document as JSON.
-        quiet: Print neither progress nor notes nor summaries.
-        progress: What the pipeline is to be given.
+        quiet: Print no progress, notes or summaries.
+        progress: Passed to the pipeline.
     """
 
     def __init__(self, *, as_json: bool, quiet: bool, progress: Progress) -> None:
@@ -36,7 +36,7 @@ class Output:
         self.progress = progress
 
     def result(self, document: Mapping[str, Any], show: Callable[[Console, Mapping[str, Any]], None]) -> int:
-        """Print what a command did: as JSON, else as text unless quiet. Return the exit code."""
+        """Print the result of a command: as JSON, otherwise as text unless quiet. Return the exit code."""
         self.progress.finish()
         if self.as_json:
             print_json(document)
@@ -45,7 +45,7 @@ class Output:
         return exit_code_of(document)
 
     def answer(self, document: Mapping[str, Any], show: Callable[[Console, Mapping[str, Any]], None]) -> int:
-        """Print what was asked for: as JSON, else as text, quiet or not. Return the exit code."""
+        """Print an answer: as JSON, otherwise as text, also if quiet. Return the exit code."""
         self.progress.finish()
         if self.as_json:
             print_json(document)
@@ -54,7 +54,7 @@ class Output:
         return exit_code_of(document)
 
     def line(self, document: Mapping[str, Any], text: str) -> None:
-        """Print one of a stream of documents: a JSON object a line, else a line of text."""
+        """Print one of a stream of documents: a JSON object a line, otherwise a line of text."""
         if self.as_json:
             print(_dumped(document, indent=None), flush=True)
         elif not self.quiet:
@@ -68,7 +68,7 @@ class Output:
 
 @contextmanager
 def open_output(*, as_json: bool, quiet: bool) -> Iterator[Output]:
-    """Open the output of one run; whatever ends it, no progress bar stays on the terminal."""
+    """Open the output of one run; the progress bar disappears however the run ends."""
     from bimvox.progress import SilentProgress
 
     progress: Progress
@@ -85,7 +85,7 @@ def open_output(*, as_json: bool, quiet: bool) -> Iterator[Output]:
 
 
 def console_on(stream: Any) -> Console:
-    """Return a console that takes texts as they are (names hold brackets) and honours NO_COLOR."""
+    """Return a console that prints texts unchanged (names hold brackets) and honours NO_COLOR."""
     from rich.console import Console
 
     width = None if stream.isatty() or "COLUMNS" in os.environ else _WIDTH_OFF_TERMINAL
@@ -103,7 +103,7 @@ def _dumped(document: Mapping[str, Any], indent: int | None) -> str:
 
 
 def fields(console: Console, pairs: Iterable[tuple[str, object]]) -> None:
-    """Print names and values in two columns; what is None or empty is left out."""
+    """Print names and values in two columns, without those that are None or empty."""
     from rich.table import Table
 
     table = Table.grid(padding=(0, 2))
@@ -123,7 +123,7 @@ def rows(
     title: str = "",
     limit: int | None = ROWS_SHOWN,
 ) -> None:
-    """Print a table, numbers to the right; beyond ``limit`` rows say how many are left out."""
+    """Print a table, numbers right-aligned; report the number of rows beyond ``limit``."""
     from rich.table import Table
 
     if not values:
@@ -144,7 +144,7 @@ def rows(
 
 
 def _print_trimmed(console: Console, table: Table) -> None:
-    """Print a table without the spaces that fill its lines."""
+    """Print a table without trailing spaces."""
     with console.capture() as capture:
         console.print(table)
     for line in capture.get().splitlines():
@@ -152,7 +152,7 @@ def _print_trimmed(console: Console, table: Table) -> None:
 
 
 def _aligned(values: Sequence[object]) -> list[str]:
-    """Write a column; numbers are filled up with blanks so that their points stand in line, never with zeros."""
+    """Return a column as texts; numbers are padded with blanks so that their decimal points align."""
     texts = [written(value) for value in values]
     numbers = all(value is None or (isinstance(value, int | float) and not isinstance(value, bool)) for value in values)
     if not numbers or any("e" in text for text in texts):
@@ -162,7 +162,7 @@ def _aligned(values: Sequence[object]) -> list[str]:
 
 
 def written(value: object) -> str:
-    """Write a value for people: thousands separated, numbers short, nothing for None."""
+    """Return a value as text: thousands separated, few digits, empty for None."""
     if value is None:
         return ""
     if isinstance(value, bool):
@@ -177,7 +177,7 @@ def written(value: object) -> str:
 
 
 def spent(seconds: Mapping[str, float]) -> str:
-    """Write stage times: the sum, and the stages in brackets."""
+    """Return stage times as text: the sum, and the stages in brackets."""
     total = sum(seconds.values())
     return f"{total:.1f} s ({', '.join(f'{name} {value:.1f}' for name, value in seconds.items())})"
 
@@ -201,7 +201,7 @@ def _is_table(value: object) -> bool:
 
 
 def _spoken(key: str) -> str:
-    """Write a key for people: ``bounds_m`` is ``bounds m``."""
+    """Return a key as words: ``bounds_m`` is ``bounds m``."""
     return key.replace("_", " ")
 
 
@@ -210,7 +210,7 @@ def _cell(value: object) -> object:
 
 
 def _in_lines(value: object) -> str:
-    """Write any value, one line per key of an object, per row of a matrix, per sentence of a list."""
+    """Return any value as text, one line per key of an object, row of a matrix, or sentence of a list."""
     if isinstance(value, Mapping):
         return "\n".join(f"{_spoken(str(key))} {_in_a_line(item)}" for key, item in value.items() if item is not None)
     if isinstance(value, list) and any(isinstance(item, list) or " " in str(item) for item in value):
@@ -219,7 +219,7 @@ def _in_lines(value: object) -> str:
 
 
 def _in_a_line(value: object, inside: bool = False) -> str:
-    """Write any value in one line, in brackets what is inside of something."""
+    """Return any value as one line; nested values in brackets."""
     if isinstance(value, Mapping):
         text = ", ".join(f"{key} {_in_a_line(item, True)}" for key, item in value.items() if item is not None)
     elif isinstance(value, list):

@@ -1,4 +1,4 @@
-"""The table of a grid's parts, for people."""
+"""The table of a grid's parts."""
 
 from __future__ import annotations
 
@@ -18,13 +18,15 @@ _Parts = Sequence[Mapping[str, Any]]
 
 
 def show_parts(console: Console, parts: _Parts) -> None:
-    """Print every part where they are few, else a line for each class and role, the most numerous first; then sums."""
+    """Print every part if they are few, otherwise a line per class and role, the most numerous first; then totals."""
     if len(parts) <= ROWS_SHOWN:
         _each(console, parts)
     else:
         _by_class(console, parts)
     if any(part["mass_source"] == "default" for part in parts):
-        console.print("mass from default: no weight and no known material, so 2,400 kg/m3", style="dim")
+        console.print(
+            "mass from default: the model has no weight and no known material; 2,400 kg/m3 is assumed", style="dim"
+        )
 
 
 def _each(console: Console, parts: _Parts) -> None:
@@ -32,7 +34,7 @@ def _each(console: Console, parts: _Parts) -> None:
     columns = {
         "class": [part["ifc_class"] for part in parts],
         "name": [part["name"] for part in parts],
-        # A mesh has no ids beside its names.
+        # The ids of a mesh are its names.
         **({"id": [part["id"] for part in parts]} if any(part["id"] != part["name"] for part in parts) else {}),
         "role": [part["role"] for part in parts],
         **({"material": [part["material"] for part in parts]} if wide and any(p["material"] for p in parts) else {}),
@@ -81,5 +83,5 @@ def _sums(parts: _Parts) -> dict[str, Any]:
 
 
 def _short(kg: float) -> float:
-    """Round a mass to what anybody believes of it."""
+    """Return a mass with sensible digits."""
     return round(kg) if kg >= 10 else round(kg, 2)

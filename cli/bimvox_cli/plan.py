@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 _FOLDER = "plans"
 
 
+# Its parameters are the command's options.
 def plan(
     sites: Annotated[
         list[Path], typer.Argument(metavar="SITE...", help="Site files (TOML), as `bimvox init` writes them.")
@@ -29,13 +30,13 @@ def plan(
             "--output",
             "-o",
             metavar="LOG.mcap",
-            help="Log; SITE.mcap here if not given. Of several sites: a folder, plans if not given.",
+            help="Log. Default: SITE.mcap in the current folder. For several sites: a folder. Default: plans.",
         ),
     ] = None,
     obstructions: Annotated[
         Path | None,
         typer.Option(
-            envvar="BIMVOX_OBSTRUCTIONS", metavar="FILE", help="What is in the way: JSON, TOML, an IFC file or a mesh."
+            envvar="BIMVOX_OBSTRUCTIONS", metavar="FILE", help="Obstructions: JSON, TOML, an IFC file or a mesh."
         ),
     ] = None,
     policy: PolicyId = None,
@@ -47,7 +48,7 @@ def plan(
             envvar="BIMVOX_RETRAIN",
             min=0,
             metavar="STEPS",
-            help="Where the policy fails lifts, train it further on the site as it is, this many steps at most.",
+            help="If the policy fails lifts, train it further on the current site, for at most this many steps.",
         ),
     ] = 0,
     backend: BackendName = "loky",
@@ -59,12 +60,12 @@ def plan(
 ) -> None:
     """Plan every lift, prove the plan, time it, and write the log.
 
-    Several sites are planned side by side, a log each, with one table of all; --backend, --jobs, --cluster and --fresh
-    are for them, as in `bimvox sweep`.
+    Several sites are planned in parallel: one log each and one table. --backend, --jobs, --cluster and --fresh apply to
+    several sites, as in `bimvox sweep`.
     """
     if len(sites) > 1:
         if retrain:
-            raise InputError("--retrain is for one site", hint="plan the sites one by one, or leave it out")
+            raise InputError("--retrain works with one site only", hint="plan the sites one by one, or leave it out")
         from bimvox_pipeline.fleet.command import fleet
         from bimvox_pipeline.fleet.runs import Wish
 
@@ -100,8 +101,8 @@ def plan(
 
 
 _SWING = {
-    "shaped": "shaped: loads hang at rest where they are set",
-    "off": 'NOT LOOKED AT ([rules] swing = "off"): loads may swing where they are set, and into things',
+    "shaped": "shaped: loads hang at rest when they are set",
+    "off": 'NOT CHECKED ([rules] swing = "off"): loads may swing when they are set, and hit something',
 }
 
 
@@ -136,7 +137,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
             (item["number"], item["name"], item["component"], item["reason"], ", ".join(item["blocked_by"]))
             for item in document["infeasible"]
         ],
-        title=f"not possible: {len(document['infeasible']):,}",
+        title=f"infeasible: {len(document['infeasible']):,}",
     )
     console.print()
     fields(
@@ -154,34 +155,34 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
 
 
 def _policy(policy: Mapping[str, Any]) -> str:
-    """Say which policy proposed the paths, where it came from, and how good it was in its test."""
+    """Return the policy that proposed the paths, its origin, and its test result."""
     if policy["id"] == "none":
-        return "none: by search alone"
+        return "none: search only"
     if policy["loaded"]:
         origin = f"loaded, {policy['steps']:,} steps"
     elif policy["steps"]:
         origin = f"trained, {policy['steps']:,} steps"
     else:
-        origin = "good enough here without training"
+        origin = "good enough without training"
     success = f"{policy['success_rate']:.1%} of {policy['tested']} test lifts" if policy["tested"] else "not tested"
     return f"{policy['id']} ({origin}; {success})"
 
 
 def _retrained(policy: Mapping[str, Any] | None) -> str | None:
-    return None if policy is None else f"{policy['id']}, {policy['steps']:,} steps on the site as it is"
+    return None if policy is None else f"{policy['id']}, {policy['steps']:,} steps on the current site"
 
 
 def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
-    """Return the figures of a plan as names and values; what does not apply is None."""
+    """Return the figures of a plan as names and values; None if one does not apply."""
     found = ", ".join(f"{share:.1%} by {method}" for method, share in figures["shares"].items())
     ratio, hours, travel = figures["moves_over_shortest"], figures["crane_hours"], figures["hook_travel_m"]
     critical, swing = figures["critical_lifts"], figures["swing"]
     return [
         ("paths found", found if figures["planned"] else None),
         ("moves", None if ratio is None else f"{figures['moves']:,}, {ratio:.3f} times the fewest possible"),
-        ("crane time", None if hours is None else f"{hours:.2f} h, of it {figures['loaded_hours']:.2f} h loaded"),
+        ("crane time", None if hours is None else f"{hours:.2f} h, {figures['loaded_hours']:.2f} h of it loaded"),
         *(
-            (f"crane {crane['name']}", f"{crane['lifts']:,} lifts, at work {crane['busy_share']:.0%} of the time")
+            (f"crane {crane['name']}", f"{crane['lifts']:,} lifts, works {crane['busy_share']:.0%} of the time")
             for crane in figures.get("cranes", ())
         ),
         ("hook travel", None if travel is None else f"{travel / 1000:,.2f} km"),

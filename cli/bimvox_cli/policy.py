@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 policy = typer.Typer(name="policy", help="The policy store.", rich_markup_mode=None, no_args_is_help=False)
 
-Id = Annotated[str, typer.Argument(metavar="ID", help="A policy's id, or the beginning of it.")]
+Id = Annotated[str, typer.Argument(metavar="ID", help="A policy's id or the beginning of it.")]
 
 
 @policy.command("list", context_settings=HELP_NAMES)
@@ -31,7 +31,7 @@ def list_(json: Json = False, quiet: Quiet = False) -> None:
 
 @policy.command(context_settings=HELP_NAMES)
 def show(identity: Id, json: Json = False, quiet: Quiet = False) -> None:
-    """Show what is known about a policy."""
+    """Print everything known about a policy."""
     from bimvox_pipeline.policy.store import show as run
 
     with open_output(as_json=json, quiet=quiet) as output:
@@ -55,12 +55,12 @@ def export(
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Default: the id, in the current folder.")] = None,
     to: Annotated[
         str | None,
-        typer.Option("--to", metavar="bimvox|onnx|sb3", help="Default: what the end of -o says, else bimvox."),
+        typer.Option("--to", metavar="bimvox|onnx|sb3", help="Default: from the suffix of -o, otherwise bimvox."),
     ] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write a policy to one file, to hand on or to run elsewhere."""
+    """Write a policy to one file, to share it or to run it elsewhere."""
     from bimvox_pipeline.policy.files import export_policy
 
     with open_output(as_json=json, quiet=quiet) as output:
@@ -72,12 +72,12 @@ def export(
 def import_(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A file of `policy export`.")],
     trust: Annotated[
-        bool, typer.Option("--trust", help="Take a zip of stable-baselines3, which cannot be checked.")
+        bool, typer.Option("--trust", help="Accept a zip of stable-baselines3, which cannot be checked.")
     ] = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Put a policy from a file into the store."""
+    """Import a policy from a file into the store."""
     from bimvox_pipeline.policy.files import import_policy
 
     with open_output(as_json=json, quiet=quiet) as output:
@@ -97,5 +97,5 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
 
 
 def _success(item: Mapping[str, Any]) -> str:
-    """Say how a policy did in its last test; one that came from elsewhere has had none here."""
+    """Return the result of a policy's last test; an imported policy has none."""
     return f"{item['success_rate']:.1%} of {item['tested']}" if item.get("tested") else "not tested"

@@ -12,6 +12,7 @@ from bimvox_cli.options import Json, Quiet, VoxelSize
 from bimvox_cli.output import facts, open_output
 
 
+# Its parameters are the command's options.
 def render(
     source: Annotated[
         Path,
@@ -23,7 +24,7 @@ def render(
             "--output",
             "-o",
             metavar="OUT",
-            help="A picture (.png); of a log also an animation (.gif, .webp) or a page (.html). Default: a .png.",
+            help="A picture (.png); for a log also an animation (.gif, .webp) or a page (.html). Default: a .png.",
         ),
     ] = None,
     size: Annotated[
@@ -32,7 +33,7 @@ def render(
             "--size",
             envvar="BIMVOX_SIZE",
             metavar="WxH",
-            help="Size in pixels. Default: 1280x800, of an animation 640x400.",
+            help="Size in pixels. Default: 1280x800, for an animation 640x400.",
         ),
     ] = None,
     lift: Annotated[
@@ -40,8 +41,8 @@ def render(
         typer.Option(
             "--lift",
             metavar="ID",
-            help="Show this lift of a log under way (number from 1, or name, id or GlobalId of the part); "
-            "of an animation, only this lift.",
+            help="Show this lift in transit (number from 1, or name, id or GlobalId of the part); "
+            "for an animation, only this lift.",
         ),
     ] = None,
     time: Annotated[
@@ -51,14 +52,14 @@ def render(
     azimuth: Annotated[
         float | None,
         typer.Option(
-            metavar="DEGREES", help="Where the eye stands, counter-clockwise from +x. Default: the yard in front."
+            metavar="DEGREES", help="Direction of the camera, counter-clockwise from +x. Default: the yard in front."
         ),
     ] = None,
     elevation: Annotated[
-        float | None, typer.Option(metavar="DEGREES", help="How high the eye stands, 5 to 89. Default: 28.")
+        float | None, typer.Option(metavar="DEGREES", help="Height angle of the camera, 5 to 89. Default: 28.")
     ] = None,
     focus: Annotated[
-        str | None, typer.Option("--focus", metavar="ID", help="Fill the picture with this part or obstruction.")
+        str | None, typer.Option("--focus", metavar="ID", help="Zoom to this part or obstruction.")
     ] = None,
     hide: Annotated[
         list[str] | None,
@@ -73,21 +74,23 @@ def render(
     seconds: Annotated[
         float | None,
         typer.Option(
-            "--seconds", metavar="S", help="Length of an animation. Default: by the number of lifts, 6 to 24."
+            "--seconds", metavar="S", help="Length of an animation. Default: 6 to 24, by the number of lifts."
         ),
     ] = None,
     follow: Annotated[
         bool,
-        typer.Option("--follow", help="Write a log's page again as the log changes; open pages follow. Ctrl-C ends."),
+        typer.Option("--follow", help="Write the page again whenever the log changes; open pages reload. Ctrl-C ends."),
     ] = False,
     proof: Annotated[
         bool,
-        typer.Option("--proof/--no-proof", help="Prove the log again for its page, or let the page say NOT PROVEN."),
+        typer.Option(
+            "--proof/--no-proof", help="Prove the log again for its page; otherwise the page says NOT PROVEN."
+        ),
     ] = True,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Draw what a file holds: picture, animation or page."""
+    """Draw the contents of a file: picture, animation or page."""
     from bimvox_pipeline.render.render import render as run
     from bimvox_pipeline.render.scene import FilmPace, SceneOptions
 

@@ -25,7 +25,7 @@ def report(
             "--output",
             "-o",
             metavar="OUT",
-            help="The report: .html, or .pdf where a Chromium is installed. Default: LOG.report.html here.",
+            help="Report: .html, or .pdf if Chromium is installed. Default: LOG.report.html in the current folder.",
         ),
     ] = None,
     critical: Annotated[
@@ -38,14 +38,16 @@ def report(
     ] = None,
     pictures: Annotated[
         int,
-        typer.Option("--pictures", min=0, metavar="N", help="Pictures of what blocks parts at most; 0: none at all."),
+        typer.Option("--pictures", min=0, metavar="N", help="At most this many pictures of blocked parts."),
     ] = 12,
     figures: Annotated[
         Path | None,
-        typer.Option("--figures", metavar="DIR", help="Write the plots (PNG, SVG) and every lift (CSV) there as well."),
+        typer.Option(
+            "--figures", metavar="DIR", help="Also write the plots (PNG, SVG) and all lifts (CSV) to this folder."
+        ),
     ] = None,
     proof: Annotated[
-        bool, typer.Option("--proof/--no-proof", help="Prove the log again, or let the report say NOT PROVEN.")
+        bool, typer.Option("--proof/--no-proof", help="Prove the log again; otherwise the report says NOT PROVEN.")
     ] = True,
     json: Json = False,
     quiet: Quiet = False,

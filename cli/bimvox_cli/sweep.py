@@ -16,7 +16,12 @@ def sweep(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A sweep file (TOML); see `bimvox schema sweep`.")],
     out: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="FOLDER", help="Logs, records and table; FILE-runs here if not given."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FOLDER",
+            help="Folder of logs, records and table. Default: FILE-runs in the current folder.",
+        ),
     ] = None,
     backend: BackendName = "loky",
     jobs: Jobs = None,
@@ -25,10 +30,10 @@ def sweep(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Plan many sites, seeds and what-ifs: a log each, and one table of all.
+    """Plan many sites, seeds and what-ifs: one log each, and one table.
 
-    A sweep that was stopped goes on where it was when it is called again. A run that fails is a row of the table with
-    its error; the others go on.
+    A stopped sweep resumes when it is called again. A run that fails is a row of the table with its error; the others
+    continue.
     """
     from bimvox_pipeline.fleet.command import sweep as run
 

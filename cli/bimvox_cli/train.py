@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
+# Its parameters are the command's options.
 def train(
     site: SiteFile,
     steps: Steps = None,
@@ -25,25 +26,29 @@ def train(
             "--from",
             envvar="BIMVOX_FROM",
             metavar="POLICY",
-            help="Begin with `default` (the policy that ships with bimvox), `none` (from scratch), or a stored one.",
+            help="Start from `default` (the shipped policy), `none` (from scratch), or a stored policy.",
         ),
     ] = "default",
     budget: Annotated[
         float | None,
         typer.Option(
-            "--budget", envvar="BIMVOX_BUDGET", min=0.0, metavar="SECONDS", help="End at the first test after that."
+            "--budget",
+            envvar="BIMVOX_BUDGET",
+            min=0.0,
+            metavar="SECONDS",
+            help="Stop at the first test after this time.",
         ),
     ] = None,
     curve: Annotated[
         Path | None, typer.Option("--curve", metavar="FILE", help="Write every test of the training as CSV.")
     ] = None,
     tensorboard: Annotated[
-        Path | None, typer.Option("--tensorboard", metavar="FOLDER", help="Write them for TensorBoard, if installed.")
+        Path | None, typer.Option("--tensorboard", metavar="FOLDER", help="Write the tests for TensorBoard.")
     ] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Adapt the policy to the site and store it."""
+    """Train the policy of a site and store it."""
     from bimvox_pipeline.train.train import train as run
 
     with open_output(as_json=json, quiet=quiet) as output:

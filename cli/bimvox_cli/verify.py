@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def verify(log: Log, json: Json = False, quiet: Quiet = False) -> None:
-    """Prove a log again, by means independent of the planner."""
+    """Prove a log again, independently of the planner."""
     from bimvox_pipeline.verify import verify as run
 
     with open_output(as_json=json, quiet=quiet) as output:
@@ -45,7 +45,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     rows(console, ("check", "what failed"), failures, title=f"failed: {sum(c['failed'] for c in checks.values()):,}")
     console.print()
     carried = f", {document['left_out']:,} not in this extract" if document["left_out"] else ""
-    impossible = f", {document['infeasible_lifts']:,} not possible" if document["infeasible_lifts"] else ""
+    impossible = f", {document['infeasible_lifts']:,} infeasible" if document["infeasible_lifts"] else ""
     fields(
         console,
         [

@@ -18,10 +18,14 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
+# Its parameters are the command's options.
 def voxelize(
     model: Model,
     out: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="GRID", help="Grid file; MODEL.zarr.zip here if not given.")
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="GRID", help="Grid file. Default: MODEL.zarr.zip in the current folder."
+        ),
     ] = None,
     voxel_size: VoxelSize = None,
     select: Select = None,
@@ -29,7 +33,7 @@ def voxelize(
     up: Up = None,
     assemblies: Assemblies = "whole",
     threads: Annotated[
-        int, typer.Option(min=1, metavar="N", envvar="BIMVOX_THREADS", help="Threads; any number gives the same grid.")
+        int, typer.Option(min=1, metavar="N", envvar="BIMVOX_THREADS", help="Threads; the grid does not depend on it.")
     ] = 1,
     processes: Processes = None,
     json: Json = False,
@@ -52,7 +56,7 @@ def voxelize(
             progress=output.progress,
         )
     code = output.result(document, _show)
-    nothing = "next: say what to lift with --select: nothing in this model is a component"
+    nothing = "next: select the parts to lift with --select: no component was found in this model"
     given = {
         "--select": select,
         "--unit": unit,
@@ -60,7 +64,7 @@ def voxelize(
         "--assemblies": None if assemblies == "whole" else assemblies,
     }
     options = [word for option, value in given.items() if value is not None for word in (option, value)]
-    # What was said of the model here has to be said there too.
+    # `init` needs the same options about the model.
     init = shlex.join(["bimvox", "init", str(model), *options])
     output.next_step(f"next: {init}" if document["components"] else nothing)
     raise typer.Exit(code)

@@ -20,22 +20,24 @@ if TYPE_CHECKING:
 _NAMED = 3
 
 
+# Its parameters are the command's options.
 def watch(
     obstructions: Annotated[
-        Path, typer.Argument(metavar="OBSTRUCTIONS", help="The obstruction file to watch; it may not exist yet.")
+        Path, typer.Argument(metavar="OBSTRUCTIONS", help="The obstruction file to watch. It may not exist yet.")
     ],
     site: Annotated[Path, typer.Option("--site", envvar="BIMVOX_SITE", metavar="SITE", help="The site file.")],
     out: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="LOG.mcap", help="Log; SITE.mcap here if not given.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="LOG.mcap", help="Log. Default: SITE.mcap in the current folder."),
     ] = None,
-    once: Annotated[bool, typer.Option("--once", help="Look once, re-plan if needed, and leave.")] = False,
+    once: Annotated[bool, typer.Option("--once", help="Look once, replan if needed, and exit.")] = False,
     poll: Annotated[
         float | None,
         typer.Option(
             "--poll",
             metavar="SECONDS",
             min=0.01,
-            help="Look at the file this often instead of waiting for events: for network shares.",
+            help="Read the file this often instead of waiting for events, for network shares.",
         ),
     ] = None,
     simulate: Annotated[
@@ -44,7 +46,7 @@ def watch(
             "--simulate",
             metavar="SPEED",
             min=0.001,
-            help="Carry the plan out against a clock, so many times as fast as real time.",
+            help="Carry the plan out against a clock that runs this many times as fast as real time.",
         ),
     ] = None,
     retrain: Annotated[
@@ -54,7 +56,7 @@ def watch(
             envvar="BIMVOX_RETRAIN",
             metavar="STEPS",
             min=0,
-            help="Where the policy fails lifts, train it further beside the watch, by at most so many steps; 0: never.",
+            help="If the policy fails lifts, train it further in the background, at most this many steps. 0: never.",
         ),
     ] = 0,
     serve: Annotated[
@@ -73,8 +75,8 @@ def watch(
 ) -> None:
     """Keep a plan true to an obstruction file.
 
-    A change of the file re-plans the lifts that it affects, and only those. Each change writes LOG.rNNNN.mcap with the
-    lifts that are new; LOG.mcap is the whole plan, written again when nothing is going on and at the end. Ctrl-C ends.
+    A change of the file replans only the lifts that it affects. Each change writes LOG.rNNNN.mcap with the new lifts.
+    LOG.mcap is the whole plan, written when the watch is idle and at the end. Ctrl-C ends the watch.
     """
     from bimvox_pipeline.watch.watch import watch as run
 
@@ -103,25 +105,25 @@ def watch(
                 if not shown.show(change, output):
                     output.line(change, _line(change))
         except KeyboardInterrupt:
-            # Told to end while a change was being shown: as well as at any other time.
+            # Interrupted while a change was being shown: this ends the watch like any other interrupt.
             if once or not stands:
                 raise
         finally:
             changes.close()
             shown.close()
-    # A watch that was left to run ends well with Ctrl-C, whatever its last change was.
+    # Ctrl-C is the normal end of a watch, whatever its last change was.
     raise typer.Exit(code if once else failure.DONE)
 
 
 class _Shown:
-    """The live table, where stdout is a terminal."""
+    """The live table, if stdout is a terminal."""
 
     def __init__(self, name: str, *, table: bool) -> None:
         self._name, self._wanted = name, table and sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
         self._table: WatchTable | None = None
 
     def show(self, change: Mapping[str, Any], output: Output) -> bool:
-        """Show a change in the table; say whether there is one."""
+        """Show a change in the table; return whether there is a table."""
         if not self._wanted:
             return False
         if self._table is None:
@@ -138,7 +140,7 @@ class _Shown:
 
 
 def _line(change: Mapping[str, Any]) -> str:
-    """Write a change in one line."""
+    """Return a change as one line."""
     if change["event"] == "state":
         return f"{change['time_s']:,.0f} s: {change['component']} is {change['state']}"
     parts = [f"revision {change['revision']}: {change['event']}"]
@@ -146,21 +148,21 @@ def _line(change: Mapping[str, Any]) -> str:
         parts.append(f"{change['changed_cells']:,} cells changed")
     parts.extend(f"{len(change[key]):,} {key}" for key in ("kept", "replanned") if key in change)
     if "infeasible" in change:
-        # Why they are was said when they became so; a change that was not taken has something else to say.
+        # The reasons were printed when the lifts became infeasible; a rejected change has its own message.
         why = "" if change["event"] in ("rejected", "missing", "failed") else _why(change)
         parts.append(f"{len(change['infeasible']):,} infeasible{why}")
     parts.extend(f"{len(change[key]):,} {key}" for key in ("retimed", "pending") if change.get(key))
     if change.get("latency_ms") is not None:
         parts.append(f"{change['latency_ms']:.0f} ms")
     if stopped := change.get("stopped"):
-        parts.append(f"{stopped['component']} {stopped['how']}{', and is held' if stopped['held'] else ''}")
+        parts.append(f"{stopped['component']} {stopped['how']}{', held' if stopped['held'] else ''}")
     parts.extend(change.get("notes") or ())
     line = ", ".join(parts)
     return f"{line}: {change['message']}" if change.get("message") else line
 
 
 def _why(change: Mapping[str, Any]) -> str:
-    """Name the first infeasible parts, and what blocks them."""
+    """Return the first infeasible parts and what blocks them."""
     blocked = change.get("blocked") or []
     named = [
         one["component"] + (f" by {', '.join(one['blocked_by'][:_NAMED])}" if one["blocked_by"] else "")

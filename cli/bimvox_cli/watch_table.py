@@ -1,4 +1,4 @@
-"""The table of a watch on a terminal: every lift and its state, what changed last, how long it took."""
+"""The table of a watch on a terminal: every lift with its state, the last change, the latencies."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _STATES = {
     "pending": ("being planned", "yellow"),
     "replanned": ("new path", "green"),
     "retimed": ("new motion", "cyan"),
-    "kept": ("as before", "dim"),
+    "kept": ("unchanged", "dim"),
 }
 _UNBUILT, _HANGS = "unbuilt", ("in_transit", "arrived")
 _ROWS_LEFT_FREE = 8
@@ -23,7 +23,7 @@ _LATENCIES_KEPT = 200
 
 
 class WatchTable:
-    """Shows the documents of a watch as a table that changes in place.
+    """A table of a watch that is updated in place.
 
     Args:
         console: The terminal.
@@ -41,11 +41,11 @@ class WatchTable:
         self._live.start()
 
     def show(self, document: Mapping[str, Any], line: str) -> None:
-        """Show what a change did.
+        """Show a change.
 
         Args:
             document: The change.
-            line: It in one line.
+            line: The change as one line.
         """
         if document["event"] == "state":
             self._doing[document["component"]] = document["state"]
@@ -101,7 +101,7 @@ class WatchTable:
 
 
 def states_of(document: Mapping[str, Any]) -> dict[str, str]:
-    """Return the state of every lift by id; of several lists that it is in, the most telling one counts."""
+    """Return the state of every lift by id; if a lift is in several lists, the first of ``_STATES`` counts."""
     states: dict[str, str] = {}
     for state in reversed(_STATES):
         for name in document.get(state, ()):

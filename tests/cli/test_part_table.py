@@ -37,7 +37,7 @@ def test_few_parts_are_listed_with_their_sum() -> None:
     assert " ".join(head) == ("class name id role material kg mass from cells m3 % full filled by boxes shared")
     assert " ".join(one) == "IfcBeam b1 id-b1 component Steel 1,235 quantity 1,000 0.5 26 winding 3 7"
     assert two[5:7] == ["0.25", "default"]
-    assert " ".join(hint).startswith("mass from default: no weight")
+    assert " ".join(hint).startswith("mass from default: the model has no weight")
     assert " ".join(total) == "total 1,235 2,000 1 6"
 
 
