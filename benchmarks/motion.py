@@ -14,12 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from bimvox.motion.swing import pendulum_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.motion import verify_motions
-from bimvox.proof.swing import swung_parts
+from bimvox.proof.pendulum import hanging_m, swung_parts
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site, SwingRule
@@ -45,13 +44,13 @@ def swings_m(site: Site, motions: Sequence[LiftMotion]) -> tuple[float, float]:
     assert site.cranes
     peak, left = 0.0, 0.0
     for motion in motions:
-        pendulum = pendulum_of(
+        below_m = hanging_m(
             replace(site, rules=replace(site.rules, swing=SwingRule.SHAPED)),
             site.cranes[motion.crane],
             site.components[motion.component],
         )
-        assert pendulum is not None
-        for swung in swung_parts(site.cranes[motion.crane], motion, motion.loaded, pendulum):
+        assert below_m is not None
+        for swung in swung_parts(site.cranes[motion.crane], motion, motion.loaded, below_m):
             peak = max(peak, float(np.hypot(*swung.offset_m.T).max()))
         left = max(left, float(swung.amplitude_m[-1]))
     return peak, left

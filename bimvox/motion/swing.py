@@ -20,10 +20,9 @@ from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site, SwingRule
 
-RESIDUAL_M = 0.05
-"""A load that swings no further than this to a side is at rest: so much may be left where it is set."""
 PLANNED_RESIDUAL_M = 0.04
-"""The same for motions that are made: their proof integrates in another way, from the samples of the log."""
+"""A planned load that swings no further than this to a side is at rest. The proof, which integrates the samples of the
+log with a pendulum of its own, allows 0.05 m."""
 
 STEP_S = 0.05
 """Largest step of the integration."""

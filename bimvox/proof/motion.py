@@ -25,7 +25,7 @@ from bimvox.proof.axes import (
 )
 from bimvox.proof.between import Between
 from bimvox.proof.capacity import check_capacity
-from bimvox.proof.cranes import check_cranes, check_turns
+from bimvox.proof.cranes import check_cranes
 from bimvox.proof.ends import check_ends
 from bimvox.proof.hook import HookProof
 from bimvox.proof.load import LoadProof
@@ -33,6 +33,7 @@ from bimvox.proof.moment import Moment, moments
 from bimvox.proof.space import ALWAYS_NS, RawCells
 from bimvox.proof.swing import SwingProof
 from bimvox.proof.triangles import TriangleCheck
+from bimvox.proof.turns import check_turns
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, Verification, turn_to

@@ -7,22 +7,18 @@ crane stands, and all of that is looked at too. Before the crane goes on the loa
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.kinematics import hook_of
-from bimvox.crane.pendulum import GRAVITY_M_S2, half_period_s, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.motion.swing import RESIDUAL_M, Pendulum, pendulum_of
-from bimvox.proof.axes import axes_of_samples
 from bimvox.proof.between import EmptyWay, one_way
 from bimvox.proof.lift import LiftProof
 from bimvox.proof.moment import Moment, Thing, near_and_far
+from bimvox.proof.pendulum import STEP_NS, Swung, hanging_m, swung_parts
 from bimvox.proof.placements import Placements
 from bimvox.proof.space import BETWEEN_VOX, cells_below, tail_of
 from bimvox.records.lift import Lift
@@ -32,29 +28,12 @@ from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
-_STEP_NS = 40_000_000
+REST_M = 0.05
+"""A load that swings no further than this to a side hangs at rest."""
 _SLINGS_END = (0, 0, 0)
 _SPACING_VOX = 0.5
 _MOST_ACROSS = 64
 _THIN_VOX = 0.125
-
-
-class Swung(NamedTuple):
-    """A load that swings.
-
-    Attributes:
-        time_s: (N,) float64 since the start of the lift.
-        axes: (N, 3) float64 slew (rad), radius (m), height (m).
-        offset_m: (N, 2) float64 of the load from where it would hang at rest.
-        amplitude_m: (N,) float64 how far it would swing out if the crane stood still from then on.
-        hook_m: (N, 3) float64 where the hook is.
-    """
-
-    time_s: NDArray[np.float64]
-    axes: NDArray[np.float64]
-    offset_m: NDArray[np.float64]
-    amplitude_m: NDArray[np.float64]
-    hook_m: NDArray[np.float64]
 
 
 class SwingProof(LiftProof):
@@ -63,7 +42,7 @@ class SwingProof(LiftProof):
     def check(self, name: str, moment: Moment, motion: LiftMotion, ways: Sequence[EmptyWay] | None = None) -> None:
         """Check the loaded motion of a lift, and the ways of its empty hook; as ``HookProof.check``."""
         component = self.site.components[moment.lift.component]
-        loaded, empty = (pendulum_of(self.site, self.crane, part) for part in (component, None))
+        loaded, empty = (hanging_m(self.site, self.crane, part) for part in (component, None))
         if loaded is None or empty is None:
             return
         self.cells.move_to(moment.present)
@@ -79,19 +58,19 @@ class SwingProof(LiftProof):
         component: Component | None,
         motion: LiftMotion,
         way: Trajectory,
-        pendulum: Pendulum,
+        below_hook_m: float,
         lift: Lift | None,
         left: Sequence[Thing] = (),
     ) -> None:
         # A way that ends with a stop ends swinging: tag lines bring what hangs on the hook to rest before it goes on.
         stopped = any(abs(end_ns - motion.start_ns - way.time_ns[-1]) <= 1 for _, end_ns in motion.stops_ns)
-        for swung in swung_parts(self.crane, motion, way, pendulum):
+        for swung in swung_parts(self.crane, motion, way, below_hook_m):
             at_end_m = float(swung.amplitude_m[-1])
             if swung.time_s[-1] * 1e9 >= way.time_ns[-1] - 1 and not stopped:
                 self.checks["swing"].measure(at_end_m)
                 self.checks["swing"].look(
-                    at_end_m <= RESIDUAL_M,
-                    f"{name}: at its end the load still swings by {at_end_m:.3f} m, allowed are {RESIDUAL_M:g} m",
+                    at_end_m <= REST_M,
+                    f"{name}: at its end the load still swings by {at_end_m:.3f} m, allowed are {REST_M:g} m",
                 )
             self._check_clear(name, component, swung, lift, left, motion.start_ns)
 
@@ -111,7 +90,7 @@ class SwingProof(LiftProof):
         cells = cells_below(crane_for(self.site, self.crane, component), frame, swung.hook_m, offset)
         beyond_vox = beyond_rest_m(swung.offset_m) / frame.voxel_size_m
         clock_ns = swung.time_s * 1e9 + float(start_ns)
-        now = (clock_ns >= self.window_ns[0] - _STEP_NS) & (clock_ns <= self.window_ns[1] + _STEP_NS)
+        now = (clock_ns >= self.window_ns[0] - STEP_NS) & (clock_ns <= self.window_ns[1] + STEP_NS)
         swings = (beyond_vox[:, 0] != 0.0) | (beyond_vox[:, 1] != 0.0)
         swings &= now
         tail = tail_of(cells, lift)
@@ -168,23 +147,6 @@ class SwingProof(LiftProof):
         )
 
 
-def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, pendulum: Pendulum) -> Iterator[Swung]:
-    """Yield how a load swings on its way, through every stop and while it is held after it; anew when it goes on."""
-    stops = [(begin_ns - motion.start_ns, end_ns - motion.start_ns) for begin_ns, end_ns in motion.stops_ns]
-    rests = [end for begin, end in stops if begin < way.time_ns[-1] and end > way.time_ns[0]]
-    axes = axes_of_samples(way)
-    for low_ns, high_ns in pairwise([int(way.time_ns[0]), *rests, int(way.time_ns[-1])]):
-        part = (way.time_ns >= low_ns) & (way.time_ns <= high_ns)
-        if part.sum() < 2:
-            continue
-        time_ns = way.time_ns[part]
-        if high_ns in rests:
-            # How long it is held says nothing more after one period: a load without damping swings the same again.
-            length_m = float(pendulum_lengths_m(crane, axes[part][-1:], pendulum.below_hook_m)[0])
-            time_ns[-1] = min(time_ns[-1], time_ns[-2] + round(2.0e9 * half_period_s(length_m)))
-        yield _swung(crane, time_ns, axes[part], pendulum)
-
-
 def swung_placements(
     site: Site, crane: TowerCrane, motion: LiftMotion, way: Trajectory, component: Component | None, rest_ns: int
 ) -> NDArray[np.int64]:
@@ -198,14 +160,14 @@ def swung_placements(
         component: The load; None for the empty hook.
         rest_ns: From when on, since the start of the lift.
     """
-    pendulum = pendulum_of(site, crane, component)
+    below_hook_m = hanging_m(site, crane, component)
     found = [np.empty((0, 3), np.int64)]
-    for swung in swung_parts(crane, motion, way, pendulum) if pendulum is not None else ():
+    for swung in swung_parts(crane, motion, way, below_hook_m) if below_hook_m is not None else ():
         offset = _SLINGS_END if component is None else component.hook_offset_vox
         cells = cells_below(crane_for(site, crane, component), site.frame, swung.hook_m, offset)
         beyond_vox = beyond_rest_m(swung.offset_m) / site.frame.voxel_size_m
         swings = (beyond_vox[:, 0] != 0.0) | (beyond_vox[:, 1] != 0.0)
-        rows = np.flatnonzero(swings & (swung.time_s * 1e9 >= rest_ns - _STEP_NS))
+        rows = np.flatnonzero(swings & (swung.time_s * 1e9 >= rest_ns - STEP_NS))
         if len(rows):
             _, positions = across(cells, beyond_vox, thinned(cells, beyond_vox, rows))
             found.append(Placements(positions, np.full(len(positions), BETWEEN_VOX)).cells)
@@ -215,7 +177,7 @@ def swung_placements(
 def beyond_rest_m(offset_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (N, 2) how far loads swing beyond what counts as rest."""
     length = np.hypot(offset_m[:, 0], offset_m[:, 1])
-    share = np.maximum(length - RESIDUAL_M, 0.0) / np.maximum(length, 1e-12)
+    share = np.maximum(length - REST_M, 0.0) / np.maximum(length, 1e-12)
     beyond: NDArray[np.float64] = offset_m * share[:, None]
     return beyond
 
@@ -286,98 +248,6 @@ def _across(
             of_row[at] = row
             at += 1
     return of_row, positions
-
-
-def _swung(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.float64], pendulum: Pendulum) -> Swung:
-    """The samples, and times between no further apart than a step, with the swing that comes of them."""
-    axes, since_s = _between(np.ascontiguousarray(samples), np.ascontiguousarray(time_ns))
-    length_m = pendulum_lengths_m(crane, axes, pendulum.below_hook_m)
-    bend = _gradient(_gradient(length_m, since_s), since_s)
-    bend = np.clip(bend, -crane.hoist.acceleration, crane.hoist.acceleration)
-    stiffness = (GRAVITY_M_S2 - bend) / length_m
-    hook_m = hook_of(crane, *axes.T)
-    offset, amplitude = _turned(hook_m, np.sqrt(stiffness), np.diff(since_s))
-    return Swung(since_s + time_ns[0] / 1e9, axes, offset, amplitude, hook_m)
-
-
-@kernel
-def _between(
-    samples: NDArray[np.float64], time_ns: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The samples and, on the cubics between two with the slopes there, points no further apart than a step."""
-    count = samples.shape[0]
-    since_s = (time_ns - time_ns[0]) / 1e9
-    total = 1
-    for n in range(count - 1):
-        total += max(1, -(-(time_ns[n + 1] - time_ns[n]) // _STEP_NS))
-    axes, time_s = np.empty((total, 3)), np.empty(total)
-    at = 0
-    for n in range(count - 1):
-        parts = max(1, -(-(time_ns[n + 1] - time_ns[n]) // _STEP_NS))
-        h = since_s[n + 1] - since_s[n]
-        for k in range(3):
-            from_slope, to_slope = _slope(since_s, samples, n, k), _slope(since_s, samples, n + 1, k)
-            for part in range(parts):
-                u = part / parts
-                bent = u * (1 - u) ** 2 * from_slope - u**2 * (1 - u) * to_slope
-                chord = (1 + 2 * u) * (1 - u) ** 2 * samples[n, k] + u**2 * (3 - 2 * u) * samples[n + 1, k]
-                axes[at + part, k] = chord + h * bent
-        for part in range(parts):
-            time_s[at] = since_s[n] + part / parts * h
-            at += 1
-    axes[at], time_s[at] = samples[count - 1], since_s[count - 1]
-    return axes, time_s
-
-
-@kernel
-def _slope(time_s: NDArray[np.float64], values: NDArray[np.float64], n: int, k: int) -> float:
-    """Slope at a sample: of the parabola through three; none where an axis rests or turns back, or at an end."""
-    if n == 0 or n == values.shape[0] - 1:
-        return 0.0
-    before, after = time_s[n] - time_s[n - 1], time_s[n + 1] - time_s[n]
-    rise, then = (values[n, k] - values[n - 1, k]) / before, (values[n + 1, k] - values[n, k]) / after
-    return (after * rise + before * then) / (after + before) if rise * then > 0.0 else 0.0
-
-
-@kernel
-def _gradient(values: NDArray[np.float64], time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N,) slopes of the parabolas through three values, of the line through two at the ends; none of two values."""
-    count = values.shape[0]
-    slopes = np.zeros(count)
-    if count > 2:
-        slopes[0] = (values[1] - values[0]) / (time_s[1] - time_s[0])
-        slopes[-1] = (values[-1] - values[-2]) / (time_s[-1] - time_s[-2])
-    for n in range(1, count - 1):
-        before, after = time_s[n] - time_s[n - 1], time_s[n + 1] - time_s[n]
-        slopes[n] = (
-            -after / (before * (before + after)) * values[n - 1]
-            + (after - before) / (before * after) * values[n]
-            + before / (after * (before + after)) * values[n + 1]
-        )
-    return slopes
-
-
-@kernel
-def _turned(
-    point_m: NDArray[np.float64], pulse: NDArray[np.float64], step_s: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """A load under a point that goes straight from step to step: its offset turns in phase space, exactly."""
-    n = point_m.shape[0]
-    offset, amplitude = np.zeros((n, 2)), np.zeros(n)
-    rate = np.zeros(2)
-    for i in range(1, n):
-        h, w = step_s[i - 1], 0.5 * (pulse[i - 1] + pulse[i])
-        c, s = np.cos(w * h), np.sin(w * h)
-        squared = 0.0
-        for k in range(2):
-            moves = (point_m[i, k] - point_m[i - 1, k]) / h
-            e, v = offset[i - 1, k], rate[k] - moves
-            offset[i, k] = e * c + v / w * s
-            v = v * c - e * w * s
-            rate[k] = v + moves
-            squared += offset[i, k] ** 2 + (v / w) ** 2
-        amplitude[i] = np.sqrt(squared)
-    return offset, amplitude
 
 
 def _from_segment(

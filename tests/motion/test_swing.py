@@ -19,7 +19,7 @@ from bimvox.motion.drive import drive_path
 from bimvox.motion.move import Line, Move
 from bimvox.motion.shaping import LADDER
 from bimvox.motion.steady import SwingRules, steadied, swaying
-from bimvox.motion.swing import PLANNED_RESIDUAL_M, RESIDUAL_M, Pendulum, pendulum_of, swing_of
+from bimvox.motion.swing import PLANNED_RESIDUAL_M, Pendulum, pendulum_of, swing_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.motion.timeline import in_sequence
 from bimvox.motion.timing import sampled
@@ -27,7 +27,8 @@ from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.footprint import motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions
-from bimvox.proof.swing import swung_parts
+from bimvox.proof.pendulum import swung_parts
+from bimvox.proof.swing import REST_M
 from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Blocker, Rules, SwingRule
 
@@ -87,10 +88,10 @@ def test_loads_hang_at_rest_at_the_end_by_both_pendulums(seed):
     timeline, needed_m = drive_path(room.crane, room.space, room.load, room.path, 0, 0.0, pendulum)
     way = sampled(timeline, needed_m, 0.5, 0.5, pendulum)
     motion = LiftMotion(0, 0, None, way, way, (), 0, int(way.time_ns[-1]))
-    (swung,) = swung_parts(room.crane, motion, way, pendulum)
+    (swung,) = swung_parts(room.crane, motion, way, pendulum.below_hook_m)
     planned = swaying(timeline, pendulum, 0.25)
     assert planned.swing.amplitude_m[-1] <= PLANNED_RESIDUAL_M
-    assert swung.amplitude_m[-1] <= RESIDUAL_M
+    assert swung.amplitude_m[-1] <= REST_M
     # One integrates the motion, the other its samples.
     there = np.stack([np.interp(swung.time_s, planned.time_s, offset) for offset in planned.swing.offset_m.T], axis=1)
     assert np.abs(there - swung.offset_m).max() < 0.012

@@ -26,7 +26,8 @@ from bimvox.crane.luffing_defaults import default_luffing_crane
 from bimvox.crane.outline import outline_of
 from bimvox.cranes.track import REACTION_S, approach_track, carrying_track
 from bimvox.proof.crane_distance import least_distances, stopping_swing
-from bimvox.proof.cranes import _shape, check_cranes, check_turns
+from bimvox.proof.cranes import _shape, check_cranes
+from bimvox.proof.turns import check_turns
 from bimvox.records.motion import PhaseName
 from bimvox.records.proof import Check
 from bimvox.stop.braking import brake, braking_ways

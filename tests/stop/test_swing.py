@@ -11,7 +11,7 @@ from box_sites import test_crane
 
 from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.motion.swing import Pendulum
-from bimvox.proof.swing import swung_parts
+from bimvox.proof.pendulum import swung_parts
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
 from bimvox.stop.stop import AxisState, stop_from
@@ -69,7 +69,7 @@ def test_what_a_stop_leaves_swinging_is_what_theory_says(rate_m_s):
     whole = trajectory(np.append(whole_ns, whole_ns[-1] + 10**9) / 1e9, np.append(radius, radius[-1]))
     held = Phase(PhaseName.STOP, stop.start_ns, int(whole_ns[-1]))
     stopped = replace(motion, loaded=whole, phases=(held,), end_ns=int(whole.time_ns[-1]))
-    first, second = swung_parts(CRANE, stopped, whole, HANGING)
+    first, second = swung_parts(CRANE, stopped, whole, HANGING.below_hook_m)
     beyond = first.time_s * 1e9 >= stop.start_ns
     assert np.hypot(*first.offset_m[beyond].T).max() == pytest.approx(found.peak_m, rel=0.02, abs=0.004)
     assert np.hypot(*second.offset_m.T).max() < 1e-9, "it was brought to rest while it was held"

@@ -1,0 +1,214 @@
+"""Where one of several cranes is at any time, what hangs on its hook, and how it stops from there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.proof.braking import braked, braking_time_s
+from bimvox.proof.crane_distance import POSE_COLUMNS, stopping_swing
+from bimvox.proof.pendulum import hanging_m, swung_parts
+from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.site.lifting import crane_for
+from bimvox.site.site import Site
+
+LOOK_NS = 250_000_000
+"""Poses that are compared are this far apart in time."""
+STOP_EVERY_NS = 1_000_000_000
+"""Moments from which a crane is stopped are this far apart."""
+_AT_REST = 1e-6
+_EMPTY_M = 0.5
+"""Half the width of the empty hook with its slings."""
+
+
+class Hung(NamedTuple):
+    """What hangs on a hook from a time on: the edges of its box around the hook on plan, and how far down it reaches.
+
+    Attributes:
+        from_ns: When, on the site's clock.
+        box_m: Lowest and highest x, lowest and highest y, from the hook.
+        drop_m: From the hook to its lowest point.
+        below_hook_m: From the hook to its middle, for the pendulum.
+    """
+
+    from_ns: int
+    box_m: tuple[float, float, float, float]
+    drop_m: float
+    below_hook_m: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CraneWay:
+    """One crane over the whole time.
+
+    Attributes:
+        crane: The crane.
+        motions: Its motions, in order of time.
+        time_ns: (N,) when its axes are known.
+        axes: (N, 3) slew (rad), radius (m), height (m).
+        hung: What hangs on the hook, ascending times.
+        swing: (2, M) times (ns) and amplitudes (m) of the load.
+        swings: Whether the site's rules take account of swing.
+    """
+
+    crane: TowerCrane
+    motions: tuple[LiftMotion, ...]
+    time_ns: NDArray[np.int64]
+    axes: NDArray[np.float64]
+    hung: tuple[Hung, ...]
+    swing: NDArray[np.float64]
+    swings: bool
+
+    def moving_at(self, time_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return (M,) whether it moves within a second of each time."""
+        low, high = self.axes_at(time_ns - STOP_EVERY_NS), self.axes_at(time_ns + STOP_EVERY_NS)
+        now = self.axes_at(time_ns)
+        moving: NDArray[np.bool_] = (np.abs(low - now) + np.abs(high - now)).max(axis=1) > _AT_REST
+        return moving
+
+    def is_known(self, time_ns: NDArray[np.int64], is_whole: bool) -> NDArray[np.bool_]:
+        """Return (M,) whether its pose is known: during its motions and, if these are all, before and after them."""
+        first, last = int(self.time_ns[0]), int(self.time_ns[-1])
+        known = ((time_ns < first) | (time_ns > last)) & is_whole
+        for motion in self.motions:
+            known |= (time_ns >= motion.start_ns) & (time_ns <= motion.end_ns)
+        return np.asarray(known, np.bool_)
+
+    def axes_at(self, time_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return (M, 3) axes at times; before its first and after its last motion the crane does not move."""
+        return np.stack([np.interp(time_ns, self.time_ns, axis) for axis in self.axes.T], axis=1)
+
+    def rows_at(self, time_ns: NDArray[np.int64], axes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (M, 9) axes, what hangs on the hook then, and how far it swings (see ``crane_distance``)."""
+        at = np.searchsorted([hung.from_ns for hung in self.hung], time_ns, side="right") - 1
+        hung = np.array([(*hung.box_m, hung.drop_m) for hung in self.hung])[np.maximum(at, 0)]
+        rows = np.empty((len(time_ns), POSE_COLUMNS))
+        rows[:, :3], rows[:, 3:8] = axes, hung
+        rows[:, 8] = np.interp(time_ns, self.swing[0], self.swing[1]) if self.swing.size else 0.0
+        return rows
+
+    def motion_at(self, time_ns: int) -> LiftMotion:
+        """Return the motion at a time, or the last one before it."""
+        return next((m for m in reversed(self.motions) if m.start_ns <= time_ns), self.motions[0])
+
+
+def way_of_crane(site: Site, number: int, motions: Sequence[LiftMotion]) -> CraneWay:
+    """Return where one of a site's cranes is over time.
+
+    Args:
+        site: The site.
+        number: Of the crane in ``Site.cranes``.
+        motions: Its motions, one at least.
+    """
+    crane = site.cranes[number]
+    motions = sorted(motions, key=lambda motion: motion.start_ns)
+    samples = [motion.samples() for motion in motions]
+    time_ns = np.concatenate([times for times, _ in samples])
+    axes = np.concatenate([values for _, values in samples])
+    once = np.concatenate([[True], np.diff(time_ns) > 0])
+    swing = [piece for motion in motions for piece in _swing_of(site, crane, motion)]
+    return CraneWay(
+        crane,
+        tuple(motions),
+        time_ns[once],
+        axes[once],
+        _hung_by(site, crane, motions),
+        np.concatenate(swing, axis=1) if swing else np.empty((2, 0)),
+        hanging_m(site, crane, None) is not None,
+    )
+
+
+def _hung_by(site: Site, crane: TowerCrane, motions: Sequence[LiftMotion]) -> tuple[Hung, ...]:
+    """What hangs on the hook during motions in order of time: a load from its raising to its release."""
+    size_m, empty_m = site.frame.voxel_size_m, crane_for(site, crane, None).sling_m
+    loose = ((-_EMPTY_M, _EMPTY_M, -_EMPTY_M, _EMPTY_M), empty_m, empty_m)
+    hung = [Hung(motions[0].start_ns, *loose)]
+    for motion in motions:
+        component = site.components[motion.component]
+        rigged = crane_for(site, crane, component)
+        x, y = (n + 0.5 for n in component.hook_offset_vox[:2])
+        width, depth, height = component.shape.size_vox
+        box_m = (-size_m * x, size_m * (width - x), -size_m * y, size_m * (depth - y))
+        height_m = size_m * height
+        off_ns = next((p.start_ns for p in motion.phases if p.name is PhaseName.RELEASE), motion.end_ns)
+        raised_ns = motion.start_ns + int(motion.raising.time_ns[0])
+        load = (rigged.sling_m + height_m, rigged.sling_m + height_m / 2.0)
+        hung += [Hung(raised_ns, box_m, *load), Hung(off_ns, *loose)]
+    return tuple(sorted(hung, key=lambda one: one.from_ns))
+
+
+def _swing_of(site: Site, crane: TowerCrane, motion: LiftMotion) -> list[NDArray[np.float64]]:
+    """(2, K) times (ns) and amplitudes (m), one array a piece of the motion."""
+    component = site.components[motion.component]
+    found = []
+    for way, load in ((motion.approach, None), (motion.loaded, component), (motion.departure, None)):
+        below_m = hanging_m(site, crane, load)
+        if way is None or below_m is None:
+            continue
+        for swung in swung_parts(crane, motion, way, below_m):
+            at_ns = motion.start_ns + 1e9 * swung.time_s
+            found.append(np.stack([at_ns, swung.amplitude_m]))
+            # A load that is held keeps swinging, until it is brought to rest before the crane goes on.
+            held_ns = next((end for begin, end in motion.stops_ns if begin < at_ns[-1] < end), float(at_ns[-1]))
+            found.append(np.array([[held_ns, held_ns + 1.0], [swung.amplitude_m[-1], 0.0]]))
+    return found
+
+
+class Stops:
+    """How a crane stops, from any moment of its way."""
+
+    def __init__(self, way: CraneWay) -> None:
+        self.way = way
+        seconds = way.time_ns / 1e9
+        self._slopes = [PchipInterpolator(seconds, axis).derivative() for axis in way.axes.T]
+        self._known: dict[int, NDArray[np.float64]] = {}
+
+    def rows(self, moments: NDArray[np.int64], delay_ns: int) -> NDArray[np.float64]:
+        """Return (M, K, 9) poses from each moment on, ``LOOK_NS`` apart: as planned for a delay, then braking."""
+        series = []
+        for moment in moments.tolist():
+            braking = self._stop(moment + delay_ns)
+            ahead = np.arange(moment, moment + delay_ns, LOOK_NS, dtype=np.int64)
+            before = self.way.rows_at(ahead, self.way.axes_at(ahead))
+            series.append(np.concatenate([before, braking]))
+        count = max(len(one) for one in series)
+        return np.stack([np.concatenate([one, np.repeat(one[-1:], count - len(one), axis=0)]) for one in series])
+
+    def forget(self) -> None:
+        """Free the stops that are kept in memory."""
+        self._known.clear()
+
+    def _stop(self, at_ns: int) -> NDArray[np.float64]:
+        """(K, 9) poses from a moment on until it is at rest."""
+        if (known := self._known.get(at_ns)) is not None:
+            return known
+        way, half_s, at_s = self.way, 0.25, at_ns / 1e9
+        low_s, high_s = way.time_ns[0] / 1e9, way.time_ns[-1] / 1e9
+        now = way.axes_at(np.array([at_ns]))
+        rest = way.rows_at(np.array([at_ns]), now)
+        if not low_s < at_s < high_s:
+            self._known[at_ns] = rest
+            return rest
+        limits = way.crane.slewing, way.crane.trolley, way.crane.hoist
+        states = []
+        for slope in self._slopes:
+            before, rate, after = slope(np.clip([at_s - half_s, at_s, at_s + half_s], low_s, high_s)).tolist()
+            states.append((rate, (after - before) / (2.0 * half_s)))
+        longest_s = max(braking_time_s(*state, limit) for state, limit in zip(states, limits, strict=True))
+        since_s = np.arange(0.0, longest_s + LOOK_NS / 1e9, LOOK_NS / 1e9)
+        poses = np.stack([braked(float(now[0, k]), *states[k], limits[k], since_s) for k in range(3)], axis=1)
+        rows = np.repeat(rest, len(poses), axis=0)
+        rows[:, :3] = poses
+        if way.swings:
+            at = int(np.searchsorted([hung.from_ns for hung in way.hung], at_ns, side="right")) - 1
+            below_m = way.hung[max(at, 0)].below_hook_m
+            rates = np.array([rate for rate, _ in states])
+            rows[:, 8] += stopping_swing(poses, rates, way.crane.jib_height_m + below_m, LOOK_NS / 1e9)
+        self._known[at_ns] = rows
+        return rows

@@ -1,0 +1,194 @@
+"""How a load swings on its rope while the crane moves, worked out from the samples of a motion alone.
+
+The load is a point that hangs below the rope's exit and swings by small angles, undamped. Two samples are joined by a
+cubic. From step to step, 40 ms at most, the exit goes straight and the rope keeps its mean length; over such a step the
+swing is a rotation in phase space, which is exact: it adds no damping and no energy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+from bimvox.crane.kinematics import hook_of
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.proof.axes import axes_of_samples
+from bimvox.records.motion import LiftMotion
+from bimvox.records.trajectory import Trajectory
+from bimvox.site.component import Component
+from bimvox.site.lifting import crane_for
+from bimvox.site.site import Site, SwingRule
+
+GRAVITY_M_S2 = 9.80665
+STEP_NS = 40_000_000
+"""Longest step of the pendulum."""
+_SHORTEST_ROPE_M = 0.5
+
+
+class Swung(NamedTuple):
+    """A load that swings.
+
+    Attributes:
+        time_s: (N,) float64 since the start of the lift.
+        axes: (N, 3) float64 slew (rad), radius (m), height (m).
+        offset_m: (N, 2) float64 of the load from where it would hang at rest.
+        amplitude_m: (N,) float64 how far it would swing out if the crane stood still from then on.
+        hook_m: (N, 3) float64 where the hook is.
+    """
+
+    time_s: NDArray[np.float64]
+    axes: NDArray[np.float64]
+    offset_m: NDArray[np.float64]
+    amplitude_m: NDArray[np.float64]
+    hook_m: NDArray[np.float64]
+
+
+def hanging_m(site: Site, crane: TowerCrane, component: Component | None) -> float | None:
+    """Return how far below the hook the middle of a load is; None if the site's rules take no account of swing.
+
+    Args:
+        site: The site.
+        crane: One of its cranes.
+        component: The load; None for the empty hook, whose middle is the end of its slings.
+    """
+    if site.rules.swing is SwingRule.OFF:
+        return None
+    sling_m = crane_for(site, crane, component).sling_m
+    if component is None:
+        return sling_m
+    cells = component.shape.cells[:, 2]
+    return sling_m + float(cells.max() - cells.min() + 1) * site.frame.voxel_size_m / 2.0
+
+
+def ropes_m(crane: TowerCrane, axes: NDArray[np.float64], below_hook_m: float) -> NDArray[np.float64]:
+    """Return (N,) the length of the pendulum at poses of the hook ((N, 3) slew, radius, height): 0.5 m at least.
+
+    A luffing jib of length L with its pivot at radius o and height h has its tip at ``h + sqrt(L^2 - (r - o)^2)``.
+    """
+    exit_m = np.full(len(axes), crane.jib_height_m)
+    jib = crane.luffing
+    if jib is not None:
+        out_m = axes[:, 1] - jib.pivot_offset_m
+        exit_m = jib.pivot_height_m + np.sqrt(np.maximum(jib.length_m**2 - out_m**2, 0.0))
+    return np.asarray(np.maximum(exit_m - axes[:, 2] + below_hook_m, _SHORTEST_ROPE_M), np.float64)
+
+
+def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, below_hook_m: float) -> Iterator[Swung]:
+    """Yield how a load swings, piece by piece: each stop and the time it is held end a piece, and rest begins the next.
+
+    Args:
+        crane: The crane.
+        motion: The lift; its stops count.
+        way: One of its trajectories.
+        below_hook_m: From the hook down to the middle of the load.
+    """
+    stops = [(begin_ns - motion.start_ns, end_ns - motion.start_ns) for begin_ns, end_ns in motion.stops_ns]
+    rests = [end for begin, end in stops if begin < way.time_ns[-1] and end > way.time_ns[0]]
+    axes = axes_of_samples(way)
+    for low_ns, high_ns in pairwise([int(way.time_ns[0]), *rests, int(way.time_ns[-1])]):
+        part = (way.time_ns >= low_ns) & (way.time_ns <= high_ns)
+        if part.sum() < 2:
+            continue
+        time_ns = way.time_ns[part]
+        if high_ns in rests:
+            # An undamped load repeats itself after one period: the rest of the time it is held adds nothing.
+            period_s = 2.0 * np.pi * np.sqrt(ropes_m(crane, axes[part][-1:], below_hook_m)[0] / GRAVITY_M_S2)
+            time_ns[-1] = min(time_ns[-1], time_ns[-2] + round(1e9 * period_s))
+        yield _swung(crane, time_ns, axes[part], below_hook_m)
+
+
+def _swung(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.float64], below_hook_m: float) -> Swung:
+    """Return the swing at the samples and at times between them, no further apart than a step."""
+    axes, since_s = _between(np.ascontiguousarray(samples), np.ascontiguousarray(time_ns))
+    length_m = ropes_m(crane, axes, below_hook_m)
+    bend = _gradient(_gradient(length_m, since_s), since_s)
+    bend = np.clip(bend, -crane.hoist.acceleration, crane.hoist.acceleration)
+    stiffness = (GRAVITY_M_S2 - bend) / length_m
+    hook_m = hook_of(crane, *axes.T)
+    offset, amplitude = _turned(hook_m, np.sqrt(stiffness), np.diff(since_s))
+    return Swung(since_s + time_ns[0] / 1e9, axes, offset, amplitude, hook_m)
+
+
+@kernel
+def _between(
+    samples: NDArray[np.float64], time_ns: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The samples and, on the cubics between two with the slopes there, points no further apart than a step."""
+    count = samples.shape[0]
+    since_s = (time_ns - time_ns[0]) / 1e9
+    total = 1
+    for n in range(count - 1):
+        total += max(1, -(-(time_ns[n + 1] - time_ns[n]) // STEP_NS))
+    axes, time_s = np.empty((total, 3)), np.empty(total)
+    at = 0
+    for n in range(count - 1):
+        parts = max(1, -(-(time_ns[n + 1] - time_ns[n]) // STEP_NS))
+        h = since_s[n + 1] - since_s[n]
+        for k in range(3):
+            from_slope, to_slope = _slope(since_s, samples, n, k), _slope(since_s, samples, n + 1, k)
+            for part in range(parts):
+                u = part / parts
+                bent = u * (1 - u) ** 2 * from_slope - u**2 * (1 - u) * to_slope
+                chord = (1 + 2 * u) * (1 - u) ** 2 * samples[n, k] + u**2 * (3 - 2 * u) * samples[n + 1, k]
+                axes[at + part, k] = chord + h * bent
+        for part in range(parts):
+            time_s[at] = since_s[n] + part / parts * h
+            at += 1
+    axes[at], time_s[at] = samples[count - 1], since_s[count - 1]
+    return axes, time_s
+
+
+@kernel
+def _slope(time_s: NDArray[np.float64], values: NDArray[np.float64], n: int, k: int) -> float:
+    """Slope at a sample: of the parabola through three; none where an axis rests or turns back, or at an end."""
+    if n == 0 or n == values.shape[0] - 1:
+        return 0.0
+    before, after = time_s[n] - time_s[n - 1], time_s[n + 1] - time_s[n]
+    rise, then = (values[n, k] - values[n - 1, k]) / before, (values[n + 1, k] - values[n, k]) / after
+    return (after * rise + before * then) / (after + before) if rise * then > 0.0 else 0.0
+
+
+@kernel
+def _gradient(values: NDArray[np.float64], time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N,) slopes of the parabolas through three values, of the line through two at the ends; none of two values."""
+    count = values.shape[0]
+    slopes = np.zeros(count)
+    if count > 2:
+        slopes[0] = (values[1] - values[0]) / (time_s[1] - time_s[0])
+        slopes[-1] = (values[-1] - values[-2]) / (time_s[-1] - time_s[-2])
+    for n in range(1, count - 1):
+        before, after = time_s[n] - time_s[n - 1], time_s[n + 1] - time_s[n]
+        slopes[n] = (
+            -after / (before * (before + after)) * values[n - 1]
+            + (after - before) / (before * after) * values[n]
+            + before / (after * (before + after)) * values[n + 1]
+        )
+    return slopes
+
+
+@kernel
+def _turned(
+    point_m: NDArray[np.float64], pulse: NDArray[np.float64], step_s: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """A load under a point that goes straight from step to step: its offset turns in phase space, exactly."""
+    n = point_m.shape[0]
+    offset, amplitude = np.zeros((n, 2)), np.zeros(n)
+    rate = np.zeros(2)
+    for i in range(1, n):
+        h, w = step_s[i - 1], 0.5 * (pulse[i - 1] + pulse[i])
+        c, s = np.cos(w * h), np.sin(w * h)
+        squared = 0.0
+        for k in range(2):
+            moves = (point_m[i, k] - point_m[i - 1, k]) / h
+            e, v = offset[i - 1, k], rate[k] - moves
+            offset[i, k] = e * c + v / w * s
+            v = v * c - e * w * s
+            rate[k] = v + moves
+            squared += offset[i, k] ** 2 + (v / w) ** 2
+        amplitude[i] = np.sqrt(squared)
+    return offset, amplitude

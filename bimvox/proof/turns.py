@@ -1,0 +1,70 @@
+"""The proof that lifts of several cranes wait for each other where one depends on the other, read from the phases."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from bimvox.proof.space import ALWAYS_NS
+from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.proof import Check
+from bimvox.site.site import Site
+
+
+def check_turns(
+    check: Check, site: Site, plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()
+) -> None:
+    """Check what a lift of one crane waits for from another's.
+
+    A part is hooked on after every part before it in the order is raised: those may block it in the yard. It comes to
+    its place after every part before it is released: it may rest on those. A delivery waits until all parts of the one
+    before it are set.
+
+    Args:
+        check: Where the result goes.
+        site: The site.
+        plan: The plan.
+        motions: Its motions.
+        context: Lifts of the same plan that it does not carry.
+    """
+    lifts = {lift.order: lift for lift in (*plan.lifts, *context) if lift.status is Status.PLANNED}
+    raised, released = _Latest(), _Latest()
+    delivered: dict[int, _Latest] = {}
+    for motion in sorted(motions, key=lambda motion: motion.order):
+        if motion.order not in lifts:
+            continue
+        place = lifts[motion.order].place
+        delivery = 0 if place is None else place.delivery
+        ends = {phase.name: phase.end_ns for phase in motion.phases}
+        check.about = site.components[motion.component].id
+        arrives_ns = motion.start_ns + int(motion.loaded.time_ns[-1])
+        starts = (p.start_ns for p in motion.phases if p.name in (PhaseName.HOOK_ON, PhaseName.RAISE))
+        hooked_ns = next(starts, arrives_ns)
+        raised.must_be_over(check, motion.order, "is hooked on", hooked_ns, "is raised")
+        released.must_be_over(check, motion.order, "comes to its place", arrives_ns, "stands by itself")
+        for earlier, latest in delivered.items():
+            if earlier < delivery:
+                latest.must_be_over(check, motion.order, "is of a later delivery, hooked on", hooked_ns, "is set")
+        raised.take(motion.order, ends.get(PhaseName.RAISE, arrives_ns))
+        off_ns = ends.get(PhaseName.RELEASE, ends.get(PhaseName.SET, motion.end_ns))
+        released.take(motion.order, off_ns)
+        delivered.setdefault(delivery, _Latest()).take(motion.order, off_ns)
+    check.about = None
+
+
+class _Latest:
+    """The lift that reaches a state last."""
+
+    def __init__(self) -> None:
+        self.order, self.time_ns = -1, ALWAYS_NS[0]
+
+    def take(self, order: int, time_ns: int) -> None:
+        if time_ns >= self.time_ns:
+            self.order, self.time_ns = order, time_ns
+
+    def must_be_over(self, check: Check, order: int, does: str, at_ns: int, done: str) -> None:
+        check.look(
+            at_ns >= self.time_ns,
+            f"lift {order + 1} {does} at {at_ns / 1e9:.3f} s, "
+            f"before lift {self.order + 1} {done} at {self.time_ns / 1e9:.3f} s",
+        )
