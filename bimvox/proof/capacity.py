@@ -13,7 +13,7 @@ from bimvox.records.trajectory import Trajectory
 def check_capacity(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, mass_kg: float) -> None:
     """Check that load, rigging and hook block together are within the load chart at the radius of every sample."""
     hung_kg = mass_kg + crane.rigging_mass_kg + crane.hook_block_kg
-    used = _shares(crane, trajectory.radius_m, hung_kg)
+    used = shares_of_capacity(crane, trajectory.radius_m, hung_kg)
     worst = int(np.argmax(used))
     check.measure(float(used[worst]))
     check.look(
@@ -23,8 +23,8 @@ def check_capacity(check: Check, name: str, crane: TowerCrane, trajectory: Traje
     )
 
 
-def _shares(crane: TowerCrane, radius_m: NDArray[np.float64], hung_kg: float) -> NDArray[np.float64]:
-    """(N,) share of the capacity that a mass takes at each radius.
+def shares_of_capacity(crane: TowerCrane, radius_m: NDArray[np.float64], hung_kg: float) -> NDArray[np.float64]:
+    """Return (N,) the share of the capacity that a mass takes at each radius; infinite beyond the chart.
 
     Between two points of the chart the capacity is a / r + b through both; a and b are solved for, span by span.
     """

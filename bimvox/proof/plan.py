@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
-from bimvox.crane.load_chart import capacity_kg
+from bimvox.proof.capacity import shares_of_capacity
 from bimvox.proof.marks import Marks, hits
 from bimvox.proof.moment import Thing, beside, cells_in_common, moments, near_and_far, passed_by
 from bimvox.proof.shape import check_shape
@@ -24,6 +24,9 @@ from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape
+
+_SHARE = 1e-9
+"""Share of the capacity by which a load may exceed it: rounding."""
 
 
 def verify_plan(
@@ -300,11 +303,12 @@ class _Verifier:
         if "wind" in self.checks:
             check_wind(self.checks["wind"], site, crane, component)
         load_kg = component.mass_kg + crane.tackle_kg
-        most_kg = capacity_kg(crane.chart, float(radius_m.max()))
-        reach.measure(load_kg / most_kg if most_kg > 0 else np.inf)
+        share = float(shares_of_capacity(crane, radius_m.max(keepdims=True), load_kg)[0])
+        reach.measure(share)
         reach.look(
-            load_kg <= most_kg + 1e-6,
-            f"{component.id}: {load_kg:.0f} kg at {radius_m.max():.1f} m, where the crane carries {most_kg:.0f} kg",
+            share <= 1.0 + _SHARE,
+            f"{component.id}: {load_kg:.0f} kg at {radius_m.max():.1f} m, "
+            f"where the crane carries {load_kg / share:.0f} kg",
         )
         if site.rules.rope:
             self._check_rope(component, path, hook, present)

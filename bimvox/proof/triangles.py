@@ -1,11 +1,15 @@
-"""The verifier's test of real triangles: a collision library, finely sampled.
+"""The test of real triangles: whether a part meets another deeper than it may, on a finely sampled way.
 
-FCL (Pan, Chitta, Manocha 2012) says whether two triangle sets meet. The tolerance is the thicker part's surface moved
-inward; before it is trusted, the moved surface is checked to lie within reach of the true one, so that a part that lost
-its shape cannot pass for free.
+How deep two parts may overlap is decided by ``overlap``: the surface of the thinner part must not reach the core of the
+thicker one. If the model draws two parts into each other, the plan lists the pair with a way out of the overlap, and
+the part moved by that way must keep this rule. Offsets along the way are at most 20 mm apart, or half the thickness of
+the thinner part's box. FCL (Pan, Chitta, Manocha 2012) tells whether true surfaces cross: for parts that are not
+neighbours, for ropes, and for what carries a part.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import fcl
 import numpy as np
@@ -13,8 +17,9 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
-from bimvox.planning.contact.erosion import eroded_triangles_m, pair_depths_m, thickness_m
 from bimvox.proof.kept import kept
+from bimvox.proof.overlap import overlap_m
+from bimvox.proof.solid import solid_of
 from bimvox.records.lift import LiftPlan
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
@@ -22,7 +27,7 @@ from bimvox.site.component import Component
 _SPACING_M = 0.02
 _ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
 _SHARES_STILL_INSIDE = (0.3, 0.5, 0.7, 0.9)  # shares of its way out at one of which a part must still meet the other
-_Key = tuple[bool, int, float]  # whether it is moved about, number of the solid, how far its surface is moved inward
+_SHEET_M = 1e-6  # thinner than this it is a sheet: nothing is inside it
 _ROUNDING_M = 1e-9  # boxes this close are not taken to be apart
 _AT_CELL_VOX = 0.01  # a position this close to a placement is at it
 
@@ -55,8 +60,7 @@ class TriangleCheck:
         }
         self._boxes = [_bounds_m(mesh) for mesh in self._meshes]
         self._bounds = np.array(self._boxes, np.float64).reshape(-1, 2, 3)
-        self._objects: dict[_Key, fcl.CollisionObject] = {}
-        self._trusted: set[_Key] = set()
+        self._objects: dict[tuple[bool, int], fcl.CollisionObject] = {}
 
     def check_moves(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
         """Check that a part meets another no deeper than it may along a path of unit moves.
@@ -89,12 +93,22 @@ class TriangleCheck:
             self._check_no_fuller(check, component, offsets_m, other)
             return
         tolerance_m = self._site.rules.contact_tolerance_m
-        depths_m = pair_depths_m(component.index, other, self._thickness_m(component.index, other), tolerance_m)
-        part_box = self._inner_box(check, component.index, depths_m[0], moving=True)
-        fixed_box = self._inner_box(check, other, depths_m[1], moving=False)
-        for offset_m in self._met(check, component, offsets_m, other, (part_box, way_m), fixed_box, depths_m):
+        part, fixed = (solid_of(self._meshes[number], tolerance_m) for number in (component.index, other))
+        # Of two parts of the same thickness the one with the lower number bears the overlap.
+        bears = (part.thickness_m, -component.index) > (fixed.thickness_m, -other)
+        boxes = (part.core_m, self._boxes[other]) if bears else (self._boxes[component.index], fixed.core_m)
+
+        def overlaps(offset_m: NDArray[np.float64]) -> bool:
+            if bears:
+                return overlap_m(part, fixed, -offset_m) is not None
+            return overlap_m(fixed, part, offset_m) is not None
+
+        meets: Callable[[NDArray[np.float64]], bool] = overlaps
+        if max(part.thickness_m, fixed.thickness_m) < _SHEET_M:
+            boxes, meets = (self._boxes[component.index], self._boxes[other]), self._crosses(component.index, other)
+        for offset_m in self._met(check, component, offsets_m, other, boxes, way_m, meets):
             check.look(False, f"{component.id}: meets {self._ids[other]} deeper than it may, at {_metres(offset_m)}")
-        check.measure(float(np.abs(way_m).sum()) + self._site.rules.contact_tolerance_m)
+        check.measure(float(np.abs(way_m).sum()) + tolerance_m)
 
     def check_apart(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
         """Check that a part does not meet another at all along straight pieces between positions.
@@ -112,8 +126,8 @@ class TriangleCheck:
         other_low, other_high = self._boxes[other]
         if (low + offsets_m.min(axis=0) > other_high).any() or (high + offsets_m.max(axis=0) < other_low).any():
             return
-        drawn = (self._boxes[component.index], np.zeros(3))
-        for offset_m in self._met(check, component, offsets_m, other, drawn, self._boxes[other], (0.0, 0.0)):
+        boxes, crosses = (self._boxes[component.index], self._boxes[other]), self._crosses(component.index, other)
+        for offset_m in self._met(check, component, offsets_m, other, boxes, np.zeros(3), crosses):
             check.look(False, f"{component.id}: meets {self._ids[other]}, which it passes by, at {_metres(offset_m)}")
 
     def _met(
@@ -122,41 +136,42 @@ class TriangleCheck:
         component: Component,
         offsets_m: NDArray[np.float64],
         other: int,
-        part: tuple[NDArray[np.float64], NDArray[np.float64]],
-        fixed: NDArray[np.float64],
-        depths_m: tuple[float, float],
+        boxes_m: tuple[NDArray[np.float64], NDArray[np.float64]],
+        aside_m: NDArray[np.float64],
+        meets: Callable[[NDArray[np.float64]], bool],
     ) -> list[NDArray[np.float64]]:
-        """Return the offsets, finely, at which triangles meet; the others are counted as looked at and good.
-
-        Solids whose boxes are apart do not meet, neither do triangles: only the rest is for the collision library.
+        """Return the offsets, finely spaced, at which a part meets another; the others are counted as good.
 
         Args:
             check: Where the count goes.
             component: The part.
             offsets_m: (N, 3) where it is, relative to its place in the building.
             other: Number of the other solid.
-            part: (2, 3) the box around the part's triangles, and (3,) what they are moved by beside the offset.
-            fixed: (2, 3) the box around the other's.
-            depths_m: How far the surfaces of both are moved inward.
+            boxes_m: (2, 3) each, boxes around what may meet: if they are apart, it does not.
+            aside_m: (3,) what the part is moved by in addition to the offset.
+            meets: Whether the part, moved by (3,) metres, meets the other.
         """
-        (box, way_m), (fixed_low, fixed_high) = part, fixed
         fine_m = _finely(offsets_m, self._spacing_m(component.index, other))
         low, high = self._boxes[component.index]
         other_low, other_high = self._boxes[other]
         apart = (low + fine_m > other_high) | (high + fine_m < other_low)
-        low, high = box + way_m
-        apart |= (low + fine_m > fixed_high + _ROUNDING_M) | (high + fine_m < fixed_low - _ROUNDING_M)
-        met: list[NDArray[np.float64]] = []
-        close_m = fine_m[~apart.any(axis=1)]
-        if len(close_m):
-            moving = self._moved(component.index, depths_m[0])
-            fixed_object = self._fixed(other, depths_m[1])
-        for offset_m in close_m:
-            moving.setTranslation(offset_m + way_m)
-            if fcl.collide(moving, fixed_object):
-                met.append(offset_m)
+        (low, high), (other_low, other_high) = boxes_m
+        moved_m = fine_m + aside_m
+        apart |= (low + moved_m > other_high + _ROUNDING_M) | (high + moved_m < other_low - _ROUNDING_M)
+        close = np.flatnonzero(~apart.any(axis=1))
+        met = [fine_m[n] for n in close if meets(moved_m[n])]
         check.look(True, "", samples=len(fine_m) - len(met))
         return met
+
+    def _crosses(self, moving: int, fixed: int) -> Callable[[NDArray[np.float64]], bool]:
+        """Whether the true surfaces of two solids cross or touch, by where the first is moved to."""
+
+        def crosses(offset_m: NDArray[np.float64]) -> bool:
+            part = self._moved(moving)
+            part.setTranslation(offset_m)
+            return bool(fcl.collide(part, self._fixed(fixed)))
+
+        return crosses
 
     def rope_is_clear(self, component: Component, offset_m: NDArray[np.float64], other: int) -> bool:
         """Return whether a rope above the part's hook line misses another solid's triangles."""
@@ -239,10 +254,6 @@ class TriangleCheck:
                 f"drawn are {drawn}",
             )
 
-    def _thickness_m(self, *numbers: int) -> dict[int, float]:
-        """Thickness of the solids that are asked for; of many only a few ever touch."""
-        return {number: _thickness_m(self._meshes[number]) for number in numbers}
-
     def _cells(self, number: int) -> NDArray[np.int32]:
         """(N, 3) cells of a solid at its place."""
         components = self._site.components
@@ -256,26 +267,17 @@ class TriangleCheck:
         thickness = min(float((b[1] - b[0]).min()) for b in (self._boxes[first], self._boxes[second]))
         return float(np.clip(thickness / 2, 0.002, _SPACING_M))
 
-    def _inner_box(self, check: Check, number: int, depth_m: float, *, moving: bool) -> NDArray[np.float64]:
-        """(2, 3) the box around a solid with its surface moved inward, checked once to have kept its shape."""
-        _, box, is_whole = _inner(self._meshes[number], depth_m)
-        key = (moving, number, round(depth_m, 6))
-        if depth_m > 0.0 and key not in self._trusted:
-            self._trusted.add(key)
-            check.look(is_whole, f"{self._ids[number]}: its surface moved inward by {depth_m:.3f} m lost its shape")
-        return box
+    def _moved(self, number: int) -> fcl.CollisionObject:
+        """A solid to be moved about (``_fixed`` ones stay where they are)."""
+        return self._object(True, number)
 
-    def _moved(self, number: int, depth_m: float = 0.0) -> fcl.CollisionObject:
-        """A solid, its surface moved inward, to be moved about (``_fixed`` ones stay where they are)."""
-        return self._object(True, number, depth_m)
+    def _fixed(self, number: int) -> fcl.CollisionObject:
+        return self._object(False, number)
 
-    def _fixed(self, number: int, depth_m: float = 0.0) -> fcl.CollisionObject:
-        return self._object(False, number, depth_m)
-
-    def _object(self, moving: bool, number: int, depth_m: float) -> fcl.CollisionObject:
-        key, mesh = (moving, number, round(depth_m, 6)), self._meshes[number]
+    def _object(self, moving: bool, number: int) -> fcl.CollisionObject:
+        key = (moving, number)
         if key not in self._objects:
-            self._objects[key] = _collision_object(_inner(mesh, depth_m)[0] if depth_m > 0.0 else mesh.triangles_m)
+            self._objects[key] = _collision_object(self._meshes[number].triangles_m)
         return self._objects[key]
 
 
@@ -291,23 +293,6 @@ def _collision_object(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
 @kept
 def _bounds_m(mesh: TriangleMesh) -> NDArray[np.float64]:
     return mesh.bounds_m
-
-
-@kept
-def _thickness_m(mesh: TriangleMesh) -> float:
-    return thickness_m(mesh)
-
-
-@kept
-def _inner(mesh: TriangleMesh, depth_m: float) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
-    """(F, 3, 3) triangles with the surface moved inward, (2, 3) the box around them, and whether they kept the shape.
-
-    The moved surface lies within reach of the true one, and most of its triangles are left.
-    """
-    inner = eroded_triangles_m(mesh, depth_m) if depth_m > 0.0 else mesh.triangles_m
-    box = np.stack([inner.min(axis=(0, 1)), inner.max(axis=(0, 1))])
-    moved = np.abs(box - _bounds_m(mesh)).max()
-    return inner, box, bool(moved <= 3.0 * depth_m + 1e-6 and len(inner) >= 0.5 * len(mesh.faces))
 
 
 @kernel
