@@ -1,6 +1,6 @@
-"""A stored policy as one file, to hand on: a zip of the two files of its folder, each stored as it is.
+"""A stored policy as one file: a zip of the two files of its folder, uncompressed.
 
-Reading one runs no code and unpacks nothing to disk before it has been checked.
+Reading one runs no code, and writes nothing to disk before it has been checked.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def unpack(content: bytes, names: tuple[str, ...], largest_bytes: int) -> dict[s
     Args:
         content: The zip.
         names: The files that it must hold, and no others.
-        largest_bytes: What a file may have at most.
+        largest_bytes: Largest size of a file.
 
     Raises:
         PolicyError: It is not such a zip, or it is damaged.

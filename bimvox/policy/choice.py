@@ -19,7 +19,7 @@ from bimvox.policy.network import QNetwork
 from bimvox.policy.site_lessons import training_problems
 from bimvox.policy.site_outline import outline_of
 from bimvox.policy.train import train
-from bimvox.policy.trained import CurvePoint, TrainedPolicy
+from bimvox.policy.trained import CurvePoint, TrainedPolicy, TrainingStart
 from bimvox.progress import Progress
 from bimvox.site.site import Site
 
@@ -283,9 +283,7 @@ def _trained(
         training.config,
         seed=training.seed,
         steps=training.budget,
-        initial=training.initial,
-        parent=training.parent,
-        resumed=resumed,
+        start=TrainingStart(training.initial, training.parent, resumed),
         seconds=seconds,
         progress=test,
         checkpoint=None if checkpoint is None else checkpoint.save,

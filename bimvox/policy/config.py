@@ -1,4 +1,4 @@
-"""Every choice that a training run depends on."""
+"""Every choice behind a training run."""
 
 from __future__ import annotations
 
@@ -15,42 +15,41 @@ from bimvox.errors import PolicyError
 class DqnConfig:
     """Deep Q-learning (Mnih et al. 2015) on many lifts at once.
 
-    Steps are environment steps, summed over all lifts that run side by side.
+    Steps are environment steps, summed over all lifts in parallel.
 
     Attributes:
         hidden: Widths of the hidden layers.
         reward: A key of ``bimvox.env.reward.REWARDS``.
-        discount: Per step. Low, because the shaped reward tells at once how good a move was.
+        discount: Per step. Low, because the shaped reward rates each move at once.
         learning_rate: Of Adam.
         batch_size: Transitions per gradient step.
         buffer_size: Transitions remembered.
         learning_starts: Steps before the first gradient step.
-        lifts: Environments side by side.
+        lifts: Environments in parallel.
         gradient_steps: Gradient steps per ``lifts`` environment steps.
         target_update: Gradient steps between two copies to the target network.
         double_q: Whether the online network chooses the action that the target network values (double Q-learning, van
-            Hasselt et al. 2016). Off: with the exact shaped reward it made no difference to the steps needed.
+            Hasselt et al. 2016). Off by default: with the exact shaped reward it changed nothing in the steps needed.
         exploration_first: Share of random actions at the start.
-        exploration_last: And from ``exploration_steps`` on.
-        exploration_steps: Steps over which the share falls, linearly; not a share of the budget, so that a larger
+        exploration_last: The same from ``exploration_steps`` on.
+        exploration_steps: Steps over which the share falls linearly; not a share of the budget, so that a larger
             budget begins with the same run.
-        exploration_spread: How unlike the lifts explore: lift n of N with the share to the power
+        exploration_spread: How differently the lifts explore: lift n of N with the share to the power
             1 + spread n / (N - 1) (Horgan et al. 2018); 0: all alike.
         learning_rate_last: Learning rate at the end of the budget; it falls linearly over the last ``cooling`` of it.
-        cooling: See there.
-        averaging: Share of the old in the running average of the weights that is tested and kept, per gradient step;
+        cooling: Share of the budget over which the learning rate falls.
+        averaging: Share of the old weights in their running average, per gradient step; the average is tested and kept.
             0: no average.
-        teacher: Weight of a second loss: all six values against what the distance field says they are worth. 0: the
-            reward alone teaches.
+        teacher: Weight of a second loss: all six values against those of the distance field. 0: reward only.
         max_gradient_norm: Gradients are scaled down to this length.
         mix: Where training episodes begin.
         limit: Actions allowed per training episode and per test, from the exact distance.
         test_every: Steps between two tests.
         test_starts: Yard starts per test, evenly spread over the problems and over the starts of each.
-        both_ways: Whether a test does what a plan does, under several guards, from either end of a way and with detours
-            cut, instead of one roll-out from the start.
+        both_ways: Whether a test rolls out as a plan does, with several guards, from both ends and with detours cut,
+            instead of once from the start.
         required_success: Success rate at which training stops.
-        required_ratio: Mean path / shortest path that must hold too at that moment.
+        required_ratio: Largest mean path / shortest path at which training stops.
     """
 
     hidden: tuple[int, ...] = (256, 128)
@@ -100,10 +99,10 @@ class DqnConfig:
 
 
 def adapting(config: DqnConfig, hidden: tuple[int, ...]) -> DqnConfig:
-    """Return the choices for going on from a trained network of these hidden layers.
+    """Return the choices for continuing from a trained network with these hidden layers.
 
-    Smaller steps, less chance; tests as a plan rolls out, and as many of them as say 99 % at least with 95 %
-    confidence where none fails.
+    A lower learning rate, less exploration; tests roll out as a plan does. Without a failure, their number proves a
+    success rate of at least 99 % with 95 % confidence.
     """
     return replace(
         config,

@@ -1,4 +1,4 @@
-"""The device that a network is trained on, taken at its word."""
+"""The device on which a network is trained, checked."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from bimvox.errors import PolicyError
 
 
 def device_named(name: str) -> torch.device:
-    """Return a device that is there and computes.
+    """Return a device after a computation on it.
 
-    Stable-baselines3 takes the processor, without a word, where the GPU that was asked for is missing, and any GPU for
-    ``auto``. The weights depend on the device, so their record must not name one that they were not trained on.
+    If the requested GPU is missing, stable-baselines3 silently uses the processor; for ``auto`` it takes any GPU. The
+    weights depend on the device, so their record must name the device on which they were trained.
 
     Args:
         name: As torch names it: ``cpu``, ``cuda``, ``cuda:1``.
 
     Raises:
-        PolicyError: Torch knows no such device, or this machine or this build of torch has none.
+        PolicyError: Torch does not know the device, or this machine or build of torch does not have it.
     """
     try:
         device = torch.device(name)
@@ -26,6 +26,6 @@ def device_named(name: str) -> torch.device:
         raise PolicyError(
             f"device {name!r} cannot be trained on: {str(error).splitlines()[0]}",
             differs={"device": name},
-            hint="cpu is always there; cuda needs an NVIDIA GPU, its driver and a build of torch for it",
+            hint="cpu is always available; cuda needs an NVIDIA GPU, its driver and a build of torch for it",
         ) from error
     return device

@@ -1,11 +1,11 @@
-"""Stable-baselines3's DQN, with what many lifts at once ask for.
+"""Stable-baselines3's DQN, extended for many lifts at once.
 
-1. Behaviour goes through the planner's loop guard (:mod:`bimvox.env.guard`): what is learned from is what will be met.
-   A lift that explores gives the guard random values. Each lift explores on its own; SB3 draws once for all of them.
-2. An action that the view shows to be blocked is no choice, neither in behaviour nor in the target.
-3. Double Q-learning, a second loss by the teacher, a running average of the weights: where the configuration says so.
+1. The planner's loop guard (:mod:`bimvox.env.guard`) chooses the moves, so training sees what planning meets. A lift
+   that explores gives the guard random values. Each lift explores independently; SB3 draws once for all of them.
+2. An action that the view shows as blocked is never chosen, neither in behaviour nor in the target.
+3. Optional: double Q-learning, a second loss by the teacher, a running average of the weights.
 4. The share of random actions falls over a fixed number of steps, not over a share of the budget.
-5. The replay memory lies on the learner's device (:mod:`bimvox.policy.replay`).
+5. The replay memory is on the learner's device (:mod:`bimvox.policy.replay`).
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ class LiftDqn(DQN):
     Args:
         env: The lifts.
         config: The choices.
-        seed: Same seed, same problems, same device: same weights.
-        device: Where the network and the replay memory lie, as torch names it.
-        seconds: Time that the learning rate's fall counts on besides the budget; None: the budget alone. With it, the
-            weights depend on the machine.
-        half: Multiply in bfloat16 (the weights stay in float32): three times as fast where the processor has matrix
-            units for it.
+        seed: The same seed, problems and device give the same weights.
+        device: Device of the network and the replay memory, as torch names it.
+        seconds: Time limit over which the learning rate also falls; the weights then depend on the machine. None: the
+            budget alone.
+        half: Whether to multiply in bfloat16 (the weights stay in float32): three times as fast on a processor with
+            matrix units for it.
 
     Raises:
-        PolicyError: There is no such device here.
+        PolicyError: The device is not available.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class LiftDqn(DQN):
             device=device_named(device),
             seed=seed,
         )
-        # Without a logger of its own, every run of stable-baselines3 leaves an empty folder in the temporary files.
+        # Without a logger, every run of stable-baselines3 leaves an empty folder among the temporary files.
         self.set_logger(Logger(folder=None, output_formats=[]))
         self._random = np.random.default_rng(seed)
         self._updates_to_copy = config.target_update
@@ -101,20 +101,20 @@ class LiftDqn(DQN):
         episode_start: Any = None,
         deterministic: bool = False,
     ) -> tuple[NDArray[np.int64], Any]:
-        """Return the action of the highest value that the view does not show to be blocked, for each observation."""
+        """Return for each observation the action with the highest value among those not shown as blocked."""
         with torch.no_grad():
             values = self._values(torch.as_tensor(observation, device=self.device))
         return values.argmax(dim=1).cpu().numpy(), state
 
     def _values(self, views: torch.Tensor) -> torch.Tensor:
-        """Return (N, 6) values of the site's actions, hopeless where blocked."""
+        """Return (N, 6) values of the site's actions, very low if blocked."""
         values = in_frame(self.q_net, views).masked_fill(blocked_in_frame(views), _NEVER)
         return values.gather(1, frame_actions(views))
 
     def _sample_action(
         self, learning_starts: int, action_noise: Any = None, n_envs: int = 1
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return what the lifts do next: the guard's moves, some of them by random values."""
+        """Return the next actions: the guard's moves, some of them from random values."""
         if self._views is None:
             self._views = packed(torch.as_tensor(self._last_obs, device=self.device))
         with torch.no_grad(), self._precision():
@@ -127,7 +127,7 @@ class LiftDqn(DQN):
     def _store_transition(
         self, replay_buffer: Any, buffer_action: Any, new_obs: Any, reward: Any, dones: Any, infos: Any
     ) -> None:
-        """Remember the last step, an episode's end with the view that it had there."""
+        """Store the last step; at the end of an episode, with its last view."""
         step = self.env.last_step  # type: ignore[union-attr]
         upcoming = packed(torch.as_tensor(step.observations, device=self.device))
         following = upcoming
@@ -162,7 +162,7 @@ class LiftDqn(DQN):
                 self._updates_to_copy = self.config.target_update
                 self.q_net_target.load_state_dict(self.q_net.state_dict())
             if self.config.averaging:
-                # A young average follows closely.
+                # At first the average follows closely.
                 kept = min(self.config.averaging, self._n_updates / (self._n_updates + 10.0))
                 torch._foreach_lerp_(self._average, [p.detach() for p in self.q_net.parameters()], 1.0 - kept)
 
@@ -190,7 +190,7 @@ class LiftDqn(DQN):
         return torch.autocast(self.device.type, dtype=torch.bfloat16, enabled=self._half)
 
     def _set_rate(self) -> None:
-        """Set the learning rate by how much of the budget, or of the time, is used."""
+        """Set the learning rate by the used share of the budget or the time."""
         done = self.num_timesteps / max(1, self._total_timesteps)
         if self._seconds is not None:
             done = max(done, (time.monotonic() - self._began) / self._seconds)
@@ -200,7 +200,7 @@ class LiftDqn(DQN):
             group["lr"] = first + cooled * (last - first)
 
     def tested_parameters(self) -> list[torch.Tensor]:
-        """Return the online network's parameters, or their running average where there is one."""
+        """Return the online network's parameters, or their running average if there is one."""
         if self.config.averaging and self._n_updates:
             return self._average
         return [parameter.detach() for parameter in self.q_net.parameters()]
@@ -212,7 +212,7 @@ def in_frame(q_net: torch.nn.Module, views: torch.Tensor) -> torch.Tensor:
 
 
 def network_of(dqn: LiftDqn) -> QNetwork:
-    """Return the weights of the online network, averaged where the configuration says so, as plain arrays."""
+    """Return the weights of the online network, or their average if configured, as plain arrays."""
     arrays = [parameter.cpu().numpy() for parameter in dqn.tested_parameters()]
     return QNetwork(
         tuple(np.ascontiguousarray(weight.T).copy() for weight in arrays[0::2]),

@@ -1,4 +1,4 @@
-"""How good a policy is on known problems: greedy roll-outs with the planner's own loop guard."""
+"""The success of a policy on known problems: greedy roll-outs with the planner's loop guard."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from bimvox.env.problem import LiftProblem
 from bimvox.planning.rollout import LIFTS_AT_ONCE, ROLLOUT_LIMIT, Values, roll_out_all, roll_out_starts
 
 TEST_LIMIT = StepLimit(8.0, 200)
-"""Of each try while a policy is tested: tighter than a plan's, for a test is mostly the time of lifts that fail."""
+"""Limit of each try in a test; tighter than a plan's, because lifts that fail take most of a test's time."""
 
 
 GOOD_ENOUGH = 1.05
-"""A test makes no other try once it has a way at most so many times the shortest: it is about arriving."""
+"""A test stops trying once a path is at most this many times the shortest, because it measures arrival."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,12 +43,12 @@ class Evaluation:
 
     @property
     def at_least(self) -> float:
-        """What the success rate is at least, with 95 % confidence; see :func:`success_at_least`."""
+        """Lower bound of the success rate with 95 % confidence; see :func:`success_at_least`."""
         return success_at_least(int(self.arrived.sum()), self.arrived.size)
 
     @property
     def length_ratio(self) -> float:
-        """Mean of path / shortest path over those that did; 0 where there is none."""
+        """Mean of path / shortest path over those that did; 0 if there are none."""
         if not self.arrived.any():
             return 0.0
         return float((self.moves[self.arrived] / self.shortest[self.arrived]).mean())
@@ -62,7 +62,7 @@ def success_at_least(successes: int, tests: int, confidence: float = 0.95) -> fl
     Args:
         successes: Of the tests.
         tests: How many.
-        confidence: That the true rate is not below.
+        confidence: Probability that the true rate is not below the bound.
     """
     from scipy.special import betaincinv
 
@@ -79,15 +79,15 @@ def evaluate(
     limit: StepLimit = ROLLOUT_LIMIT,
     both_ways: bool = False,
 ) -> Evaluation:
-    """Roll a policy out from yard starts, evenly spread over the problems and over the starts that each has.
+    """Return roll-outs of a policy from yard starts, evenly spread over the problems and the starts of each.
 
     Args:
         values: The policy.
         problems: Learnable problems.
-        starts: At most so many in all, but at least one of each problem.
-        limit: Moves allowed: one way from the exact distance, both ways from the Manhattan distance.
-        both_ways: Whether to do what a plan does: under several guards, from the target too where none arrives, detours
-            cut.
+        starts: At most so many in total, but at least one per problem.
+        limit: Moves allowed: for one roll-out from the exact distance, otherwise from the Manhattan distance.
+        both_ways: Whether to roll out as a plan does: with several guards, also from the target if none arrives, and
+            with detours cut.
     """
     problem_of: list[int] = []
     chosen_starts: list[NDArray[np.int32]] = []

@@ -14,7 +14,7 @@ from bimvox.env.observation import INPUT_SIZE, NEIGHBOURS, VIEW_SIZE
 
 
 class ViewExtractor(BaseFeaturesExtractor):
-    """All of the view but its frame."""
+    """The view without its frame."""
 
     def __init__(self, observation_space: spaces.Space[Any]) -> None:
         super().__init__(observation_space, INPUT_SIZE)
@@ -25,7 +25,7 @@ class ViewExtractor(BaseFeaturesExtractor):
 
 
 class FramedQNetwork(QNetwork):
-    """A multilayer perceptron in the view's frame, its values brought back to the site's actions."""
+    """A multilayer perceptron in the view's frame, its values converted to the site's actions."""
 
     def in_frame(self, observations: torch.Tensor) -> torch.Tensor:
         """Return (N, 6) values of the frame's actions."""
@@ -56,5 +56,5 @@ def frame_actions(observations: torch.Tensor) -> torch.Tensor:
 
 
 def blocked_in_frame(observations: torch.Tensor) -> torch.Tensor:
-    """Return (N, 6) bool: whether each of the frame's actions is blocked, as the view says."""
+    """Return (N, 6) bool: whether the view shows each of the frame's actions as blocked."""
     return observations[:, list(NEIGHBOURS)] > 0.5

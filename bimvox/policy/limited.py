@@ -1,4 +1,4 @@
-"""Reading a file of a policy without trusting its size."""
+"""Reading a policy's file, with a limit on its size."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ def read_limited(file: Path, largest_bytes: int) -> bytes:
     """Return a file's bytes.
 
     Raises:
-        PolicyError: It cannot be read, or is larger than a policy's file can be.
+        PolicyError: It cannot be read, or is too large for a policy.
     """
     try:
         if file.stat().st_size > largest_bytes:

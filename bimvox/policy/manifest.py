@@ -1,4 +1,4 @@
-"""What a stored policy says about itself."""
+"""The manifest of a stored policy."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from bimvox.policy.site_outline import SiteOutline, outline_from_dict
 from bimvox.policy.trained import CurvePoint
 
 FORMAT_VERSION = 3
-"""Grows when the meaning of a stored policy changes. 2: the outline of the site; 3: the training's budget. Older ones
-are read without them."""
+"""Increased when the meaning of a stored policy changes. 2: the outline of the site; 3: the training's budget. Older
+versions are read without them."""
 
 _SINCE = {"site": 2, "budget": 3}
 
@@ -31,22 +31,22 @@ class PolicyManifest:
     Attributes:
         id: Hash of the weights and of everything below: 16 hexadecimal digits.
         format_version: ``FORMAT_VERSION`` of the version that wrote it.
-        geometry_key: Digest of the site's geometry that it was trained for.
-        observation: ``OBSERVATION_NAME`` that it was trained on.
+        geometry_key: Digest of the site's geometry for which it was trained.
+        observation: ``OBSERVATION_NAME`` with which it was trained.
         observation_size: Entries of that vector.
         layer_sizes: Widths from input to output.
         weights_sha256: Of the file with the weights.
-        config: The choices it was trained with.
+        config: The choices of its training.
         seed: The seed.
         steps: Environment steps of its training.
         success_rate: In its last test.
         length_ratio: Mean path / shortest path in that test.
-        tested: Starts of that test.
+        tested: Number of starts of that test.
         curve: Every test of its training.
-        parent: Id of the policy it was trained from, if any.
+        parent: Id of the policy from which it was trained, if any.
         versions: Versions of the libraries that trained it.
-        site: Outline of the site that it was trained for, where it is known.
-        budget: Environment steps that its training might have taken, None where its choices might not give it again.
+        site: Outline of the site for which it was trained, if known.
+        budget: Environment steps allowed in its training. None if its choices may not reproduce it.
     """
 
     id: str
@@ -80,12 +80,12 @@ class PolicyManifest:
 
 
 def is_id(text: str) -> bool:
-    """Say whether a text is an id: 16 hexadecimal digits, so never a path."""
+    """Return whether a text is an id: 16 hexadecimal digits, so never a path."""
     return _ID.fullmatch(text) is not None
 
 
 def canonical_json(plain: Mapping[str, Any]) -> str:
-    """Return the one way to write a manifest: sorted keys, two spaces, a newline at the end."""
+    """Return the canonical JSON of a manifest: sorted keys, two spaces, a newline at the end."""
     return json.dumps(plain, sort_keys=True, indent=2, allow_nan=False) + "\n"
 
 
@@ -93,7 +93,7 @@ def manifest_from_dict(plain: Any) -> PolicyManifest:
     """Return the manifest of :meth:`PolicyManifest.to_dict`.
 
     Raises:
-        PolicyError: It is not a manifest, or of a format that this version does not know.
+        PolicyError: It is not a manifest, or its format is unknown to this version.
     """
     if not isinstance(plain, dict):
         raise PolicyError("the manifest is not a JSON object")
@@ -118,7 +118,7 @@ def manifest_from_dict(plain: Any) -> PolicyManifest:
     try:
         config = config_from_dict(plain["config"])
     except PolicyError:
-        # Of another version: then what it sees matters more than how it was trained.
+        # Of another version: report a different observation first.
         _require_view(plain["id"], plain["observation"], plain["observation_size"])
         raise
     try:
@@ -139,10 +139,10 @@ def manifest_from_dict(plain: Any) -> PolicyManifest:
 
 
 def require_fit(manifest: PolicyManifest) -> None:
-    """Check that a policy sees what this version of bimvox shows.
+    """Check that a policy has the observation of this version of bimvox.
 
     Raises:
-        PolicyError: It was trained on another observation; ``differs`` says in what.
+        PolicyError: It was trained with another observation; ``differs`` has the differences.
     """
     _require_view(manifest.id, manifest.observation, manifest.observation_size)
 

@@ -24,15 +24,15 @@ _TOLERANCE = 1e-5
 def onnx_bytes(network: QNetwork, facts: Mapping[str, str]) -> bytes:
     """Return a network as an ONNX model: ``observation`` (batch, VIEW_SIZE) float32 -> ``action_values`` (batch, 6).
 
-    Before it is returned the model is checked by ONNX's own checker, and run by its reference implementation on 256
-    observations against :class:`QNetwork`.
+    The model is first checked by ONNX's checker, and compared with :class:`QNetwork` on 256 observations by ONNX's
+    reference implementation.
 
     Args:
         network: The network.
-        facts: Kept as the model's metadata.
+        facts: Metadata of the model.
 
     Raises:
-        PolicyError: The package is missing, or the model does not compute what the network does.
+        PolicyError: The package is missing, or the model and the network disagree.
     """
     try:
         import onnx

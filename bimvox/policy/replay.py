@@ -1,4 +1,4 @@
-"""Replay memory on the learner's own device, a byte an entry."""
+"""Replay memory on the learner's device, with one byte per entry."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.observation import VIEW_SIZE
 
 LEVELS = 127.0
-"""Views are in [-1, 1]; they are kept in steps of 1 / 127."""
+"""Views are in [-1, 1]; they are stored in steps of 1 / 127."""
 
 
 class Transitions(NamedTuple):
-    """A batch of what happened.
+    """A batch of transitions.
 
     Attributes:
         views: (N, VIEW_SIZE) float32.
         actions: (N, 1) int64, the site's.
         rewards: (N, 1) float32.
-        ended: (N, 1) float32, 1 where the target was reached.
+        ended: (N, 1) float32, 1 if the target was reached.
         following: (N, VIEW_SIZE) float32.
         teacher: (N, ACTION_COUNT) float32 values of the site's actions by the distance field; empty without teacher.
     """
@@ -46,17 +46,17 @@ def unpacked(views: torch.Tensor) -> torch.Tensor:
 
 
 class ViewReplay(BaseBuffer):
-    """A ring of transitions as tensors; stable-baselines3's own keeps arrays, and a gather a batch costs more.
+    """A ring buffer of transitions as tensors; gathering batches from stable-baselines3's arrays is slower.
 
     Args:
         buffer_size: Transitions remembered, rounded down to whole steps of all lifts.
         observation_space: Of the lifts.
         action_space: Of the lifts.
-        device: Where it lies.
-        n_envs: Lifts.
-        teacher: Whether values by the distance field are kept too.
+        device: Of the tensors.
+        n_envs: Number of lifts.
+        teacher: Whether the values of the distance field are stored too.
         seed: Of the draws.
-        kwargs: What stable-baselines3 passes besides; nothing of it matters here.
+        kwargs: Further arguments of stable-baselines3, ignored.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class ViewReplay(BaseBuffer):
         ended: torch.Tensor,
         teacher: torch.Tensor,
     ) -> None:
-        """Remember one step of all lifts; views as :func:`packed` gives them."""
+        """Store one step of all lifts; views as :func:`packed` gives them."""
         rows = slice(self.pos, self.pos + self.n_envs)
         self._views[rows] = views
         self._following[rows] = following
@@ -104,11 +104,11 @@ class ViewReplay(BaseBuffer):
             self.full, self.pos = True, 0
 
     def size(self) -> int:
-        """Return how many transitions are remembered."""
+        """Return the number of stored transitions."""
         return self.buffer_size if self.full else self.pos
 
     def sample(self, batch_size: int, env: Any = None) -> Transitions:
-        """Draw transitions, each as likely as any other."""
+        """Return transitions drawn uniformly."""
         return self._get_samples(torch.randint(self.size(), (batch_size,), generator=self._random, device=self.device))
 
     def _get_samples(self, batch_inds: Any, env: Any = None) -> Transitions:  # type: ignore[override]

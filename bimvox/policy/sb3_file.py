@@ -1,8 +1,8 @@
 """A policy's network to and from stable-baselines3's zip files, for researchers.
 
-stable-baselines3 loads such a file by unpickling parts of it, which runs whatever its author put there. Here only
-``policy.pth`` is read, by torch's loader that knows nothing but tensors; still the file claims to be a policy without a
-manifest to check it against, so the caller must have said that it is trusted.
+Stable-baselines3 loads such a file by unpickling parts of it, which runs any code in it. Here only ``policy.pth`` is
+read, by torch's loader for tensors alone. The file has no manifest to check it against, so the caller must state that
+it is trusted.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _LARGEST_BYTES = 256 << 20
 
 
 class _Shapes(gymnasium.Env[np.ndarray, np.int64]):
-    """Stands for the environment: what a DQN needs to know of it are its spaces."""
+    """An environment without dynamics: a DQN needs only its spaces."""
 
     def __init__(self) -> None:
         self.observation_space = gymnasium.spaces.Box(-1.0, 1.0, (VIEW_SIZE,), np.float32)
@@ -61,7 +61,7 @@ def read_sb3_zip(content: bytes) -> QNetwork:
         content: The zip.
 
     Raises:
-        PolicyError: It is no such file, or its network does not fit this version's observation and actions.
+        PolicyError: It is not such a file, or its network does not fit this version's observation and actions.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -70,7 +70,7 @@ def read_sb3_zip(content: bytes) -> QNetwork:
             weights = archive.read(_WEIGHTS)
         named = torch.load(io.BytesIO(weights), map_location="cpu", weights_only=True)
     except (*BROKEN_ZIP, KeyError) as error:
-        raise PolicyError(f"no zip file of stable-baselines3: {error}") from error
+        raise PolicyError(f"not a zip file of stable-baselines3: {error}") from error
     except UnpicklingError as error:
         raise PolicyError(
             f"{_WEIGHTS} holds more than tensors, and is not read: {str(error).splitlines()[0]}"

@@ -1,4 +1,4 @@
-"""What a policy remembers of the site it was trained for: enough to say how near another site is."""
+"""The outline of a site, kept with its policy: enough to measure how similar another site is."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from bimvox.grid.labels import Label
 from bimvox.site.site import Site
 
 BLOCKS = (8, 8, 4)
-"""Blocks of the sketch along x, y and z, whatever the site's size."""
+"""Blocks of the sketch along x, y and z, for any site."""
 
 
 @dataclass(frozen=True, slots=True)
 class SiteOutline:
-    """A site in a few numbers. Obstructions are left out: they come and go.
+    """A site in a few numbers, without its obstructions, which change.
 
     Attributes:
         shape_vox: (X, Y, Z) cells of the grid.
         voxel_size_m: Edge of a cell.
-        components: How many parts are lifted.
+        components: Number of lifted parts.
         longest_vox: Longest edge of their bounding boxes.
-        rope: Whether the rope above a load must be kept free.
+        rope: Whether the rope above a load must be free.
         sketch: Share of every block filled by the finished building and the structure, 0 to 255, as hexadecimal digits
             (x slowest, z fastest).
     """
@@ -79,11 +79,11 @@ def outline_from_dict(plain: Mapping[str, Any]) -> SiteOutline:
 
 
 def distance(a: SiteOutline, b: SiteOutline) -> float:
-    """Return how far two sites are from each other: 0 for equal outlines, about 1 for sites with little in common.
+    """Return the distance of two sites: 0 for equal outlines, about 1 for sites with little in common.
 
-    The sum of the mean difference of the sketches (0 to 1), of the mean logarithmic ratio (base 2) of the grids' edges,
-    of that of the cells, a quarter of those of the number of parts and of the longest, and 1 where one has a rope rule
-    and the other has not. Symmetric; the triangle inequality holds, each term being a metric of its own.
+    It is the sum of: the mean difference of the sketches (0 to 1); the mean logarithmic ratio (base 2) of the grids'
+    edges; that of the cells; a quarter of those of the number of parts and of the longest part; 1 if only one has a
+    rope rule. It is a metric, because each term is one.
     """
     edges = np.mean([abs(math.log2(p / q)) for p, q in zip(a.shape_vox, b.shape_vox, strict=True)])
     cell = abs(math.log2(a.voxel_size_m / b.voxel_size_m))

@@ -1,11 +1,11 @@
 """One layer of a perceptron whose inputs are mostly 0 or 1.
 
-Reading the weights is what takes the time of a decision, so inputs are taken in groups. Where more of a group are 1
-than 0 (blocked windows), the sum of the group's weights stands for ones everywhere, and only inputs that differ from 1
-are computed; else those that differ from 0. Of the inputs that lifts come by, half are 1 and a fifth 0; a third is left
-to compute.
+Reading the weights takes most of the time of a decision, so inputs are processed in groups. If a group holds more ones
+than zeros (blocked windows), it starts from the sum of its weights, and only inputs that differ from 1 are computed;
+otherwise those that differ from 0. Of the inputs of real lifts, half are 1 and a fifth are 0; a third is left to
+compute.
 
-The order of summation is fixed by the row alone: the values of a lift do not depend on which others are asked with it.
+The order of summation depends on the row alone, so the values of a lift do not depend on the other lifts of the batch.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ GROUP = 128
 """Inputs of a group."""
 
 NO_SUMS = np.zeros((0, 0), np.float32)
-"""For layers behind rectified linear units: their inputs are 0 or anything."""
+"""For layers after rectified linear units, whose inputs are 0 or any positive number."""
 
 _ROWS_AT_ONCE = 16
 """Rows that share a group's weights while these are in the processor's cache."""
@@ -29,7 +29,7 @@ _TERMS = 8
 
 
 def sums_of_groups(weight: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return what each group of inputs adds where all of them are 1: (groups, outputs) of (inputs, outputs)."""
+    """Return the sum of each group's weights, (groups, outputs) of (inputs, outputs): a group's output for ones."""
     starts = np.arange(0, weight.shape[0], GROUP)
     return np.add.reduceat(weight, starts, axis=0, dtype=np.float64).astype(np.float32)
 
@@ -45,7 +45,7 @@ def sparse_layer(
     """Return a layer's output.
 
     Args:
-        inputs: (N, inputs or more); what is more is not looked at.
+        inputs: (N, inputs or more); further columns are ignored.
         weight: (inputs, outputs).
         bias: (outputs,).
         sums: Of :func:`sums_of_groups`, or ``NO_SUMS``.
@@ -98,7 +98,7 @@ def _add(
     terms: int,
     out: NDArray[np.float32],
 ) -> None:
-    """Add values times their weights, eight at a time; the last pass is filled up with zeros."""
+    """Add values times their weights, eight at a time; the last pass is filled with zeros."""
     for term in range(terms, terms + _TERMS - 1):
         which[term] = 0
         value[term] = np.float32(0.0)

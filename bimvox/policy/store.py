@@ -1,13 +1,13 @@
-"""The policy store: one plain folder per policy, named by the hash of what is in it.
+"""The policy store: one plain folder per policy, named by the hash of its content.
 
 ::
 
     <store>/<id>/weights.safetensors    the network's arrays
     <store>/<id>/manifest.json          everything else
 
-The store is the folder in the environment variable ``BIMVOX_POLICIES``, else ``policies`` in the user's data folder.
-Files are safetensors and JSON: reading one runs no code, whoever wrote it. A folder is written beside the store's and
-renamed, so that it is there whole or not at all.
+The environment variable ``BIMVOX_POLICIES`` names the store's folder; default: ``policies`` in the user's data folder.
+Files are safetensors and JSON: reading one runs no code. A folder is written under another name and then renamed, so
+that it exists whole or not at all.
 """
 
 from __future__ import annotations
@@ -49,18 +49,18 @@ WEIGHTS_FILE = "weights.safetensors"
 MANIFEST_FILE = "manifest.json"
 
 LARGEST_FILE_BYTES = 64 * 2**20
-"""A file above this is not one of ours: a network takes about 1 MB."""
+"""Largest size of a file; a network takes about 1 MB."""
 
 _TEMPORARY = ".writing-"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StoredPolicy:
-    """A policy as loaded.
+    """A loaded policy.
 
     Attributes:
-        manifest: What it says about itself.
-        network: Its weights, ready to be asked.
+        manifest: Its manifest.
+        network: Its weights, ready for use.
     """
 
     manifest: PolicyManifest
@@ -69,11 +69,11 @@ class StoredPolicy:
 
 @dataclass(frozen=True, slots=True)
 class StoreScan:
-    """What a store holds.
+    """The content of a store.
 
     Attributes:
         manifests: Of all readable policies, ascending id.
-        damaged: Folder name and reason of every other one.
+        damaged: Folder name and reason of every unreadable one.
     """
 
     manifests: tuple[PolicyManifest, ...]
@@ -81,7 +81,7 @@ class StoreScan:
 
 
 def store_folder() -> Path:
-    """Return the folder of the store; it need not exist."""
+    """Return the folder of the store, which may not exist yet."""
     chosen = os.environ.get(STORE_VARIABLE)
     return Path(chosen) if chosen else Path(platformdirs.user_data_dir("bimvox")) / "policies"
 
@@ -92,10 +92,10 @@ def save(
     """Store a policy and return its id; storing the same one again changes nothing.
 
     Args:
-        policy: What training gave.
-        geometry_key: Digest of the site's geometry; empty where it belongs to none.
+        policy: The result of training.
+        geometry_key: Digest of the site's geometry; empty if it belongs to no site.
         site: Outline of that site.
-        folder: The store; the user's own without.
+        folder: The store; default: the user's own.
 
     Raises:
         PolicyError: The folder cannot be written.
@@ -122,7 +122,7 @@ def add(files: Mapping[str, bytes], *, folder: Path | None = None) -> str:
 
     Args:
         files: ``manifest.json`` and ``weights.safetensors``; checked as when loading, before anything is stored.
-        folder: The store; the user's own without.
+        folder: The store; default: the user's own.
 
     Raises:
         PolicyError: They are damaged, do not belong together or do not fit this version, or the store cannot be
@@ -151,7 +151,7 @@ def _put(identity: str, files: Mapping[str, bytes], store: Path) -> str:
         try:
             load(identity, folder=store)
         except PolicyError:
-            shutil.rmtree(place, ignore_errors=True)  # damaged since; the whole one takes its place
+            shutil.rmtree(place, ignore_errors=True)  # damaged since; it is replaced
         else:
             return identity
     try:
@@ -171,10 +171,10 @@ def _put(identity: str, files: Mapping[str, bytes], store: Path) -> str:
 
 
 def load(policy_id: str, *, folder: Path | None = None) -> StoredPolicy:
-    """Load a policy by its id, or by the beginning of it where only one begins so.
+    """Return a policy by its id, or by a unique beginning of it.
 
     Raises:
-        PolicyError: There is no such policy, it is damaged, or it does not fit this version of bimvox.
+        PolicyError: The policy does not exist, is damaged, or does not fit this version of bimvox.
     """
     store = folder or store_folder()
     place = _place_of(policy_id, store)
@@ -201,7 +201,7 @@ def load(policy_id: str, *, folder: Path | None = None) -> StoredPolicy:
 
 
 def find(geometry_key: str, *, folder: Path | None = None) -> tuple[PolicyManifest, ...]:
-    """Return the policies trained for a geometry that fit this version, best first; empty where there is none."""
+    """Return the policies trained for a geometry that fit this version, best first; empty if there are none."""
     fitting = [
         manifest
         for manifest in scan(folder=folder).manifests
@@ -213,11 +213,11 @@ def find(geometry_key: str, *, folder: Path | None = None) -> tuple[PolicyManife
 def nearest(site: SiteOutline, *, folder: Path | None = None) -> tuple[tuple[float, PolicyManifest], ...]:
     """Return the fitting policies of other sites with their distances, nearest first.
 
-    A policy of a merely similar site is never used unasked: this is for who asks for one.
+    A policy of a similar site is used only on request.
 
     Args:
-        site: Outline of the site that a policy is wanted for.
-        folder: The store; the user's own without.
+        site: Outline of the site that needs a policy.
+        folder: The store; default: the user's own.
     """
     near = [
         (distance(site, manifest.site), manifest)
@@ -233,7 +233,7 @@ def list_policies(*, folder: Path | None = None) -> tuple[PolicyManifest, ...]:
 
 
 def scan(*, folder: Path | None = None) -> StoreScan:
-    """Read every manifest of the store; the weights are looked at only when a policy is loaded."""
+    """Return every manifest of the store; weights are checked only when a policy is loaded."""
     store = folder or store_folder()
     manifests, damaged = [], []
     places = sorted(store.iterdir()) if store.is_dir() else []
@@ -251,7 +251,7 @@ def remove(policy_id: str, *, folder: Path | None = None) -> str:
     """Remove a policy, damaged or not, and return its full id.
 
     Raises:
-        PolicyError: There is no such policy, or it cannot be removed.
+        PolicyError: The policy does not exist, or cannot be removed.
     """
     place = _place_of(policy_id, folder or store_folder())
     try:
@@ -290,13 +290,13 @@ def _manifest_of(policy: TrainedPolicy, geometry_key: str, site: SiteOutline | N
 
 
 def _id_of(plain: Mapping[str, Any]) -> str:
-    """Return the hash of a manifest but for its id; the weights are in it by their own hash."""
+    """Return the hash of a manifest without its id; it covers the weights through their own hash."""
     rest = {key: value for key, value in plain.items() if key != "id"}
     return hashlib.sha256(canonical_json(rest).encode()).hexdigest()[:16]
 
 
 def _versions() -> dict[str, str]:
-    """Return the versions of what a trained network depends on."""
+    """Return the versions of the libraries on which a trained network depends."""
     found = {}
     for name in ("bimvox", "numpy", "stable-baselines3", "torch"):
         try:
@@ -307,7 +307,7 @@ def _versions() -> dict[str, str]:
 
 
 def _place_of(policy_id: str, store: Path) -> Path:
-    """Return the folder of the one policy whose id begins so."""
+    """Return the folder of the only policy whose id begins with a text."""
     wanted = policy_id.lower()
     names = sorted(p.name for p in store.iterdir() if p.is_dir()) if store.is_dir() else []
     names = [name for name in names if not name.startswith(_TEMPORARY)]
@@ -346,7 +346,7 @@ def _read_manifest(place: Path) -> PolicyManifest:
 
 
 def _write(file: Path, content: bytes) -> None:
-    """Write and flush to the disk: the rename that follows must not overtake the content."""
+    """Write a file and flush it to the disk, before the rename that follows."""
     with file.open("wb") as stream:
         stream.write(content)
         stream.flush()
@@ -354,7 +354,7 @@ def _write(file: Path, content: bytes) -> None:
 
 
 def _rename(temporary: Path, place: Path) -> None:
-    """Move a whole folder into place; another process may have put the same one there meanwhile."""
+    """Rename a complete folder; another process may have created the same one meanwhile."""
     try:
         temporary.rename(place)
     except OSError:

@@ -1,7 +1,7 @@
 """A training's tests as a TensorBoard log, written without TensorBoard.
 
 A log is a file of records (length, its checksum, bytes, their checksum), each a serialized ``Event`` of
-tensorflow/core/util/event.proto; of its fields, the four that a curve needs are written here.
+tensorflow/core/util/event.proto, of which only the four fields that a curve needs are written.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from bimvox.errors import FileError
 from bimvox.policy.trained import CurvePoint
 
 FILE_NAME = "events.out.tfevents.0.bimvox"
-"""TensorBoard looks for files with ``tfevents`` in their name."""
+"""TensorBoard reads files with ``tfevents`` in their name."""
 
 _CASTAGNOLI = 0x82F63B78
 
@@ -36,7 +36,7 @@ class TensorBoard:
     """Writes a training's tests for TensorBoard.
 
     Args:
-        folder: Log folder; a log that is there is continued.
+        folder: Log folder; an existing log is continued.
 
     Raises:
         FileError: The log cannot be written.
@@ -65,7 +65,7 @@ class TensorBoard:
         self._stream.close()
 
     def _write(self, event: bytes) -> None:
-        # Not part of the result: TensorBoard draws curves over the time of day too.
+        # TensorBoard also draws curves over wall time; no result depends on it.
         content = b"\x09" + struct.pack("<d", time.time()) + event
         length = struct.pack("<Q", len(content))
         self._stream.write(length + _checksum(length) + content + _checksum(content))

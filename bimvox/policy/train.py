@@ -1,6 +1,6 @@
 """Training a site's policy: deep Q-learning until its greedy roll-outs succeed.
 
-A network to begin with is tested before torch is imported: where it is good enough, nothing needs it.
+A network to start from is tested before torch is imported; if it is good enough, torch is not needed.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from bimvox.errors import PlanningError
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.evaluate import TEST_LIMIT, Evaluation, evaluate
 from bimvox.policy.network import QNetwork
-from bimvox.policy.trained import CurvePoint, TrainedPolicy
+from bimvox.policy.trained import FROM_SCRATCH, CurvePoint, TrainedPolicy, TrainingStart
 
 
 def train(
@@ -22,31 +22,26 @@ def train(
     *,
     seed: int,
     steps: int,
-    initial: QNetwork | None = None,
-    parent: str | None = None,
-    resumed: TrainedPolicy | None = None,
+    start: TrainingStart = FROM_SCRATCH,
     seconds: float | None = None,
     progress: Callable[[CurvePoint], None] | None = None,
     checkpoint: Callable[[TrainedPolicy], None] | None = None,
 ) -> TrainedPolicy:
     """Train one policy for all of a site's lifts.
 
-    The best network tested is kept; training stops when it is as good as ``config`` requires, or when the budget is
-    used up. With ``initial``, that network is tested first, and returned as it is where it is good enough.
+    The best network tested is kept. Training stops when it is as good as ``config`` requires, or when the budget is
+    used up.
 
     Args:
-        problems: The lifts, made by ``training_problem``. Those that cannot be solved teach nothing and are left out.
+        problems: The lifts, made by ``training_problem``. Unsolvable ones are left out.
         config: The choices.
-        seed: Same problems, config, seed and initial network: the same weights.
-        steps: Budget in environment steps, summed over the lifts that run side by side.
-        initial: Network to begin from.
-        parent: Its id, for the record.
-        resumed: A checkpoint of a training with the same problems, config, seed and parent that was cut off: its steps
-            count as used, its curve is continued.
-        seconds: End at the first test after that; the result depends on the machine then. None: the budget alone.
-        progress: Told of every test.
-        checkpoint: Given the best policy so far after every test, to be handed back as ``resumed``. A resumed run is
-            not identical to an unbroken one: the replay memory is not kept.
+        seed: The same problems, config, seed and start give the same weights.
+        steps: Budget in environment steps, summed over the lifts in parallel.
+        start: Where training starts.
+        seconds: Time limit, checked at every test; the result then depends on the machine. None: no time limit.
+        progress: Called with every test.
+        checkpoint: Called with the best policy so far after every test; pass it as ``start.resumed`` to resume. A
+            resumed run differs from an uninterrupted one, because the replay memory is not kept.
 
     Raises:
         PlanningError: None of the problems can be solved.
@@ -54,15 +49,16 @@ def train(
     learnable = [problem for problem in problems if is_learnable(problem)]
     if not learnable:
         raise PlanningError(
-            f"none of {len(problems)} lifts has a way from the yard to its place, so there is nothing to learn",
-            hint="the search says for each lift what is in its way",
+            f"none of {len(problems)} lifts has a path from the yard to its place, so there is nothing to learn",
+            hint="bimvox plan reports what blocks each lift",
         )
+    resumed = start.resumed
     budget = steps if seconds is None and resumed is None else None
-    record = Record(learnable, config, seed, parent, budget, progress, checkpoint)
-    begin = resumed.network if resumed is not None else initial
+    record = Record(learnable, config, seed, start.parent, budget, progress, checkpoint)
+    first = resumed.network if resumed is not None else start.network
     if resumed is not None:
         record.resume(resumed)
-    elif initial is not None and record.test(initial, 0):
+    elif start.network is not None and record.test(start.network, 0):
         return record.policy
     done = resumed.steps if resumed is not None else 0
     if done >= steps:
@@ -73,13 +69,13 @@ def train(
     from bimvox.policy.train_callback import Tests
     from bimvox.policy.vec_env import LiftVecEnv
 
-    torch.set_num_threads(1)  # more threads only get in each other's way on layers this small
+    torch.set_num_threads(1)  # more threads slow down layers this small
     batch = BatchedLiftEnv(
         learnable, config.lifts, reward_name=config.reward, mix=config.mix, limit=config.limit, seed=seed
     )
     dqn = LiftDqn(LiftVecEnv(batch), config, seed)
-    if begin is not None:
-        load_network(dqn, begin)
+    if first is not None:
+        load_network(dqn, first)
     dqn.num_timesteps = done
     dqn.learn(steps - done, callback=Tests(record, batch, steps, done, seconds), reset_num_timesteps=False)
     return record.policy
@@ -129,7 +125,7 @@ class Record:
         )
 
     def resume(self, checkpoint: TrainedPolicy) -> None:
-        """Take up the tests and the best policy of a training that was cut off."""
+        """Continue with the tests and the best policy of an interrupted training."""
         self._curve = list(checkpoint.curve)
         point = CurvePoint(checkpoint.steps, checkpoint.success_rate, checkpoint.length_ratio)
         self._best = (point, checkpoint.network, checkpoint.tested)
@@ -155,5 +151,5 @@ class Record:
 
 
 def _rank(point: CurvePoint) -> tuple[float, float]:
-    """Return what makes one tested network better than another: it succeeds oftener, then it goes straighter."""
+    """Return the sort key of tested networks: higher success rate first, then shorter paths."""
     return (point.success_rate, -point.length_ratio)

@@ -1,4 +1,4 @@
-"""The tests of a site's training, as stable-baselines3 calls them."""
+"""The tests of a site's training, as a callback of stable-baselines3."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from bimvox.policy.dqn import network_of
 from bimvox.policy.train import Record
 
 HARD_PROBLEMS_FIRST = 4.0
-"""How much oftener a problem is drawn that failed from every start in the last test than one that succeeded."""
+"""How much more often a problem is drawn that failed from every start in the last test than one that succeeded."""
 
 
 class Tests(BaseCallback):
     """Tests during one call of ``learn``: calling it in slices would restart the exploration schedule.
 
     Args:
-        record: Told of every network to be tested; says when one is good enough.
-        batch: Its problems are weighed by how often they failed.
+        record: Tests every network, and returns whether it is good enough.
+        batch: Its problems are weighted by their failures.
         budget: Environment steps.
-        done: Of these, those of a training that was cut off.
-        seconds: End at the first test after that.
+        done: Steps already taken by an interrupted training.
+        seconds: Time limit, checked at every test.
     """
 
     def __init__(self, record: Record, batch: BatchedLiftEnv, budget: int, done: int, seconds: float | None) -> None:

@@ -15,7 +15,7 @@ from bimvox.paper.policy.learning import learn
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.device import device_named
 from bimvox.policy.dqn import LiftDqn, network_of
-from bimvox.policy.generalist.recipe import Check, train_generalist
+from bimvox.policy.generalist.recipe import Check, Run, train_generalist
 from bimvox.policy.network import QNetwork
 from bimvox.policy.sb3_file import read_sb3_zip, write_sb3_zip
 from bimvox.policy.train import train
@@ -42,11 +42,8 @@ def taught(device: str, *, half: bool, seed: int = 0, steps: int = 1_024) -> tup
         [problem],
         [replace(problem, start_vox=tuple(start.tolist())) for start in problem.starts_vox[::4]],
         TAUGHT,
+        Run(seed, steps, device=device, half=half),
         families=1,
-        seed=seed,
-        steps=steps,
-        device=device,
-        half=half,
         report=lambda check, _: checks.append(check),
     )
     return network, checks[-1]

@@ -16,7 +16,7 @@ from bimvox.policy.config import DqnConfig
 from bimvox.policy.dqn import LiftDqn, load_network, network_of
 from bimvox.policy.evaluate import evaluate
 from bimvox.policy.train import train
-from bimvox.policy.trained import CurvePoint
+from bimvox.policy.trained import CurvePoint, TrainingStart
 from bimvox.policy.vec_env import LiftVecEnv
 
 TINY = DqnConfig(hidden=(16,), lifts=8, batch_size=16, learning_starts=32, gradient_steps=1, test_every=64)
@@ -63,7 +63,7 @@ def test_obstructions_it_never_saw(paper_policy):
 
 def test_a_good_enough_initial_network_is_kept_untrained(paper_policy):
     easy = replace(paper_policy.config, required_success=0.9, required_ratio=1.3)
-    again = train([default_problem()], easy, seed=5, steps=6_000, initial=paper_policy.network, parent="abc")
+    again = train([default_problem()], easy, seed=5, steps=6_000, start=TrainingStart(paper_policy.network, "abc"))
     assert again.steps == 0
     assert again.network is paper_policy.network
     assert again.parent == "abc"
@@ -71,7 +71,7 @@ def test_a_good_enough_initial_network_is_kept_untrained(paper_policy):
 
 def test_training_continues_from_a_network(paper_policy):
     strict = replace(paper_policy.config, required_ratio=0.5, exploration_first=0.1)
-    more = train([default_problem()], strict, seed=5, steps=600, initial=paper_policy.network)
+    more = train([default_problem()], strict, seed=5, steps=600, start=TrainingStart(paper_policy.network))
     assert more.curve[0].steps == 0
     assert len(more.curve) > 1
     assert more.success_rate >= paper_policy.success_rate  # the best one tested is kept
@@ -190,10 +190,12 @@ def test_a_mirrored_site_is_the_same_to_the_network():
 def test_a_training_that_was_cut_off_goes_on(tmp_path):
     checkpoints = []
     whole = train([default_problem()], TINY, seed=0, steps=200, checkpoint=checkpoints.append)
-    resumed = train([default_problem()], TINY, seed=0, steps=200, resumed=checkpoints[1])
+    resumed = train([default_problem()], TINY, seed=0, steps=200, start=TrainingStart(resumed=checkpoints[1]))
     assert resumed.curve[:2] == whole.curve[:2]
     assert [point.steps for point in resumed.curve] == [64, 128, 192, 200]
-    assert train([default_problem()], TINY, seed=0, steps=200, resumed=whole).network is whole.network
+    assert (
+        train([default_problem()], TINY, seed=0, steps=200, start=TrainingStart(resumed=whole)).network is whole.network
+    )
 
 
 @pytest.mark.parametrize("double_q", [True, False])

@@ -20,14 +20,14 @@ _TARGET, _START = "x", "o"
 
 
 def ansi_picture(picture: SitePicture, *, coloured: bool = True) -> str:
-    """Return a caption and a plan, +y upward, the highest thing of each column counting.
+    """Return a caption and a plan with +y upward; the highest object of each column counts.
 
     ``.`` ground, ``:`` construction area, ``#`` obstruction, ``u`` unbuilt, ``T`` in transit, ``A`` arrived, ``B``
     assembled; on bare ground ``o`` marks an initial position and ``x`` a target.
 
     Args:
         picture: What to show.
-        coloured: Whether colours are set by escape sequences (24 bit).
+        coloured: Whether escape sequences set colours (24 bit).
     """
     looks = picture.looks
     filled = looks != Look.AIR

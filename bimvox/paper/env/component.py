@@ -1,4 +1,4 @@
-"""What is built: a linear sequence of voxels, a column or a beam."""
+"""Columns and beams: linear sequences of voxels."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ AXES = ("x", "y")
 
 
 class ComponentKind(StrEnum):
-    """What a component is."""
+    """Kind of a component."""
 
     COLUMN = "column"
-    """Lies in the yard along x or y; erected about its lowest-index end, then lifted one voxel, before transit."""
+    """Lies in the yard along x or y; before transit it is upended about its lowest-index end and hoisted one voxel."""
 
     BEAM = "beam"
-    """Lies in the yard along the axis it is built in along; lifted one voxel before transit, never turned."""
+    """Lies in the yard along its final axis; before transit it is hoisted one voxel. It is never turned."""
 
 
 class YardPose(NamedTuple):
@@ -36,7 +36,7 @@ class YardPose(NamedTuple):
     Attributes:
         x: Reference cell: the end with the lowest index.
         y: Reference cell.
-        axis: ``x`` or ``y``, along which it lies.
+        axis: ``x`` or ``y``.
     """
 
     x: int
@@ -44,7 +44,7 @@ class YardPose(NamedTuple):
     axis: str = "x"
 
     def box(self, length_vox: int) -> Box:
-        """Return the cells of a component of that length."""
+        """Return the cells of a component of that length at this place."""
         dx, dy = (length_vox, 1) if self.axis == "x" else (1, length_vox)
         return (self.x, self.y, STORED_LAYER), (self.x + dx, self.y + dy, STORED_LAYER + 1)
 
@@ -56,11 +56,11 @@ class PaperComponent:
     Attributes:
         kind: Column or beam.
         length_vox: Cells; the section is one cell.
-        target_vox: Reference cell when built in: a column's foot, a beam's end with the lowest index.
+        target_vox: Reference cell when set: a column's foot, a beam's end with the lowest index.
         axis: Of a beam, ``x`` or ``y``.
         after: Serial numbers of the components it waits for. None: a beam waits for the columns whose heads carry its
-            ends (straight below an end, or beside it); a column waits for nothing.
-        start: Where it lies in the yard; None draws a place for every episode.
+            ends (directly below an end, or next to it); a column waits for nothing.
+        start: Where it lies in the yard. None draws a place for every episode.
     """
 
     kind: ComponentKind
@@ -72,13 +72,13 @@ class PaperComponent:
 
     @property
     def size_vox(self) -> IntVec:
-        """Edges in transit and when built in: a column stands, a beam lies."""
+        """Edges in transit and when set: a column stands, a beam lies."""
         if self.kind is ComponentKind.COLUMN:
             return (1, 1, self.length_vox)
         return (self.length_vox, 1, 1) if self.axis == "x" else (1, self.length_vox, 1)
 
     def box_at(self, cell_vox: IntVec) -> Box:
-        """Return the cells it fills, as in transit, with its reference cell somewhere."""
+        """Return the cells that it fills in transit with its reference cell at a cell."""
         x, y, z = cell_vox
         dx, dy, dz = self.size_vox
         return (x, y, z), (x + dx, y + dy, z + dz)

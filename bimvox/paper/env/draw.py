@@ -1,6 +1,6 @@
 """Drawing a layout: targets, places in the yard, obstructions.
 
-Each is drawn uniformly among what is free at that moment: targets first, then the components' places in serial order
+Each is drawn uniformly from what is free at that moment: targets first, then the components' places in serial order
 (fixed ones before all others), then obstructions.
 """
 
@@ -35,17 +35,17 @@ _TRIES_BEFORE_COUNTING = 16
 def draw_layout(rules: SpecArrays, drawing: Drawing, site: SiteState, generator: NDArray[np.uint64]) -> bool:
     """Draw ``stored``, ``target`` and ``obstructions`` of a site.
 
-    Where obstructions or several targets are drawn, a layout that leaves a component without a way is drawn again;
-    after a hundred such drawings in a row, without obstructions.
+    If obstructions or several targets are drawn, a layout in which a component has no path is drawn again; after a
+    hundred such layouts in a row, without obstructions.
 
     Args:
         rules: Of the site.
         drawing: How its layouts are drawn.
-        site: Overwritten; its ``cells`` and ``table`` serve as scratch.
+        site: Overwritten; its ``cells`` and ``table`` are scratch.
         generator: (1,) uint64 state of the random generator.
 
     Returns:
-        Whether it succeeded: there may be no room in the yard, or no way.
+        Whether it succeeded: there may be no room in the yard, or no path.
     """
     doubtful = drawing.most > 0 or (drawing.random_targets and drawing.group.max() > 0)
     for attempt in range(_TRIES + 1):
@@ -61,7 +61,7 @@ def every_component_has_a_way(rules: SpecArrays, site: SiteState) -> bool:
 
     Args:
         rules: Of the site.
-        site: Its layout is read; ``cells`` and ``table`` serve as scratch.
+        site: Its layout is read; ``cells`` and ``table`` are scratch.
     """
     paint_fixed(site)
     for i in range(rules.boxes.shape[0]):
@@ -167,7 +167,7 @@ def _draw_places(rules: SpecArrays, drawing: Drawing, site: SiteState, generator
 def _draw_place_by_counting(
     rules: SpecArrays, drawing: Drawing, site: SiteState, component: int, generator: NDArray[np.uint64]
 ) -> bool:
-    """Draw among the places that are left, where few are."""
+    """Draw from the free places by counting them, for a yard with few."""
     nx, ny, _ = site.cells.shape
     free = 0
     for x in range(nx):
@@ -192,7 +192,7 @@ def _draw_place_by_counting(
 def may_lie(
     rules: SpecArrays, drawing: Drawing, cells: NDArray[np.int16], component: int, x: int, y: int, axis: int
 ) -> bool:
-    """Return whether a component finds room in the yard, lying from (x, y) along an axis, and hung up from there."""
+    """Return whether a component has room in the yard, lying from (x, y) along an axis and hoisted from there."""
     if not drawing.yard[x, y] or (drawing.axis[component] >= 0 and drawing.axis[component] != axis):
         return False
     dx, dy = lying(length_of(rules, component), axis)
@@ -208,7 +208,7 @@ def may_lie(
 
 @leaf_kernel
 def _draw_obstructions(drawing: Drawing, site: SiteState, generator: NDArray[np.uint64]) -> None:
-    """Stand obstructions into free cells; where there is no room, fewer."""
+    """Place obstructions in free cells; fewer if there is no room."""
     nx, ny, _ = site.cells.shape
     count = drawing.fewest + random_below(generator, drawing.most - drawing.fewest + 1)
     row = drawing.fixed

@@ -1,4 +1,4 @@
-"""The decision process: how an episode begins, what a move does, what assembling does, when it ends.
+"""The decision process: how an episode begins, what a move and assembling do, when it ends.
 
 Small functions that the single and the batched environment share. :func:`transition`, :func:`move`,
 :func:`has_arrived`, :func:`is_late`, :func:`is_complete` and :func:`is_truncated` are pure; :func:`stand_up` and
@@ -43,7 +43,7 @@ def may_be(rules: SpecArrays, site: SiteState, component: int, x: int, y: int, z
 
 @kernel
 def clearance_of(rules: SpecArrays, site: SiteState, component: int) -> CollisionSpace:
-    """Return what decides whether a component in transit may be somewhere, as views."""
+    """Return the collision rule of a component in transit, as views."""
     return CollisionSpace(
         site.table,
         rules.boxes[component : component + 1],
@@ -60,8 +60,8 @@ def transition(rules: SpecArrays, site: SiteState, state: PaperState, action: in
     """Move the component in transit by one cell.
 
     Returns:
-        The next state, and whether the move was blocked: a blocked move costs its step and moves nothing. Nothing moves
-        when everything is assembled.
+        The next state, and whether the move was blocked: a blocked move takes a step and moves nothing. Nothing moves
+        once everything is assembled.
     """
     steps, total = int(state.steps + 1), int(state.total + 1)
     i = int(state.component)
@@ -74,7 +74,7 @@ def transition(rules: SpecArrays, site: SiteState, state: PaperState, action: in
 
 @leaf_kernel
 def has_arrived(site: SiteState, state: PaperState) -> bool:
-    """Return whether the component in transit is at its target; arriving and assembling are one event."""
+    """Return whether the component in transit is at its target, where it is assembled at once."""
     i = state.component
     if i >= site.target.shape[0]:
         return False
@@ -95,7 +95,7 @@ def is_complete(rules: SpecArrays, state: PaperState) -> bool:
 
 @leaf_kernel
 def is_truncated(rules: SpecArrays, state: PaperState) -> bool:
-    """Return whether the steps of the episode are used up before that: failure."""
+    """Return whether the steps of the episode were used up first: failure."""
     return bool(state.total >= rules.max_steps and not is_complete(rules, state))
 
 
@@ -133,7 +133,7 @@ def paint_stored(rules: SpecArrays, site: SiteState, component: int, what: int) 
 
 @leaf_kernel
 def paint_built(rules: SpecArrays, site: SiteState, component: int, what: int) -> None:
-    """Write a number into the cells where a component belongs."""
+    """Write a number into the cells of a component at its target."""
     x, y, z = site.target[component]
     dx, dy, dz = rules.boxes[component, 3:]
     paint(site.cells, x, y, z, x + dx, y + dy, z + dz, what)
@@ -141,7 +141,7 @@ def paint_built(rules: SpecArrays, site: SiteState, component: int, what: int) -
 
 @leaf_kernel
 def paint_fixed(site: SiteState) -> None:
-    """Write the slab and the obstructions into empty cells."""
+    """Clear the cells, and write the slab and the obstructions."""
     nx, ny, nz = site.cells.shape
     paint(site.cells, 0, 0, 0, nx, ny, nz, AIR)
     paint(site.cells, 0, 0, 0, nx, ny, 1, GROUND)
@@ -152,7 +152,7 @@ def paint_fixed(site: SiteState) -> None:
 
 @kernel
 def take_up(rules: SpecArrays, site: SiteState, component: int, total: int) -> PaperState:
-    """Take a component out of the yard: erected (a column) and lifted by one cell, it hangs in transit."""
+    """Pick a component from the yard: a column is upended; it then hangs in transit, one cell higher."""
     paint_stored(rules, site, component, AIR)
     site.table[:] = summed_area_table(site.cells != AIR)
     if site.field.size > 0:
@@ -163,7 +163,7 @@ def take_up(rules: SpecArrays, site: SiteState, component: int, total: int) -> P
 
 @kernel
 def stand_up(rules: SpecArrays, site: SiteState) -> PaperState:
-    """Begin an episode of the layout that the site holds: everything stored, the first component taken up.
+    """Begin an episode of the site's layout: everything stored, the first component picked.
 
     Args:
         rules: Of the site.
@@ -178,7 +178,7 @@ def stand_up(rules: SpecArrays, site: SiteState) -> PaperState:
 
 @kernel
 def assemble(rules: SpecArrays, site: SiteState, state: PaperState) -> PaperState:
-    """Fix the component that has arrived and take up the next."""
+    """Set the component that has arrived, and pick the next."""
     i = int(state.component)
     paint_built(rules, site, i, FIRST_COMPONENT + i)
     if i + 1 < rules.boxes.shape[0]:
@@ -191,7 +191,7 @@ def assemble(rules: SpecArrays, site: SiteState, state: PaperState) -> PaperStat
 def move(
     rules: SpecArrays, scheme: PaperReward, site: SiteState, state: PaperState, action: int
 ) -> tuple[PaperState, float, bool, bool]:
-    """Take one action, up to but without the assembling.
+    """Take one action, without the assembling.
 
     Returns:
         The next state, the reward, whether the move was blocked, and whether the component has arrived.
@@ -213,7 +213,7 @@ def move(
 
 @leaf_kernel
 def distance_to_go(site: SiteState, state: PaperState) -> int:
-    """Return the moves to the target, -1 where there is no way; 0 on a site without the field."""
+    """Return the moves to the target; -1 if there is no path, 0 on a site without the field."""
     if site.field.size == 0:
         return 0
     return int(site.field[state.x, state.y, state.z])

@@ -1,4 +1,4 @@
-"""A layout: one drawing of everything that may differ between two episodes on a site."""
+"""A layout: everything that may differ between two episodes on a site."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class PaperLayout:
 
     Attributes:
         starts: Place of each component in the yard.
-        targets: Reference cell of each component when built in.
-        obstructions: Half-open boxes of cells, the fixed ones of the site among them.
+        targets: Reference cell of each component when set.
+        obstructions: Half-open boxes of cells, including the fixed ones of the site.
     """
 
     starts: tuple[YardPose, ...]
@@ -35,7 +35,7 @@ class PaperLayout:
 
 
 class LayoutPool(NamedTuple):
-    """P layouts as arrays, for kernels; P = 0 lets every episode draw its own.
+    """P layouts as arrays for kernels; with P = 0 every episode draws its own.
 
     Attributes:
         stored: (P, n, 3) int64.
@@ -52,7 +52,7 @@ def random_layouts(spec: PaperSpec, count: int, seed: int) -> tuple[PaperLayout,
     """Draw layouts as episodes do; the same seed gives the same layouts.
 
     Raises:
-        PlanningError: The yard has no room, or there is no way to the targets.
+        PlanningError: The yard has no room, or there is no path to the targets.
     """
     spec = spec.in_building_order()
     rules, drawing = rules_of(spec), drawing_of(spec)
@@ -69,8 +69,8 @@ def random_layouts(spec: PaperSpec, count: int, seed: int) -> tuple[PaperLayout,
 def yard_layouts(spec: PaperSpec) -> tuple[PaperLayout, ...]:
     """Return a layout for every distinct transit start of a site with one component, ascending.
 
-    A column that lies along x and one that lies along y from the same cell are the same start once they are erected:
-    one layout stands for both. Targets and obstructions are the fixed ones.
+    A column along x and one along y from the same cell are the same start once upended: one layout represents both.
+    Targets and obstructions are the fixed ones.
 
     Raises:
         ValueError: The site has several components.
@@ -122,7 +122,7 @@ def write_layout(spec: PaperSpec, layout: PaperLayout, site: SiteState) -> None:
 
 
 def pool_of_layouts(spec: PaperSpec, drawing: Drawing, layouts: Sequence[PaperLayout]) -> LayoutPool:
-    """Pack layouts; none at all lets every episode draw its own."""
+    """Return layouts as arrays; with none, every episode draws its own."""
     site = empty_site(spec, drawing, with_field=False)
     pool = LayoutPool(
         *(np.zeros((len(layouts), *a.shape), a.dtype) for a in (site.stored, site.target, site.obstructions))
@@ -168,6 +168,6 @@ def no_layout(spec: PaperSpec) -> PlanningError:
     """Return the error for a site on which no layout was found."""
     return PlanningError(
         f"no layout of {spec.count} components was found on a site of {spec.shape} cells: the yard has no room for all,"
-        " or a component has no way to its target",
+        " or a component has no path to its target",
         hint="enlarge the site, or take fewer or shorter components or obstructions",
     )

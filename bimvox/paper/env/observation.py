@@ -1,4 +1,4 @@
-"""The observations by name: their spaces, and one kernel that writes any of them."""
+"""The paper's observations by name: their spaces, and one kernel that writes any of them."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ PAPER_MAP, EGOCENTRIC, WINDOW = range(3)
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """One way to observe a site.
+    """One observation of a site.
 
     Attributes:
         code: Which kernel writes it.
-        flat: Whether the map is handed out as one vector.
+        flat: Whether the map is returned as a vector.
     """
 
     code: int

@@ -1,18 +1,17 @@
 """The paper's observation: a map over (x, y) of six channels, heights in cells.
 
 A height is the index k of the highest cell of an object: 0 for the slab, 1 for a component in the yard, 2 for an
-obstruction two cells high, 5 for a column of four cells that hangs at k = 2. Where several objects of one channel are
+obstruction two cells high, 5 for a column of four cells that hangs at k = 2. If several objects of one channel are
 stacked, the highest counts. The channels:
 
-0. ``Zi`` height of what has its initial position there: an obstruction, or a component that is not yet built.
-1. ``f`` 1 under the component in transit once it is late, else 0.
+0. ``Zi`` height of an obstruction, or of a stored component.
+1. ``f`` 1 below the component in transit once it is late, otherwise 0.
 2. ``Zt`` height of the component in transit.
 3. ``Ztar`` height of the target of the component in transit; assembled components keep theirs.
-4. ``arrived`` 1 where a component is assembled.
-5. ``count`` how many components are assembled, where one is: written again everywhere on each assembly.
+4. ``arrived`` 1 at assembled components.
+5. ``count`` the number of assembled components, at each of them.
 
-With several components only the target of the one in transit is shown: with all of them, drawn targets could not be
-told apart.
+With several components only the target of the one in transit is shown. Otherwise drawn targets could not be told apart.
 """
 
 from __future__ import annotations
@@ -68,13 +67,13 @@ def write_map(rules: SpecArrays, site: SiteState, state: PaperState, out: NDArra
 
 @leaf_kernel
 def move_on_map(rules: SpecArrays, before: PaperState, after: PaperState, out: NDArray[np.float32], depth: int) -> None:
-    """Turn the map of a state into that of the next, in which the same component is in transit.
+    """Update the map of a state to the next state, with the same component in transit.
 
     Args:
         rules: Of the site.
         before: The state that the map shows.
-        after: The state that it is to show.
-        out: (X * Y * 6,) float32, only what changes is written.
+        after: The state to show.
+        out: (X * Y * 6,) float32; only changes are written.
         depth: Y.
     """
     if before.component >= rules.boxes.shape[0]:

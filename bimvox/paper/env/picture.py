@@ -1,4 +1,4 @@
-"""What a picture of the site shows, as a value: drawing is somebody else's."""
+"""The content of a picture of the site, as a value; ``bimvox.paper.rendering`` draws it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
 
 
 class Look(IntEnum):
-    """What a cell is to look like."""
+    """How a cell looks."""
 
     AIR = 0
     GROUND = 1
@@ -37,7 +37,7 @@ LOOK_RGB: dict[Look, Rgb] = {
     Look.ARRIVED: STATE_RGB[ConstructionState.ARRIVED],
     Look.ASSEMBLED: STATE_RGB[ConstructionState.ASSEMBLED],
 }
-"""The paper's colours, by the one table of ``bimvox.site.construction``."""
+"""The paper's colours, from the table of ``bimvox.site.construction``."""
 
 STATE_LOOK: dict[ConstructionState, Look] = {
     ConstructionState.UNBUILT: Look.UNBUILT,
@@ -53,10 +53,10 @@ class SitePicture:
 
     Attributes:
         looks: (X, Y, Z) uint8, a ``Look`` each.
-        parts: (X, Y, Z) int16 which component fills the cell, from 1; 0 for none.
-        starts: Boxes of the initial positions of the components that are not assembled: the orange line boxes.
+        parts: (X, Y, Z) int16 number of the component that fills the cell, from 1; 0 for none.
+        starts: Boxes of the initial positions of unassembled components: the orange line boxes.
         targets: Boxes of their targets: the pink wireframes.
-        caption: One line that says what is going on.
+        caption: One line about the state.
     """
 
     looks: NDArray[np.uint8]
@@ -69,8 +69,8 @@ class SitePicture:
 def states_of(spec: PaperSpec, state: PaperState, *, just_assembled: bool) -> tuple[ConstructionState, ...]:
     """Return the state of every component, in the order of building.
 
-    Arriving and assembling are one event: after the action that did it the component is shown as arrived, and as
-    assembled from the next action on.
+    A component is assembled in the step in which it arrives. It is shown as arrived after that action, and as assembled
+    from the next action on.
     """
     states = [ConstructionState.ASSEMBLED] * state.component + [ConstructionState.UNBUILT] * spec.count
     states = states[: spec.count]
@@ -84,7 +84,7 @@ def states_of(spec: PaperSpec, state: PaperState, *, just_assembled: bool) -> tu
 def picture_of_site(
     spec: PaperSpec, site: SiteState, state: PaperState, *, just_assembled: bool = False
 ) -> SitePicture:
-    """Return what a picture of a site shows.
+    """Return the picture of a site.
 
     Args:
         spec: The site, its components in the order of building.

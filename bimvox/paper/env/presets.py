@@ -1,4 +1,4 @@
-"""The sites of the paper, and of its authors' later work."""
+"""The sites of the paper and of its authors' later work."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ PAPER = PaperSpec(
     step_limit=15,
     max_steps=36,
 )
-"""The experiment: one column of four cells to the middle of 15 x 15 x 6. The paper's Figure 3, which shows the areas,
-is not in its text: the construction area and the target are the middle of the site here."""
+"""The experiment: one column of four cells to the middle of 15 x 15 x 6. Only the paper's Figure 3 shows the areas, not
+its text: here the construction area and the target are in the middle of the site."""
 
 OBSTRUCTED = PaperSpec(
     PAPER.shape,
@@ -23,7 +23,7 @@ OBSTRUCTED = PaperSpec(
     step_limit=15,
     max_steps=36,
 )
-"""The same with one to three obstructions of the experiment's size anywhere, drawn for every episode."""
+"""The same with one to three obstructions of the experiment's size, drawn anywhere for every episode."""
 
 FOUR_COLUMNS_FOUR_BEAMS = PaperSpec(
     shape=(15, 15, 8),
@@ -40,7 +40,7 @@ FOUR_COLUMNS_FOUR_BEAMS = PaperSpec(
     ),
 )
 """The authors' later case: a frame of four columns with four beams between their heads, from random yards. Areas,
-targets and lengths are those of the environment that they published."""
+targets and lengths are those of their published environment."""
 
 PRESETS: dict[str, PaperSpec] = {
     "paper": PAPER,
@@ -63,6 +63,6 @@ def site_named(site: PaperSpec | str) -> PaperSpec:
 
 
 def obstruction(x: int, y: int, axis: str, length_vox: int = 3, height_vox: int = 2) -> Box:
-    """Return an obstruction on the slab from its lowest-index end; without more, of the experiments' size."""
+    """Return an obstruction on the slab from its lowest-index end; the default size is the experiments'."""
     dx, dy = (length_vox, 1) if axis == "x" else (1, length_vox)
     return (x, y, 1), (x + dx, y + dy, 1 + height_vox)

@@ -1,4 +1,4 @@
-"""What an action earns: the formula of ``bimvox.env.reward``, by serial number where the paper says so.
+"""The reward of an action: the formula of ``bimvox.env.reward``, with serial numbers as in the paper.
 
 Equation (1) of Zhu, Pauwels and de Vries (2021), r0 = -1: each step of component i costs r0 / S_i, twice that from its
 step limit on, and assembling it earns n S_i. S_i is the serial number of the component, n their number.
@@ -13,7 +13,7 @@ from bimvox.env.reward import REWARDS, RewardWeights, reward
 
 
 class PaperReward(NamedTuple):
-    """How actions are rewarded; a plain tuple, so that kernels take it.
+    """How actions are rewarded, as a tuple for kernels.
 
     Attributes:
         weights: Coefficients of :func:`bimvox.env.reward.reward`.
@@ -30,7 +30,7 @@ PAPER_REWARDS: dict[str, PaperReward] = {
     "sparse": PaperReward(REWARDS["sparse"], by_serial=False),
 }
 """``paper``: equation (1). ``shaped``: the exact distance-to-go of the component in transit is the teacher.
-``sparse``: every step costs the same, twice as much when late; every arrival earns the same. One entry adds another."""
+``sparse``: every step costs the same, twice as much when late; every arrival earns the same."""
 
 
 @leaf_kernel
@@ -44,14 +44,14 @@ def earned(
     arrived: bool,
     late: bool,
 ) -> float:
-    """Return what one action earned.
+    """Return the reward of one action.
 
     Args:
         scheme: How actions are rewarded.
         serial: S_i of the component in transit, from 1.
         count: n.
         distance: Moves to its target before the action.
-        next_distance: And after it.
+        next_distance: After it.
         bumped: Whether the move was blocked.
         arrived: Whether the component was assembled.
         late: Whether its step limit had been reached before.
@@ -69,7 +69,7 @@ def earned(
 
 
 def needs_field(scheme: PaperReward) -> bool:
-    """Return whether the distance field of every component in transit is needed."""
+    """Return whether the reward needs the distance field of the component in transit."""
     return scheme.weights.needs_distance
 
 

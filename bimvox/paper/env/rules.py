@@ -13,16 +13,16 @@ from bimvox.paper.env.state import SiteState
 
 
 class SpecArrays(NamedTuple):
-    """What every step looks at and nothing changes; a plain tuple, so that kernels take it. n components.
+    """What every step reads and nothing changes, as a tuple for kernels. n components.
 
     Attributes:
         boxes: (n, 6) int32 half-open box of each component in transit, relative to its reference cell: 0 0 0, edges.
-        step_limit: Steps from which on a component is late.
+        step_limit: Steps after which a component is late.
         max_steps: Steps of an episode.
-        zeros: (3,) int32 zeros: what a clearance without a rope rule or narrow phase says of its offsets.
+        zeros: (3,) int32 zeros: offsets of a collision rule without rope rule or narrow phase.
         hook_floor: (X, Y) int32 zeros: no rope rule.
         cleared: (0, 0, 0) bool: no narrow phase.
-        no_ceiling: (0, 0) int32: no limit of the hook's height.
+        no_ceiling: (0, 0) int32: no limit to the hook's height.
     """
 
     boxes: NDArray[np.int32]
@@ -35,16 +35,16 @@ class SpecArrays(NamedTuple):
 
 
 class Drawing(NamedTuple):
-    """What the drawing of a layout looks at; a plain tuple, so that kernels take it. M obstructions at most.
+    """What the drawing of a layout reads, as a tuple for kernels. At most M obstructions.
 
     Attributes:
         axis: (n,) int32 the only axis along which it may lie in the yard, 0 or 1; -1 for either.
-        start: (n, 3) int64 x, y, axis of the place in the yard; -1 where it is drawn.
+        start: (n, 3) int64 x, y, axis of the place in the yard; -1 if it is drawn.
         target: (n, 3) int32 as designed.
-        group: (n,) int32 components of one group keep their places relative to one another when targets are drawn.
+        group: (n,) int32 components of one group keep their relative positions when targets are drawn.
         yard: (X, Y) bool.
         area: (4,) int32 ``x0 y0 x1 y1`` of the construction area.
-        obstructions: (M, 6) int32 the fixed ones, then rows of zeros.
+        obstructions: (M, 6) int32, the fixed ones, then rows of zeros.
         fixed: Number of fixed obstructions.
         fewest: Least number of drawn ones.
         most: Greatest number of drawn ones.
@@ -93,7 +93,7 @@ def drawing_of(spec: PaperSpec, *, room_for: int = 0) -> Drawing:
 
     Args:
         spec: The site, its components in the order of building.
-        room_for: Least number of obstructions that a layout may bring.
+        room_for: Least number of obstructions for which a layout has room.
     """
     parts = spec.components
     fixed = np.array([(*low, *high) for low, high in spec.obstructions], np.int32).reshape(-1, 6)
@@ -139,7 +139,7 @@ def empty_sites(spec: PaperSpec, drawing: Drawing, sites: int, *, with_field: bo
 
 
 def _groups(spec: PaperSpec) -> NDArray[np.int32]:
-    """Number the sets of components that wait for one another, directly or not."""
+    """Return the group of each component: components that wait for one another, directly or not, share one."""
     group = list(range(spec.count))
     for serial in range(1, spec.count + 1):
         for other in spec.waits_for(serial):

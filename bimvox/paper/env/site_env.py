@@ -33,28 +33,28 @@ from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.env.state import PaperState
 
 MOST_LAYOUT_OBSTRUCTIONS = 64
-"""Room for the obstructions of a layout given to ``reset``, where the site itself has fewer."""
+"""Room for the obstructions of a layout given to ``reset``."""
 
 
 class PaperSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
-    """Build what lies in the yard, one component after the other, a voxel at a time.
+    """Assemble the components of the yard, one after the other, a voxel at a time.
 
     Actions are those of ``bimvox.env.actions``. Terminated when everything is assembled, truncated when the steps are
-    used up. The same functions as in :class:`bimvox.paper.env.batched.BatchedPaperSite` decide what happens.
+    used up. It uses the same functions as :class:`bimvox.paper.env.batched.BatchedPaperSite`.
 
-    ``reset`` takes the option ``layout`` (:class:`PaperLayout`); without, one is drawn as the site says. ``info``
-    holds ``is_success``, ``bumped``, ``assembled`` (how many), ``component`` (serial number in transit; the last one's
-    at the end), ``steps`` (of that component), ``late``, ``cell_vox``, ``target_vox`` and ``states`` (of each).
+    ``reset`` takes the option ``layout`` (:class:`PaperLayout`); by default one is drawn as the site says. ``info``
+    holds ``is_success``, ``bumped``, ``assembled`` (their number), ``component`` (serial number in transit; at the end
+    the last one's), ``steps`` (of that component), ``late``, ``cell_vox``, ``target_vox`` and ``states`` (of each).
 
     Args:
-        site: What to build where, or a key of ``PRESETS``; the paper's experiment without.
+        site: The site, or a key of ``PRESETS``; default: the paper's experiment.
         observation: A key of ``OBSERVATIONS``.
         reward: A key of ``PAPER_REWARDS``.
         render_mode: None or ``ansi``.
         **changes: Fields of ``PaperSpec`` that replace those of ``site``.
 
     Raises:
-        ValueError: A name is unknown, or the site cannot be.
+        ValueError: A name is unknown, or the site is impossible.
     """
 
     metadata = {"render_modes": ["ansi"], "render_fps": 4}  # noqa: RUF012  (Gymnasium's own convention)
@@ -136,17 +136,17 @@ class PaperSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         )
 
     def render(self) -> Any:
-        """Return the site seen from above as coloured text, or nothing without a render mode."""
+        """Return the site seen from above as coloured text. None without a render mode."""
         return ansi_picture(self.picture()) if self.render_mode == "ansi" else None
 
     def picture(self) -> SitePicture:
-        """Return what a picture of the running episode shows."""
+        """Return the picture of the running episode."""
         return picture_of_site(self.site_spec, self._site, self._state, just_assembled=self._just_assembled)
 
     def distance_field(self) -> NDArray[np.int16]:
-        """Return (X, Y, Z) int16 the fewest moves of the component in transit to its target from everywhere.
+        """Return (X, Y, Z) int16: the fewest moves of the component in transit to its target from each cell.
 
-        -1 where there is no way or it cannot be. The teacher's knowledge: no observation holds it.
+        -1 if there is no path. Only the teacher knows it: no observation holds it.
         """
         i = min(self._state.component, self.site_spec.count - 1)
         return distance_field(clearance_of(self._rules, self._site, i), self._site.target[i])

@@ -1,4 +1,4 @@
-"""A site and what is to be built on it: everything that can be chosen about the environment."""
+"""A site and its components: every choice of the environment."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from bimvox.site.component import IntVec
 class RandomObstructions:
     """Obstructions drawn anew for every episode: one cell wide, along x or y, standing on the slab.
 
-    They never fill a cell of a stored component or of a target, never overlap, and leave every component a way: where a
-    drawing does not, it is drawn again.
+    They never overlap one another, a stored component or a target, and leave every component a path: a layout that does
+    not is drawn again.
 
     Attributes:
         fewest: Least number of them.
@@ -31,22 +31,22 @@ class RandomObstructions:
 
 @dataclass(frozen=True, slots=True)
 class PaperSpec:
-    """A site. The slab is the layer k = 0; everything else stands above it. There is no crane and no rope rule.
+    """A site. The slab is the layer k = 0; everything else is above it. There is no crane and no rope rule.
 
     Attributes:
         shape: X, Y, Z cells, the slab's layer included.
         construction_area: ``x0 y0 x1 y1``, half-open; the rest of the slab is the yard. Targets lie above it.
-        components: In serial order. One that still waits for others is passed over until they are assembled.
-        obstructions: Half-open boxes of cells, always there.
-        random_obstructions: More of them, drawn for every episode.
+        components: In serial order. One that waits for others is skipped until they are assembled.
+        obstructions: Half-open boxes of cells, in every episode.
+        random_obstructions: Further ones, drawn for every episode.
         random_targets: Whether targets are drawn inside the construction area for every episode. Components that wait
             for one another move together, so that a frame stays a frame.
-        step_limit: Steps of a component from which on it is late: its step cost doubles and the flag of the paper's
-            observation rises. None: X + Y + Z.
+        step_limit: Steps after which a component is late: its step cost doubles and the paper's observation sets its
+            flag. None: X + Y + Z.
         max_steps: Steps of an episode. None: n (X + Y + Z).
 
     Raises:
-        ValueError: A value that cannot be; the message begins with the name of the field.
+        ValueError: A value is impossible; the message begins with the name of the field.
     """
 
     shape: IntVec
@@ -97,7 +97,7 @@ class PaperSpec:
         )
 
     def building_order(self) -> tuple[int, ...]:
-        """Return the serial numbers in the order of building: always the lowest that waits for nothing."""
+        """Return the serial numbers in the order of building: always the lowest that waits for nothing next."""
         order: list[int] = []
         left = list(range(1, self.count + 1))
         while left:
@@ -128,7 +128,7 @@ def _head(column: PaperComponent) -> IntVec:
 
 
 def _carrying_cells(beam: PaperComponent) -> set[IntVec]:
-    """Where the heads of columns that carry a beam may be: below its ends, or beyond them at its level."""
+    """Return where the heads of columns that carry a beam may be: below its ends, or beyond them at its level."""
     x, y, z = beam.target_vox
     last = beam.length_vox - 1
     if beam.axis == "x":

@@ -1,4 +1,4 @@
-"""The state of a site under construction: a few numbers that change every step, arrays that change seldom."""
+"""The state of a site under construction: numbers that change every step, and arrays that seldom change."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from bimvox.compiled import leaf_kernel
 from bimvox.env.state import LiftState
 
 AIR, GROUND, OBSTRUCTION, FIRST_COMPONENT = 0, 1, 2, 3
-"""What ``SiteState.cells`` holds; component i (from 0) is ``FIRST_COMPONENT + i``."""
+"""Values of ``SiteState.cells``; component i (from 0) is ``FIRST_COMPONENT + i``."""
 
 STATE_SIZE = 7
 
 
 class PaperState(NamedTuple):
-    """Which component is in transit, where, and since when; a plain tuple, so that kernels take it.
+    """Which component is in transit, where, and since when, as a tuple for kernels.
 
     Attributes:
-        component: Index of the component in transit, from 0; equal to the number assembled so far, so n at the end.
+        component: Index of the component in transit, from 0; equal to the number of assembled ones, so n at the end.
         x: Its reference cell; at the end, that of the last one.
         y: Reference cell.
         z: Reference cell.
@@ -42,13 +42,13 @@ class SiteState(NamedTuple):
     """The arrays of one site. They change only when an episode starts and when a component is assembled.
 
     Attributes:
-        cells: (X, Y, Z) int16 what fills each cell, the component in transit left out.
+        cells: (X, Y, Z) int16 what fills each cell, without the component in transit.
         table: (X + 1, Y + 1, Z + 1) int32 summed-area table of the filled cells.
         stored: (n, 3) int64 x, y and axis (0 or 1) of each component's place in the yard.
         target: (n, 3) int32 reference cells.
         obstructions: (M, 6) int32 half-open boxes ``x0 y0 z0 x1 y1 z1``; unused rows are zeros.
-        field: (X, Y, Z) int16 moves to the target of the component in transit, -1 where there is no way; size 0 where
-            nobody asks for it.
+        field: (X, Y, Z) int16 moves to the target of the component in transit, -1 if there is no path; size 0 if
+            it is not needed.
     """
 
     cells: NDArray[np.int16]
@@ -61,5 +61,5 @@ class SiteState(NamedTuple):
 
 @leaf_kernel
 def lift_state(state: PaperState) -> LiftState:
-    """Return what the observation of one lift wants to know of a state."""
+    """Return a state as the observation of one lift reads it."""
     return LiftState(state.x, state.y, state.z, state.last_action, state.steps)

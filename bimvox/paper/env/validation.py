@@ -1,4 +1,4 @@
-"""What a site must satisfy; each message begins with the name of the field."""
+"""Checks of a site; each message begins with the name of the field."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 def check_spec(spec: PaperSpec) -> None:
-    """Refuse a site that cannot be.
+    """Raise an error for an impossible site.
 
     Raises:
-        ValueError: Naming the field.
+        ValueError: The message names the field.
     """
     _check_shape(spec)
     _check_obstructions(spec)
@@ -58,7 +58,7 @@ def _check_obstructions(spec: PaperSpec) -> None:
     if drawn is None:
         return
     if not 0 <= drawn.fewest <= drawn.most:
-        raise ValueError(f"random_obstructions: from {drawn.fewest} to {drawn.most} is no range of numbers")
+        raise ValueError(f"random_obstructions: from {drawn.fewest} to {drawn.most} is not a range of numbers")
     if not (1 <= drawn.length_vox <= min(spec.shape[:2]) and 1 <= drawn.height_vox < spec.shape[2]):
         raise ValueError(
             f"random_obstructions: {drawn.length_vox} long and {drawn.height_vox} high does not fit into {spec.shape}"
@@ -102,7 +102,7 @@ def _yard_places(spec: PaperSpec, part: PaperComponent) -> list[YardPose]:
 
 
 def _why_not(spec: PaperSpec, part: PaperComponent, place: YardPose) -> str:
-    """Return why a component cannot lie somewhere, or nothing."""
+    """Return why a component cannot lie somewhere; empty if it can."""
     if place.axis not in AXES:
         return f"has an axis {place.axis!r}, which is neither 'x' nor 'y'"
     if part.kind is ComponentKind.BEAM and place.axis != part.axis:

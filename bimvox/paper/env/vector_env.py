@@ -24,26 +24,25 @@ INFO_KEYS = ("is_success", "bumped", "assembled", "component", "steps", "late")
 
 
 class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[Any]]):
-    """N sites stepped at once; a site whose episode ends begins a new one in the same step (``SAME_STEP``).
+    """N sites stepped at once. A site whose episode ends begins a new one in the same step (``SAME_STEP``).
 
-    ``infos`` holds an array for each key of ``INFO_KEYS`` and its mask ``_key``. Where an episode has ended,
-    ``final_obs`` holds its last observation and ``final_info`` what ``infos`` would have held.
+    ``infos`` holds an array for each key of ``INFO_KEYS`` and its mask ``_key``. If an episode has ended,
+    ``final_obs`` holds its last observation and ``final_info`` its last ``infos``.
 
     Args:
         num_envs: N.
-        site: What to build where, or a key of ``PRESETS``; the paper's experiment without.
+        site: The site, or a key of ``PRESETS``; default: the paper's experiment.
         observation: A key of ``OBSERVATIONS``.
         reward: A key of ``PAPER_REWARDS``.
-        layouts: What to draw episodes from; None draws every layout anew.
+        layouts: Episodes are drawn from these. None draws every layout anew.
         render_mode: None or ``ansi``.
-        copy: Whether ``reset`` and ``step`` hand out copies. Without, they hand out the environment's own arrays, which
-            the next step overwrites: read them, or copy what is to be kept, before that. Copying the paper's map costs
-            more than stepping.
-        threads: That step; None takes one per core, fewer where there are few sites.
+        copy: Whether ``reset`` and ``step`` return copies. Otherwise they return the environment's own arrays, which
+            the next step overwrites: read or copy them before. Copying the paper's map takes longer than stepping.
+        threads: Number of threads. None takes one per core, fewer for few sites.
         **changes: Fields of ``PaperSpec`` that replace those of ``site``.
 
     Raises:
-        ValueError: A name is unknown, or the site cannot be.
+        ValueError: A name is unknown, or the site is impossible.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012  (Gymnasium's own convention)
@@ -52,6 +51,7 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
         "autoreset_mode": AutoresetMode.SAME_STEP,
     }
 
+    # One parameter per option of gymnasium.make_vec, which passes them by name.
     def __init__(
         self,
         num_envs: int = 1,
@@ -88,7 +88,7 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begin an episode everywhere; a seed settles all that is drawn from here on. There are no options."""
+        """Begin an episode everywhere; a seed determines everything drawn from here on. There are no options."""
         super().reset(seed=seed)
         if seed is not None or self._np_random is None:
             self.batch.seed(int(self.np_random.integers(2**63)))
@@ -120,13 +120,13 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
         )
 
     def render(self) -> tuple[Any, ...] | None:
-        """Return every site seen from above as coloured text, or nothing without a render mode."""
+        """Return every site seen from above as coloured text. None without a render mode."""
         if self.render_mode is None:
             return None
         return tuple(self.draw(self.batch.picture(n)) for n in range(self.num_envs))
 
     def draw(self, picture: SitePicture) -> Any:
-        """Return a picture as the render mode asks for it."""
+        """Return a picture in the form of the render mode."""
         return ansi_picture(picture)
 
     def close_extras(self, **kwargs: Any) -> None:

@@ -1,4 +1,4 @@
-"""A small egocentric observation: a flat window about the component in transit, and the way to its target."""
+"""A small egocentric observation: a flat window around the component in transit, and the way to its target."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def write_window(rules: SpecArrays, site: SiteState, state: PaperState, out: NDA
     Args:
         rules: Of the site.
         site: Its table and targets are read.
-        state: Where the component in transit is; at the end, the last one.
-        out: (247,) float32 in [-1, 1], overwritten: 11 x 11 whether the component could not be there, at its present
-            height; 11 x 11 whether its target is there, at whatever height; whether up and down are blocked; the way to
+        state: Where the component in transit is; at the end, that of the last one.
+        out: (247,) float32 in [-1, 1], overwritten: 11 x 11 whether the component is blocked there at its current
+            height; 11 x 11 whether its target is there at any height; whether up and down are blocked; the offset of
             the target along x, y, z as a share of the site.
     """
     i = min(state.component, rules.boxes.shape[0] - 1)

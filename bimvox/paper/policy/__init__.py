@@ -1,1 +1,1 @@
-"""Learning on the paper's construction site: its DQN, its two layers, its scenarios, and baselines beside them."""
+"""Learning on the paper's construction site: its DQN, its two layers, its scenarios, and the baselines."""

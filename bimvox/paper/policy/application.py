@@ -1,4 +1,4 @@
-"""The application layer: a layout's own policy, and what becomes of it when obstructions appear."""
+"""The application layer: a layout's policy, and its adaptation when obstructions appear."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class AppliedPolicy:
     """A layout's policy.
 
     Attributes:
-        episode: Of the trial episodes, that of the highest reward: what is built by.
+        episode: The trial episode with the highest reward: the plan.
         success_rate: Of the trial episodes.
         layout: The layout, without obstructions.
     """
@@ -33,17 +33,17 @@ class AppliedPolicy:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AdaptedPolicy:
-    """What became of a layout's policy in the changed site.
+    """A layout's policy in the changed site.
 
     Attributes:
         network: The site's policy from now on.
-        episode: What is built by; None where nothing was learned within the budget.
-        retrained: Whether the network was trained again.
-        succeeded: Whether there is a way to build by: kept, found by the loaded network, or learned.
+        episode: The new plan. None if nothing was learned within the budget.
+        retrained: Whether the network was retrained.
+        succeeded: Whether there is a plan: kept, found by the loaded network, or learned.
         steps: Environment steps of retraining.
-        curve: Every test; a first one at 0 steps is of the loaded network.
-        collision: Index of the first move of the planned path that an obstruction blocks; None where none is.
-        success_rate: In the last test; of the kept path 1.
+        curve: Every test; one at 0 steps is of the loaded network.
+        collision: Index of the first move of the planned path that an obstruction blocks. None if none is.
+        success_rate: In the last test; 1 for a kept path.
     """
 
     network: PaperNetwork
@@ -57,20 +57,20 @@ class AdaptedPolicy:
 
     @property
     def steps_to_success(self) -> int | None:
-        """Steps of retraining that were needed (0: none), None where the budget was not enough."""
+        """Steps of retraining needed (0: none). None if the budget was not enough."""
         return self.steps if self.succeeded else None
 
 
 def apply_layout(
     network: PaperNetwork, spec: PaperSpec, config: PaperDqnConfig, layout: PaperLayout, *, seed: int
 ) -> AppliedPolicy:
-    """Run the trial episodes on a layout without obstructions and keep the one of the highest reward.
+    """Run the trial episodes on a layout without obstructions, and keep the one with the highest reward.
 
     Args:
-        network: The basic policy, or the site's present one.
+        network: The basic policy, or the site's current one.
         spec: The site.
         config: The choices; ``trials`` episodes with ``test_exploration`` random actions.
-        layout: Its obstructions, if any, are left out.
+        layout: Its obstructions, if any, are ignored.
         seed: Of the random actions.
     """
     bare = replace(layout, obstructions=())
@@ -89,20 +89,20 @@ def adapt(
     budget: int | None = None,
     progress: Callable[[CurvePoint], None] | None = None,
 ) -> AdaptedPolicy:
-    """Keep the planned path where the change does not hit it; else stop there and train the loaded network again.
+    """Keep the planned path if nothing blocks it; otherwise retrain the loaded network on the changed site.
 
-    Training stops when ``retrain_successes`` of ``retrain_episodes`` test episodes succeed; of these, the one of the
-    highest reward is built by, and the network is the site's new policy.
+    Training stops when ``retrain_successes`` of ``retrain_episodes`` test episodes succeed. The one with the highest
+    reward is the new plan, and the network is the site's new policy.
 
     Args:
         network: The loaded network.
         applied: The layout's policy.
         spec: The site.
         config: The choices.
-        changed: The same layout with the obstructions that have appeared: the practice environment.
-        seed: Same arguments, same seed: same weights.
-        budget: Steps; None takes the configuration's.
-        progress: Told of every test.
+        changed: The same layout with the new obstructions: the practice environment.
+        seed: The same arguments give the same weights.
+        budget: Steps. None takes the configuration's.
+        progress: Called with every test.
     """
     budget = config.retrain_budget if budget is None else budget
     planned = applied.episode
@@ -142,14 +142,14 @@ def adapt(
 
 
 def enough_succeed(config: PaperDqnConfig, episodes: tuple[Episode, ...]) -> bool:
-    """Return whether as many test episodes succeeded as retraining needs."""
+    """Return whether enough test episodes succeeded for retraining to stop."""
     return sum(episode.succeeded for episode in episodes) >= config.retrain_successes
 
 
 def collision_of(spec: PaperSpec, changed: PaperLayout, planned: Episode) -> int | None:
-    """Return at which move a planned path is blocked in a changed site, None where it is not.
+    """Return the move at which a planned path is blocked in a changed site. None if it is not.
 
-    Blocked moves of the plan itself are no part of its path.
+    Blocked moves of the plan itself do not belong to its path.
     """
     again = replay(spec, changed, planned.moves)
     return int(np.flatnonzero(again.bumped)[0]) if again.bumped.any() else None

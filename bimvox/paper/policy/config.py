@@ -1,4 +1,4 @@
-"""Every choice that learning on the paper's site depends on, and the two named sets of them."""
+"""Every choice behind learning on the paper's site, and the two named sets of choices."""
 
 from __future__ import annotations
 
@@ -12,59 +12,58 @@ from bimvox.paper.env.reward import PAPER_REWARDS
 
 @dataclass(frozen=True, slots=True)
 class PaperDqnConfig:
-    """Deep Q-learning in two layers. Steps are environment steps, summed over all sites that run side by side.
+    """Deep Q-learning in two layers. Steps are environment steps, summed over all sites in parallel.
 
     Attributes:
         observation: A key of ``OBSERVATIONS``.
         reward: A key of ``PAPER_REWARDS``.
-        hidden: Widths of the hidden layers; of each of the two streams where ``dueling``.
-        dueling: Whether a stream of its own values the state (Wang et al. 2016).
+        hidden: Widths of the hidden layers, in each stream if ``dueling``.
+        dueling: Whether a separate stream values the state (Wang et al. 2016).
         double_q: Whether the online network chooses the action that the target network values (van Hasselt et al.
             2016).
         glorot: Whether weights begin as in the original stable-baselines (uniform after Glorot and Bengio 2010, biases
-            zero); else as torch begins them.
+            zero); otherwise torch's.
         discount: Per step.
         learning_rate: Of Adam.
-        learning_rate_last: To which it falls, linearly; None keeps it.
-        learning_rate_steps: Over how many steps it falls; None takes the budget.
+        learning_rate_last: Value to which it falls linearly. None keeps it.
+        learning_rate_steps: Number of steps over which it falls. None takes the budget.
         batch_size: Transitions per gradient step.
         buffer_size: Transitions remembered.
         learning_starts: Steps before the first gradient step.
-        sites: Sites side by side.
+        sites: Sites in parallel.
         gradient_steps: Gradient steps per ``sites`` steps.
         target_update: Gradient steps between two copies to the target network.
         max_gradient_norm: Gradients of one variable are scaled down to this length, as the original did.
-        priority: Exponent of how far a transition's value was off when it was last drawn, in the share with which it is
-            drawn again (prioritized replay, Schaul et al. 2016, without the weights that undo it); 0 draws evenly.
-        symmetry: Whether every remembered transition is turned and mirrored in plan at random before a gradient step
+        priority: Exponent of prioritized replay (Schaul et al. 2016), without importance weights: a transition is drawn
+            in proportion to its last error to this power. 0 draws evenly.
+        symmetry: Whether every remembered transition is rotated and mirrored in plan at random before a gradient step
             (``bimvox.paper.policy.symmetry``); for the egocentric observation only.
         averaging: Share by which the network that is tested and kept moves towards the one in training per gradient
-            step (Polyak averaging); 1 tests and keeps the one in training itself. An average does not go up and down
-            from test to test.
-        bootstrap_at_limit: Whether an episode that ran out of steps goes on in the target (a truncation), or ends there
-            (as the original, which knew only "done").
+            step (Polyak averaging); 1 tests and keeps the one in training itself. An average varies less from test
+            to test.
+        bootstrap_at_limit: Whether the target continues beyond the step limit (a truncation), or ends there, as in the
+            original, which knew only "done".
         exploration_first: Share of random actions at the start.
-        exploration_again: And at the start of training a loaded network again.
-        exploration_last: And at the end of the exploration phase and after it.
-        exploration_spread: Whether half of the sites act by the policy alone and the others share its random actions,
-            up to four times as many each: the first find what stops the policy as it is, the others see what it would
-            never come across.
+        exploration_again: The same at the start of retraining a loaded network.
+        exploration_last: The same from the end of the exploration phase on.
+        exploration_spread: Whether half of the sites act by the policy alone, and the others take up to four times as
+            many random actions each: the first find where the policy fails, the others see what it never reaches.
         exploration_share: Length of that phase as a share of the budget.
-        exploration_steps: Its length in steps; None takes ``exploration_share``.
+        exploration_steps: Its length in steps. None takes ``exploration_share``.
         budget: Steps of the initialization layer.
         retrain_budget: Steps of one retraining.
         test_every: Steps between two tests.
         test_exploration: Share of random actions in tests.
         test_episodes: Episodes of a test in the initialization layer.
         required_success: Success rate at which the initialization layer stops.
-        greedy_too: Whether it must hold without any random action too, from every distinct start (or from
-            ``greedy_layouts`` drawn ones, where the site draws more than a start).
-        greedy_layouts: How many drawn layouts that test takes.
+        greedy_too: Whether that rate is also required without random actions, from every distinct start (or from
+            ``greedy_layouts`` drawn layouts, if the site draws more than a start).
+        greedy_layouts: Number of drawn layouts in that test.
         trials: Episodes of the trial on a layout.
         retrain_episodes: Episodes of a test while retraining.
         retrain_successes: How many of them must succeed.
-        test_loaded_first: Whether a loaded network whose path is hit is first tested as it is in the changed site, and
-            kept where that is enough.
+        test_loaded_first: Whether a loaded network whose path is blocked is first tested on the changed site, and kept
+            if it is good enough.
     """
 
     observation: str = "paper"
@@ -143,7 +142,7 @@ class PaperDqnConfig:
             raise ValueError(f"retrain_successes: {self.retrain_successes} of {self.retrain_episodes} episodes")
 
     def exploration_phase(self, budget: int) -> int:
-        """Return over how many steps of a budget the share of random actions falls."""
+        """Return the number of steps of a budget over which the share of random actions falls."""
         if self.exploration_steps is not None:
             return self.exploration_steps
         return int(self.exploration_share * budget)
@@ -156,7 +155,7 @@ class PaperDqnConfig:
         return self.learning_rate + min(1.0, steps / max(1, over)) * (self.learning_rate_last - self.learning_rate)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON; of ``ADDED_LATER`` only those that are not at their default."""
+        """Return plain values for JSON, without the fields of ``ADDED_LATER`` that have their default."""
         plain = asdict(self)
         plain["hidden"] = list(self.hidden)
         for name in ADDED_LATER:
@@ -166,13 +165,13 @@ class PaperDqnConfig:
 
 
 ADDED_LATER = ("exploration_spread", "symmetry", "priority")
-"""Choices that earlier versions did not have. At their default they are left out of what is written, so that stored
-networks and finished experiments of those versions still count."""
+"""Choices that earlier versions did not have. Files leave them out at their default, so that networks and experiments
+of those versions stay valid."""
 
 _DEFAULTS = {field.name: field.default for field in fields(PaperDqnConfig)}
 
 PAPER_MODE = PaperDqnConfig()
-"""The paper's: its observation, its reward, and the defaults of the original stable-baselines' DQN, one site."""
+"""The paper's observation and reward, and the defaults of the original stable-baselines' DQN, on one site."""
 
 OUR_MODE = PaperDqnConfig(
     observation="egocentric",
@@ -197,8 +196,8 @@ OUR_MODE = PaperDqnConfig(
     greedy_too=True,
     test_loaded_first=True,
 )
-"""Ours: seen from the component, taught by the exact distance-to-go (of the training site; the policy never sees it),
-many sites side by side."""
+"""Our egocentric observation, taught by the exact distance-to-go of the training site, which the policy never sees;
+many sites in parallel."""
 
 FRAME_CHANGES: dict[str, Any] = {
     "symmetry": True,
@@ -213,10 +212,10 @@ FRAME_CHANGES: dict[str, Any] = {
     "gradient_steps": 32,
     "test_every": 1_000,
 }
-"""What the frame of four columns and four beams takes instead of ``OUR_MODE``. An episode of eight components fails at
-one wrong choice in a hundred, at places that are seldom come to: half of the sites act by the policy alone, so that
-they come there; what the network was wrong about is learned from more often, and as eight images; and what is tested is
-an average at a falling learning rate, which does not go up and down from test to test."""
+"""What the frame of four columns and four beams changes in ``OUR_MODE``. An episode of eight components fails at one
+wrong choice in a hundred, at rarely visited places. So half of the sites act by the policy alone and get there;
+transitions with large errors are drawn more often, as eight images; and an average at a falling learning rate is
+tested, because it varies less from test to test."""
 
 MODES: dict[str, PaperDqnConfig] = {"paper": PAPER_MODE, "ours": OUR_MODE}
 

@@ -1,4 +1,4 @@
-"""Running a policy: many episodes in lock-step, each written down."""
+"""Running a policy: many recorded episodes in lock-step."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ class Episode:
 
     @property
     def moves(self) -> NDArray[np.int64]:
-        """(M,) int64, the actions that were not blocked: what a crane would be told."""
+        """(M,) int64, the actions that were not blocked: what a crane would execute."""
         return self.actions[~self.bumped]
 
     @property
     def path_cells(self) -> tuple[IntVec, ...]:
-        """Reference cells of the last component, in order; standing still at a blocked move is left out."""
+        """Reference cells of the last component, in order, without the repeats of blocked moves."""
         cells: list[IntVec] = []
         count = int(self.places[:, 0].max()) + (0 if self.succeeded else 1)
         last = max(0, count - 1)
@@ -70,13 +70,13 @@ def run_episodes(
     """Run one episode of every layout.
 
     Args:
-        values: The policy: observations to action values; None acts at random.
+        values: The policy, from observations to action values. None acts at random.
         spec: The site.
         layouts: One episode each.
-        observation: What the policy sees.
-        reward: How its episodes are judged.
+        observation: The observation that the policy takes.
+        reward: The reward that judges the episodes.
         exploration: Share of random actions; every episode draws its own.
-        seed: Of those.
+        seed: Of the random actions.
     """
     count = len(layouts)
     batch = BatchedPaperSite(spec, count, observation=observation, reward=reward, layouts=layouts, threads=1)
@@ -120,13 +120,13 @@ def run_episodes(
 
 
 def replay(spec: PaperSpec, layout: PaperLayout, actions: NDArray[np.int64], *, reward: str = "paper") -> Episode:
-    """Take given actions on a layout, and stop at the first collision, or where the episode ends.
+    """Take given actions on a layout, and stop at the first collision or at the end of the episode.
 
     Args:
         spec: The site.
         layout: Where everything is.
         actions: (T,) integers.
-        reward: How the episode is judged.
+        reward: The reward that judges the episode.
     """
     batch = BatchedPaperSite(spec, 1, observation="window", reward=reward, layouts=[layout], threads=1)
     batch.reset()
@@ -151,5 +151,5 @@ def success_rate(episodes: Sequence[Episode]) -> float:
 
 
 def best_of(episodes: Sequence[Episode]) -> Episode:
-    """Return the episode of the highest reward, the first of equals."""
+    """Return the episode with the highest reward, the first if several have it."""
     return max(episodes, key=lambda episode: episode.reward)

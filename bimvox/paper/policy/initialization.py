@@ -1,4 +1,4 @@
-"""The initialization layer: a basic policy for every start, from a random place in the yard each episode."""
+"""The initialization layer: a basic policy for every start, trained from random places in the yard."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from bimvox.paper.policy.learning import flat_observation, learn
 from bimvox.paper.policy.network import PaperNetwork
 
 GREEDY_SEED = 1_000_003
-"""Of the drawn layouts of greedy tests: the same ones whatever the seed of the training."""
+"""Seed of the drawn layouts of greedy tests, independent of the training's seed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BasicPolicy:
-    """What the initialization layer gives.
+    """The result of the initialization layer.
 
     Attributes:
-        network: The first one that was good enough; where none was, the best that was tested.
+        network: The first one that was good enough; otherwise the best tested one.
         reached: Whether it was good enough within the budget.
         curve: Every test.
-        steps: Environment steps taken in all.
+        steps: Environment steps taken.
         config: The choices.
         seed: The seed.
     """
@@ -41,7 +41,7 @@ class BasicPolicy:
 
     @property
     def steps_to_success(self) -> int | None:
-        """Steps at the test that was good enough, None where none was within the budget."""
+        """Steps at the first test that was good enough. None if none was within the budget."""
         return self.curve[-1].steps if self.reached else None
 
 
@@ -54,18 +54,19 @@ def initialize(
     progress: Callable[[CurvePoint], None] | None = None,
     checkpoint: Callable[[PaperNetwork, int], None] | None = None,
 ) -> BasicPolicy:
-    """Train from random starts without obstructions, until tests succeed as often as required.
+    """Train from random starts without obstructions until tests reach the required success rate.
 
-    A test has ``config.test_episodes`` episodes from random starts with ``config.test_exploration`` random actions;
-    with ``config.greedy_too``, no random action and every start (:func:`greedy_layouts`) must be as good too.
+    A test has ``config.test_episodes`` episodes from random starts with ``config.test_exploration`` random actions.
+    With ``config.greedy_too``, the same rate is required without random actions from every start
+    (:func:`greedy_layouts`).
 
     Args:
-        spec: The site; whatever obstructions it describes are part of it.
+        spec: The site, with any obstructions that it describes.
         config: The choices.
-        seed: Same arguments, same seed: same weights.
-        budget: Steps; None takes the configuration's.
-        progress: Told of every test.
-        checkpoint: Given the network at every test, before it is tested.
+        seed: The same arguments give the same weights.
+        budget: Steps. None takes the configuration's.
+        progress: Called with every test.
+        checkpoint: Called with the network before every test.
     """
     budget = config.budget if budget is None else budget
     everywhere = greedy_layouts(spec, config)
@@ -109,7 +110,7 @@ def initialize(
 
 
 def greedy_layouts(spec: PaperSpec, config: PaperDqnConfig) -> tuple[PaperLayout, ...]:
-    """Return what greedy tests run on: every distinct start where nothing else is drawn, else drawn layouts."""
+    """Return the layouts of greedy tests: every distinct start if nothing else is drawn, otherwise drawn layouts."""
     if spec.count == 1 and not spec.random_targets and spec.random_obstructions is None:
         return yard_layouts(spec)
     return random_layouts(spec, config.greedy_layouts, GREEDY_SEED)
@@ -118,13 +119,13 @@ def greedy_layouts(spec: PaperSpec, config: PaperDqnConfig) -> tuple[PaperLayout
 def greedy_success(
     network: PaperNetwork, spec: PaperSpec, config: PaperDqnConfig, layouts: Sequence[PaperLayout]
 ) -> float:
-    """Return the share of layouts on which a policy succeeds without random actions, and without any guard."""
+    """Return the share of layouts on which a policy succeeds without random actions or guard."""
     episodes = run_episodes(
         network,
         spec,
         layouts,
         observation=flat_observation(config.observation),
-        reward="paper",  # only whether they succeed counts, and the exact distance takes its time
+        reward="paper",  # only success counts here, and the exact distance takes time
         exploration=0.0,
         seed=0,
     )

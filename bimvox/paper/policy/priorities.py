@@ -1,4 +1,4 @@
-"""Which transitions to learn from: those more often whose value was off by more (Schaul et al. 2016)."""
+"""Prioritized replay: transitions with larger errors are drawn more often (Schaul et al. 2016)."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 LEAST_ERROR = 0.01
-"""Added to every error, so that a transition whose value was right is still drawn at times."""
+"""Added to every error, so that a transition without error is still drawn sometimes."""
 
 
 class Priorities:
-    """The shares with which the rows of a memory are drawn.
+    """The shares by which the rows of a memory are drawn.
 
     Args:
         rows: Of the memory.
@@ -23,11 +23,11 @@ class Priorities:
         self._filled = 0
 
     def fill(self, filled: int, latest: slice) -> None:
-        """Give rows that are new the greatest share there is: nobody knows yet how far off they are.
+        """Give new rows the greatest share of all, because their errors are unknown.
 
         Args:
-            filled: How many rows are filled.
-            latest: The rows written last, new or over old ones.
+            filled: Number of filled rows.
+            latest: The rows written last, new or overwritten.
         """
         greatest = self._shares[: self._filled].max() if self._filled else 1.0
         self._shares[self._filled : filled] = greatest
@@ -41,5 +41,5 @@ class Priorities:
         return np.asarray(np.minimum(drawn, self._filled - 1), np.int64)
 
     def put(self, rows: NDArray[np.int64], errors: NDArray[np.float32]) -> None:
-        """Note by how much the values of some rows were off."""
+        """Set the shares of some rows from their errors."""
         self._shares[rows] = (errors.astype(np.float64) + LEAST_ERROR) ** self._exponent

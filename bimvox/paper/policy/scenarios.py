@@ -1,11 +1,11 @@
-"""The paper's four experiments: obstructions put, by rule, on the path that was planned.
+"""The paper's four experiments: obstructions placed by rule on the planned path.
 
-(a) none; (b) one close to the start; (c) as (b), with a second one beside it in the same line; (d) one close to the
-target. Each obstruction is three cells long and two high. It lies over the cell of the path nearest to the start (the
-target) where it can; of the ways to lie there, the one that leaves the longest way round counts (across the path and
-with its middle on it among equals), so that there is something to learn. It can lie where it touches neither the cells
-of the start (in the yard, and hung up) nor of the target, is inside the site, and leaves a way that an episode has
-steps enough for, by the exact distance field.
+(a) none; (b) one close to the start; (c) as (b), with a second one next to it in the same line; (d) one close to the
+target. Each obstruction is three cells long and two high, and covers the possible cell of the path nearest to the start
+(the target). Of the possible positions there, the one with the longest detour is chosen, so that there is something to
+learn; among equals, the one across the path and centred on it. A position is possible if it touches neither the cells
+of the start (stored and hoisted) nor of the target, is inside the site, and leaves a path short enough for an episode,
+by the exact distance field.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from bimvox.site.component import IntVec
 LENGTH_VOX = 3
 HEIGHT_VOX = 2
 LEAST_PLAN_MOVES = 6
-"""Moves in plan that a path needs, so that close to its start and close to its end are not the same place."""
+"""Least moves in plan of a path, so that its start and its end are apart."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ def _first(
     places: Sequence[tuple[IntVec, IntVec]],
     count: int,
 ) -> PaperLayout:
-    """Return the layout with a row of obstructions over the first place that has one."""
+    """Return the layout with a row of obstructions over the first cell where one is possible."""
     for cell, neighbour in places:
         across = ("y", "x") if cell[0] != neighbour[0] else ("x", "y")
         candidates = [replace(layout, obstructions=row) for axis in across for row in _rows(cell, axis, count)]
@@ -85,7 +85,7 @@ def _first(
 
 
 def _rows(cell: IntVec, axis: str, count: int) -> Iterator[tuple[Box, ...]]:
-    """Give rows of obstructions, end to end along an axis, over a cell: the most central first."""
+    """Yield rows of obstructions, end to end along an axis, over a cell: the most central first."""
     whole = LENGTH_VOX * count
     for before in sorted(range(whole), key=lambda n: (abs(2 * n + 1 - whole), n)):
         yield tuple(
@@ -101,7 +101,7 @@ def _rows(cell: IntVec, axis: str, count: int) -> Iterator[tuple[Box, ...]]:
 
 
 def _may_be(spec: PaperSpec, changed: PaperLayout, path_cells: Sequence[IntVec]) -> bool:
-    """Return whether obstructions are inside, on the path, and touch neither of its ends."""
+    """Return whether obstructions are inside the site, on the path, and touch neither of its ends."""
     part = spec.components[0]
     for low, high in changed.obstructions:
         if min(low) < 0 or any(high[a] > spec.shape[a] for a in range(3)):

@@ -1,11 +1,11 @@
-"""The eight ways to turn and mirror a site in plan, applied to what the policy sees of it.
+"""The eight rotations and mirrorings of a site in plan, applied to the egocentric observation.
 
-The rules look the same from north and from east, and in a mirror: only gravity tells one way from another. A transition
-turned or mirrored is therefore one that could have happened, on a site turned or mirrored with it, and earns the same.
-Gradient steps on such images (data augmentation) teach from one environment step what eight would have.
+The rules are the same in every direction in plan and in a mirror. A rotated or mirrored transition is therefore a
+possible transition on the rotated or mirrored site, with the same reward. With gradient steps on such images (data
+augmentation), one environment step teaches as much as eight.
 
-Of the egocentric observation the image is exact: its windows are square in plan and lie about the component on every
-level, whatever the component's shape; the way to the goal and the last action turn with them.
+The images are exact: the windows are square in plan and centred on the component on every level, whatever its shape.
+The way to the goal and the last action are transformed with them.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ IMAGES = 8
 
 
 class Symmetry(NamedTuple):
-    """Images of the egocentric observation and of the actions; a plain tuple, so that kernels take it.
+    """Images of the egocentric observation and of the actions, as a tuple for kernels.
 
     Attributes:
         entry: (8, size) int64; entry n of image g is entry ``entry[g, n]`` of the original,
         sign: (8, size) float32, times this.
-        action: (8, 6) int64 what an action is in the image.
+        action: (8, 6) int64 the image of each action.
     """
 
     entry: NDArray[np.int64]
@@ -73,8 +73,8 @@ def write_images(
     Args:
         symmetry: The tables.
         memory: Where the transitions are.
-        rows: (B,) which.
-        which: (B,) 0 .. 7 which image of each.
+        rows: (B,) their rows.
+        which: (B,) 0 .. 7 the image of each.
         out: Of B transitions, overwritten.
     """
     for b in range(rows.size):

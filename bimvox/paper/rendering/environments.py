@@ -31,8 +31,8 @@ class DrawnPaperSiteEnv(PaperSiteEnv):
     """The construction site with all render modes.
 
     ``rgb_array`` gives a (480, 640, 3) uint8 picture, ``ansi`` coloured text. ``human`` shows the picture in a window
-    where pygame is installed and there is a display; elsewhere it prints the text, coloured on a terminal. Like
-    Gymnasium's own environments it does so at every ``reset`` and ``step``.
+    if pygame is installed and there is a display; otherwise it prints the text, coloured on a terminal. It does so at
+    every ``reset`` and ``step``, as Gymnasium's own environments do.
 
     Args:
         site: See :class:`PaperSiteEnv`.
@@ -63,7 +63,7 @@ class DrawnPaperSiteEnv(PaperSiteEnv):
         return result
 
     def render(self) -> Any:
-        """Draw the running episode as the render mode asks for it."""
+        """Draw the running episode in the form of the render mode."""
         if self.render_mode == "rgb_array":
             return paper_site_pixels(self.picture(), RENDER_SIZE_PX)
         if self.render_mode != "human":
@@ -84,7 +84,7 @@ class DrawnPaperSiteEnv(PaperSiteEnv):
 
 
 class DrawnPaperVectorEnv(PaperVectorEnv):
-    """The batched construction sites with the render modes ``rgb_array`` and ``ansi``: one picture a site."""
+    """The batched construction sites with the render modes ``rgb_array`` and ``ansi``: one picture per site."""
 
     metadata: dict[str, Any] = {  # noqa: RUF012  (Gymnasium's own convention)
         **PaperVectorEnv.metadata,
@@ -92,7 +92,7 @@ class DrawnPaperVectorEnv(PaperVectorEnv):
     }
 
     def draw(self, picture: SitePicture) -> Any:
-        """Return a picture as the render mode asks for it."""
+        """Return a picture in the form of the render mode."""
         return paper_site_pixels(picture, RENDER_SIZE_PX) if self.render_mode == "rgb_array" else super().draw(picture)
 
 
@@ -108,7 +108,7 @@ class _Window:
 
     @classmethod
     def open(cls, frames_per_second: int) -> _Window | None:
-        """Return a window, or None where pygame is not installed or there is no display."""
+        """Return a window. None if pygame is not installed or there is no display."""
         try:
             pygame = importlib.import_module("pygame")
         except ImportError:
@@ -120,7 +120,7 @@ class _Window:
             return None
 
     def show(self, pixels: NDArray[np.uint8]) -> None:
-        """Show a picture, no sooner than the frame rate allows."""
+        """Show a picture at the frame rate."""
         self._pygame.event.pump()
         surface = self._pygame.surfarray.make_surface(pixels.swapaxes(0, 1))
         self._screen.blit(surface, (0, 0))

@@ -16,7 +16,7 @@ from bimvox.rendering.scene.scene import LegendEntry, Scene, Strokes, Swatch, po
 
 _CENTRE = 0.5
 _LIFT = 0.06
-"""The path before stands a little higher than the one after, so that both are seen where they agree."""
+"""The path before is drawn a little higher than the path after, so that both are visible where they agree."""
 
 
 def scene_of_paths(
@@ -27,14 +27,14 @@ def scene_of_paths(
     title: str,
     caption: str,
 ) -> Scene:
-    """Return the scene of a site with the path that was planned and the one that is built by.
+    """Return the scene of a site with the planned path and the final path.
 
     Args:
         picture: The site before the first move.
         before_vox: Reference cells of the path of the basic policy.
-        after_vox: Reference cells of the path of the policy after the change; empty where there is none.
+        after_vox: Reference cells of the path of the policy after the change; empty if there is none.
         title: Upper left.
-        caption: Below it.
+        caption: Below the title.
     """
     scene = paper_site_scene(picture, legend=True)
     strokes = list(scene.strokes)
@@ -53,7 +53,7 @@ def scene_of_paths(
 def draw_sheet(
     scenes: Sequence[Scene], *, columns: int = 2, size_px: tuple[int, int] = (640, 480)
 ) -> NDArray[np.uint8]:
-    """Return pictures side by side, (height, width, 3) uint8 sRGB; the last row is filled up with background."""
+    """Return pictures in rows, (height, width, 3) uint8 sRGB; the last row is filled with background."""
     pictures = [picture_of(scene, PictureOptions(size_px=size_px)) for scene in scenes]
     blank = np.broadcast_to(np.array(PAPER, np.uint8), (size_px[1], size_px[0], 3))
     pictures += [blank] * (-len(pictures) % columns)

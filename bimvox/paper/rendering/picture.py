@@ -36,14 +36,14 @@ def paper_site_scene(picture: SitePicture, *, air: bool = False, title: str = ""
     Args:
         picture: What to show.
         air: Whether the cells of air are drawn as a white wireframe.
-        title: Upper left; the picture's caption stands below it.
+        title: Upper left; the picture's caption is below it.
         legend: Whether the colours are explained.
     """
     solids = np.zeros(picture.looks.shape, np.uint16)
     palette: list[Rgb] = [(0, 0, 0)]
     for look, rgb in LOOK_RGB.items():
         there = picture.looks == look
-        # Neighbouring components are solids of their own, so that an edge is drawn between them.
+        # Each component is a solid of its own, so that an edge is drawn between neighbours.
         for part in np.unique(picture.parts[there]):
             solids[there & (picture.parts == part)] = len(palette)
             palette.append(OBSTRUCTION if look is Look.OBSTRUCTION else rgb)
@@ -65,7 +65,7 @@ def paper_site_scene(picture: SitePicture, *, air: bool = False, title: str = ""
 
 
 def paper_site_pixels(picture: SitePicture, size_px: tuple[int, int] = (640, 480)) -> NDArray[np.uint8]:
-    """Return the picture of a construction site without words: (height, width, 3) uint8 sRGB."""
+    """Return the picture of a construction site without text: (height, width, 3) uint8 sRGB."""
     return picture_of(paper_site_scene(picture), PictureOptions(size_px=size_px, annotated=False))
 
 
@@ -85,7 +85,7 @@ def _edges(boxes: tuple[Box, ...]) -> NDArray[np.float64]:
 
 
 def _air(picture: SitePicture) -> Strokes:
-    """The lattice of the cells above the slab."""
+    """Return the lattice of the cells above the slab."""
     nx, ny, nz = picture.looks.shape
     segments = [((x, y, 1), (x, y, nz)) for x in range(nx + 1) for y in range(ny + 1)]
     segments += [((x, 0, z), (x, ny, z)) for x in range(nx + 1) for z in range(1, nz + 1)]

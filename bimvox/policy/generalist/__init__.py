@@ -1,1 +1,1 @@
-"""The policy that knows sites it has never seen: how its lessons, its tests and its weights are made."""
+"""The policy for sites that it has never seen: its lessons, its tests and its weights."""

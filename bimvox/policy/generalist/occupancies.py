@@ -1,6 +1,6 @@
-"""Random sites by family: what stands where, from a generator and a shape.
+"""Random occupancies of sites by family, from a generator and a shape.
 
-Every site has a ground slab in layer k = 0. Walls that reach the top of the site can only be gone around.
+Every site has a ground slab in layer k = 0. Walls that reach the top of the site can only be bypassed at their ends.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def slabs(rng: np.random.Generator, shape: IntVec) -> Occupancy:
 
 
 def frames(rng: np.random.Generator, shape: IntVec) -> Occupancy:
-    """Return a frame of columns, beams and slab strips, built so far as chance has it; stock lies beside it."""
+    """Return a partly built frame of columns, beams and slab strips, with stock next to it."""
     occupied = _ground(shape)
     nx, ny, nz = shape
     bay_x, bay_y = int(rng.integers(4, max(5, nx // 3))), int(rng.integers(4, max(5, ny // 3)))
@@ -132,7 +132,7 @@ FAMILIES: dict[str, Callable[[np.random.Generator, IntVec], Occupancy]] = {
     "slabs": slabs,
     "frames": frames,
 }
-"""By name; a family's place in this order is part of the seeds."""
+"""Families by name; their order is part of the seeds."""
 
 
 def u_trap(court: Occupancy, top: int, *, opens: int, roof: bool) -> None:
@@ -159,7 +159,7 @@ def _ground(shape: IntVec) -> Occupancy:
 
 
 def _height(rng: np.random.Generator, nz: int) -> int:
-    """One above the top of a wall: the site's own in half of the cases."""
+    """Return one above the top of a wall; in half of the cases the site's height."""
     return nz if rng.random() < 0.5 else int(rng.integers(2, nz + 1))
 
 

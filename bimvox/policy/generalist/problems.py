@@ -1,4 +1,4 @@
-"""From a random site to a lift on it: a component, its hook, where it waits and where it goes."""
+"""Random lifts on random sites: a component, its hook, its starts and its target."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STARTS = 96
 """Transit starts kept per training problem."""
 
 LEAST_MOVES = 4
-"""A lift shorter than that is no problem."""
+"""Fewest moves of a lift."""
 
 _TARGET_TRIES = 12
 
@@ -63,7 +63,7 @@ def clearance_on(
     """Return the collision rule for a component hung by the middle of its top.
 
     Args:
-        occupied: (X, Y, Z) what stands.
+        occupied: (X, Y, Z) occupied cells.
         boxes: (B, 6) int32 the component.
         rope: Whether the column above the hook must be free.
         jib_vox: Column of the mast (x, y) and reach of the jib, cells; without it, no limit of reach.
@@ -79,7 +79,7 @@ def clearance_on(
 
 
 def random_clearance(rng: np.random.Generator, family: str, shape: IntVec) -> CollisionSpace:
-    """Return a site of a family with a component on it; half of them with a rope, a third with a limited reach."""
+    """Return a site of a family with a component; half of them with a rope rule, 30 % with a limited reach."""
     occupied = FAMILIES[family](rng, shape)
     boxes = random_boxes(rng, shape)
     jib = None
@@ -90,10 +90,10 @@ def random_clearance(rng: np.random.Generator, family: str, shape: IntVec) -> Co
 
 
 def random_lift(rng: np.random.Generator, space: CollisionSpace, starts: int = STARTS) -> LiftProblem | None:
-    """Return a lift with a target that much of the site can reach, None where chance finds none.
+    """Return a lift with a target reachable from much of the site. None if no random target is.
 
-    Two thirds of the targets and half of the starts are as low as the component comes from where chance put it. Half of
-    the starts, where there are such, ask for a detour.
+    Two thirds of the targets and half of the starts are lowered as far as the component can go. Half of the starts need
+    a detour, if any start does.
     """
     for _ in range(_TARGET_TRIES):
         target = _free_cell(rng, space)
@@ -117,7 +117,7 @@ def random_lift(rng: np.random.Generator, space: CollisionSpace, starts: int = S
 
 
 def _free_cell(rng: np.random.Generator, space: CollisionSpace) -> IntVec | None:
-    """Return a free placement, lowered to what is below it in two of three cases."""
+    """Return a free placement, in two of three cases lowered as far as it can go. None if none is found."""
     shape = np.array(space.table.shape) - 1
     for _ in range(400):
         x, y, z = (int(n) for n in rng.integers(0, shape))
@@ -130,13 +130,13 @@ def _free_cell(rng: np.random.Generator, space: CollisionSpace) -> IntVec | None
 
 
 def random_problem(seed: tuple[int, ...], family: str, smallest: IntVec, largest: IntVec) -> LiftProblem:
-    """Return the lift of a seed: the same for ever.
+    """Return the lift of a seed; deterministic.
 
     Args:
         seed: Numbers that name the lift.
         family: A key of ``FAMILIES``.
         smallest: Least shape of its site.
-        largest: Greatest.
+        largest: Greatest shape.
     """
     rng = np.random.default_rng((*seed, list(FAMILIES).index(family)))
     while True:
@@ -147,12 +147,12 @@ def random_problem(seed: tuple[int, ...], family: str, smallest: IntVec, largest
 
 
 def with_boxes(rng: np.random.Generator, space: CollisionSpace, count: int) -> CollisionSpace:
-    """Return a collision rule with random boxes added to what stands; the hook keeps above them where a rope hangs.
+    """Return a collision rule with random boxes added; with a rope rule, the hook stays above them.
 
     Args:
         rng: Draws the boxes.
-        space: The rule as it was.
-        count: Boxes.
+        space: The rule.
+        count: Number of boxes.
     """
     occupied = occupancy_of(space)
     nx, ny, nz = occupied.shape

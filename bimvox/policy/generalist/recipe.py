@@ -1,4 +1,4 @@
-"""How the generalist is trained: deep Q-learning on thousands of random sites at once."""
+"""The training recipe of the generalist: deep Q-learning on thousands of random sites at once."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from bimvox.planning.rollout import Values
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.dqn import LiftDqn, load_network, network_of
 from bimvox.policy.evaluate import TEST_LIMIT, Evaluation, evaluate
+from bimvox.policy.generalist.occupancies import FAMILIES
 from bimvox.policy.network import QNetwork
 from bimvox.policy.vec_env import LiftVecEnv
 
@@ -29,7 +30,7 @@ BUILDING_LIFTS = 800
 CHECK_COUNT = 500
 STEPS = 40_000_000
 SMALL_LESSON_COUNT, SMALL_STEPS = 5_000, 1_200_000
-"""On two cores without an accelerator: so the shipped policy was trained."""
+"""For two cores without an accelerator; the shipped policy was trained with these."""
 
 RECIPE = DqnConfig(
     hidden=(256, 256, 128),
@@ -51,14 +52,14 @@ RECIPE = DqnConfig(
     limit=StepLimit(3.0, 40),
     test_every=1_500_000,
 )
-"""For a machine with an accelerator; no run on one is recorded yet. On two cores without one, fewer lifts side by side
-and smaller batches learn the same in more time: :func:`small_recipe`."""
+"""For a machine with an accelerator; no run on one is recorded yet. For two cores without one, see
+:func:`small_recipe`."""
 
 _REWEIGH_EVERY = 100
 
 
 def small_recipe() -> DqnConfig:
-    """Return the recipe for two cores: the same but for what is done at once."""
+    """Return the recipe for two cores: fewer lifts in parallel and smaller batches."""
     return replace(
         RECIPE,
         lifts=256,
@@ -76,7 +77,7 @@ def small_recipe() -> DqnConfig:
 
 
 def continuing(config: DqnConfig) -> DqnConfig:
-    """Return a recipe for going on from trained weights: smaller steps, and no exploring from nothing."""
+    """Return a recipe for continuing from trained weights: a lower learning rate and less exploration."""
     return replace(
         config,
         learning_rate=0.4 * config.learning_rate,
@@ -87,12 +88,12 @@ def continuing(config: DqnConfig) -> DqnConfig:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One test while the generalist learns.
+    """One test during the generalist's training.
 
     Attributes:
         steps: Environment steps so far.
         success_rate: Share of the check problems that were solved.
-        length_ratio: Mean path / shortest path over these.
+        length_ratio: Mean path / shortest path over the solved ones.
         by_family: Success rate of each family, in the order of ``FAMILIES``.
     """
 
@@ -102,18 +103,34 @@ class Check:
     by_family: tuple[float, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Run:
+    """How a training runs.
+
+    Attributes:
+        seed: The same lessons, config, seed and device give the same weights, unless ``seconds`` is set.
+        steps: Budget in environment steps.
+        seconds: Time limit; the learning rate falls towards whichever end comes first. None: no time limit.
+        device: As torch names it.
+        threads: For stepping the lifts.
+        half: Whether to multiply in bfloat16.
+    """
+
+    seed: int = SEED
+    steps: int = STEPS
+    seconds: float | None = None
+    device: str = "cpu"
+    threads: int = 1
+    half: bool = False
+
+
 def train_generalist(
     problems: Sequence[LiftProblem],
     checks: Sequence[LiftProblem],
     config: DqnConfig,
+    run: Run,
     *,
-    families: int,
-    seed: int = SEED,
-    steps: int = STEPS,
-    device: str = "cpu",
-    threads: int = 1,
-    seconds: float | None = None,
-    half: bool = False,
+    families: int = len(FAMILIES),
     initial: QNetwork | None = None,
     report: Callable[[Check, QNetwork], None] | None = None,
 ) -> QNetwork:
@@ -121,17 +138,12 @@ def train_generalist(
 
     Args:
         problems: The lessons.
-        checks: Problems to test it on meanwhile, families in turn; never learned from.
+        checks: Problems of the tests during training, families in turn; never learned from.
         config: The choices.
-        families: How many families take turns in ``checks``.
-        seed: Same lessons, config, seed, device and ``seconds=None``: the same weights.
-        steps: Budget in environment steps.
-        device: As torch names it.
-        threads: To step the lifts with.
-        seconds: Stop then; the learning rate cools towards whichever end comes first.
-        half: Multiply in bfloat16.
-        initial: Network to begin from.
-        report: Told of every check.
+        run: Seed, budget and machine.
+        families: Number of families that take turns in ``checks``.
+        initial: Network to start from.
+        report: Called with every check.
     """
     batch = BatchedLiftEnv(
         problems,
@@ -139,34 +151,34 @@ def train_generalist(
         reward_name=config.reward,
         mix=config.mix,
         limit=config.limit,
-        seed=seed,
-        threads=threads,
+        seed=run.seed,
+        threads=run.threads,
         teacher_discount=config.discount if config.teacher else 0.0,
     )
-    torch.set_num_threads(threads)
+    torch.set_num_threads(run.threads)
     torch.set_float32_matmul_precision("high")
-    dqn = LiftDqn(LiftVecEnv(batch), config, seed, device=device, seconds=seconds, half=half)
+    dqn = LiftDqn(LiftVecEnv(batch), config, run.seed, device=run.device, seconds=run.seconds, half=run.half)
     if initial is not None:
         load_network(dqn, initial)
 
     def check(steps_done: int) -> None:
         network = network_of(dqn)
-        found = evaluate_side_by_side(network, checks, threads)
+        found = evaluate_in_parallel(network, checks, run.threads)
         by_family = tuple(float(found.arrived[n::families].mean()) for n in range(families))
         if report is not None:
             report(Check(steps_done, found.success_rate, found.length_ratio, by_family), network)
 
     if initial is not None:
         check(0)
-    checks_done = _Checks(batch, check, config.test_every, seconds)
-    dqn.learn(steps, callback=checks_done)
+    checks_done = _Checks(batch, check, config.test_every, run.seconds)
+    dqn.learn(run.steps, callback=checks_done)
     if checks_done.last != dqn.num_timesteps:
         check(dqn.num_timesteps)
     return network_of(dqn)
 
 
-def evaluate_side_by_side(values: Values, problems: Sequence[LiftProblem], threads: int = 1) -> Evaluation:
-    """Roll a policy out on each problem from its first start, on several threads."""
+def evaluate_in_parallel(values: Values, problems: Sequence[LiftProblem], threads: int = 1) -> Evaluation:
+    """Return the roll-outs of a policy on each problem from its first start, on several threads."""
     single = [
         LiftProblem(p.space, p.start_vox, p.target_vox, np.array([p.start_vox], np.int32), p.distance) for p in problems
     ]
@@ -186,7 +198,7 @@ def evaluate_side_by_side(values: Values, problems: Sequence[LiftProblem], threa
 
 
 class _Checks(BaseCallback):
-    """Tests now and then, draws the lessons oftener that fail oftener, and stops in time."""
+    """Runs the tests, draws lessons more often that fail more often, and stops at the time limit."""
 
     def __init__(self, batch: BatchedLiftEnv, check: Callable[[int], None], every: int, seconds: float | None) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""Stages of real buildings as one plain file, so that lessons need no model reader."""
+"""Stages of real buildings in one plain file, so that training needs no model reader."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from bimvox.site.component import IntVec
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BuildingStage:
-    """The moment before one lift of a building.
+    """A building before one of its lifts.
 
     Attributes:
         space: The collision rule.
-        start_vox: Where its transit starts.
-        gate_vox: Where it ends.
+        start_vox: Cell where transit starts.
+        gate_vox: Cell where it ends.
         yard_vox: (S, 3) int32 starts all over the yard.
     """
 
@@ -49,7 +49,7 @@ def save_stages(file: Path, stages: list[BuildingStage]) -> None:
 
 
 def load_stages(file: Path) -> list[BuildingStage]:
-    """Read what :func:`save_stages` wrote."""
+    """Return the stages of a file of :func:`save_stages`."""
     with np.load(file, allow_pickle=False) as archive:
         count = sum(name.endswith(".shape") for name in archive.files)
         return [_stage({key: archive[f"{n}.{key}"] for key in _KEYS}) for n in range(count)]
@@ -73,13 +73,13 @@ def _stage(arrays: dict[str, NDArray[np.generic]]) -> BuildingStage:
 
 
 def building_lifts(stages: list[BuildingStage], *, count: int, domain: int, starts: int) -> list[LiftProblem]:
-    """Return lifts at random stages of buildings, random boxes standing about in three of four.
+    """Return lifts at random stages of buildings, with random boxes in three of four.
 
     Args:
         stages: Of the buildings.
-        count: Lifts; fewer where chance has it that stages cannot be solved.
-        domain: Begins their seeds.
-        starts: Starts kept of each, drawn from the yard.
+        count: Number of lifts; fewer if too many stages are unsolvable.
+        domain: First number of their seeds.
+        starts: Starts per lift, drawn from the yard.
     """
     problems: list[LiftProblem] = []
     for number in range(20 * count):

@@ -1,4 +1,4 @@
-"""The held-out suite: problems that no lesson shows, the same for ever, each made when it is asked for."""
+"""The held-out suite: deterministic problems that no lesson contains, each generated on request."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ FAMILY_COUNT = 210
 """Problems of each family."""
 
 BUILDING_COUNT = 150
-"""Lifts of the building that no lesson shows."""
+"""Lifts of the building that no lesson contains."""
 
 UNSOLVABLE_COUNT = 150
 
 TRAP_SHARES = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5)
-"""Width of the traps of :func:`wide_trap` over the view's widest window (224 cells)."""
+"""Widths of the traps of :func:`wide_trap` over the view's widest window (224 cells)."""
 
 TRAP_COUNT = 12
-"""Problems of each of these."""
+"""Problems per width."""
 
 SUITE_SIZES: tuple[tuple[IntVec, int], ...] = (
     ((40, 40, 16), 4),
@@ -35,7 +35,7 @@ SUITE_SIZES: tuple[tuple[IntVec, int], ...] = (
     ((200, 200, 60), 1),
     ((400, 400, 100), 1),
 )
-"""Largest site, and how many problems in ten are drawn up to it."""
+"""Largest site, and how many problems in ten are drawn up to that size."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,7 +61,7 @@ def held_out(family: str, number: int) -> HeldOut:
 
 
 def unsolvable(number: int) -> LiftProblem:
-    """Return a lift without a way: its target, or its start, is in a room that the rest of the site cannot reach."""
+    """Return a lift without a path: its target or its start is in a closed room."""
     names = list(FAMILIES)
     attempt = 0
     while True:
@@ -81,11 +81,11 @@ def unsolvable(number: int) -> LiftProblem:
 
 
 def wide_trap(share: float, number: int) -> LiftProblem:
-    """Return a start inside a U as high as the site, as wide as a share of the widest window, the target behind it.
+    """Return a lift from inside a U-shaped trap as high as the site to a target behind it.
 
     Args:
-        share: Of ``WIDEST_WINDOW_VOX``.
-        number: Chooses proportions, component and places.
+        share: Width of the trap over ``WIDEST_WINDOW_VOX``.
+        number: Determines proportions, component and cells.
     """
     rng = np.random.default_rng((HELD_OUT_DOMAIN, 55, int(1000 * share), number))
     width = max(8, round(share * WIDEST_WINDOW_VOX))
@@ -123,7 +123,7 @@ def _free(rng: np.random.Generator, space: CollisionSpace) -> IntVec | None:
 
 
 def _closed_in(space: CollisionSpace, cell: IntVec, room: int) -> CollisionSpace:
-    """Return the rule with a shell of walls, one cell thick, ``room`` cells around the component at a cell."""
+    """Return the rule with a shell of walls, one cell thick, ``room`` cells away from the component at a cell."""
     from bimvox.grid.summed_area import summed_area_table
     from bimvox.policy.generalist.problems import occupancy_of
 

@@ -1,4 +1,4 @@
-"""The weights that ship with the package: half precision, safetensors beside a JSON record of how they came about."""
+"""The weights that ship with the package: half precision, safetensors, with a JSON record of their training."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def save_generalist(network: QNetwork, record: dict[str, Any], folder: Path = FO
 
 
 def generalist_record(folder: Path = FOLDER) -> dict[str, Any]:
-    """Return how the shipped weights came about."""
+    """Return the record of the shipped weights' training."""
     record: dict[str, Any] = json.loads((folder / f"{NAME}.json").read_text())
     return record
 
@@ -49,7 +49,7 @@ def load_generalist(folder: Path = FOLDER) -> QNetwork:
     """Return the shipped network.
 
     Raises:
-        PolicyError: It is missing or damaged, or made for another view.
+        PolicyError: It is missing, damaged, or made for another view.
     """
     file = folder / f"{NAME}.safetensors"
     try:

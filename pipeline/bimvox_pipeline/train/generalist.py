@@ -1,7 +1,7 @@
-"""``make train-generalist``: the recipe of the policy that ships with the package, from lessons to weights.
+"""``make train-generalist``: trains the policy that ships with the package, from lessons to weights.
 
-``python -m bimvox_pipeline.train.generalist stages`` writes the stages of the sample buildings to a file (needs the
-model reader); ``... train`` trains, and needs no more than numpy, numba, torch and stable-baselines3.
+``python -m bimvox_pipeline.train.generalist stages`` writes the stages of the sample buildings to a file and needs the
+model reader; ``... train`` trains and needs only numpy, numba, torch and stable-baselines3.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ def main(arguments: list[str] | None = None) -> int:
     stages = commands.add_parser("stages", help="write the stages of the sample buildings")
     stages.add_argument("file", type=Path)
     train = commands.add_parser("train", help="train and write the weights")
-    train.add_argument("--stages", type=Path, help="what `stages` wrote; without it, the sample buildings are read")
+    train.add_argument("--stages", type=Path, help="file that `stages` wrote; default: read the sample buildings")
     train.add_argument("--out", type=Path, required=True, help="folder for weights, record and curve")
-    train.add_argument("--device", default="cpu", help="as torch names it; cpu takes the recipe for two cores")
+    train.add_argument("--device", default="cpu", help="as torch names it; cpu uses the recipe for two cores")
     train.add_argument("--threads", type=int, default=1)
     train.add_argument("--lessons", type=int)
-    train.add_argument("--first-lesson", type=int, default=0, help="number of the first: others than a run before had")
-    train.add_argument("--checks", type=int, help="problems to test on meanwhile")
+    train.add_argument("--first-lesson", type=int, default=0, help="first lesson's number: not one of an earlier run")
+    train.add_argument("--checks", type=int, help="problems for the tests during training")
     train.add_argument("--steps", type=int)
-    train.add_argument("--seconds", type=float, help="stop then; the weights depend on the machine's speed then")
+    train.add_argument("--seconds", type=float, help="time limit; the weights then depend on the speed of the machine")
     train.add_argument("--seed", type=int, default=0)
-    train.add_argument("--from", dest="initial", type=Path, help="folder of weights to begin from")
+    train.add_argument("--from", dest="initial", type=Path, help="folder of weights to start from")
     chosen = parser.parse_args(arguments)
     try:
         if chosen.command == "stages":
@@ -123,13 +123,7 @@ def _train(chosen: argparse.Namespace) -> None:
         problems,
         checks,
         config,
-        families=len(FAMILIES),
-        seed=chosen.seed,
-        steps=steps,
-        device=chosen.device,
-        threads=chosen.threads,
-        seconds=left,
-        half=True,
+        recipe.Run(chosen.seed, steps, left, chosen.device, chosen.threads, half=True),
         initial=initial,
         report=report,
     )

@@ -1,4 +1,4 @@
-"""Real models for the generalist's lessons and tests: sample buildings at every stage of their assembly."""
+"""The sample buildings of the generalist's lessons and tests, at every stage of their assembly."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 SAMPLES = Path(__file__).parents[3] / "sample_models"
 
 LESSONS = (("frame.ifc", 0.5), ("frame.ifc", 0.35), ("yard.stl", 0.5), ("yard.stl", 0.3))
-"""Models and cell sizes (metres) to learn from."""
+"""Models and cell sizes (metres) of the lessons."""
 
 TESTS = (("prefab.ifc", 0.5), ("prefab.ifc", 0.35))
-"""Models and cell sizes that no lesson shows."""
+"""Models and cell sizes (metres) of the tests; no lesson contains them."""
 
 
 def stages_of(models: tuple[tuple[str, float], ...], folder: Path = SAMPLES) -> list[BuildingStage]:
-    """Return the lifts of models in the order of their assembly, those that can begin.
+    """Return the stages of models in their erection sequence, for lifts that can begin.
 
     Args:
         models: Names of files and cell sizes, metres.

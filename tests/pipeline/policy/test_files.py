@@ -168,7 +168,7 @@ def test_spoilt_deflated_members_are_refused(stored: str, tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("content", [b"", b"PK", b"no zip at all"])
 def test_other_files_are_no_stable_baselines3_files(content: bytes) -> None:
-    with pytest.raises(PolicyError, match="no zip file of stable-baselines3"):
+    with pytest.raises(PolicyError, match="not a zip file of stable-baselines3"):
         read_sb3_zip(content)
 
 
