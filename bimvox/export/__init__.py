@@ -1,1 +1,1 @@
-"""Every exporter: plans and grids in other formats."""
+"""Every exporter: plans and grids in other formats; ``formats`` has the table of them."""

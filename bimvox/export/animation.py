@@ -20,9 +20,9 @@ from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
 from bimvox.site.site import Site
 
 STRAIGHT_M = 0.005
-"""Samples that lie this close to the straight line between their neighbours are left out."""
+"""Samples this close to the straight line between their neighbours are left out."""
 _TURNED = 1e-3
-_GONE = 1e-6  # a node is hidden by its scale: glTF has no other way without extensions
+_GONE = 1e-6  # a scale near 0 hides a node: glTF has no other way without extensions
 _CRANE_RGB: Rgb = KIND_RGB["crane"]
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float64)
 _FACES = np.array(
@@ -37,8 +37,9 @@ _FACES = np.array(
 def to_animated_glb(log: PlanLog) -> bytes:
     """Return a plan as binary glTF 2.0 with one animation, ``assembly``, in seconds of the site's clock.
 
-    Nodes are named by the parts' ids and carry GlobalId, class and order as extras. Parts of later truckloads appear
-    when they are delivered; parts that are not lifted stay in the yard. Turned parts are tipped up as in the log.
+    Nodes are named by the parts' ids and carry GlobalId, class, name, number and order as extras. Parts of later
+    deliveries appear when they arrive; parts that are not lifted stay in the yard. Lying parts are tipped up as in the
+    log.
     """
     writer = GltfWriter()
     site, tracks = log.plan.site, tracks_of(log)
@@ -104,7 +105,7 @@ def _part(writer: GltfWriter, site: Site, track: LoadTrack, arrives: dict[int, i
 
 
 def _left(writer: GltfWriter, site: Site, lift: Lift, place: YardPlace, arrives: dict[int, int]) -> None:
-    """Add a part that is not lifted, as the boxes of its cells where it lies."""
+    """Add a part that is not lifted, as the boxes of its cells in the yard."""
     component, size_m = site.components[lift.component], site.frame.voxel_size_m
     boxes = place.shape.boxes.astype(np.float64) * size_m
     node = writer.node(
@@ -117,14 +118,14 @@ def _left(writer: GltfWriter, site: Site, lift: Lift, place: YardPlace, arrives:
 
 
 def _appears(writer: GltfWriter, node: int, arrives_ns: int) -> None:
-    """Hide a node until its truckload is there."""
+    """Hide a node until its delivery arrives."""
     if arrives_ns > 0:
         shown = np.array([[_GONE] * 3, [1.0] * 3])
         writer.move(node, "scale", np.array([0.0, arrives_ns / 1e9]), shown, steps=True)
 
 
 def _crane(writer: GltfWriter, log: PlanLog, number: int, crane: TowerCrane) -> None:
-    """Add mast, jib, trolley and rope, moved by the axes; those of further cranes have names of their own."""
+    """Add mast, jib, trolley and rope, moved by the axes; the names of further cranes' nodes are numbered."""
     samples = [motion.samples() for motion in log.motions if motion.crane == number]
     if not samples:
         return
@@ -220,10 +221,10 @@ def _boxes(low: NDArray[np.float64], high: NDArray[np.float64]) -> tuple[NDArray
 def _corners(
     times: NDArray[np.float64], values: NDArray[np.float64], tolerance: float, longest: float = np.inf
 ) -> NDArray[np.int64]:
-    """Return which samples to keep so that straight lines in between stay within ``tolerance`` of all of them.
+    """Return which samples to keep so that straight lines between them stay within ``tolerance`` of all samples.
 
-    Ramer, Douglas and Peucker over time: of every span the sample farthest from the line is kept, until none is too
-    far. ``longest`` bounds the change between two kept samples (turns beyond half a circle would take the other way).
+    Ramer-Douglas-Peucker over time. ``longest`` limits the change between two kept samples, because a rotation by more
+    than half a circle would be interpolated the other way round.
     """
     kept = {0, len(times) - 1}
     spans: list[tuple[int, int]] = [(0, len(times) - 1)]

@@ -1,7 +1,7 @@
 """A small writer of binary glTF 2.0 with animations: meshes, nodes, and channels over time.
 
-trimesh, which writes the other GLB files, has no animations. Everything is in metres and z up inside one root node that
-turns it to y up, as glTF has it.
+trimesh, which writes the other GLB files, does not support animations. Everything is in metres and z up inside one root
+node, which turns it to glTF's y up.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _TURN = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
 
 
 class GltfWriter:
-    """Collects a scene and gives its bytes."""
+    """Collects a scene and returns its bytes."""
 
     def __init__(self) -> None:
         self._binary = bytearray()
@@ -83,14 +83,14 @@ class GltfWriter:
     def move(
         self, node: int, path: str, time_s: NDArray[np.float64], values: NDArray[np.float64], *, steps: bool = False
     ) -> None:
-        """Let a node move.
+        """Animate a node.
 
         Args:
             node: Its number.
             path: ``translation`` (N, 3) m, ``rotation`` (N, 4) quaternion x, y, z, w, or ``scale`` (N, 3).
-            time_s: (N,) strictly ascending, from 0 on.
+            time_s: (N,) strictly ascending, not negative.
             values: (N, 3 or 4) at those times.
-            steps: Whether a value holds until the next one; else straight in between.
+            steps: Whether a value holds until the next one; otherwise it is interpolated linearly.
         """
         if len(time_s) == 1:
             self._nodes[node][path] = [float(np.float32(value)) for value in values[0]]
@@ -107,7 +107,7 @@ class GltfWriter:
         self._nodes[node][path] = [float(np.float32(value)) for value in values[0]]
 
     def to_bytes(self, extras: Mapping[str, Any]) -> bytes:
-        """Return the GLB; ``extras`` are plain values about the scene."""
+        """Return the GLB; ``extras`` are plain values for the scene."""
         document: dict[str, Any] = {
             "asset": {"version": "2.0", "generator": "bimvox"},
             "scene": 0,

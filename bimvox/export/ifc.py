@@ -1,7 +1,7 @@
 """IFC 4D: the building's own file with a work plan, a work schedule and one task a lift.
 
-IFC4 and later have ``IfcTaskTime``; IFC2X3 has ``IfcScheduleTimeControl`` with dates taken apart. The entities are made
-directly: the library's own editing functions set every start to 09:00 and drop times below a day.
+IFC4 and later have ``IfcTaskTime``; IFC2X3 has ``IfcScheduleTimeControl`` with dates split into fields. The entities
+are made directly, because the library's own editing functions set every start to 09:00 and drop times below a day.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from bimvox.errors import IfcError
 from bimvox.export.lift_schedule import CraneResource, LiftSchedule, LiftTask, duration_text
 
 CRANE_SET = "bimvox_Crane"
-"""Name of the property set that describes the crane; IFC has no class for one."""
+"""Name of the property set that describes a crane; IFC has no class for cranes."""
 
 _NAMESPACE = uuid.UUID("6f0d7a0e-6a0b-5b67-9d3c-1f2b8f4e7c11")
 
 
 def with_schedule(path: Path, data: bytes, schedule: LiftSchedule) -> bytes:
-    """Return an IFC file with a schedule added; nothing that was in it is changed.
+    """Return an IFC file with a schedule added; existing entities stay as they are.
 
     Args:
-        path: Where the file came from, for messages.
+        path: The file's path, for messages.
         data: Its bytes.
         schedule: The lifts; each part must be a product of the file.
 
@@ -133,7 +133,7 @@ class _Writer:
         )
 
     def _timed(self, control: Any, task: LiftTask, entity: Any) -> None:
-        """IFC2X3: a task's times are an entity of their own, tied to it by the relation to the schedule."""
+        """Add a task's times to IFC2X3, where they are a separate entity, linked by the relation to the schedule."""
         start, finish = self.schedule.times(task)
         times = self._rooted(
             "IfcScheduleTimeControl",
@@ -185,7 +185,7 @@ class _Writer:
         return self.file.create_entity("IfcDateAndTime", day, time)
 
     def _crane(self, number: int, resource: CraneResource) -> Any:
-        own = f" {number + 1}" if number else ""  # the first one's identities are those of a crane that is alone
+        own = f" {number + 1}" if number else ""  # the first crane has the same identities as an only crane
         kind = {"OperationType": "NOTDEFINED"} if self.old else {"PredefinedType": "LIFTINGGEAR"}
         crane = self._rooted("IfcTransportElement", f"crane{own}", Name=resource.name, ObjectType="TOWERCRANE", **kind)
         values = [
@@ -217,7 +217,7 @@ class _Writer:
         return crane
 
     def _product(self, task: LiftTask) -> Any:
-        _, mark, step_id = task.component.partition("#")  # how a GlobalId that occurs twice was made unique
+        _, mark, step_id = task.component.partition("#")  # this is how a duplicate GlobalId was made unique
         if mark and step_id.isdigit():
             try:
                 found = self.file.by_id(int(step_id))
@@ -229,8 +229,8 @@ class _Writer:
             return self.products[task.global_id]
         raise IfcError(
             self.path,
-            f"holds no product {task.global_id} ({task.name})",
-            hint="name the file that the plan was made from",
+            f"has no product for {task.name} ({task.global_id})",
+            hint="give the file that the plan was made from",
         )
 
     def _history(self) -> Any:
@@ -250,7 +250,7 @@ class _Writer:
         )
 
     def _rooted(self, ifc_class: str, key: str, **attributes: Any) -> Any:
-        """Make an entity whose GlobalId follows from the plan, so that the same plan gives the same file."""
+        """Make an entity with a GlobalId derived from the plan, so that the file is deterministic."""
         identity = uuid.uuid5(_NAMESPACE, f"{self.schedule.identity} {key}")
         if self.history is not None:
             attributes["OwnerHistory"] = self.history

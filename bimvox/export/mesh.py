@@ -30,11 +30,11 @@ class ColouredBody:
 
 
 def to_glb(bodies: Sequence[ColouredBody], properties: Mapping[str, Any]) -> bytes:
-    """Return binary glTF 2.0: a node for every body, by its name, in metres, turned to y up as glTF has it.
+    """Return binary glTF 2.0: a node for every body, by its name, in metres, y up.
 
     Args:
         bodies: At least one, each with triangles.
-        properties: Plain values about the whole, as the scene's ``extras``.
+        properties: Plain values about the scene, as its ``extras``.
     """
     import trimesh
     from trimesh.visual.material import PBRMaterial
@@ -64,11 +64,11 @@ def to_glb(bodies: Sequence[ColouredBody], properties: Mapping[str, Any]) -> byt
 
 
 def to_ply(bodies: Sequence[ColouredBody], comments: Sequence[str] = ()) -> bytes:
-    """Return one binary PLY mesh in metres, z up: every face has its body's colour and, as ``body``, its number.
+    """Return one binary PLY mesh in metres, z up: every face has its body's colour and index (``body``).
 
     Args:
         bodies: At least one, each with triangles.
-        comments: Lines for the header; the names of the bodies follow them.
+        comments: Lines for the header, before the names of the bodies.
     """
     import trimesh
 
@@ -92,12 +92,12 @@ def to_ply(bodies: Sequence[ColouredBody], comments: Sequence[str] = ()) -> byte
 
 
 def linear_rgba(rgb: tuple[int, int, int]) -> NDArray[np.float64]:
-    """Return a colour of sRGB as glTF wants it: linear, 0..1, opaque (IEC 61966-2-1)."""
+    """Return an sRGB colour as glTF needs it: linear, 0..1, opaque (IEC 61966-2-1)."""
     share = np.array(rgb) / 255.0
     linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
     return np.append(linear, 1.0)
 
 
 def _one_line(text: str) -> bytes:
-    """Return a header's line: PLY is ASCII there."""
+    """Return a text as one ASCII line, as PLY headers need it."""
     return " ".join(text.split()).encode("ascii", "backslashreplace")

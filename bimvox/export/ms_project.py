@@ -9,20 +9,20 @@ from bimvox.export.lift_schedule import LiftSchedule, duration_text
 
 NAMESPACE = "http://schemas.microsoft.com/project"
 
-_ELAPSED_MINUTES = "4"  # of DurationFormat: counted round the clock, not in working hours
+_ELAPSED_MINUTES = "4"  # of DurationFormat: elapsed time, not working hours
 _FINISH_TO_FINISH = "0"
 _FINISH_TO_START = "1"
 _TENTHS_OF_MINUTES = 10
-_EQUIPMENT = "1"  # of a resource's Type: work, which equipment is too (0 is material)
+_EQUIPMENT = "1"  # of a resource's Type: work, which includes equipment (0 is material)
 _FIXED_DURATION = "1"
 _ROUND_THE_CLOCK = "1"
 
 
 def to_ms_project(schedule: LiftSchedule) -> bytes:
-    """Return a schedule as Microsoft Project XML: a summary task, one task a lift, the cranes as their resources.
+    """Return a schedule as Microsoft Project XML: a summary task, one task per lift, the cranes as resources.
 
-    Durations are elapsed time to the second, on a calendar that works round the clock: a lift is not stretched over the
-    night. Each task carries the part's GlobalId as ``Text1``.
+    Durations are elapsed time to the second, on a round-the-clock calendar, so that no lift is stretched over a night.
+    Each task carries the part's GlobalId as ``Text1``.
     """
     ElementTree.register_namespace("", NAMESPACE)
     project = _element("Project")

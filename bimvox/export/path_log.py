@@ -1,4 +1,4 @@
-"""The path log, whole or a part of it, as MCAP, CSV and JSON."""
+"""A log, whole or an extract, as MCAP, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from bimvox.site.component import Component
 
 SAMPLE_COLUMNS = {
     "number": "number of the lift, from 1",
-    "order": "position of the lift in the assembly order, from 0",
-    "component": "id of the component: its GlobalId, made unique where it is not",
+    "order": "order of the lift in the erection sequence, from 0",
+    "component": "id of the component: its GlobalId, made unique if it is not",
     "phase": "phase of the lift (`path` on a site without a crane)",
     "time_s": "on the site's clock; without a crane nominal, 1 s a unit move",
-    "x_m": "lowest corner of the component's reference cell, site frame; empty while the hook is empty",
+    "x_m": "lowest corner of the component's reference cell, site frame; empty while the hook carries nothing",
     "y_m": "the same in y",
     "z_m": "the same in z",
     "slew_rad": "slewing angle from the site's +x axis, counter-clockwise, unwrapped; empty without a crane",
@@ -31,8 +31,8 @@ SAMPLE_COLUMNS = {
 }
 LIFT_COLUMNS = {
     "number": "number of the lift, from 1",
-    "order": "position of the lift in the assembly order, from 0",
-    "component": "id of the component: its GlobalId, made unique where it is not",
+    "order": "order of the lift in the erection sequence, from 0",
+    "component": "id of the component: its GlobalId, made unique if it is not",
     "global_id": "IFC GlobalId, or the body's name",
     "ifc_class": "for example IfcBeam",
     "name": "the source's name",
@@ -41,15 +41,15 @@ LIFT_COLUMNS = {
     "method": "how the path was found: policy, retrained or search",
     "moves": "unit moves of the path",
     "shortest_moves": "the fewest possible under the same rules",
-    "contact_moves": "last placements that the narrow phase cleared",
-    "delivery": "truckload that it comes with, from 0",
-    "stored_pose": "how it lies in the yard",
+    "contact_moves": "number of last placements that the narrow phase cleared",
+    "delivery": "delivery that it comes with, from 0",
+    "stored_pose": "its pose in the yard",
     "start_s": "when the lift starts, on the site's clock",
     "duration_s": "how long it takes",
     "bound_s": "synchronised point-to-point time of the loaded motion; empty without a crane",
     "reason": "why it is infeasible",
     "blocked_by": "ids of what blocks it, separated by spaces",
-    "crane": "name of the crane that it is given to; empty without a crane",
+    "crane": "name of the crane that lifts it; empty without a crane",
 }
 
 
@@ -71,7 +71,7 @@ def to_csv(log: PlanLog) -> str:
 
 
 def lifts_csv(log: PlanLog) -> str:
-    """Return the lifts as CSV, one a row, columns as in ``LIFT_COLUMNS``."""
+    """Return the lifts as CSV, one per row, columns as in ``LIFT_COLUMNS``."""
     records = _lift_records(log)
     return _table(
         LIFT_COLUMNS, ([" ".join(v) if isinstance(v, list) else v for v in record.values()] for record in records)
@@ -110,7 +110,7 @@ def to_json(log: PlanLog) -> dict[str, Any]:
 
 
 def _samples(log: PlanLog) -> Iterable[tuple[Lift, list[tuple[Any, ...]]]]:
-    """Yield every planned lift with its rows: the columns of ``SAMPLE_COLUMNS`` from ``phase`` on."""
+    """Yield every planned lift with its rows: the columns of ``SAMPLE_COLUMNS`` after ``component``."""
     motions = {motion.order: motion for motion in log.motions}
     for track in tracks_of(log):
         corner = dict(zip(track.time_ns.tolist(), track.corner_m.tolist(), strict=True))

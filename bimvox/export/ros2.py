@@ -1,12 +1,12 @@
-"""A plan as a ROS 2 bag (MCAP storage) by the package ``rosbags``: no ROS installation is needed to write or read it.
+"""A plan as a ROS 2 bag (MCAP storage), written with the package ``rosbags``; no ROS installation is needed.
 
 ============================  ==================================  ===================================================
 topic                         type                                what
 ============================  ==================================  ===================================================
 ``/robot_description``        ``std_msgs/msg/String``             the crane's URDF
 ``/joint_states``             ``sensor_msgs/msg/JointState``      ``slewing`` rad, ``trolley`` m, ``hoist`` m of rope
-``/joint_trajectory``         ``trajectory_msgs/msg/JointTra...`` one a lift, when it starts: the same, as a whole
-``/lift/path``                ``nav_msgs/msg/Path``               one a lift: the load's corner in the frame ``site``
+``/joint_trajectory``         ``trajectory_msgs/msg/JointTra...`` one per lift, at its start: the same joints
+``/lift/path``                ``nav_msgs/msg/Path``               one per lift: the load's corner in ``site``
 ``/tf``                       ``tf2_msgs/msg/TFMessage``          crane and load in the frame ``site``
 ============================  ==================================  ===================================================
 
@@ -41,10 +41,10 @@ def write_ros2_bag(log: PlanLog, folder: Path) -> int:
 
     Args:
         log: The plan.
-        folder: Where to; must not exist.
+        folder: The output; must not exist.
 
     Raises:
-        InputError: The package is not installed.
+        InputError: If the package is not installed.
     """
     try:
         from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
@@ -55,7 +55,8 @@ def write_ros2_bag(log: PlanLog, folder: Path) -> int:
         ) from error
     store = get_typestore(Stores.ROS2_JAZZY)
     writer = Writer(folder, version=_BAG_VERSION, storage_plugin=StoragePlugin.MCAP)
-    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)  # chunks of the MCAP file, readers know it
+    # This compresses the chunks of the MCAP file, which every reader supports.
+    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
     with writer:
         bag = _Bag(writer, store)
         _write(bag, log)
@@ -63,7 +64,7 @@ def write_ros2_bag(log: PlanLog, folder: Path) -> int:
 
 
 class _Bag:
-    """Serialises messages by their plain values, and writes them in the order of their times."""
+    """Serializes messages from plain values and writes them."""
 
     def __init__(self, writer: Any, store: Any) -> None:
         self._writer, self._store = writer, store
@@ -124,7 +125,7 @@ def _write(bag: _Bag, log: PlanLog) -> None:
 
 
 def _lift(bag: _Bag, log: PlanLog, track: LoadTrack, motion: LiftMotion | None) -> Iterator[tuple[str, int, Any]]:
-    """Yield topic, time and message of all that a lift says, in the order of their times."""
+    """Yield topic, time and message of all messages of a lift, ordered by time."""
     site = log.plan.site
     yield "/lift/path", track.start_ns, _path(bag, track)
     loads = _loads(bag, track, f"component/{site.components[track.lift.component].id}")

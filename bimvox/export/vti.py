@@ -1,7 +1,7 @@
-"""VTK ImageData (``.vti``) of a grid, for ParaView and everything that reads VTK's XML files.
+"""VTK ImageData (``.vti``) of a grid, for ParaView and other readers of VTK's XML files.
 
 Layout: https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html, with appended raw data in blocks of one
-horizontal layer, compressed by zlib. Written layer by layer: the cells are never dense as a whole.
+horizontal layer, compressed by zlib. Written layer by layer, so that the grid is never dense in memory.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ class _Array:
     """One array of the file.
 
     Attributes:
-        element: Its XML element, without what says where its data are.
-        nbytes: How many bytes it has, uncompressed.
-        block_bytes: How many bytes a block has; the last may have fewer.
+        element: Its XML element, without the offset of its data.
+        nbytes: Its uncompressed size.
+        block_bytes: Size of a block; the last may be smaller.
         blocks: Yields the blocks.
     """
 
@@ -51,15 +51,15 @@ class _Array:
 def write_vti(grid: VoxelGrid, stream: BinaryIO, *, threads: int = 1) -> None:
     """Write a grid as VTK ImageData with the cell arrays ``label``, ``owner``, ``parts`` and ``fill``.
 
-    ``owner`` is the row of the part (-1: air), ``parts`` how many parts meet the cell, ``fill`` the share of the cell
-    that its owner fills where several parts meet (NaN in the cells of one part, where it is not recorded). The field
-    data hold the table of parts (``part_id``, ``part_global_id``, ``part_class``, ``part_name``), what to add to get
-    the source's coordinates (``source_origin_m``) and its ``georeference``.
+    ``owner`` is the row of the part (-1: air), ``parts`` the number of parts that meet the cell, ``fill`` the share of
+    the cell that its owner fills if several parts meet (NaN in the cells of a single part: not recorded). The field
+    data hold the table of parts (``part_id``, ``part_global_id``, ``part_class``, ``part_name``), the offset to the
+    source's coordinates (``source_origin_m``) and its ``georeference``.
 
     Args:
         grid: What to write.
-        stream: Where to; it can seek.
-        threads: How many blocks are compressed at the same time; the bytes do not depend on it.
+        stream: The output; must be seekable.
+        threads: Number of blocks compressed in parallel; the bytes do not depend on it.
     """
     fields, cells = _fields(grid), _cells(grid)
     extent = " ".join(f"0 {n}" for n in grid.shape)
@@ -94,7 +94,7 @@ def write_vti(grid: VoxelGrid, stream: BinaryIO, *, threads: int = 1) -> None:
 
 
 def _append(stream: BinaryIO, array: _Array, threads: int) -> None:
-    """Append the blocks of an array, and before them their number, their plain size and their packed sizes."""
+    """Append the blocks of an array, preceded by their number, their uncompressed size and their compressed sizes."""
     count = -(-array.nbytes // array.block_bytes)
     table = stream.tell()
     stream.write(bytes(8 * (3 + count)))
@@ -132,7 +132,7 @@ def _layers(
     cells: NDArray[np.int32] | None = None,
     values: NDArray[Any] | None = None,
 ) -> _Array:
-    """Return a cell array: ``table[owner + 1]``, but in some cells these values."""
+    """Return a cell array: ``table[owner + 1]``, with these values in some cells."""
     dtype = table.dtype.newbyteorder("<")
     x, y, z = grid.shape
     block = x * y * dtype.itemsize

@@ -1,1 +1,1 @@
-"""Logs: MCAP schemas, recorder and reader."""
+"""What a log says (topics, plan, motions, scene), its MCAP container (``mcap``), and growing logs (``live``)."""

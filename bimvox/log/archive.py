@@ -1,4 +1,4 @@
-"""A zip of named byte strings that is the same for the same input, and is read without trusting it."""
+"""A deterministic zip of named byte strings, read without trusting its claims."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from collections.abc import Mapping
 
 from bimvox.grid.archive import BROKEN_ZIP
 
-_TIMESTAMP = (1980, 1, 1, 0, 0, 0)  # the earliest that zip knows: no wall clock in the bytes
+_TIMESTAMP = (1980, 1, 1, 0, 0, 0)  # the earliest that zip can store: no wall-clock time in the bytes
 _UNIX = 3
 _LEVEL = 1
-"""A watch puts a site into every revision: quick before small (a third of the time, 1.6 times the size)."""
-_MAX_RATIO = 1_040  # deflate cannot do better than 1032 : 1, so a larger claim is a lie
+"""Speed over size, because a watch writes a site into every revision: a third of the time, 1.6 times the size."""
+_MAX_RATIO = 1_040  # deflate reaches 1032 : 1 at most, so a larger claim is false
 _MAX_BYTES = 4 << 30
 
 
 class ArchiveError(ValueError):
-    """Bytes that are not a sound archive; the message says why."""
+    """The bytes are not a sound archive; the message says why."""
 
 
 def pack(members: Mapping[str, bytes]) -> bytes:
@@ -34,10 +34,10 @@ def pack(members: Mapping[str, bytes]) -> bytes:
 
 
 def unpack(data: bytes) -> dict[str, bytes]:
-    """Return the members of an archive made by :func:`pack`; checksums are verified, sizes before anything is read.
+    """Return the members of an archive made by :func:`pack`; sizes are checked before reading, checksums after.
 
     Raises:
-        ArchiveError: If the bytes are damaged, claim impossible sizes, or are no zip.
+        ArchiveError: If the bytes are damaged, claim impossible sizes, or are not a zip.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -46,13 +46,13 @@ def unpack(data: bytes) -> dict[str, bytes]:
     except ArchiveError:
         raise
     except BROKEN_ZIP as error:
-        raise ArchiveError(f"it is damaged or no archive ({error})") from error
+        raise ArchiveError(f"it is damaged or not an archive ({error})") from error
 
 
 def _check_claims(infos: list[zipfile.ZipInfo]) -> None:
     for info in infos:
         if info.file_size > _MAX_RATIO * info.compress_size + 1024:
-            raise ArchiveError(f"{info.filename} claims {info.file_size:,} bytes out of {info.compress_size:,}")
+            raise ArchiveError(f"{info.filename} claims {info.file_size:,} bytes in {info.compress_size:,} compressed")
     total = sum(info.file_size for info in infos)
     if total > _MAX_BYTES:
         raise ArchiveError(f"it claims to hold {total:,} bytes, more than the {_MAX_BYTES:,} allowed")

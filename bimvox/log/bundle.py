@@ -1,4 +1,4 @@
-"""A site as one file inside the log: all that is needed to prove the log again from the log alone.
+"""A site as one file inside the log, complete enough to prove the log from the log alone.
 
 A zip of ``site.json`` and one flat ``<dtype>.npy`` for each dtype; the JSON refers into them (see ``codec``). Labels,
 blockers, shapes, meshes (float64, exactly), crane, rules, yard, transforms and digests: everything a ``Site`` holds.
@@ -30,22 +30,22 @@ _MAX_HEADER = 10_000
 
 
 def site_to_bytes(site: Site) -> bytes:
-    """Return ``site`` as a compressed bundle; the same site gives the same bytes."""
+    """Return a site as a compressed bundle; deterministic."""
     return _to_bytes(site, {})
 
 
 class SiteWriter:
-    """Puts sites into bytes that share much with one of them: a watched site with ever other obstructions.
+    """Encodes a series of sites that share most of their values, such as a watched site with changing obstructions.
 
     Args:
-        site: What other sites hold of it, as the same object, is encoded only once.
+        site: The first site. Values that another site shares with it, as the same object, are encoded only once.
     """
 
     def __init__(self, site: Site) -> None:
         self._known = {name: (value, Encoded(value)) for name, value in _values_of(site).items()}
 
     def to_bytes(self, site: Site) -> bytes:
-        """Return what :func:`site_to_bytes` returns."""
+        """Return the same bytes as :func:`site_to_bytes`."""
         values = _values_of(site)
         same = {name: encoded for name, (value, encoded) in self._known.items() if values.get(name) is value}
         return _to_bytes(site, same)
@@ -90,10 +90,10 @@ def site_from_bytes(data: bytes, name: str) -> Site:
 
     Args:
         data: What :func:`site_to_bytes` returned.
-        name: Where it came from, for messages.
+        name: Its source, for messages.
 
     Raises:
-        LogFileError: If the bundle is damaged, hostile, or contradicts itself.
+        LogFileError: If the bundle is damaged, hostile or inconsistent.
     """
     try:
         return _read(unpack(data))
@@ -109,7 +109,7 @@ def _read(members: dict[str, bytes]) -> Site:
     if not isinstance(document, dict) or document.get("format") != _FORMAT:
         raise ArchiveError("it is not a site")
     if document.get("version") != _VERSION:
-        raise ArchiveError(f"its version {document.get('version')!r} is not {_VERSION}; use the bimvox that made it")
+        raise ArchiveError(f"its version {document.get('version')!r} is not {_VERSION}; use the bimvox that wrote it")
     site: Site = decode(Site, _with_cranes(document.get("site")), ArrayReader(flat), "site")
     _check(site)
     return site
@@ -124,7 +124,7 @@ def to_npy(flat: NDArray[Any]) -> bytes:
 
 
 def from_npy(data: bytes, dtype: str) -> NDArray[Any]:
-    """Return the flat array of a .npy; its size is compared with the data before anything is allocated."""
+    """Return the flat array of a .npy; its size is checked against the data before anything is allocated."""
     stream = io.BytesIO(data)
     try:
         if np.lib.format.read_magic(stream) != (1, 0):
@@ -139,7 +139,7 @@ def from_npy(data: bytes, dtype: str) -> NDArray[Any]:
 
 
 def _check(site: Site) -> None:
-    """Raise DecodeError where the parts of a site contradict each other: later code indexes with these numbers."""
+    """Raise DecodeError if the values of a site are inconsistent, because later code indexes with them."""
     if site.labels.ndim != 3 or 0 in site.labels.shape:
         raise DecodeError("site.labels: not a grid")
     if int(site.labels.max()) > max(Label):
@@ -179,11 +179,11 @@ def _check_mesh(mesh: TriangleMesh, where: str) -> None:
     if mesh.vertices_m.ndim != 2 or mesh.vertices_m.shape[1] != 3 or mesh.faces.ndim != 2 or mesh.faces.shape[1] != 3:
         raise DecodeError(f"{where}: not triangles")
     if mesh.faces.size and (mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices_m)):
-        raise DecodeError(f"{where}: a face names a vertex that is not there")
+        raise DecodeError(f"{where}: a face refers to a missing vertex")
 
 
 def _check_boxes(shape: Shape, where: str) -> None:
-    """Raise unless the boxes are disjoint and their union is the cells."""
+    """Raise DecodeError unless the boxes are disjoint and their union is the cells."""
     if not shape.cells.size or shape.boxes.ndim != 2 or shape.boxes.shape[1] != 6:
         raise DecodeError(f"{where}: not boxes")
     dense = np.zeros(shape.cells.max(axis=0) + 1, np.int32)

@@ -1,8 +1,7 @@
 """Dataclasses to plain JSON values and flat arrays, and back, by their type hints.
 
-Every array goes to the end of one flat array of its dtype, and the JSON value keeps ``{"dtype", "start", "shape"}``.
-So the format follows the types: a field that is added to one of them, with a default, is written and read from then on,
-and files from before still read.
+Every array is appended to one flat array of its dtype, and the JSON value keeps ``{"dtype", "start", "shape"}``. The
+format follows the types: a new field with a default is written and read from then on, and older files still read.
 """
 
 from __future__ import annotations
@@ -28,18 +27,18 @@ _PLAIN = frozenset((str, int, float, bool, types.NoneType))
 
 
 class DecodeError(ValueError):
-    """A value that does not fit the type it should have; the message names the place."""
+    """A value does not fit its type; the message names the place."""
 
 
 class ArrayWriter:
-    """Collects arrays, one flat array a dtype."""
+    """Collects arrays into one flat array per dtype."""
 
     def __init__(self) -> None:
         self._parts: dict[str, list[NDArray[Any]]] = {}
         self._length: dict[str, int] = {}
 
     def put(self, array: NDArray[Any]) -> dict[str, Any]:
-        """Append ``array`` and return where it is."""
+        """Append an array and return a reference to it."""
         dtype = array.dtype.name
         if dtype not in DTYPES:
             raise TypeError(f"arrays of {dtype} are not stored")
@@ -60,13 +59,13 @@ class ArrayWriter:
 
 
 class ArrayReader:
-    """Gives arrays back, read-only views into the flat ones."""
+    """Resolves references to arrays, as read-only views into the flat ones."""
 
     def __init__(self, flat: Mapping[str, NDArray[Any]]) -> None:
         self._flat = flat
 
     def get(self, place: Any, dtype: str, where: str) -> NDArray[Any]:
-        """Return the array at ``place``, which must be of ``dtype``."""
+        """Return the array that ``place`` refers to; its dtype must be ``dtype``."""
         if not isinstance(place, dict) or set(place) != {"dtype", "start", "shape"} or place["dtype"] != dtype:
             raise DecodeError(f"{where}: not a reference to an array of {dtype}")
         shape, start = place["shape"], place["start"]
@@ -82,14 +81,14 @@ class ArrayReader:
 
 
 def encode(value: Any, arrays: ArrayWriter) -> Any:
-    """Return ``value`` as plain JSON values; its arrays go to ``arrays``."""
+    """Return a value as plain JSON values; its arrays go to ``arrays``."""
     kind = type(value)
     return value if kind in _PLAIN else _encoder_of(kind)(value, arrays)  # type: ignore[arg-type]  # a class is hashable
 
 
 @cache
 def _encoder_of(kind: type[Any]) -> Callable[[Any, ArrayWriter], Any]:
-    """What encodes values of a type: asked for once a type, because there are many more values than types."""
+    """Return the encoder of a type; cached, because there are many more values than types."""
     if dataclasses.is_dataclass(kind):
         return lambda value, arrays: {name: encode(getattr(value, name), arrays) for name in names_to_write(value)}
     if issubclass(kind, np.ndarray):
@@ -108,7 +107,7 @@ def _encoder_of(kind: type[Any]) -> Callable[[Any, ArrayWriter], Any]:
 
 
 def decode(hint: Any, value: Any, arrays: ArrayReader, where: str) -> Any:
-    """Return ``value`` as the type that ``hint`` says.
+    """Return a JSON value as the type ``hint``.
 
     Raises:
         DecodeError: If it does not fit; the message names the place.
@@ -173,7 +172,7 @@ def _decode_dataclass(hint: Any, value: Any, arrays: ArrayReader, where: str) ->
     hints = typing.get_type_hints(hint)
     fields = {field.name: field for field in dataclasses.fields(hint)}
     if unknown := sorted(set(value) - set(fields)):
-        raise DecodeError(f"{where}: unknown key {unknown[0]!r} (written by a newer bimvox?)")
+        raise DecodeError(f"{where}: unknown key {unknown[0]!r} (from a newer bimvox?)")
     for name, field in fields.items():
         if name not in value and field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
             raise DecodeError(f"{where}: {name!r} is missing")

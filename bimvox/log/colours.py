@@ -1,4 +1,4 @@
-"""The colours of the log's scene: the one table of ``bimvox.site.construction``, as viewers take colours."""
+"""The colours of the log's scene, from the table in ``bimvox.site.construction``, as viewers need them."""
 
 from __future__ import annotations
 

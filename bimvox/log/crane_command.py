@@ -1,7 +1,7 @@
-"""``bimvox.CraneCommand``: what the crane is told, as protobuf, without a compiler at run time.
+"""``bimvox.CraneCommand``: the commands to the crane as protobuf, without a protobuf compiler at run time.
 
-One definition: the tables below. The descriptor that the log carries and the ``.proto`` text that ``bimvox schema log``
-prints are both made from them. Fields are only ever added, never renumbered.
+The tables below are the one definition: the descriptor in the log and the ``.proto`` text of ``bimvox schema log`` are
+both made from them. Fields are only ever added, never renumbered.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ class _Field(NamedTuple):
 
 
 FIELDS = (
-    _Field(1, _TIMESTAMP, "time", "When it is given, since the start of the site's clock."),
-    _Field(2, "uint32", "lift_order", "The lift's position in the assembly order, from 0."),
-    _Field(3, "string", "component_id", "The component: its GlobalId, made unique where it is not."),
+    _Field(1, _TIMESTAMP, "time", "When the command is given, since the start of the site's clock."),
+    _Field(2, "uint32", "lift_order", "Order of the lift in the erection sequence, from 0."),
+    _Field(3, "string", "component_id", "The component: its GlobalId, made unique if it is not."),
     _Field(4, "Phase", "phase", "Phase of the lift."),
     _Field(5, "double", "slew_rate_rad_s", "Slewing rate to hold until the next command, counter-clockwise positive."),
     _Field(6, "double", "trolley_rate_m_s", "Trolley rate to hold until the next command, outward positive."),
@@ -58,14 +58,17 @@ FIELDS = (
     _Field(10, "double", "height_m", "Height of the hook above the site's z = 0 at the next command."),
     _Field(11, "double", "rope_length_m", "Rope below the jib at the next command."),
     _Field(12, "bool", "loaded", "Whether the component hangs on the hook."),
-    _Field(13, "double", "luff_rad", "Luff angle of the jib at the next command; 0 where a trolley runs on it."),
+    _Field(13, "double", "luff_rad", "Luff angle of the jib at the next command; 0 for a jib with a trolley."),
     _Field(
-        14, "double", "luff_rate_rad_s", "Luffing rate there, up positive; the radius then goes at trolley_rate_m_s."
+        14,
+        "double",
+        "luff_rate_rad_s",
+        "Luffing rate there, up positive; trolley_rate_m_s is then that of the radius.",
     ),
 )
 
-SEVERAL_CRANES_FIELDS = (_Field(15, "string", "crane", "Name of the crane; only where a site has several."),)
-"""Fields that only logs of several cranes have: the schema of the others stays as it was, byte for byte."""
+SEVERAL_CRANES_FIELDS = (_Field(15, "string", "crane", "Name of the crane; only in logs of several cranes."),)
+"""Fields that only logs of several cranes have; the schema of other logs stays the same, byte for byte."""
 
 _VALUES = tuple(field.name for field in FIELDS if field.type == "double")
 _NUMBERS = tuple(field.number for field in FIELDS if field.name in ("phase", "loaded"))
@@ -121,7 +124,7 @@ def _descriptor(phase_numbers: Mapping[str, int], fields: Sequence[_Field]) -> F
 def proto_text() -> str:
     """Return the definition as ``.proto`` text."""
     lines = ['syntax = "proto3";', "", f'import "{timestamp_pb2.DESCRIPTOR.name}";', "", f"package {PACKAGE};", ""]
-    lines += ["// What a tower crane is told: rates of its axes to hold until the next command, and where they lead."]
+    lines += ["// A command to a crane: rates of its axes to hold until the next command, and the pose they lead to."]
     lines += [f"message {MESSAGE} {{", "  enum Phase {"]
     lines += [f"    {name} = {number};" for name, number in _PHASES.items()]
     lines += ["  }"]
@@ -156,7 +159,7 @@ def command_rows(
         component_ids: Id of every component, by its index.
         crane: The crane, for the rope's length and the luff angle.
         topic: Their topic.
-        named: Whether they say which crane they are for.
+        named: Whether they name the crane.
     """
     message = CraneCommandMessage(
         lift_order=commands.order,
@@ -181,7 +184,7 @@ def command_rows(
 def _of_machine(
     crane: TowerCrane, targets: NDArray[np.float64], trolley_rate_m_s: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """(N, 3) rope below the jib, luff angle and luffing rate where commands lead ((N, 3) slew, radius, height)."""
+    """Return (N, 3) rope below the jib, luff angle and luffing rate at the targets ((N, 3) slew, radius, height)."""
     joints, jib = joints_of(crane, targets), crane.luffing
     if jib is None:
         return np.stack([joints[:, 2], np.zeros(len(joints)), np.zeros(len(joints))], axis=1)

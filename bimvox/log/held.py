@@ -1,6 +1,6 @@
-"""A load that is held, as a file inside the log: after ``kill -9`` it goes on from where it hangs.
+"""A held load as a file inside the log: after ``kill -9`` the watch goes on with the load where it hangs.
 
-A zip like that of the site (``bundle``): plain values by the types, arrays beside them.
+A zip like the site's (``bundle``): plain values in JSON, arrays next to them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from bimvox.stop.underway import Held
 HELD_FILE = "held_load.zip"
 """Name of the attachment."""
 HELD_CRANES_FILE = "held_cranes.zip"
-"""The same of several cranes, all of which are held."""
+"""Name of the attachment for several cranes, all of which are held."""
 
 _VALUES = "held.json"
 
@@ -27,7 +27,7 @@ T = TypeVar("T", Held, HeldCranes)
 
 
 def held_to_bytes(held: Held | HeldCranes) -> bytes:
-    """Return a held lift, or all cranes held, as a compressed bundle; the same gives the same bytes."""
+    """Return a held lift, or all held cranes, as a compressed bundle; deterministic."""
     arrays = ArrayWriter()
     values = json.dumps(encode(held, arrays), ensure_ascii=False, separators=(",", ":")).encode()
     return pack({_VALUES: values} | {f"{dtype}.npy": to_npy(flat) for dtype, flat in arrays.flat().items()})

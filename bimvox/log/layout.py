@@ -1,6 +1,6 @@
-"""A layout for Foxglove-class viewers that shows all of a log: import it there (Layouts, Import from file).
+"""A layout for Foxglove-class viewers that shows everything in a log; to use it: Layouts, Import from file.
 
-A tree of panels, each with its settings by id, as such viewers save it themselves.
+A tree of panels, each with its settings by id, in the viewers' own format.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def foxglove_layout(site: Site) -> dict[str, Any]:
     """Return the layout for the logs of a site.
 
     Args:
-        site: The site; its extent decides where the camera is, its crane whether there are panels for one.
+        site: The site; the camera follows from its extent, the crane panels from its cranes.
     """
     panels: dict[str, Any] = {SCENE_PANEL: _scene(site), LOG_PANEL: _log()}
     right: Any = LOG_PANEL
@@ -62,7 +62,7 @@ def foxglove_layout(site: Site) -> dict[str, Any]:
 
 
 def _crane_panels(crane: TowerCrane, number: int, who: str) -> dict[str, Any]:
-    """The panels of a crane by name: its joints, rates and phase, and at last the table of its command."""
+    """Return a crane's panels by name: its joints, rates and phase, and last the table of its command."""
     joints, command = (topics.of_crane(topic, number) for topic in (topics.JOINTS, topics.COMMAND))
     *of_joints, rates, phase, table = crane_panels(crane, number)
     panels: dict[str, Any] = {}
@@ -83,12 +83,12 @@ def _crane_panels(crane: TowerCrane, number: int, who: str) -> dict[str, Any]:
 
 
 def _own(panel: str, number: int) -> str:
-    """The name of a panel of a crane: numbered from the second one on."""
+    """Return the name of a crane's panel, numbered from the second crane on."""
     return panel if number == 0 else f"{panel}_{number + 1}"
 
 
 def layout_bytes(site: Site) -> bytes:
-    """Return the layout as a JSON file; the same site gives the same bytes."""
+    """Return the layout as a JSON file; deterministic."""
     return (json.dumps(foxglove_layout(site), indent=1) + "\n").encode()
 
 
@@ -159,14 +159,14 @@ def _split(direction: str, first: Any, second: Any, percentage: int) -> dict[str
 
 
 def _abreast(panels: list[Any]) -> Any:
-    """Panels beside each other, all of the same width."""
+    """Return panels side by side, all of the same width."""
     if len(panels) == 1:
         return panels[0]
     return _split("row", panels[0], _abreast(panels[1:]), round(100 / len(panels)))
 
 
 def _stacked(panels: list[str]) -> Any:
-    """Panels above each other, all of the same height."""
+    """Return stacked panels, all of the same height."""
     if len(panels) == 1:
         return panels[0]
     return _split("column", panels[0], _stacked(panels[1:]), round(100 / len(panels)))

@@ -30,7 +30,7 @@ class _Part:
 
 @dataclass(frozen=True, slots=True)
 class _Record:
-    """A motion without its samples: where they are among the joint states, and what they belong to."""
+    """A motion without its samples: it refers to them by their place among the joint states."""
 
     order: int
     component: int
@@ -62,7 +62,7 @@ class JointSamples:
 
 
 def motions_to_json(motions: Sequence[LiftMotion]) -> bytes:
-    """Return everything about motions but their samples."""
+    """Return everything about motions except their samples."""
     records = []
     firsts: dict[int, int] = {}
     for motion in motions:
@@ -96,8 +96,8 @@ def motions_from_json(
     Args:
         data: What :func:`motions_to_json` returned.
         joints: The joint states of every crane.
-        name: Where it came from, for messages.
-        partial: Whether motions whose samples were lost are left out, rather than an error.
+        name: Its source, for messages.
+        partial: Leave out motions whose samples were lost, instead of raising an error.
 
     Raises:
         LogFileError: If it is damaged or does not fit the samples.
@@ -145,7 +145,7 @@ def _motion(record: _Record, joints: JointSamples, partial: bool) -> LiftMotion 
             raise DecodeError(f"lift {record.order + 1}: its joint states do not cover its motion")
         corner = np.array(part.corner, np.int64)
         if corner.size and (corner.min() < 0 or corner.max() >= len(times)):
-            raise DecodeError(f"lift {record.order + 1}: a corner is no sample")
+            raise DecodeError(f"lift {record.order + 1}: a corner does not refer to a sample")
         slew_rad, radius_m, height_m = (_frozen(axis) for axis in axes[inside].T)
         return Trajectory(_frozen(times), slew_rad, radius_m, height_m, _frozen(corner), part.bound_s)
 

@@ -1,4 +1,4 @@
-"""What a reader should know, in words and as spans: ``/log`` and ``/events``."""
+"""The plan in words and as spans: ``/log`` and ``/events``."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from bimvox.log import schema as topics
 from bimvox.log.mcap.messages import pairs, stamp
-from bimvox.log.names import names_by_id
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.track import LoadTrack
 from bimvox.records.lift import Status
 from bimvox.site.component import Component
+from bimvox.site.part_names import names_by_id, with_names
 from bimvox.site.site import Site, SwingRule
 
 LIFT_EVENT = "lift"
 PHASE_EVENT = "phase"
 OWN_EVENTS = frozenset((LIFT_EVENT, PHASE_EVENT))
 CRANE_FIELD = "crane"
-"""Field of both that names the crane; only where a site has several."""
+"""Field of both kinds of events that names the crane; only on a site with several."""
 
 
 def log_messages(record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int) -> Iterator[tuple[int, str, Any]]:
-    """Yield the messages of ``/log``: at the start what holds for the whole plan, then each lift as it begins."""
+    """Yield the messages of ``/log``: at the start those about the whole plan, then each lift as it begins."""
     site, plan = record.plan.site, record.plan
     lifts, names = record.all_lifts, names_by_id(site)
     planned = sum(lift.status is Status.PLANNED for lift in lifts)
@@ -33,7 +33,7 @@ def log_messages(record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int) ->
     if record.context:
         yield _line(start_ns, Log.INFO, f"this is an extract: {len(plan.lifts)} of {len(lifts)} lifts")
     if site.cranes and site.rules.swing is SwingRule.OFF:
-        yield _line(start_ns, Log.WARNING, "the swing of loads is not looked at ([rules] swing = off)")
+        yield _line(start_ns, Log.WARNING, "the swing of loads is not checked ([rules] swing = off)")
     for lift in plan.lifts:
         if lift.status is Status.INFEASIBLE:
             by = ", ".join(names.get(one, one) for one in lift.blocked_by)
@@ -43,9 +43,9 @@ def log_messages(record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int) ->
     for clash in plan.clashes:
         depth = f"{'at least ' if clash.way_out_m is None else ''}{clash.depth_m * 1000:.1f} mm"
         first, second = (names.get(one, one) for one in (clash.first, clash.second))
-        yield _line(start_ns, Log.WARNING, f"drawn into each other: {first} and {second}, {depth}")
+        yield _line(start_ns, Log.WARNING, f"overlap in the model: {first} and {second}, {depth}")
     for note in plan.notes:
-        yield _line(start_ns, Log.INFO, note)
+        yield _line(start_ns, Log.INFO, with_names(note, names))
     delivery = None
     for track in tracks:
         lift, component = track.lift, site.components[track.lift.component]
@@ -55,13 +55,13 @@ def log_messages(record: PlanLog, tracks: Iterable[LoadTrack], start_ns: int) ->
         yield _line(
             track.start_ns,
             Log.INFO,
-            f"lift {lift.number}: {component.ifc_class} {component.name or component.id}, {component.mass_kg:.0f} kg, "
+            f"lift {lift.number}: {names[component.id]}, {component.mass_kg:.0f} kg, "
             f"{lift.moves} moves (fewest possible {lift.shortest_moves}) by {lift.method}{_crane_of(site, component)}",
         )
 
 
 def event_messages(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[tuple[int, str, Any]]:
-    """Yield the messages of ``/events`` by their start: lifts, their phases, and the events of the record."""
+    """Yield the messages of ``/events``, ordered by start: lifts, their phases, and the events of the record."""
     site, components = record.plan.site, record.plan.site.components
     events = list(record.events)
     motions = {motion.order: motion for motion in record.motions}
@@ -97,7 +97,7 @@ def event_messages(record: PlanLog, tracks: Iterable[LoadTrack]) -> Iterator[tup
 
 
 def _crane_of(site: Site, component: Component) -> str:
-    """Which crane lifts it, where there are several."""
+    """Return which crane lifts a part, on a site with several."""
     crane = site.crane_of(component)
     return f", crane {crane.name}" if site.has_several_cranes and crane is not None else ""
 

@@ -27,7 +27,7 @@ def plan_to_json(plan: LiftPlan, context: Collection[Lift] = ()) -> bytes:
     Args:
         plan: The plan; its lifts are marked ``carried``.
         context: Lifts of the same plan that this log does not carry (it is an extract), so that the state of the
-            building before every carried lift is still known.
+            building before every carried lift is known.
     """
     marked = [(lift, True) for lift in plan.lifts] + [(lift, False) for lift in context]
     document = {
@@ -43,7 +43,7 @@ def plan_to_json(plan: LiftPlan, context: Collection[Lift] = ()) -> bytes:
 
 
 def lines_of(name: str, entries: Iterable[Any], others: Mapping[str, Any] | None = None) -> bytes:
-    """Return a JSON document with a list, an entry a line: to be read by people, and quick to write."""
+    """Return a JSON document with a list, one entry a line: readable, and quick to write."""
     values = {key: _text(value) for key, value in (others or {}).items()}
     values[name] = "[\n" + ",\n".join(map(_text, entries)) + "\n]"
     return ("{\n" + ",\n".join(f'"{key}": {text}' for key, text in values.items()) + "\n}\n").encode()
@@ -61,8 +61,8 @@ def plan_from_json(
         data: What :func:`plan_to_json` returned.
         site: The site that it belongs to.
         paths: (N, 3) int32 reference cells by lift order.
-        name: Where it came from, for messages.
-        partial: Whether planned lifts may lack their path (a recovered log); such a lift counts as not carried.
+        name: Its source, for messages.
+        partial: Accept planned lifts without a path (of a recovered log), as not carried.
 
     Raises:
         LogFileError: If it is damaged or does not fit the site or the paths.
@@ -87,7 +87,7 @@ def _read(
     for n, record in enumerate(records):
         lift, is_carried = _lift_from_json(record, site, f"lifts[{n}]")
         if lift.order <= last:
-            raise DecodeError(f"lifts[{n}].order: {lift.order} does not come after {last}")
+            raise DecodeError(f"lifts[{n}].order: {lift.order} does not follow {last}")
         last = lift.order
         path = paths.get(lift.order)
         if is_carried and lift.status is Status.PLANNED:
@@ -127,7 +127,7 @@ def _epoch_from_json(record: Any, site: Site, where: str) -> Epoch:
 
 
 def _cells(value: Any, where: str) -> NDArray[np.int32]:
-    """(N, 3) int32 from a JSON list."""
+    """Return (N, 3) int32 cells from a JSON list."""
     if not isinstance(value, list) or not all(
         isinstance(cell, list) and len(cell) == 3 and all(type(n) is int and abs(n) < 2**30 for n in cell)
         for cell in value
@@ -170,7 +170,7 @@ def _lift_to_json(site: Site, lift: Lift, carried: bool) -> dict[str, Any]:
 
 
 def lifting_record(site: Site, component: Component) -> dict[str, Any]:
-    """Return where and how a part hangs, for the reader: points in site metres, and the hook's height above its top."""
+    """Return where and how a part hangs: lifting points in site metres, and the hook's height above its top."""
     rise_m, crane = component.lifting.sling_rise_vox * site.frame.voxel_size_m, site.crane_of(component)
     return {
         "points_m": [list(point) for point in component.lifting.points_m],
@@ -216,6 +216,6 @@ def _left_from_json(value: Any, where: str) -> tuple[LeftPath, ...]:
             or type(one.get("until_ns")) is not int
             or type(one.get("contact_moves")) is not int
         ):
-            raise DecodeError(f"{where}[{n}]: not a path that was left")
+            raise DecodeError(f"{where}[{n}]: not an abandoned path")
         found.append(LeftPath(_cells(one.get("path_vox"), f"{where}[{n}]"), one["contact_moves"], one["until_ns"]))
     return tuple(found)

@@ -1,4 +1,4 @@
-"""What a log holds, as a value."""
+"""The content of a log, as a value."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from bimvox.records.motion import LiftMotion
 
 @dataclass(frozen=True, slots=True)
 class LogEvent:
-    """A span that is worth a mark on the timeline, such as a replan.
+    """A span to mark on the timeline, such as a replan.
 
     Attributes:
-        kind: What it is; ``lift`` and ``phase`` are the recorder's own.
+        kind: Its kind; ``lift`` and ``phase`` are the recorder's own.
         start_ns: When it starts on the site's clock.
         end_ns: When it ends.
         fields: Plain values about it.
@@ -29,7 +29,7 @@ class LogEvent:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanLog:
-    """A plan over time, with everything that it was made from.
+    """A plan over time, with all its inputs.
 
     Attributes:
         plan: The site and the lifts that the log carries.
@@ -37,8 +37,8 @@ class PlanLog:
         attachments: Files that the plan was made from (site file, obstruction file, grid ...), by name.
         metadata: Plain values about the plan (seed, policy, hashes ...).
         revision: Number of the plan among those for the same site; 0 for the first.
-        events: Spans besides lifts and phases.
-        context: Lifts of the same plan that the log does not carry, without their paths: it is an extract.
+        events: Spans other than lifts and phases.
+        context: Lifts of the same plan that the log, an extract, does not carry; they have no paths.
     """
 
     plan: LiftPlan
@@ -51,16 +51,16 @@ class PlanLog:
 
     @property
     def all_lifts(self) -> tuple[Lift, ...]:
-        """Lifts carried and not carried, ascending order."""
+        """All lifts, carried or not, in ascending order."""
         return tuple(sorted((*self.plan.lifts, *self.context), key=lambda lift: lift.order))
 
     @property
     def planned(self) -> tuple[Lift, ...]:
-        """The lifts carried that have a path."""
+        """The carried lifts that have a path."""
         return tuple(lift for lift in self.plan.lifts if lift.status is Status.PLANNED)
 
     def extract(self, orders: Collection[int]) -> PlanLog:
-        """Return the part of the log with the lifts of those orders; the others become context.
+        """Return the extract with the lifts of those orders; the others become context.
 
         Events outside the motions of those lifts are left out.
         """

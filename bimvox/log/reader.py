@@ -1,4 +1,4 @@
-"""Reads a log back as the value that was written."""
+"""Reads a log as the value that was written."""
 
 from __future__ import annotations
 
@@ -28,46 +28,46 @@ from bimvox.records.lift import Status
 from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site
 
-# The rest of the log is for viewers: it follows from these and the attachments.
+# The other topics are for viewers: they follow from these and the attachments.
 _NEEDED = frozenset((topics.PLANNED, topics.JOINTS, topics.EVENTS))
 
 
 def read_log(path: Path | str) -> PlanLog:
-    """Return what a log holds.
+    """Return the content of a log.
 
     Args:
         path: A log written by ``write_log``.
 
     Raises:
-        LogFileError: If it is missing, empty, no log of ours, truncated or damaged; the message says which, and how to
-            recover what is left.
+        LogFileError: If it is missing, empty, not a bimvox log, truncated or damaged; the message says which, and how
+            to recover the rest.
     """
     path = Path(path)
     return log_of(read_contents(read_file(path), path, _NEEDED), path)
 
 
 def log_of(contents: Contents, path: Path) -> PlanLog:
-    """Return what the contents of a file mean.
+    """Return the log that the contents of a file describe.
 
-    Of a recovered log, lifts whose path or motion is not whole become context.
+    Lifts of a recovered log whose path or motion is incomplete become context.
 
     Raises:
-        LogFileError: If it is no log of ours, or its parts do not fit each other.
+        LogFileError: If it is not a bimvox log, or is inconsistent.
     """
     metadata = contents.metadata.get(topics.METADATA)
     if metadata is None:
-        raise LogFileError(path, f"is no log of bimvox: it has no metadata record {topics.METADATA!r}")
+        raise LogFileError(path, f"is not a bimvox log: it has no metadata record {topics.METADATA!r}")
     if metadata.get("schema_version") != str(topics.SCHEMA_VERSION):
         raise LogFileError(
             path,
-            f"is of schema version {metadata.get('schema_version')}, this bimvox reads {topics.SCHEMA_VERSION}",
-            hint="use the bimvox that wrote it",
+            f"has schema version {metadata.get('schema_version')}, this bimvox reads {topics.SCHEMA_VERSION}",
+            hint="use the bimvox version that wrote it",
         )
     for name in (topics.SITE_FILE, topics.PLAN_FILE):
         if name not in contents.attachments:
             if FIRST_PLAN in metadata and not contents.attachments:
-                hint = "viewers show it; the plan is in the log without .liveNNNN in its name"
-                raise LogFileError(path, "is a live log: what a watch drove, without the plan", hint=hint)
+                hint = "open it in a viewer; the plan is in the log without .liveNNNN in its name"
+                raise LogFileError(path, "is a live log: the driven motions of a watch, without the plan", hint=hint)
             raise LogFileError(path, f"the attachment {name} is missing")
     try:
         return _assemble(contents, metadata, path, partial=metadata.get(topics.RECOVERED) == "true")
@@ -126,7 +126,7 @@ def _paths_and_events(
                 orders[fields.get(CRANE_FIELD, first), nanoseconds(event.start_time)] = int(fields["order"])
             elif kind != PHASE_EVENT:
                 events.append(LogEvent(kind, nanoseconds(event.start_time), nanoseconds(event.end_time), fields))
-    # A path is sent when its lift begins, and no two lifts of a crane begin at once.
+    # A path is sent when its lift begins, and no two lifts of a crane begin at the same time.
     for start, cells in starts.items():
         if start in orders:
             paths[orders[start]] = cells
@@ -142,14 +142,14 @@ def _cells(data: bytes, site: Site, path: Path) -> NDArray[np.int32]:
     cells = site.frame.cell_of(corner_m + site.frame.voxel_size_m / 2)
     off_m = float(np.abs(site.frame.corner_of(cells) - corner_m).max())
     if off_m > 1e-6 * site.frame.voxel_size_m or (cells < 0).any() or (cells >= site.shape).any():
-        raise LogFileError(path, "a planned path in it does not run through cells of the site")
+        raise LogFileError(path, "a planned path in it leaves the cells of the site")
     result: NDArray[np.int32] = cells.astype(np.int32)
     result.flags.writeable = False
     return result
 
 
 def _joints(messages: list[LogMessage], site: Site, path: Path) -> tuple[JointSamples, ...]:
-    """The joint states of every crane."""
+    """Return the joint states of every crane."""
     if not site.cranes:
         raise LogFileError(path, "it holds motions, but its site has no crane")
     return tuple(

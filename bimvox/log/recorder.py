@@ -1,4 +1,4 @@
-"""Writes a plan as an MCAP log. The same plan gives the same bytes: no wall clock, no version of a library."""
+"""Writes a plan as an MCAP log. Deterministic: no wall-clock time, no library version in the bytes."""
 
 from __future__ import annotations
 
@@ -51,16 +51,16 @@ def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None
     """Write a log.
 
     Args:
-        stream: Where to; must be able to tell its position.
+        stream: The output; must support ``tell``.
         record: What to write.
-        site_bytes: Its site, where that was put into bytes (``site_to_bytes``) already.
+        site_bytes: Its site as bytes, if ``site_to_bytes`` has been called already.
 
     Returns:
         Number of messages.
 
     Raises:
-        InputError: If the motions are not those of the planned lifts, or an attachment's or a metadata's name is one
-            of the log's own.
+        InputError: If the motions are not those of the planned lifts, or an attachment or a metadata key has a name
+            that the log uses itself.
     """
     _check(record)
     tracks = sorted(tracks_of(record), key=lambda track: track.start_ns)
@@ -90,7 +90,7 @@ def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None
 
 
 def tracks_of(record: PlanLog) -> tuple[LoadTrack, ...]:
-    """Return the loads' tracks of all planned lifts that the log carries, in order."""
+    """Return the load's track of every planned lift that the log carries, in order."""
     site = record.plan.site
     if record.motions:
         return tuple(
@@ -103,7 +103,7 @@ def tracks_of(record: PlanLog) -> tuple[LoadTrack, ...]:
 
 
 def lift_rows(record: PlanLog, motion: LiftMotion) -> list[Rows]:
-    """Return the messages of what moves in one lift: frames, load, joints, commands.
+    """Return the messages of one lift's motion: frames, load, joints, commands.
 
     Args:
         record: The plan.
@@ -122,17 +122,17 @@ def _crane_number(record: PlanLog, track: LoadTrack) -> int:
 
 def _check(record: PlanLog) -> None:
     if not record.plan.site.cranes and record.motions:
-        raise InputError("motions for a site that has no crane")
+        raise InputError("there are motions, but the site has no crane")
     planned = [lift.number for lift in record.planned]
     timed = [motion.number for motion in record.motions]
     if record.motions and planned != timed:
         raise InputError(f"the motions are of lifts {timed}, but lifts {planned} are planned")
     for name in (*record.attachments, *record.metadata):
         if name in topics.OWN_ATTACHMENTS | topics.OWN_METADATA:
-            raise InputError(f"{name!r} is written by the log itself", hint="give it another name")
+            raise InputError(f"the log writes {name!r} itself", hint="give it another name")
     for event in record.events:
         if event.kind in OWN_EVENTS:
-            raise InputError(f"an event {event.kind!r} is written by the log itself", hint="give it another kind")
+            raise InputError(f"the log writes events of the kind {event.kind!r} itself", hint="give it another kind")
 
 
 def _metadata(record: PlanLog) -> dict[str, str]:
@@ -191,7 +191,8 @@ def path_message(site: Site, lift: Lift, time_ns: int) -> Timed:
     corners_m = site.frame.corner_of(lift.path_vox)
     poses = _poses_form().serialized(np.zeros(len(corners_m), np.int64), corners_m)
     head = PosesInFrame(timestamp=stamp(time_ns), frame_id="site").SerializeToString()
-    message = PosesInFrame.FromString(b"".join([head, *poses]))  # protobuf: one after the other is one with all of it
+    # Protobuf merges concatenated messages into one with all fields.
+    message = PosesInFrame.FromString(b"".join([head, *poses]))
     return time_ns, topics.of_crane(topics.PLANNED, site.components[lift.component].crane), message
 
 

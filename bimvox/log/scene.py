@@ -1,4 +1,4 @@
-"""The construction as a 3-D scene: boxes of every part, coloured by its state, sent again when the state changes."""
+"""The construction as a 3-D scene: every part as boxes, coloured by its state, sent again when its state changes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Site
 
 States = Mapping[int, ConstructionState]
-"""State of every component that can be seen, by its index; those not delivered yet are missing."""
+"""State of every visible component, by its index; those not delivered yet are missing."""
 
 
 def component_frame(component_id: str) -> str:
@@ -36,10 +36,10 @@ def component_frame(component_id: str) -> str:
 
 
 def states_before(lifts: Iterable[Lift], order: int) -> dict[int, ConstructionState]:
-    """Return who is where when the lift of that order begins.
+    """Return the states of all components when the lift of that order begins.
 
     Earlier lifts are assembled; the delivery of this lift lies in the yard. A delivery arrives when all lifts of the
-    earlier ones are done, so no other parts are there.
+    earlier ones are done, so the yard holds no other parts.
     """
     lifts = tuple(lifts)
     delivery = next((lift.place.delivery for lift in lifts if lift.order == order and lift.place is not None), None)
@@ -55,22 +55,22 @@ def states_before(lifts: Iterable[Lift], order: int) -> dict[int, ConstructionSt
 def states_at(
     lifts: Iterable[Lift], motions: Iterable[LiftMotion], tracks: Iterable[LoadTrack], time_ns: int
 ) -> dict[int, ConstructionState]:
-    """Return who is where at a time on the site's clock.
+    """Return the states of all components at a time on the site's clock.
 
     Args:
         lifts: All lifts of the plan.
         motions: Those of its motions whose time is known.
-        tracks: The loads' tracks of those that are under way at the time.
+        tracks: The load tracks of the lifts under way at the time.
         time_ns: The time.
     """
     lifts, ordered = tuple(lifts), sorted(motions, key=lambda motion: (motion.start_ns, motion.order))
     begun = [motion for motion in ordered if motion.start_ns <= time_ns] or ordered[:1]
     if not begun:
-        # Nothing has a time: what the plan comes to.
+        # Nothing has a time: show the finished plan.
         return {lift.component: ConstructionState.ASSEMBLED for lift in lifts if lift.status is Status.PLANNED}
     states = states_before(lifts, begun[-1].order)
     for motion in ordered:
-        # With several cranes, lifts of a higher order may have ended, and some of a lower one not have begun.
+        # With several cranes, a later lift in the order may end before an earlier one begins.
         if motion.end_ns <= time_ns:
             states[motion.component] = ConstructionState.ASSEMBLED
         elif states.get(motion.component) is ConstructionState.ASSEMBLED:
@@ -82,12 +82,12 @@ def states_at(
 
 @dataclass(slots=True)
 class SceneUpdates:
-    """Makes the updates of ``/scene``; remembers what was sent.
+    """Makes the updates of ``/scene`` and remembers what was sent.
 
     Attributes:
         site: The site.
         lifts: Lifts by component index.
-        sent: What the viewer shows now.
+        sent: The states that the viewer shows now.
     """
 
     site: Site
@@ -102,14 +102,14 @@ class SceneUpdates:
         return SceneUpdate(entities=entities)
 
     def afresh(self, time_ns: int) -> Any:
-        """Return the same for viewers that show something already: what was there before is gone."""
+        """Return the same for viewers that already show something: everything shown before is deleted."""
         update = self.fixed(time_ns)
         update.deletions.append(SceneEntityDeletion(timestamp=stamp(time_ns), type=SceneEntityDeletion.ALL))
         self.sent = {}
         return update
 
     def change(self, states: States, time_ns: int) -> Any | None:
-        """Return the update from what was sent to ``states``; None where nothing changes."""
+        """Return the update from what was sent to ``states``; None if nothing changes."""
         gone = [index for index in self.sent if index not in states]
         changed = [index for index, state in states.items() if self.sent.get(index) is not state]
         self.sent = dict(states)
@@ -175,7 +175,7 @@ class SceneUpdates:
         ]
 
     def _crane_entities(self, crane: TowerCrane, number: int, time_ns: int) -> list[Any]:
-        """Jib, trolley and hook block as boxes in the frames that move with them."""
+        """Return jib, trolley and hook block as boxes in the frames that move with them."""
         width_m = crane.mast_size_m
         jib = crane.luffing
         boxes = (
@@ -203,7 +203,7 @@ class SceneUpdates:
 
 
 def _luffing_boxes(jib: LuffingJib) -> dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]]:
-    """Jib, counterweight and hook block: lowest corner and size in their frames."""
+    """Return jib, counterweight and hook block: lowest corner and size in their frames."""
     width_m, tail_m = jib.width_m, max(0.5, jib.pivot_height_m - jib.tail_low_m)
     return {
         "jib": ((0.0, -width_m / 2, -width_m / 2), (jib.length_m, width_m, width_m)),
@@ -218,12 +218,12 @@ def _luffing_boxes(jib: LuffingJib) -> dict[str, tuple[tuple[float, float, float
 def scene_messages(
     site: Site, lifts: Iterable[Lift], tracks: Iterable[LoadTrack], start_ns: int
 ) -> Iterator[tuple[int, str, Any]]:
-    """Yield the messages of ``/scene``: what stands there at the start, then every change of state at its time.
+    """Yield the messages of ``/scene``: the whole scene at the start, then every change of state at its time.
 
     Args:
         site: The site.
-        lifts: All lifts of the plan, also those that the log does not carry.
-        tracks: Those that it carries, in order.
+        lifts: All lifts of the plan, including those that the log does not carry.
+        tracks: Tracks of the carried lifts, in order.
         start_ns: When the log starts.
     """
     lifts = tuple(lifts)
@@ -235,7 +235,7 @@ def scene_messages(
     begun: dict[int, ConstructionState] = {}
     for time_ns, track, state in sorted(changes, key=lambda change: change[0]):
         if state is ConstructionState.UNBUILT:
-            # With several cranes, lifts before it may be on their way, and even begin later.
+            # With several cranes, earlier lifts in the order may still be under way, or begin later.
             later = {one.lift.component for one in tracks if one.start_ns > time_ns}
             states = states_before(lifts, track.lift.order) | begun
             states |= {n: ConstructionState.UNBUILT for n in later if states.get(n) is ConstructionState.ASSEMBLED}
@@ -245,7 +245,7 @@ def scene_messages(
 
 
 def _entity_id(blocker: Blocker) -> str:
-    # Users name obstructions freely; the prefix keeps them apart from GlobalIds and from "ground".
+    # Users choose obstruction ids freely; the prefix keeps them distinct from GlobalIds and from "ground".
     return f"obstruction/{blocker.id}" if blocker.kind == "obstruction" else blocker.id
 
 
@@ -259,7 +259,7 @@ def _cubes_of_cells(cells: NDArray[np.int32], frame: GridFrame, rgba: Rgba) -> l
 def _cubes(boxes: NDArray[np.int32], corner_m: NDArray[np.float64], voxel_size_m: float, rgba: Rgba) -> list[Any]:
     of_colour, corner = colour(rgba), corner_m.tolist()
     cubes = []
-    for box in boxes.tolist():  # most parts are one box: numpy would take longer over it
+    for box in boxes.tolist():  # most parts are one box: numpy would be slower
         size_m = [voxel_size_m * (high - low) for low, high in zip(box[:3], box[3:], strict=True)]
         low_m = [at + voxel_size_m * low for at, low in zip(corner, box[:3], strict=True)]
         cubes.append(_cube(low_m, size_m, of_colour))

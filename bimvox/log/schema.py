@@ -1,4 +1,4 @@
-"""What is on which topic: the one table that the recorder, the reader and ``bimvox schema log`` use."""
+"""The log's schema: the one table of topics, files and metadata for recorder, reader and ``bimvox schema log``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from bimvox.log.crane_command import COMMAND as COMMAND
 from bimvox.log.crane_command import CraneCommandMessage, single_crane_descriptor
 
 SCHEMA_VERSION = 1
-"""Of the log as a whole; fields and topics are only ever added."""
+"""Version of the whole log; fields and topics are only ever added."""
 
 TF = "/tf"
 VOXELS = "/site/voxels"
@@ -31,9 +31,9 @@ LOG = "/log"
 EVENTS = "/events"
 
 OF_A_CRANE = (PLANNED, LOAD, JOINTS, COMMAND)
-"""Topics that every crane has for itself: further cranes' begin with ``/crane_2/``, ``/crane_3/`` ..."""
+"""Topics that every crane has; those of further cranes begin with ``/crane_2/``, ``/crane_3/`` ..."""
 MOST_CRANES = 9
-"""Cranes whose topics a damaged log is read for."""
+"""Recovery reads the topics of at most this many cranes."""
 
 SITE_FILE = "site.bimvox.zip"
 PLAN_FILE = "plan.json"
@@ -53,11 +53,11 @@ MEDIA_TYPES = {
 }
 OTHER_MEDIA_TYPE = "application/octet-stream"
 OWN_ATTACHMENTS = frozenset(MEDIA_TYPES)
-"""Attachments that the recorder makes; every other one is a file that the plan was made from."""
+"""Attachments that the recorder makes; all others are input files of the plan."""
 
 METADATA = "bimvox"
 RECOVERED = "recovered"
-"""Metadata key of a log that was saved from a damaged one: some messages may be missing."""
+"""Metadata key of a recovered log: some messages may be missing."""
 OWN_METADATA = frozenset(
     (
         "schema_version",
@@ -78,7 +78,7 @@ OWN_METADATA = frozenset(
         RECOVERED,
     )
 )
-"""Keys of the metadata record that the recorder fills in."""
+"""Keys of the metadata record that the recorder writes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +88,7 @@ class Topic:
     Attributes:
         name: Its name.
         message: Its protobuf class.
-        meaning: What is on it.
+        meaning: What it carries.
     """
 
     name: str
@@ -97,7 +97,7 @@ class Topic:
 
     @property
     def schema(self) -> str:
-        """Full name of its protobuf message."""
+        """Full name of its protobuf message type."""
         return str(self.message.DESCRIPTOR.full_name)
 
     def descriptor_set_for(self, *, several_cranes: bool) -> bytes:
@@ -125,8 +125,8 @@ TOPICS = (
     Topic(
         VOXELS,
         VoxelGrid,
-        "Labels of the site's cells, uint8 `label`, Z-Y-X order; components at their places in the building; empty "
-        "layers at the top left out.",
+        "Labels of the site's cells, uint8 `label`, Z-Y-X order; components at their places in the building; without "
+        "the empty layers at the top.",
     ),
     Topic(
         PLANNED,
@@ -137,26 +137,24 @@ TOPICS = (
     Topic(
         LOAD,
         PoseInFrame,
-        "Where the load is while it hangs on the hook: lowest corner of its reference cell, site frame, metres; turned "
-        "only while a part stored lying is tipped up.",
+        "The load while it hangs on the hook: lowest corner of its reference cell, site frame, metres; rotated only "
+        "while a part stored lying is tipped up.",
     ),
     Topic(
         JOINTS,
         JointStates,
         "`slewing` rad from the site's +x axis, counter-clockwise, unwrapped; `trolley` m from the slewing axis; "
-        "`hoist` m of rope below the jib. None without a crane.",
+        "`hoist` m of rope below the jib. Empty without a crane.",
     ),
-    Topic(COMMAND, CraneCommandMessage, "What the crane is told, at a set rate. None without a crane."),
+    Topic(COMMAND, CraneCommandMessage, "The commands to the crane, at a fixed rate. Empty without a crane."),
     Topic(
         SCENE,
         SceneUpdate,
-        "Everything as boxes, entity id = GlobalId (made unique where it is not), coloured by construction state, sent "
+        "Everything as boxes, entity id = GlobalId (made unique if it is not), coloured by construction state, sent "
         "again when the state changes: unbuilt orange, in transit blue, arrived green, assembled pink; obstructions "
         "black, ground gray.",
     ),
-    Topic(
-        LOG, Log, "What a reader should know: lifts as they begin, infeasible ones with their reason, clashes, notes."
-    ),
+    Topic(LOG, Log, "The plan in words: lifts as they begin, infeasible ones with their reason, clashes, notes."),
     Topic(
         EVENTS,
         Event,
@@ -166,7 +164,7 @@ TOPICS = (
 
 
 def of_crane(name: str, number: int) -> str:
-    """Return the topic, frame or file of a crane of that number in ``Site.cranes``, from that of the first one."""
+    """Return a crane's topic, frame or file name from the first crane's; ``number`` is its index in ``Site.cranes``."""
     if number == 0:
         return name
     if name.startswith("/crane/"):
@@ -175,7 +173,7 @@ def of_crane(name: str, number: int) -> str:
 
 
 def of_first_crane(name: str) -> str:
-    """Return the topic of the first crane that means the same as this one."""
+    """Return the first crane's topic that corresponds to this one."""
     if name.startswith("/crane_"):
         number, _, rest = name.removeprefix("/crane_").partition("/")
         if number.isdigit():
@@ -186,7 +184,7 @@ def of_first_crane(name: str) -> str:
 def topics_of(cranes: int) -> tuple[Topic, ...]:
     """Return the topics of a log of a site with that many cranes."""
     further = (
-        replace(topic, name=of_crane(topic.name, number), meaning=f"The same of crane {number + 1}.")
+        replace(topic, name=of_crane(topic.name, number), meaning=f"The same for crane {number + 1}.")
         for number in range(1, cranes)
         for topic in TOPICS
         if topic.name in OF_A_CRANE

@@ -1,9 +1,9 @@
 """Revisions of a watched plan as segments, and the newest plan from a whole log and the segments after it.
 
-A segment is a log of its own: it carries the lifts that are new in its revision, with their motions; all other lifts
-are its context, as in an extract. So every tool that reads a log reads a segment. A whole log and the segments with
-higher revisions give the newest plan: a lift is taken from the last of them that carries it, and the motions are put on
-one clock in order.
+A segment is a log: it carries the lifts that are new in its revision, with their motions; all other lifts are its
+context, as in an extract. Every tool that reads a log reads a segment. A whole log and the segments with higher
+revisions give the newest plan: each lift comes from the last of them that carries it, and the motions are put on one
+clock in order.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from bimvox.site.digest import digest_of
 from bimvox.site.site import Site
 
 REPLAN_EVENT = "replan"
-"""Kind of the event that says what a revision changed."""
+"""Kind of the event that describes a revision."""
 
 FIRST_PLAN = "first_plan"
-"""Metadata key: digest of the plan that the watch began with; only segments of the same belong together."""
+"""Metadata key: digest of the plan that the watch began with; segments with the same digest belong together."""
 
 PENDING = "pending_lifts"
 """Metadata key: orders of planned lifts that are proven only in a later segment, as a JSON list."""
@@ -63,7 +63,7 @@ def segment_of(
 
 
 def first_plan_of(log: PlanLog) -> str:
-    """Return the digest of the plan that a log's watch began with; a log that is of no watch begins one itself."""
+    """Return the digest of the plan that a log's watch began with: the log's own plan if it comes from no watch."""
     if (known := log.metadata.get(FIRST_PLAN)) is not None:
         return known
     lifts = [
@@ -81,7 +81,7 @@ def newest(base: PlanLog, segments: Sequence[PlanLog]) -> PlanLog:
         segments: Segments of the same site's plan with higher revisions, ascending.
 
     Returns:
-        The plan after the last segment; lifts that are pending there are planned without a path, and have no motion.
+        The plan after the last segment; lifts pending there are planned, without a path or a motion.
     """
     lifts: dict[int, Lift] = {lift.order: lift for lift in base.plan.lifts}
     motions = {motion.order: motion for motion in base.motions}
@@ -116,9 +116,9 @@ def pending_of(log: PlanLog) -> frozenset[int]:
 
 
 def _on_one_clock(site: Site, motions: Mapping[int, LiftMotion], pending: Collection[int]) -> tuple[LiftMotion, ...]:
-    """Behind a pending lift the clock is not known: motions stay as they are.
+    """Return the motions on one clock; after a pending lift the clock is unknown, so motions keep their times.
 
-    Of several cranes all motions that changed are in the segments, those that only moved on the clock too.
+    With several cranes the segments hold every motion that changed, including those that only moved on the clock.
     """
     if site.has_several_cranes:
         return tuple(motions[order] for order in sorted(motions))

@@ -18,12 +18,12 @@ from bimvox.site.site import Site
 
 _TURN_SAMPLES = 19
 NOMINAL_MOVE_NS = 1_000_000_000
-"""Time of a unit move on a site without a crane; arrival until assembly takes as long."""
+"""Time of a unit move on a site without a crane, and from arrival to assembly."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoadTrack:
-    """A lift's load on the site's clock.
+    """The track of a lift's load on the site's clock.
 
     Attributes:
         lift: The lift.
@@ -34,8 +34,8 @@ class LoadTrack:
         end_ns: When the lift ends.
         time_ns: (N,) int64 samples from ``lifted_ns`` to ``assembled_ns``.
         corner_m: (N, 3) float64 origin of the component's frame: the lowest corner of its reference cell, site metres.
-        tilt: (N, 4) float64 quaternion x, y, z, w: its turn against how it is built in; not the identity only while a
-            part that was stored lying is tipped up, and until one that was stored turned is turned back.
+        tilt: (N, 4) float64 quaternion x, y, z, w: its rotation relative to the built-in position; the identity except
+            while a part stored lying is tipped up, and until a part stored turned is turned back.
     """
 
     lift: Lift
@@ -50,7 +50,7 @@ class LoadTrack:
 
     @property
     def states(self) -> tuple[tuple[int, ConstructionState], ...]:
-        """When the load comes into which state, ascending."""
+        """When the load enters each state, ascending."""
         return (
             (self.start_ns, ConstructionState.UNBUILT),
             (self.lifted_ns, ConstructionState.IN_TRANSIT),
@@ -64,7 +64,7 @@ class LoadTrack:
 
 
 def nominal_track(site: Site, lift: Lift, start_ns: int) -> LoadTrack:
-    """Return the track of a lift without a crane: the voxel path, a nominal time a move."""
+    """Return the track of a lift without a crane: the voxel path at a nominal time per move."""
     assert lift.path_vox is not None
     time_ns = start_ns + NOMINAL_MOVE_NS * np.arange(len(lift.path_vox), dtype=np.int64)
     arrived_ns = int(time_ns[-1])
@@ -108,14 +108,14 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
     if place.turn:
         yaw_rad = _yaw_rad(motion, place.turn, time_ns)
         tilt = _turned_before(tilt, yaw_rad)
-        # Turned about its hook: the origin's corner goes round it.
+        # The part turns about its hook, and the corner of its reference cell with it.
         arm_m = -site.frame.voxel_size_m * (np.array(component.hook_offset_vox[:2]) + 0.5)
         axis_m = corner_m[:, :2] - arm_m
         cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
         corner_m[:, 0] = axis_m[:, 0] + cos * arm_m[0] - sin * arm_m[1]
         corner_m[:, 1] = axis_m[:, 1] + sin * arm_m[0] + cos * arm_m[1]
     if place.pose is not StoredPose.AS_BUILT:
-        # Tipped with its lowest and its foot-side corner held: the corner of its box is lifted by its width.
+        # Tipping holds the lowest corner on the foot side; the corner of the box rises by its width.
         width = lying_width_vox(component, place)
         tipped = site.frame.corner_of(np.repeat(np.array(place.cell_vox)[None], len(time_ns), axis=0))
         tipped[:, 2] += size_m * width * np.sin(angle_rad) + np.maximum(0.0, axes[:, 2] - upright_m)
@@ -135,14 +135,14 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
 
 
 def _turned_before(tilt: NDArray[np.float64], yaw_rad: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N, 4) quaternions of a part turned about z, then tipped ((N, 4), about x or y)."""
+    """Return (N, 4) quaternions of a part turned about z, then tipped ((N, 4), about x or y)."""
     x, y, _, w = tilt.T
     cos, sin = np.cos(yaw_rad / 2), np.sin(yaw_rad / 2)
     return np.stack([x * cos + y * sin, y * cos - x * sin, w * sin, w * cos], axis=1)
 
 
 def _turn_ns(motion: LiftMotion) -> tuple[int, int]:
-    """When a part is turned back; where it is not, an empty span at the start of the way."""
+    """Return when a part is turned back; an empty span at the start of the transit if it is not."""
     for phase in motion.phases:
         if phase.name is PhaseName.TURN:
             return phase.start_ns, phase.end_ns
@@ -153,7 +153,7 @@ def _turn_ns(motion: LiftMotion) -> tuple[int, int]:
 def _with_turn(
     motion: LiftMotion, time_ns: NDArray[np.int64], axes: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Samples of a motion, with more while the part is turned: the hook stands still then."""
+    """Return the samples of a motion, with additional ones while the hook stands still and the part is turned."""
     start_ns, end_ns = _turn_ns(motion)
     if start_ns == end_ns:
         return time_ns, axes
@@ -162,7 +162,7 @@ def _with_turn(
 
 
 def _yaw_rad(motion: LiftMotion, turn: int, time_ns: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(N,) angle about z against how the part is built in, going back the shorter way at an even rate."""
+    """Return (N,) the angle about z from the built-in position; it goes to 0 the shorter way, at a constant rate."""
     stored_rad = np.pi / 2 * (turn if turn <= 2 else turn - 4)
     start_ns, end_ns = _turn_ns(motion)
     left = (end_ns - time_ns) / max(end_ns - start_ns, 1)
@@ -171,7 +171,7 @@ def _yaw_rad(motion: LiftMotion, turn: int, time_ns: NDArray[np.int64]) -> NDArr
 
 
 def _quaternions(angle_rad: NDArray[np.float64], pose: StoredPose) -> NDArray[np.float64]:
-    """(N, 4) x, y, z, w of a part tipped by angles from upright towards how it was stored."""
+    """Return (N, 4) x, y, z, w of a part tipped by these angles from upright towards its stored pose."""
     quaternions = np.zeros((len(angle_rad), 4))
     quaternions[:, 3] = np.cos(angle_rad / 2)
     if pose is StoredPose.LYING_X:

@@ -1,4 +1,4 @@
-"""The frames of the crane and its load, as on ``/tf``: the same names and places as in the crane's URDF."""
+"""The frames of the crane and its load on ``/tf``, with the names and places of the crane's URDF."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class CraneTransforms:
 
     Args:
         crane: The crane.
-        number: Of the crane; the frames of further cranes begin with ``crane_2/``.
+        number: Its index; the frames of further cranes begin with ``crane_2/``.
     """
 
     def __init__(self, crane: TowerCrane, number: int = 0) -> None:
         self._crane, self._number = crane, number
-        # Made once, and set anew for each sample: a message that takes them in copies them.
+        # Made once and updated for each sample: a message copies them.
         frames, move, doubles = _luffing_frames(crane) if crane.luffing else _trolley_frames(crane)
         _rename(frames, number)
 
@@ -48,21 +48,21 @@ class CraneTransforms:
     def rows(
         self, time_ns: NDArray[np.int64], axes: NDArray[np.float64], track: LoadTrack, component_id: str
     ) -> Iterator[Rows]:
-        """Yield the messages of every sample of a lift, in spans without and with the load.
+        """Yield the messages of every sample of a lift, split into spans without and with the load.
 
         Args:
             time_ns: (N,) int64 samples of the whole lift.
             axes: (N, 3) float64 slew, radius, height.
-            track: The load's, at a part of those samples.
+            track: The load's track, at some of those samples.
             component_id: The load.
         """
-        # The load keeps its orientation while the jib turns under it, so its frame turns back against the hook's.
+        # The load keeps its heading while the jib slews, so its frame counter-rotates in the hook's.
         position, turn = _in_hook_frame(self._crane, time_ns, axes, track)
         rows = _luffing_rows(self._crane, axes) if self._crane.luffing else _trolley_rows(self._crane, axes)
         first = int(np.searchsorted(time_ns, track.time_ns[0]))
         held = _among(time_ns, track.time_ns)
         last = first + int(held[first:].argmin()) if not held[first:].all() else len(time_ns)
-        sampled = _among(track.time_ns, time_ns)  # while it is turned the load has samples of its own
+        sampled = _among(track.time_ns, time_ns)  # while it turns, the load has additional samples
         loaded = np.concatenate([rows[first:last], position[sampled], turn[sampled]], axis=1)
         for times_ns, form, values in (
             (time_ns[:first], self._bare, rows[:first]),
@@ -85,7 +85,7 @@ class CraneTransforms:
 
 
 Frames = tuple[list[Any], Callable[[Sequence[float]], None], int]
-"""The crane's frames, what sets them from a row of numbers, and how many there are in a row."""
+"""The crane's frames, the function that sets them from a row of numbers, and the length of a row."""
 
 
 def _trolley_frames(crane: TowerCrane) -> Frames:
@@ -125,7 +125,7 @@ def _luffing_rows(crane: TowerCrane, axes: NDArray[np.float64]) -> NDArray[np.fl
 
 
 def _rename(frames: list[Any], number: int) -> None:
-    """Put the crane's number before the names of its frames; the site is everyone's."""
+    """Prefix the frames' names with the crane's number; all cranes share the frame ``site``."""
     for frame in frames:
         if frame.parent_frame_id != "site":
             frame.parent_frame_id = of_crane(frame.parent_frame_id, number)
@@ -153,7 +153,7 @@ def load_transforms(track: LoadTrack, component_id: str) -> Iterator[Rows]:
 def _in_hook_frame(
     crane: TowerCrane, time_ns: NDArray[np.int64], axes: NDArray[np.float64], track: LoadTrack
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Position and quaternion of the load in the hook's frame, at the track's samples."""
+    """Return position and quaternion of the load in the hook's frame, at the track's samples."""
     slew, radius, height = axes[np.searchsorted(time_ns, track.time_ns)].T
     away = track.corner_m - hook_of(crane, slew, radius, height)
     cos, sin = np.cos(slew), np.sin(slew)
@@ -165,7 +165,7 @@ def _in_hook_frame(
 
 
 def _among(times_ns: NDArray[np.int64], others_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """(N,) which of some times are among others (at least one, ascending)."""
+    """Return (N,) which times are among the others (at least one, ascending)."""
     at = np.searchsorted(others_ns, times_ns)
     there: NDArray[np.bool_] = others_ns[np.minimum(at, len(others_ns) - 1)] == times_ns
     return there

@@ -14,10 +14,10 @@ from bimvox.site.site import Site
 
 
 def voxel_grid(site: Site, time_ns: int) -> Any:
-    """Return the labels of the site, components painted at their places in the building where nothing else is.
+    """Return the labels of the site, with the components at their places in the building where the cells are free.
 
-    Data in Z-Y-X order (x fastest), one uint8 ``label`` a cell. Empty layers at the top are left out: viewers expand
-    every cell that is sent.
+    Data in Z-Y-X order (x fastest), one uint8 ``label`` per cell. Empty layers at the top are left out, because viewers
+    expand every cell that is sent.
     """
     labels = site.labels.copy()
     parts = [component.shape.cells for component in site.components]

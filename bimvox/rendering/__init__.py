@@ -1,1 +1,1 @@
-"""Pictures: a voxel ray-caster and what it draws."""
+"""Everything that people look at: pictures (``draw``, ``scene``), films, plots, the page and the report."""

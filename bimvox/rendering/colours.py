@@ -1,6 +1,6 @@
-"""The colours of pictures: the one table of ``bimvox.site.construction``, and what only a picture has.
+"""The colours of pictures: those of ``bimvox.site.construction``, and those that only pictures need.
 
-Classes of parts have the light palette of Paul Tol.
+Classes of parts use Paul Tol's light palette.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ GROUND: Rgb = KIND_RGB["ground"]
 CONSTRUCTION_AREA: Rgb = KIND_RGB["construction_area"]
 YARD: Rgb = KIND_RGB["yard"]
 STRUCTURE: Rgb = KIND_RGB["structure"]
-OBSTRUCTION: Rgb = (52, 52, 56)  # the paper's black, lifted so that shading and edges show on it
+OBSTRUCTION: Rgb = (52, 52, 56)  # the paper's black, lighter so that shading and edges are visible on it
 CRANE: Rgb = KIND_RGB["crane"]
 CRANE_EDGE: Rgb = (92, 74, 22)
 CONCRETE: Rgb = (170, 168, 164)
@@ -29,7 +29,7 @@ TARGET_BOX: Rgb = (196, 62, 130)
 IN_THE_WAY: Rgb = (196, 36, 24)
 
 PAPER: Rgb = (250, 250, 248)
-"""The background: flat, so that a frame of few colours stays one of few colours."""
+"""The background; flat, to keep the number of colours in a frame low."""
 INK: Rgb = (40, 40, 44)
 FAINT_INK: Rgb = (104, 104, 110)
 
@@ -44,4 +44,4 @@ CLASSES: tuple[Rgb, ...] = (
     (170, 170, 0),
     (190, 170, 205),
 )
-"""For the classes of parts, the most numerous first; classes beyond the last share it."""
+"""Colours of the classes of parts, the most numerous class first; the last is shared by all further classes."""

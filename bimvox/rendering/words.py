@@ -1,4 +1,4 @@
-"""Numbers as words for captions."""
+"""Numbers and phases as words for captions."""
 
 from __future__ import annotations
 

@@ -125,7 +125,7 @@ def test_a_model_is_drawn_at_any_cell_size_with_a_part_in_focus(tmp_path, capsys
     assert run(["render", str(model), "-o", str(tmp_path / "x.png"), "--voxel-size", "0.5", "--focus", "hihg"]) == 2
     assert "high" in capsys.readouterr().err
     assert run(["render", str(model), "-o", str(tmp_path / "x.gif")]) == 2
-    assert "only a log is animated" in capsys.readouterr().err
+    assert "only a log can be animated" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -113,7 +113,7 @@ def test_a_face_beyond_the_vertices_is_an_error() -> None:
     first = site.components[0]
     wrong = dataclasses.replace(first.mesh, faces=first.mesh.faces + 1)
     broken = dataclasses.replace(site, components=(dataclasses.replace(first, mesh=wrong), *site.components[1:]))
-    with pytest.raises(LogFileError, match="a face names a vertex"):
+    with pytest.raises(LogFileError, match="a face refers to a missing vertex"):
         site_from_bytes(site_to_bytes(broken), "log")
 
 

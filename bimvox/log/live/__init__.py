@@ -1,1 +1,1 @@
-"""The log while a plan is carried out."""
+"""Growing logs and live viewers, while a plan is carried out."""

@@ -1,8 +1,8 @@
-"""A log that grows while something happens, and survives whatever ends the process.
+"""A growing log that survives whatever ends the process.
 
-A chunk is closed and handed to the system at least every half second of wall time, by a thread of its own, so that a
-killed process loses less than a second; ``bimvox export --recover`` reads what is there. When it is closed the log gets
-its index and is a log like any other, but for the sizes of its chunks, which depend on the wall clock.
+A separate thread closes a chunk and hands it to the system at least every half second of wall time, so that a killed
+process loses less than a second; ``bimvox export --recover`` reads the rest. When closed, the log gets its index and is
+like any other log, except that the sizes of its chunks depend on the wall clock.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ _PREFIX = struct.Struct("<BQ")  # of a record: kind, length
 _TIMES = struct.Struct("<QQ")  # of a chunk: first and last time
 
 CHUNK_S = 0.4
-"""Wall time after which a chunk is closed: with the time that it takes, within half a second."""
+"""Wall time after which a chunk is closed; with the writing itself this stays within half a second."""
 
 
 class LiveLog:
-    """A growing log; safe to be written to from several threads.
+    """A growing log; thread-safe.
 
     Args:
-        path: Where to; what is there is replaced.
+        path: The output; an existing file is replaced.
         metadata: Metadata records, written first.
-        attachments: Files, written after them, by name.
+        attachments: Files by name, written after the metadata.
         cranes: How many cranes there are.
-        every_s: Largest wall time between two chunks.
+        every_s: Maximum wall time between two chunks.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class LiveLog:
         cranes: int = 1,
         every_s: float = CHUNK_S,
     ) -> None:
-        self._stream = Path(path).open("wb")  # noqa: SIM115 (open as long as the log is)
+        self._stream = Path(path).open("wb")  # noqa: SIM115 (open while the log is)
         self._writer = LogWriter(self._stream, cranes)
         self._lock = threading.Lock()
         self._closed = threading.Event()
@@ -63,7 +63,7 @@ class LiveLog:
                 self._writer.attachment(name, data)
             self._save()
         except OSError:
-            with contextlib.suppress(OSError):  # what could not be written then cannot now
+            with contextlib.suppress(OSError):  # what failed to be written once will fail again
                 self._stream.close()
             raise
         self._thread = threading.Thread(target=self._run, args=(every_s,), name="live log", daemon=True)
@@ -79,12 +79,12 @@ class LiveLog:
         """Write a message.
 
         Raises:
-            OSError: If an earlier one could not be saved (the disk is full); the log ends before it.
+            OSError: If an earlier one could not be saved (disk full); the log ends before that one.
         """
         self.serialized(topic, time_ns, message.SerializeToString(deterministic=True))
 
     def serialized(self, topic: str, time_ns: int, data: bytes) -> None:
-        """Write a message that is serialized already.
+        """Write a serialized message.
 
         Raises:
             OSError: See ``message``.
@@ -98,7 +98,7 @@ class LiveLog:
         """Write the last chunk and the index.
 
         Raises:
-            OSError: If that, or a chunk before it, could not be saved.
+            OSError: If these, or an earlier chunk, could not be saved.
         """
         if self._closed.is_set():
             return
@@ -128,11 +128,11 @@ class LiveLog:
 
 
 class Driven(NamedTuple):
-    """What a live log says of itself, closed or not.
+    """What a live log, closed or not, says about itself.
 
     Attributes:
-        metadata: Of its record of ours.
-        last_ns: Time of the last message that survived; None where none did.
+        metadata: The values of its bimvox metadata record.
+        last_ns: Time of the last message that survived; None if none did.
     """
 
     metadata: Mapping[str, str]
@@ -140,7 +140,7 @@ class Driven(NamedTuple):
 
 
 def driven_of(path: Path | str) -> Driven:
-    """Return what a live log says of itself; its messages are not read, however long it is.
+    """Return what a live log says about itself, without reading its messages.
 
     Raises:
         OSError: If it cannot be read.
@@ -155,7 +155,7 @@ def driven_of(path: Path | str) -> Driven:
             opcode, length = _PREFIX.unpack(stream.read(_PREFIX.size))
             at += _PREFIX.size + length
             if at > size or opcode in (0, Opcode.DATA_END):
-                break  # the rest is cut off, or there is no more
+                break  # truncated, or the end
             if opcode == Opcode.CHUNK:
                 last_ns = max(last_ns, _TIMES.unpack(stream.read(_TIMES.size))[1])
             elif opcode == Opcode.METADATA:

@@ -1,7 +1,7 @@
-"""The log's topics on a websocket, for viewers that look on (Foxglove and others that speak its protocol).
+"""The log's topics on a websocket, for live viewers (Foxglove and others that use its protocol).
 
-The same topics, schemas and bytes as in a log. What stays until it is sent again (cells, scene, path, events) is sent
-to whoever begins to listen. Needs ``pip install 'bimvox[live]'``.
+The same topics, schemas and bytes as in a log. A new listener first gets the standing messages (cells, scene, paths,
+events). Needs ``pip install 'bimvox[live]'``.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from bimvox.log import schema as topics
 
 
 class LiveServer:
-    """Serves the topics, once it is told of how many cranes (``advertise``).
+    """Serves the topics, after ``advertise`` has set the number of cranes.
 
     Args:
-        host: Where to listen.
-        port: Its port; 0 for any that is free.
+        host: The address to listen on.
+        port: The port; 0 for any free port.
 
     Raises:
-        InputError: If the package is not installed, or the port cannot be had.
+        InputError: If the package is not installed, or the port cannot be opened.
     """
 
     def __init__(self, host: str, port: int) -> None:
@@ -42,11 +42,11 @@ class LiveServer:
                 name="bimvox watch", host=host, port=port, context=context, server_listener=_Listener(self)
             )
         except (OSError, RuntimeError, ValueError) as error:
-            raise InputError(f"cannot serve on {host}:{port}: {error}", hint="name another port") from error
+            raise InputError(f"cannot serve on {host}:{port}: {error}", hint="choose another port") from error
         self.address = f"{host}:{self._server.port}"
 
     def advertise(self, cranes: int) -> None:
-        """Say which topics there are: those of a log of a site with so many cranes."""
+        """Announce the topics of a log of a site with this many cranes."""
         import foxglove
 
         for topic in topics.topics_of(cranes):
@@ -59,11 +59,11 @@ class LiveServer:
             )
 
     def send(self, topic: str, time_ns: int, data: bytes) -> None:
-        """Send a message to all who listen."""
+        """Send a message to all listeners."""
         self._channels[topic].log(data, log_time=time_ns)
 
     def keep(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
-        """Send messages, and send them again to whoever begins to listen, until there are others of their topic."""
+        """Send messages, and send them again to every new listener, until others of their topic replace them."""
         kept: dict[str, list[tuple[int, bytes]]] = {}
         for topic, time_ns, data in messages:
             kept.setdefault(topic, []).append((time_ns, data))
@@ -73,7 +73,7 @@ class LiveServer:
             self.send_again(topic)
 
     def send_again(self, topic: str, client: int | None = None) -> None:
-        """Send what is kept of a topic; to one client alone where it is given."""
+        """Send the kept messages of a topic to all clients, or to one."""
         with self._lock:
             kept = list(self._kept.get(topic, ()))
         for time_ns, data in kept:
@@ -85,7 +85,7 @@ class LiveServer:
 
 
 class _Listener:
-    """Whoever begins to listen gets what is kept."""
+    """Sends the kept messages to every new listener."""
 
     def __init__(self, server: LiveServer) -> None:
         self._server = server

@@ -1,4 +1,4 @@
-"""What a viewer is shown of a plan at one time: what stands until it is sent again, and what moves."""
+"""What a viewer shows of a plan at one time: standing messages, and moving ones."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ from bimvox.stop.underway import Held
 
 
 def last_begun(motions: Collection[LiftMotion], time_ns: int) -> dict[int, LiftMotion]:
-    """Return the motion that each crane began last, by the crane's number; none of a crane that has not begun.
+    """Return the motion that each crane began last, by the crane's index; cranes that have not begun are missing.
 
     Args:
         motions: Motions on the site's clock.
-        time_ns: On that clock.
+        time_ns: Time on that clock.
     """
     begun = [motion for motion in motions if motion.start_ns <= time_ns]
     return {motion.crane: motion for motion in sorted(begun, key=lambda motion: motion.start_ns)}
 
 
 def with_held(record: PlanLog, held: Held) -> PlanLog:
-    """Return the record with the lift that is held, as far as it was driven: its load hangs where it came to rest.
+    """Return the record with the held lift as far as it was driven: its load hangs where it came to rest.
 
     Args:
-        record: The plan, to which the lift is infeasible meanwhile.
-        held: The lift; where its load was not carried, it stays as it is in the record.
+        record: The plan, in which the lift is infeasible meanwhile.
+        held: The lift; if its load was not carried, the record keeps the lift as it is.
     """
     if held.stop is None:
         return record
@@ -48,12 +48,12 @@ def with_held(record: PlanLog, held: Held) -> PlanLog:
 
 
 def standing_messages(record: PlanLog, time_ns: int, hanging: Collection[int] = ()) -> Iterator[Timed]:
-    """Yield what stays until it is sent again: the cells, the scene at a time, the paths of the lifts then, the events.
+    """Yield the standing messages: the cells, the scene at a time, the paths of the lifts at that time, the events.
 
     Args:
         record: The plan, with the motions whose time is known.
-        time_ns: On the site's clock.
-        hanging: Components whose load is held on a hook, whatever their motions say.
+        time_ns: Time on the site's clock.
+        hanging: Components held on a hook, whatever their motions say.
     """
     site, lifts = record.plan.site, record.all_lifts
     yield time_ns, topics.VOXELS, voxel_grid(site, time_ns)
@@ -73,7 +73,7 @@ def standing_messages(record: PlanLog, time_ns: int, hanging: Collection[int] = 
 
 
 class Moving:
-    """What moves, at any time: every crane's frames, joints, load and commands.
+    """The moving messages at any time: every crane's frames, joints, load and commands.
 
     Args:
         record: The plan, with the motions whose time is known.
@@ -84,7 +84,7 @@ class Moving:
         self._rows: dict[int, tuple[int, list[Rows]]] = {}
 
     def at(self, time_ns: int) -> Iterator[tuple[str, bytes]]:
-        """Yield the last message of each topic of each crane's lift at a time, up to then."""
+        """Yield the last message up to a time, of each topic of each crane's lift."""
         for crane, motion in sorted(last_begun(self._record.motions, time_ns).items()):
             latest: dict[str, bytes] = {}
             for rows in self._rows_of(crane, motion):

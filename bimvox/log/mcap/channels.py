@@ -1,4 +1,4 @@
-"""Writing the topics into an MCAP file."""
+"""Writes the topics into an MCAP file."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from bimvox.log.mcap.merge import Block
 from bimvox.log.mcap.writer import McapFile
 from bimvox.log.schema import MEDIA_TYPES, OTHER_MEDIA_TYPE, SCHEMA_VERSION, topics_of
 
-# A killed or truncated log loses the chunk in progress: small chunks cost 0.5 % of size and lose little.
+# A killed process loses the chunk in progress. Small chunks lose little and cost 0.5 % of the size.
 CHUNK_BYTES = 64 * 1024
 LIBRARY = f"bimvox log {SCHEMA_VERSION}"
-"""Fixed: the bytes of a log must not depend on the version of the MCAP library."""
+"""Fixed, so that the bytes of a log do not depend on the version of the MCAP library."""
 
 
 class LogWriter:
@@ -24,8 +24,8 @@ class LogWriter:
     Metadata and attachments come first, so that they survive a truncated tail.
 
     Args:
-        stream: Where to; must be able to tell its position.
-        cranes: How many cranes there are.
+        stream: The output; must support ``tell``.
+        cranes: Number of cranes.
     """
 
     def __init__(self, stream: BinaryIO, cranes: int = 1) -> None:
@@ -48,11 +48,11 @@ class LogWriter:
             self.finish()
 
     def end_chunk(self) -> None:
-        """Write what has come so far: a reader of the file finds it, whatever happens next."""
+        """Write the messages so far, so that a reader of the file finds them whatever happens next."""
         self._file.end_chunk()
 
     def finish(self) -> None:
-        """Write what is left, and the index."""
+        """Write the remaining messages and the index."""
         self._file.finish()
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
@@ -69,14 +69,14 @@ class LogWriter:
         self.serialized(topic, time_ns, message.SerializeToString(deterministic=True))
 
     def serialized(self, topic: str, time_ns: int, data: bytes) -> None:
-        """Write a message that is serialized already; it is numbered as others are."""
+        """Write a serialized message, numbered like others."""
         sequence = self._sequence.get(topic, 0)
         self._sequence[topic] = sequence + 1
         self._file.message(self._channels[topic], sequence, time_ns, data)
         self.messages += 1
 
     def block(self, block: Block) -> None:
-        """Write messages that follow each other, numbered as others are."""
+        """Write consecutive messages, numbered like others."""
         sequence = np.zeros(len(block.data), np.int64)
         for n, topic in enumerate(block.topics):
             own = np.flatnonzero(block.topic == n)
@@ -88,6 +88,6 @@ class LogWriter:
         self.messages += len(block.data)
 
     def raw(self, topic: str, sequence: int, time_ns: int, data: bytes) -> None:
-        """Write a message that is numbered and serialized already."""
+        """Write a serialized message with its number, such as a copy from another log."""
         self._file.message(self._channels[topic], sequence, time_ns, data)
         self.messages += 1

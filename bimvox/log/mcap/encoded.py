@@ -1,4 +1,4 @@
-"""Values that are put into text once, and go into many documents."""
+"""Values that are encoded once and used in many documents."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from bimvox.log.codec import ArrayWriter, encode
 
-# Quotes within a string are escaped, so this is found only where an array is referred to.
+# Quotes within a string are escaped, so this matches only references to arrays.
 _REFERENCE = re.compile(r'(?<="dtype":")(\w+)","start":(\d+)')
 
 
@@ -16,7 +16,7 @@ class Encoded:
     """A value as text, with its arrays.
 
     Args:
-        value: What :func:`~bimvox.log.codec.encode` takes; it must not change.
+        value: Input of :func:`~bimvox.log.codec.encode`; it must not change.
     """
 
     def __init__(self, value: Any) -> None:

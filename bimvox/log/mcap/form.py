@@ -1,9 +1,9 @@
-"""How messages of one form are put into bytes: found once by serializing one of them, then done for all by a kernel.
+"""Serializes many messages of one form with a kernel that is derived from one example.
 
-Messages of one form differ in their time stamps, in doubles, and in numbers of their own. One message with values that
-are looked for again in its bytes says what comes where; what is in between is copied. As protobuf does it, a value that
-is zero is left out (unless its schema tells zero from nothing), and a message within another says how long it is:
-therefore the kernel writes from the end of a message to its beginning, where a length is known before it is written.
+Messages of one form differ in their time stamps, in doubles and in numbers. One example with recognizable values shows
+where each value is in the bytes; everything between them is copied. As in protobuf, a value of zero is left out (unless
+its schema distinguishes zero from unset), and a nested message is preceded by its length. Therefore the kernel writes
+each message from its end to its beginning: every length is known before it is written.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from bimvox.log.mcap.messages import NS_PER_S
 from bimvox.log.mcap.packed import Packed
 
 Example = Callable[..., Any]
-"""From a time (ns), doubles, and numbers where there are some, to the message."""
+"""Makes a message from a time (ns), doubles, and numbers if the form has any."""
 
 _TEXT, _DOUBLE, _ANY_DOUBLE, _NUMBER, _TIME, _OPEN, _CLOSE = range(7)
-"""What a step writes: bytes as they are, a double unless it is 0, any double, a number, a time stamp, how long the
-message is that begins, nothing (it ends).
+"""What a step writes: constant bytes, a double unless it is 0, any double, a number, a time stamp, the length of the
+nested message that begins, nothing (the nested message ends).
 """
 _VARINT, _FIXED64, _LENGTH, _FIXED32 = 0, 1, 2, 5
 """Protobuf's wire types."""
 _VALUES = ((_DOUBLE, _ANY_DOUBLE), (_NUMBER,))
 _MOST = {_TEXT: 0, _DOUBLE: 8, _ANY_DOUBLE: 8, _NUMBER: 10, _TIME: 13, _OPEN: 5, _CLOSE: 0}
-"""The most bytes that a step writes beside its own."""
+"""The most bytes that a step writes in addition to its constant ones."""
 _STAMP = "google.protobuf.Timestamp"
 _SOME_NS = 0x5_5555_5555 * NS_PER_S + 0x2AAA_AAAA
 _SOME_DOUBLE = 0x4A5B_6C7D_0000_0000
-"""Bits of the first of the doubles to be looked for."""
+"""Bits of the first of the doubles in the example."""
 
 
 class _Values(NamedTuple):
@@ -69,9 +69,9 @@ class Form:
     """Messages of one form.
 
     Args:
-        example: Makes one of them. The time is in it as time stamps only, each double and each number in one place.
-        doubles: How many doubles there are.
-        numbers: Field numbers of the message's own whole numbers that differ, not negative; ascending.
+        example: Makes one message. The time occurs only as time stamps, each double and each number exactly once.
+        doubles: Number of doubles.
+        numbers: Field numbers of the top-level integers that differ, which are not negative; ascending.
     """
 
     def __init__(self, example: Example, doubles: int, numbers: Sequence[int] = ()) -> None:
@@ -82,7 +82,7 @@ class Form:
         steps = list(self._steps(message.DESCRIPTOR, message.SerializeToString(deterministic=True), top=True))
         found = [sorted(value for kind, value, _ in steps if kind in kinds) for kinds in _VALUES]
         if found != [list(range(doubles)), list(range(len(self._numbers)))]:
-            raise AssertionError("a message's values are not each in one place")
+            raise AssertionError("a value of the example message does not occur exactly once")
         steps = _shortened(steps)
         ends = np.cumsum([len(text) for *_, text in steps], dtype=np.int64)
         begins = np.concatenate([[0], ends])[: len(ends)]
@@ -95,12 +95,12 @@ class Form:
         self._plain: tuple[Form, ...] = (self,)
 
     def followed_by(self, other: Form) -> Form:
-        """Return the form of messages that hold what messages of both hold, their doubles one after the other.
+        """Return the form of messages with the fields of both forms, and the doubles of both in turn.
 
-        Such a message's bytes are those of one after those of the other: so protobuf merges messages.
+        Protobuf merges messages by concatenation, so such a message is the bytes of one, then of the other.
 
         Args:
-            other: A form of the same type without numbers; in what it holds, no field comes before the last of these.
+            other: A form of the same type without numbers; none of its fields comes before the last field of this form.
         """
         more = other._program + np.array([0, 0, len(self._text), len(self._text)])
         more[np.isin(more[:, 0], _VALUES[0]), 1] += self._doubles
@@ -117,7 +117,7 @@ class Form:
         doubles: NDArray[np.float64],
         numbers: NDArray[np.int64] | None = None,
     ) -> Packed:
-        """Return a message for each time; its bytes are those of protobuf's own serialization.
+        """Return a message for each time, with the same bytes as protobuf's own serialization.
 
         Args:
             time_ns: (N,) int64, not negative.
@@ -142,11 +142,11 @@ class Form:
         )
         made = Packed(out, begin, end)
         if count and made[0] != self._plainly(int(time_ns[0]), values[0].tolist(), numbers[0].tolist()):
-            raise AssertionError("a message's bytes are not where they were found")
+            raise AssertionError("a message differs from protobuf's own serialization")
         return made
 
     def _plainly(self, time_ns: int, doubles: Sequence[float], numbers: Sequence[int]) -> bytes:
-        """The message as protobuf serializes it."""
+        """Return a message as protobuf serializes it."""
         parts, at = [], 0
         for form in self._plain:
             own = doubles[at : at + form._doubles]
@@ -158,7 +158,7 @@ class Form:
         return self._example(time_ns, doubles, numbers) if self._numbers else self._example(time_ns, doubles)
 
     def _steps(self, descriptor: Any, data: bytes, *, top: bool) -> Iterator[tuple[int, int, bytes]]:
-        """Yield what a message is written from: kind of step, which value, bytes as they are (before the value)."""
+        """Yield the steps that write a message: kind of step, index of the value, constant bytes before the value."""
         fields, at = descriptor.fields_by_number, 0
         while at < len(data):
             begin = at
@@ -191,7 +191,7 @@ class Form:
 
 
 def _varint(data: bytes, at: int) -> tuple[int, int]:
-    """A number of protobuf's, and where it ends."""
+    """Return a varint, and where it ends."""
     value = shift = 0
     while data[at] & 0x80:
         value |= (data[at] & 0x7F) << shift
@@ -211,7 +211,7 @@ _SOME_STAMP = b"\x08" + _of_varint(_SOME_NS // NS_PER_S) + b"\x10" + _of_varint(
 
 
 def _shortened(steps: Sequence[tuple[int, int, bytes]]) -> list[tuple[int, int, bytes]]:
-    """The same with messages that are always alike as bytes, and bytes that follow each other put together."""
+    """Return the steps with constant nested messages as bytes, and adjoining bytes joined."""
     done: list[tuple[int, int, bytes]] = []
     for kind, value, text in steps:
         if kind == _CLOSE:
@@ -228,7 +228,7 @@ def _shortened(steps: Sequence[tuple[int, int, bytes]]) -> list[tuple[int, int, 
 
 @leaf_kernel
 def _put_varint(out: NDArray[np.uint8], at: int, value: int) -> int:
-    """Write a number that ends before ``at``; return where it begins."""
+    """Write a varint that ends before ``at``; return where it begins."""
     length = 1
     rest = value >> 7
     while rest:
@@ -293,6 +293,6 @@ def _write(
             own = text[program[step, 2] : program[step, 3]]
             at -= len(own)
             there = out[at : at + len(own)]
-            for n in range(len(own)):  # from 0 on: so it is done many bytes at a time
+            for n in range(len(own)):  # counting from 0 lets the compiler vectorize it
                 there[n] = own[n]
         begin[row] = at

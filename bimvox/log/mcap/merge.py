@@ -1,4 +1,4 @@
-"""Streams of messages put into one, by time."""
+"""Merges streams of messages by time."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ Timed = tuple[int, str, Any]
 
 
 class Block(NamedTuple):
-    """Messages that follow each other.
+    """Consecutive messages.
 
     Attributes:
         time_ns: (N,) int64, ascending.
-        topics: Names of the topics that are among them.
+        topics: Names of their topics.
         topic: (N,) int64 index into them.
         data: N serialized messages.
     """
@@ -38,8 +38,8 @@ def merged(streams: Sequence[Iterable[Timed | Rows]], cuts_ns: Sequence[int] = (
     """Yield the messages of all streams by time; at equal times in the order of the streams.
 
     Args:
-        streams: Each with its messages by time, one by one or in rows.
-        cuts_ns: Ascending times; what comes before one is held in memory at once, and is a block.
+        streams: Each with its messages ordered by time, single or in rows.
+        cuts_ns: Ascending times; the messages between two of them are in memory together and form a block.
     """
     waiting = [_Stream(stream) for stream in streams]
     for cut_ns in (*cuts_ns, _NEVER):
@@ -61,7 +61,7 @@ class _Stream:
         self._left: Rows | Timed | None = None
 
     def before(self, cut_ns: int) -> Iterator[Rows]:
-        """Everything before a time; what was begun is kept for the next time."""
+        """Return all messages before a time; the rest of a started row is kept for the next call."""
         single: list[tuple[int, str, bytes]] = []
         while (message := self._next()) is not None:
             if isinstance(message, Rows):
@@ -96,6 +96,6 @@ def _part_of(rows: Rows, which: slice) -> Rows:
 
 
 def _rows_of(messages: Sequence[tuple[int, str, bytes]]) -> Rows:
-    """Messages of one topic."""
+    """Return messages of one topic as rows."""
     times_ns, topics, data = zip(*messages, strict=True)
     return Rows(np.array(times_ns, np.int64), topics[0], packed(data))

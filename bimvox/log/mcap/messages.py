@@ -1,4 +1,4 @@
-"""Short ways to say times, vectors and poses in Foxglove's protobuf schemas."""
+"""Times, vectors and poses in Foxglove's protobuf schemas."""
 
 from __future__ import annotations
 
@@ -50,5 +50,5 @@ def colour(rgba: Sequence[float]) -> Any:
 
 
 def pairs(values: Mapping[str, object]) -> list[Any]:
-    """Return a table as key-value pairs, in its order."""
+    """Return a mapping as key-value pairs, in its order."""
     return [KeyValuePair(key=key, value=str(value)) for key, value in values.items()]

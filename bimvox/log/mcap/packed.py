@@ -1,4 +1,4 @@
-"""Many byte strings in one array: a log holds a million messages, and no Python object is made for each of them."""
+"""Many byte strings in one array, because a log has about a million messages: too many for a Python object each."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Packed:
 
     Attributes:
         flat: (B,) uint8 the bytes.
-        begin: (N,) int64 where in it each begins.
+        begin: (N,) int64 where each begins in it.
         end: (N,) int64 where each ends.
     """
 
@@ -34,17 +34,17 @@ class Packed:
 
     @property
     def size(self) -> NDArray[np.int64]:
-        """(N,) how many bytes each has."""
+        """(N,) length of each in bytes."""
         size: NDArray[np.int64] = self.end - self.begin
         return size
 
     def picked(self, which: slice | NDArray[np.int64]) -> Packed:
-        """Return some of them, in the order asked for; the bytes stay where they are."""
+        """Return some of them in the given order; no bytes are copied."""
         return Packed(self.flat, self.begin[which], self.end[which])
 
 
 def packed(strings: Sequence[bytes]) -> Packed:
-    """Return byte strings as they are in memory, put into one array."""
+    """Return byte strings as one array."""
     end = np.cumsum(np.fromiter(map(len, strings), np.int64, len(strings)))
     return Packed(np.frombuffer(b"".join(strings), np.uint8), np.concatenate([[0], end])[: len(end)], end)
 

@@ -1,4 +1,4 @@
-"""Reading MCAP files: strictly, where every checksum must hold, or saving what is left of a damaged one."""
+"""Reads MCAP files: strictly, with every checksum verified, or salvaging a damaged one."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ _BROKEN = (
 
 
 class LogMessage(NamedTuple):
-    """One message as it is in the file.
+    """One message of the file.
 
     Attributes:
         topic: Its topic.
         sequence: Its number within the topic.
         time_ns: Its log time.
-        data: Serialized.
+        data: The serialized message.
     """
 
     topic: str
@@ -65,13 +65,13 @@ class Contents:
     """What a log file holds.
 
     Attributes:
-        library: Who wrote it.
+        library: The program that wrote it.
         attachments: By name.
         metadata: Records by name.
         channels: Topic by channel id.
         messages: In the order of the file.
         lost: What could not be read, one sentence each; empty for a sound file.
-        topics: Keep only messages on these, and on those of further cranes that mean the same; None keeps all.
+        topics: Keep only messages on these, and on the corresponding ones of further cranes; None keeps all.
     """
 
     library: str = ""
@@ -83,11 +83,11 @@ class Contents:
     topics: frozenset[str] | None = None
 
     def add(self, record: Any) -> None:
-        """Take a record in; unknown kinds are passed over."""
+        """Add a record; unknown kinds are ignored."""
         if isinstance(record, Header):
             self.library = record.library
             if record.library == LIBRARY:
-                # The writer registers every topic first, in this order: known even where the first chunk is lost.
+                # The writer registers every topic first, in this order, so it is known even if the first chunk is lost.
                 self.channels |= {n + 1: topic.name for n, topic in enumerate(topics_of(MOST_CRANES))}
         elif isinstance(record, Attachment):
             self.attachments[record.name] = record.data
@@ -101,13 +101,13 @@ class Contents:
             self._add_chunk(_chunk_body(record))
 
     def _add_chunk(self, body: bytes) -> None:
-        # The MCAP library makes an object of every record and takes several times as long: logs have 10^5 messages.
+        # The MCAP library makes an object of every record and is several times slower; logs have 10^5 messages.
         at = 0
         while at < len(body):
             opcode, length = _PREFIX.unpack_from(body, at)
             at += _PREFIX.size
             if at + length > len(body):
-                raise ValueError("a record reaches past the end of its chunk")
+                raise ValueError("a record extends past the end of its chunk")
             if opcode == Opcode.MESSAGE:
                 channel, sequence, time_ns, _ = _MESSAGE.unpack_from(body, at)
                 self._add_message(channel, sequence, time_ns, body[at + _MESSAGE.size : at + length])
@@ -125,7 +125,7 @@ def read_file(path: Path) -> bytes:
     """Return the bytes of a file.
 
     Raises:
-        LogFileError: If it is missing, no file, or empty.
+        LogFileError: If it is missing, not a file, or empty.
     """
     try:
         data = path.read_bytes()
@@ -139,18 +139,18 @@ def read_file(path: Path) -> bytes:
 
 
 def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None = None) -> Contents:
-    """Return what a sound log holds; every checksum is verified.
+    """Return the contents of a sound log; every checksum is verified.
 
     Args:
         data: The file's bytes.
         name: Its name, for messages.
-        topics: Keep only messages on these, and on those of further cranes that mean the same; None keeps all.
+        topics: Keep only messages on these, and on the corresponding ones of further cranes; None keeps all.
 
     Raises:
-        LogFileError: If it is no MCAP file, is truncated, or any byte was changed.
+        LogFileError: If it is not an MCAP file, is truncated, or any byte was changed.
     """
     if not data.startswith(MCAP0_MAGIC):
-        raise LogFileError(name, "is no MCAP file: it does not begin with the MCAP signature")
+        raise LogFileError(name, "is not an MCAP file: it does not begin with the MCAP signature")
     if not data.endswith(MCAP0_MAGIC) or len(data) < 2 * MAGIC_SIZE + _FOOTER_BYTES:
         raise LogFileError(name, "is truncated: the signature at its end is missing", hint=RECOVER_HINT)
     contents = Contents(topics=topics)
@@ -165,16 +165,16 @@ def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None =
 
 
 def salvage_contents(data: bytes, name: Path | str) -> Contents:
-    """Return what is left of a damaged log: every chunk, attachment and metadata record that is whole.
+    """Return every complete chunk, attachment and metadata record of a damaged log.
 
-    Records are walked from the start; where one is broken, the walk goes on at the next record that can be made out: a
-    chunk or an attachment whose checksum holds, or a metadata record that is whole. What was lost is named.
+    Records are read from the start. After a damaged one, reading goes on at the next recognizable record: a chunk or an
+    attachment with a correct checksum, or a complete metadata record. The losses are named.
 
     Raises:
-        LogFileError: If it is no MCAP file, or nothing whole is in it.
+        LogFileError: If it is not an MCAP file, or has no complete record.
     """
     if not data.startswith(MCAP0_MAGIC):
-        raise LogFileError(name, "is no MCAP file: it does not begin with the MCAP signature; nothing can be recovered")
+        raise LogFileError(name, "is not an MCAP file, nothing can be recovered: the MCAP signature is missing")
     contents = Contents()
     at = MAGIC_SIZE
     while at < len(data) and not (len(data) - at == MAGIC_SIZE and data.endswith(MCAP0_MAGIC)):
@@ -185,7 +185,7 @@ def salvage_contents(data: bytes, name: Path | str) -> Contents:
             except _BROKEN as error:
                 contents.lost.append(f"a record at byte {at}: {_reason(error)}")
         if isinstance(record, DataEnd) and not contents.lost and zlib.crc32(data[:at]) != record.data_section_crc:
-            contents.lost.append("a metadata record, a channel or a schema was changed: which one is not known")
+            contents.lost.append("a metadata record, a channel or a schema was changed; it is not known which")
         if after is None:
             after = _next_whole(data, at + 1)
             contents.lost.append(f"{_what(data, at)}{(after or len(data)) - at} bytes at byte {at}")
@@ -193,7 +193,7 @@ def salvage_contents(data: bytes, name: Path | str) -> Contents:
             break
         at = after
     if not contents.messages and not contents.attachments:
-        raise LogFileError(name, "nothing whole is left in it")
+        raise LogFileError(name, "it has no complete record")
     return contents
 
 
@@ -203,26 +203,26 @@ def _stream(stream: BinaryIO, size: int) -> Iterator[Any]:
 
 
 def _chunk_body(chunk: Chunk) -> bytes:
-    """Return a chunk's records, decompressed; its size is checked before and its checksum after."""
+    """Return a chunk's records, decompressed; the size is checked before, the checksum after."""
     if chunk.uncompressed_size > _MAX_CHUNK:
         raise ValueError(f"a chunk claims {chunk.uncompressed_size:,} bytes")
     body = chunk.data
     if chunk.compression == "zstd":
         if zstandard.get_frame_parameters(chunk.data).content_size != chunk.uncompressed_size:
-            raise ValueError("a chunk's size is not the one that it claims")
+            raise ValueError("a chunk does not have the size that it claims")
         body = zstandard.decompress(chunk.data)
     elif chunk.compression:
-        raise ValueError(f"a chunk is compressed with {chunk.compression}, which a log never is")
+        raise ValueError(f"a chunk is compressed with {chunk.compression}, which bimvox never uses")
     if chunk.uncompressed_crc and zlib.crc32(body) != chunk.uncompressed_crc:
-        raise ValueError("the checksum of a chunk does not hold")
+        raise ValueError("checksum mismatch in a chunk")
     return body
 
 
 def _check_summary(data: bytes, footer: Footer) -> None:
-    """Raise where the summary at the end, which other readers rely on, was changed."""
+    """Raise if the summary at the end, which other readers rely on, was changed."""
     end = len(data) - MAGIC_SIZE - 4
     if footer.summary_start and zlib.crc32(data[footer.summary_start : end]) != footer.summary_crc:
-        raise ValueError("the checksum of its summary does not hold")
+        raise ValueError("checksum mismatch in its summary")
 
 
 _READERS: dict[int, Callable[[ReadDataStream], Any]] = {
@@ -237,9 +237,9 @@ _READERS: dict[int, Callable[[ReadDataStream], Any]] = {
 
 
 def _record_at(data: bytes, at: int) -> tuple[Any, int | None]:
-    """Return the record at a position, None where it is broken or of no interest, and where the next one begins.
+    """Return the record at a position, None if it is damaged or irrelevant, and where the next one begins.
 
-    The position is None where the record's own length cannot be trusted.
+    The position is None if the record's own length cannot be trusted.
     """
     if at + _PREFIX.size > len(data):
         return None, None
@@ -264,8 +264,8 @@ def _record_at(data: bytes, at: int) -> tuple[Any, int | None]:
 
 
 def _what(data: bytes, at: int) -> str:
-    """Return what a broken record was, where its beginning still says so."""
-    name = at + _PREFIX.size + 8 + 8  # an attachment's: after its two times
+    """Return what a damaged record was, if its beginning still tells."""
+    name = at + _PREFIX.size + 8 + 8  # of an attachment: after its two times
     if at + _PREFIX.size > len(data) or data[at] != Opcode.ATTACHMENT:
         return ""
     length = int.from_bytes(data[name : name + 4], "little")
@@ -274,9 +274,9 @@ def _what(data: bytes, at: int) -> str:
 
 
 def _next_whole(data: bytes, start: int) -> int | None:
-    """Return where the next record begins that is whole without doubt: a chunk, or before it an attachment or metadata.
+    """Return where the next certainly complete record begins: a chunk, or before it an attachment or metadata.
 
-    Metadata has no checksum: it counts where its fields fill it exactly.
+    Metadata has no checksum: it counts as complete if its fields fill it exactly.
     """
     chunk = _next_chunk(data, start)
     end = len(data) if chunk is None else chunk
@@ -294,13 +294,13 @@ def _next_whole(data: bytes, start: int) -> int | None:
 
 
 def _metadata_bytes(record: Metadata) -> int:
-    """Return how long a metadata record is."""
+    """Return the length of a metadata record."""
     texts = [record.name, *record.metadata.keys(), *record.metadata.values()]
     return 4 + sum(4 + len(text.encode()) for text in texts)
 
 
 def _next_chunk(data: bytes, start: int) -> int | None:
-    """Return where the next whole chunk begins."""
+    """Return where the next complete chunk begins."""
     found = data.find(_ZSTD, start + _CHUNK_START_TO_ZSTD)
     while found >= 0:
         at = found - _CHUNK_START_TO_ZSTD

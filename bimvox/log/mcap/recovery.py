@@ -1,4 +1,4 @@
-"""Saves what is whole of a damaged log."""
+"""Recovers the complete lifts of a damaged log."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from bimvox.log.reader import log_of
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Recovered:
-    """What came out of a damaged log.
+    """What was recovered of a damaged log.
 
     Attributes:
-        messages: Number of messages saved.
-        lost: What could not be saved, one sentence each; empty for a sound log.
+        messages: Number of messages recovered.
+        lost: What was lost, one sentence each; empty for a sound log.
     """
 
     messages: int
@@ -26,7 +26,7 @@ class Recovered:
 
 
 def recover_log(path: Path | str) -> tuple[PlanLog, Recovered]:
-    """Return the lifts of a damaged log that are whole, and what was lost.
+    """Return the complete lifts of a damaged log, and what was lost.
 
     Raises:
         LogFileError: If the site or the plan did not survive, or no lift did.
@@ -37,12 +37,12 @@ def recover_log(path: Path | str) -> tuple[PlanLog, Recovered]:
         if name not in contents.attachments:
             raise LogFileError(
                 path,
-                f"the attachment {name} did not survive, and nothing can stand for it ({'; '.join(contents.lost)})",
+                f"the attachment {name} did not survive, and nothing can replace it ({'; '.join(contents.lost)})",
                 hint="plan again: bimvox plan SITE -o LOG.mcap",
             )
     log = log_of(contents, path)
     if not log.planned:
-        raise LogFileError(path, "no lift survived completely")
+        raise LogFileError(path, "no complete lift survived")
     return log, Recovered(len(contents.messages), tuple(contents.lost))
 
 
@@ -50,7 +50,7 @@ def _salvage(path: Path) -> Contents:
     contents = salvage_contents(read_file(path), path)
     own = contents.metadata.get(topics.METADATA)
     if own is None:
-        raise LogFileError(path, "what is left does not say that it is a log of bimvox (its metadata is lost)")
+        raise LogFileError(path, "the rest cannot be recognized as a bimvox log (its metadata is lost)")
     contents.metadata[topics.METADATA] = own | {topics.RECOVERED: "true"}
     known = {topic.name for topic in topics.topics_of(topics.MOST_CRANES)}
     contents.messages = [message for message in contents.messages if message.topic in known]

@@ -1,7 +1,7 @@
 """Many messages of one topic at once, serialized.
 
-A log holds about 3,000 messages a lift that differ in a time stamp and a few doubles: they are put into bytes by a
-:class:`~bimvox.log.mcap.form.Form`, not one by one.
+A log has about 3,000 messages per lift, which differ in a time stamp and a few doubles. A
+:class:`~bimvox.log.mcap.form.Form` serializes them together.
 """
 
 from __future__ import annotations

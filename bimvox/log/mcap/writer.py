@@ -1,8 +1,8 @@
-"""An MCAP file, written record by record.
+"""Writes an MCAP file record by record.
 
-The MCAP library's own writer takes longer over a message's bookkeeping than all of planning takes over the lift that it
-speaks of: a log holds about 3,000 messages a lift. This one appends messages to the chunk as bytes and leaves every
-other record to the library's classes; the files are the same to the byte.
+A log has about 3,000 messages per lift, and the MCAP library's own writer spends more time on their bookkeeping than
+planning spends on the lift. This one appends messages to the chunk as bytes and leaves every other record to the
+library's classes; the files are byte-identical.
 """
 
 from __future__ import annotations
@@ -42,18 +42,18 @@ from bimvox.log.mcap.packed import Packed
 MAGIC = b"\x89MCAP0\r\n"
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _MESSAGE_SIZE, _OPCODE = _MESSAGE.size, int(Opcode.MESSAGE)
-_MESSAGE_FIELDS = _MESSAGE.size - 9  # of the length: what comes after opcode and length
+_MESSAGE_FIELDS = _MESSAGE.size - 9  # counted by the length: everything after opcode and length
 _INDEX = struct.Struct("<BQHI")  # opcode, length, channel, bytes of entries
-_ENTRY = struct.Struct("<QQ")  # log time, where in the chunk
+_ENTRY = struct.Struct("<QQ")  # log time, offset in the chunk
 
 
 class McapFile:
     """Writes one file: chunks compressed with zstd, every index, every checksum.
 
     Args:
-        stream: Where to; must be able to tell its position.
-        library: What the header calls the writer.
-        chunk_bytes: A chunk is ended by the message that takes it past this size, uncompressed.
+        stream: The output; must support ``tell``.
+        library: The writer's name in the header.
+        chunk_bytes: The message that takes a chunk past this uncompressed size ends it.
     """
 
     def __init__(self, stream: BinaryIO, library: str, chunk_bytes: int) -> None:
@@ -126,7 +126,7 @@ class McapFile:
         times_ns: NDArray[np.int64],
         data: Packed,
     ) -> None:
-        """Write messages that follow each other, as ``message`` does one by one.
+        """Write consecutive messages, with the same result as ``message`` for each.
 
         Args:
             channels: (N,) their channels.
@@ -143,7 +143,7 @@ class McapFile:
         done = 0
         while done < len(end):
             before = len(self._chunk) - int(begin[done])
-            # The message that takes the chunk past its size is its last one.
+            # The message that takes the chunk past its size is the last one in it.
             last = int(np.searchsorted(end, self._chunk_bytes - before, side="right"))
             until = min(last + 1, len(end))
             self._chunk += whole[begin[done] : end[until - 1]].data
@@ -155,7 +155,7 @@ class McapFile:
                 self.end_chunk()
 
     def _index(self, channels: NDArray[np.int64], entries: NDArray[np.int64]) -> None:
-        """Note where in the chunk messages ((N,) channels) are ((N, 2) time and place); channels as they come up."""
+        """Index messages ((N,) channels, (N, 2) time and offset in the chunk); channels in order of first use."""
         order = np.argsort(channels, kind="stable")
         ordered, data, size = channels[order], entries[order].astype("<u8").tobytes(), _ENTRY.size
         borders = [0, *(np.flatnonzero(ordered[1:] != ordered[:-1]) + 1).tolist(), len(order)]
@@ -163,7 +163,7 @@ class McapFile:
             self._entries[int(ordered[at])] += data[size * at : size * until]
 
     def finish(self) -> None:
-        """Write what is left, the summary and the footer."""
+        """Write the last chunk, the summary and the footer."""
         self.end_chunk()
         self._write(_bytes_of(DataEnd(self._crc)))
         start = self._stream.tell()
@@ -200,7 +200,7 @@ class McapFile:
         self._stream.write(MAGIC)
 
     def end_chunk(self) -> None:
-        """Write what has come since the last chunk as one of its own; nothing where no message has."""
+        """Write the messages since the last chunk as a chunk; nothing if there are none."""
         if not self._times:
             return
         first_ns, last_ns = min(self._times), max(self._times)
@@ -242,7 +242,7 @@ class McapFile:
         self._chunk, self._entries, self._times = bytearray(), defaultdict(bytearray), []
 
     def _write(self, data: bytes) -> None:
-        """Write into the data section, whose checksum is kept."""
+        """Write into the data section and update its checksum."""
         self._crc = zlib.crc32(data, self._crc)
         self._stream.write(data)
 
@@ -269,7 +269,7 @@ def _put_messages(
     end: NDArray[np.int64],
     out: NDArray[np.uint8],
 ) -> None:
-    """Write message records one after the other: what ``_MESSAGE`` says, and the message (``begin``..``end``)."""
+    """Write consecutive message records: the header ``_MESSAGE``, then the message (``begin``..``end``)."""
     at = 0
     for row in range(len(begin)):
         data = flat[begin[row] : end[row]]
@@ -280,6 +280,6 @@ def _put_messages(
         _put_little(head, 11, sequences[row], 4)
         _put_little(head, 15, times_ns[row], 8)
         _put_little(head, 23, times_ns[row], 8)
-        for n in range(len(data)):  # from 0 on: so it is done many bytes at a time
+        for n in range(len(data)):  # counting from 0 lets the compiler vectorize it
             body[n] = data[n]
         at += _MESSAGE_SIZE + len(data)

@@ -1,4 +1,4 @@
-"""Words on the picture: title, caption and legend, in Pillow's built-in font."""
+"""Text on the picture: title, caption and legend, in Pillow's built-in font."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ def frame_for(scene: Scene, size_px: tuple[int, int]) -> tuple[float, float, flo
     top = margin * 0.5 + _heading_height(scene, size_px)
     rows = _legend_rows(scene.legend, size_px)
     bottom = height - margin - len(rows) * _row_height(size_px)
-    # Where words would take the picture's place, the picture goes below them.
+    # If the text would cover the picture, the picture goes below it.
     if bottom - top < 0.4 * height:
         return margin, margin, width - margin, height - margin
     return margin, top, width - margin, bottom - 0.3 * margin
 
 
 def annotate(pixels: NDArray[np.uint8], scene: Scene) -> NDArray[np.uint8]:
-    """Return the picture with the scene's title, caption and legend; what runs behind the legend fades."""
+    """Return the picture with the scene's title, caption and legend; the picture fades behind the legend."""
     size_px = (pixels.shape[1], pixels.shape[0])
     margin = _margin(size_px)
     legend_top = size_px[1] - 0.7 * margin - len(_legend_rows(scene.legend, size_px)) * _row_height(size_px)
     if scene.legend:
         pixels = _faded(pixels, round(legend_top - 0.3 * margin), size_px[1])
     if scene.focus_m is not None and (scene.title or scene.caption):
-        # What is around the focus runs under the heading as well.
+        # With a focus, its surroundings also lie under the heading.
         pixels = _faded(pixels, 0, round(0.5 * margin + _heading_height(scene, size_px)))
     image = Image.fromarray(pixels)
     draw = ImageDraw.Draw(image)
@@ -61,7 +61,7 @@ def annotate(pixels: NDArray[np.uint8], scene: Scene) -> NDArray[np.uint8]:
 
 
 def _faded(pixels: NDArray[np.uint8], first_row: int, end_row: int) -> NDArray[np.uint8]:
-    """Return the picture with rows ``first_row`` to ``end_row`` nearly gone: a crane's jib may run through them."""
+    """Return the picture with rows ``first_row`` to ``end_row`` faded, because a crane's jib may cross them."""
     faded = pixels.copy()
     rows = slice(max(0, first_row), max(0, end_row))
     band = pixels[rows].astype(np.float32)

@@ -1,4 +1,4 @@
-"""Turned boxes: drawn into the same buffers as the cells, so that each hides the other where it is nearer."""
+"""Rotated boxes, drawn into the same depth buffer as the cells."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def corners_m(block: Block) -> NDArray[np.float64]:
 
 
 def draw_blocks(buffers: Buffers, blocks: Sequence[Block], camera: Camera, light: Light, first_solid: int) -> None:
-    """Draw blocks into the buffers; the n-th becomes solid number ``first_solid + n``."""
+    """Draw blocks into the buffers; the n-th becomes solid ``first_solid + n``."""
     height, width = buffers.solid.shape
     lens = np.array([camera.focal_px, *camera.centre_px])
     axes = np.stack([camera.right, camera.up, camera.forward])
@@ -51,7 +51,7 @@ def draw_blocks(buffers: Buffers, blocks: Sequence[Block], camera: Camera, light
 
 @kernel
 def _draw_block(rays: Rays, facing: NDArray[np.float64], number: int, window: _Window, out: Buffers) -> None:
-    """Intersect each ray with the block, which in its own coordinates is the cube from -1 to 1."""
+    """Intersect each ray with the block, which is the cube from -1 to 1 in its own coordinates."""
     eye, axes, lens = rays.eye, rays.axes, rays.lens
     for row in range(window.y0, window.y1):
         b = (lens[2] - (row + 0.5)) / lens[0]

@@ -1,4 +1,4 @@
-"""The camera: a mild perspective that is fitted to what it shows."""
+"""The camera: a mild perspective, fitted to its subject."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 from bimvox.errors import InputError
 
 _DISTANCE_RADII = 7.0
-"""Distance of the eye in radii of what is shown: far enough that parallels look parallel, near enough for depth."""
+"""Distance of the eye in radii of the subject: far enough that parallels look parallel, near enough for depth."""
 
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """From where one looks.
+    """The direction of view.
 
     Attributes:
-        azimuth_deg: Where the eye stands, counter-clockwise from the site's +x axis.
-        elevation_deg: How high it stands above the horizon, 5..89.
+        azimuth_deg: Direction from the site to the eye, counter-clockwise from the site's +x axis.
+        elevation_deg: Angle of the eye above the horizon, 5..89.
     """
 
     azimuth_deg: float = -60.0
@@ -48,7 +48,7 @@ class Camera:
         up: (3,) float64 unit vector.
         forward: (3,) float64 unit vector.
         focal_px: Pixels per unit of a and b.
-        centre_px: Where the axis of view meets the picture.
+        centre_px: Where the viewing axis meets the picture.
         size_px: Width and height of the picture.
     """
 
@@ -61,7 +61,7 @@ class Camera:
     size_px: tuple[int, int]
 
     def project(self, points_m: ArrayLike) -> NDArray[np.float64]:
-        """Return where points are drawn: (..., 3) metres -> (..., 3) pixel x, pixel y, depth along the view in m."""
+        """Return points projected: (..., 3) metres -> (..., 3) pixel x, pixel y, depth along the viewing axis in m."""
         offset = np.asarray(points_m, np.float64) - self.eye_m
         depth = offset @ self.forward
         x = self.centre_px[0] + self.focal_px * (offset @ self.right) / depth
@@ -81,7 +81,7 @@ class Camera:
         )
 
     def pixels_per_metre(self, point_m: ArrayLike) -> float:
-        """Return how large a metre across the view is drawn at a point."""
+        """Return the pixels per metre across the view at a point."""
         return self.focal_px / float(self.project(point_m)[2])
 
 
@@ -91,8 +91,8 @@ def fitted_camera(
     """Return the camera that shows all points as large as a frame allows.
 
     Args:
-        view: From where.
-        points_m: (N, 3) what must be seen.
+        view: The direction of view.
+        points_m: (N, 3) points that must be visible.
         size_px: Width and height of the picture.
         frame_px: ``x0 y0 x1 y1`` of the frame inside the picture, which the points fill in one direction.
     """

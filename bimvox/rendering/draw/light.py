@@ -1,4 +1,4 @@
-"""Light: one sun beside the camera, and the sky."""
+"""Light: one sun to the side of the camera, and the sky."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ _SUN_RADIUS_DEG = 1.6
 _SKY = 0.62
 """Share of the light on level ground that comes from the sky."""
 _NEAR_M = 0.9
-"""Solids this near take the sky's light away."""
+"""Solids nearer than this block the sky's light."""
 
 
 @dataclass(frozen=True, slots=True)
 class Light:
-    """Where the sun stands.
+    """The sun.
 
     Attributes:
         azimuth_deg: Counter-clockwise from the site's +x axis.
         elevation_deg: Above the horizon.
-        radius_deg: How large it looks: the softness of shadows.
+        radius_deg: Its apparent radius, which makes shadows soft.
     """
 
     azimuth_deg: float
@@ -37,7 +37,7 @@ class Light:
         """Return a direction towards the sun's disc for each sample of a pixel: (samples * samples, 3)."""
         at = (np.arange(samples) + 0.5) / samples * 2.0 - 1.0 if samples > 1 else np.zeros(1)
         across, along = np.meshgrid(at, at)
-        # A turned lattice, so that shadows of upright and level edges both get all the steps of a soft rim.
+        # A rotated lattice, so that the shadows of vertical and horizontal edges have equally soft rims.
         turn = math.atan(0.5)
         side = math.cos(turn) * across - math.sin(turn) * along
         rise = math.sin(turn) * across + math.cos(turn) * along
@@ -49,18 +49,18 @@ class Light:
 
 
 def light_for(view: View) -> Light:
-    """Return the sun behind the onlooker's left shoulder: one of the two sides that are seen is lit, the other not."""
+    """Return the sun behind the viewer's left shoulder: of the two visible sides one is lit, the other is not."""
     return Light(view.azimuth_deg - _SUN_LEFT_DEG)
 
 
 def light_on(normals: NDArray[np.float64], light: Light) -> NDArray[np.float64]:
     """Return the light on faces with these unit normals: (N, 3) -> (N, 2) from the sky, from the sun.
 
-    Level ground in the open sun has 1 in all: it is drawn in its very colour.
+    Level ground in full sun has 1 in total, so that it is drawn in its own colour.
     """
     sun = light.directions(1)[0]
     rise = normals[:, 2]
-    # A wall sees half the sky, and light from the ground instead of the other half.
+    # A wall sees half the sky, and light reflected from the ground instead of the other half.
     sky = _SKY * (1.05 - 0.05 * np.maximum(rise, 0.0) - 0.25 * np.maximum(-rise, 0.0))
     direct = (1.0 - _SKY) * np.maximum(normals @ sun, 0.0) / sun[2]
     return np.stack([sky, direct], axis=1)
@@ -73,14 +73,14 @@ def face_light(light: Light) -> NDArray[np.float64]:
 
 
 def sky_density(solids: NDArray[np.unsignedinteger], voxel_size_m: float) -> tuple[NDArray[np.float32], int]:
-    """Return how full the surroundings are, blurred over about a metre.
+    """Return the density of solids, blurred over about a metre.
 
     Args:
         solids: (X, Y, Z), 0 for none.
         voxel_size_m: Edge of a cell.
 
     Returns:
-        Density on a lattice coarser by a whole factor, with one row of nothing around it, and that factor.
+        The density on a lattice coarser by an integer factor, with one empty row around it, and that factor.
     """
     stride = max(1, round(_NEAR_M / voxel_size_m / 2.0))
     padded = tuple(-(-n // stride) * stride for n in solids.shape)

@@ -16,7 +16,7 @@ def draw_outline(colour: NDArray[np.float32], buffers: Buffers, samples: int, fa
     """Draw the edges over a picture.
 
     Args:
-        colour: (H, W, 3) float32 sRGB 0..1, changed.
+        colour: (H, W, 3) float32 sRGB 0..1, changed in place.
         buffers: What each sample sees.
         samples: Samples per pixel in each direction.
         face_edges: How strongly edges between faces of the same solid are drawn, 0..1.
@@ -54,7 +54,7 @@ def _outline(
             if strength <= 0.0:
                 continue
             red, green, blue = colour[row, column, 0], colour[row, column, 1], colour[row, column, 2]
-            # A dark solid would swallow a dark edge.
+            # A dark edge would be invisible on a dark solid.
             towards = 0.62 if 0.3 * red + 0.59 * green + 0.11 * blue < 0.27 else 0.0
             for channel in range(3):
                 value = colour[row, column, channel]

@@ -26,11 +26,11 @@ _CELL_LINES_FROM_PX, _FACE_EDGES_FROM_PX = 9.0, 2.0
 
 @dataclass(frozen=True, slots=True)
 class PictureOptions:
-    """How a picture is made.
+    """Options of a picture.
 
     Attributes:
         size_px: Width and height.
-        view: From where.
+        view: The direction of view.
         samples: Samples per pixel in each direction.
         annotated: Whether title, caption and legend are drawn.
     """
@@ -45,7 +45,7 @@ class PictureOptions:
             if not _SMALLEST_PX <= value <= _LARGEST_PX:
                 raise InputError(
                     f"a picture of {self.size_px[0]}x{self.size_px[1]} pixels cannot be made",
-                    hint=f"both sides may be from {_SMALLEST_PX} to {_LARGEST_PX}",
+                    hint=f"both sides must be from {_SMALLEST_PX} to {_LARGEST_PX} pixels",
                 )
 
 
@@ -64,12 +64,12 @@ def camera_of(scene: Scene, options: PictureOptions) -> Camera:
 
 
 def picture_of(scene: Scene, options: PictureOptions | None = None, camera: Camera | None = None) -> NDArray[np.uint8]:
-    """Return the picture of a scene: (height, width, 3) uint8 sRGB. The same scene gives the same pixels.
+    """Return the picture of a scene: (height, width, 3) uint8 sRGB; deterministic.
 
     Args:
         scene: What is shown.
-        options: How.
-        camera: One of the options' size and view that stands still, as for an animation; None shows the whole scene.
+        options: How it is shown.
+        camera: A fixed camera with the options' size and view, for an animation; None fits one to the scene.
 
     Raises:
         InputError: If the scene is empty.
@@ -96,7 +96,7 @@ def picture_of(scene: Scene, options: PictureOptions | None = None, camera: Came
 
 
 def solids_seen(scene: Scene, options: PictureOptions) -> NDArray[np.uint32]:
-    """Return which solid each sample of a picture sees, 0 for none; turned boxes and lines are left out.
+    """Return which solid each sample of a picture sees, 0 for none; without rotated boxes and lines.
 
     Raises:
         InputError: If the scene is empty.
@@ -107,7 +107,7 @@ def solids_seen(scene: Scene, options: PictureOptions) -> NDArray[np.uint32]:
 
 
 def _corners(ends: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(8, 3) corners of the box between two corners."""
+    """Return the (8, 3) corners of the box between two corners."""
     return np.array([[ends[a, 0], ends[b, 1], ends[c, 2]] for a in (0, 1) for b in (0, 1) for c in (0, 1)])
 
 

@@ -1,4 +1,4 @@
-"""PNG files: pictures without anything but pixels, so that the same picture gives the same bytes."""
+"""PNG files that hold nothing but pixels, so that their bytes are deterministic."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bimvox.rendering.scene.scene import Scene
 
 
 def png_of(scene: Scene, options: PictureOptions | None = None) -> bytes:
-    """Return the picture of a scene as a PNG file; the same scene gives the same bytes.
+    """Return the picture of a scene as a PNG file; deterministic.
 
     Raises:
         InputError: If the scene is empty.
@@ -22,13 +22,13 @@ def png_of(scene: Scene, options: PictureOptions | None = None) -> bytes:
 
 
 def small_png_of(scene: Scene, options: PictureOptions | None = None, *, colours: int = 192) -> bytes:
-    """Return the picture of a scene as a PNG file of few colours, about a third as large; equal scenes, equal bytes.
+    """Return the picture of a scene as a PNG file with few colours, about a third of the size; deterministic.
 
     Raises:
         InputError: If the scene is empty.
     """
     image = Image.fromarray(picture_of(scene, options))
-    # Without dithering: flat colours stay flat.
+    # Without dithering, so that flat colours stay flat.
     small = image.quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     buffer = io.BytesIO()
     small.save(buffer, format="PNG", compress_level=9)
@@ -36,7 +36,7 @@ def small_png_of(scene: Scene, options: PictureOptions | None = None, *, colours
 
 
 def png_from_pixels(pixels: NDArray[np.uint8]) -> bytes:
-    """Return (height, width, 3) uint8 pixels as a PNG file, without time or text in it."""
+    """Return (height, width, 3) uint8 pixels as a PNG file without time or text chunks."""
     buffer = io.BytesIO()
     Image.fromarray(pixels).save(buffer, format="PNG", compress_level=6)
     return buffer.getvalue()

@@ -1,8 +1,8 @@
-"""The ray caster: which cell each pixel sees, how far away, and how light it is there.
+"""The ray caster: which cell each pixel sees, at which depth, in which light.
 
-A ray walks from cell to cell (Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", 1987), and looks
-into the volume only below the highest solid of a column. Light is one sun, whose shadow rays differ between the
-samples of a pixel so that shadows have a soft rim, and the sky: less of it reaches a face where solids are near.
+A ray walks from cell to cell (Amanatides and Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", 1987) and reads
+the volume only below the highest solid of a column. Light comes from one sun, whose shadow rays differ between the
+samples of a pixel to give shadows a soft rim, and from the sky, which nearby solids block.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from bimvox.rendering.draw.camera import Camera
 from bimvox.rendering.draw.light import Light, face_light, sky_density
 
 NOTHING = np.float32(np.inf)
-"""Depth where a pixel sees nothing."""
+"""Depth of a sample that sees nothing."""
 
 _BAND_ROWS = 32
 
@@ -29,9 +29,9 @@ class Buffers(NamedTuple):
     """What each sample of a picture sees.
 
     Attributes:
-        solid: (H, W) uint32, 0 where it sees nothing.
+        solid: (H, W) uint32, 0 for none.
         plane: (H, W) int32, equal for samples on the same plane of the same solid.
-        depth_m: (H, W) float32 along the axis of view.
+        depth_m: (H, W) float32 along the viewing axis.
         light: (H, W) float32 factor on the colour.
     """
 
@@ -92,7 +92,7 @@ class _Shading(NamedTuple):
 def cast(
     solids: NDArray[np.unsignedinteger], frame: GridFrame, camera: Camera, light: Light, samples: int, *, lines: float
 ) -> Buffers:
-    """Look through every sample of a picture.
+    """Return what every sample of a picture sees.
 
     Args:
         solids: (X, Y, Z), 0 for none.
@@ -130,7 +130,7 @@ def cast(
 
 
 def cropped(solids: NDArray[np.unsignedinteger]) -> tuple[NDArray[np.int64], NDArray[np.unsignedinteger]]:
-    """Return the lowest cell of the box around all that is filled, and that box; an empty box where nothing is."""
+    """Return the lowest cell of the bounding box of all filled cells, and the cells in it; empty if none is filled."""
     filled = solids != 0
     low, high = np.zeros(3, np.int64), np.zeros(3, np.int64)
     for axis in range(3):
@@ -180,7 +180,8 @@ def first_hit(
         dz: See dx.
 
     Returns:
-        The cell, the axis across whose border the ray came in, and how far along the ray; axis -1 for no hit.
+        The cell, the axis of the face through which the ray enters it, and the distance along the ray; axis -1 for no
+        hit.
     """
     nx, ny, nz = solids.shape
     enter, leave, axis = 0.0, np.inf, 2
@@ -238,7 +239,7 @@ def first_hit(
 def openness(
     density: NDArray[np.float32], stride: int, x: float, y: float, z: float, nx: float, ny: float, nz: float
 ) -> float:
-    """Return how much of the sky reaches a point with a normal, 0..1, from the density of solids before it."""
+    """Return the share of the sky visible from a point with a normal, 0..1, from the density of solids before it."""
     reach = 1.5 * stride
     gx, gy, gz = (x + nx * reach) / stride + 0.5, (y + ny * reach) / stride + 0.5, (z + nz * reach) / stride + 0.5
     i, j, k = int(np.floor(gx)), int(np.floor(gy)), int(np.floor(gz))
@@ -263,11 +264,11 @@ def _filled(solids: NDArray[np.unsignedinteger], i: int, j: int, k: int) -> bool
 
 @kernel
 def _corner_light(solids: NDArray[np.unsignedinteger], i: int, j: int, k: int, axis: int, u: float, v: float) -> float:
-    """Light at the point (u, v) of a face, less near the cells that stand beside the cell (i, j, k) before the face."""
+    """Return the light at the point (u, v) of a face, reduced near the neighbours of the cell before it (i, j, k)."""
     shade = 0.0
     for a in range(-1, 2):
         for b in range(-1, 2):
-            # How near the point is to that neighbour: 1 at its border, 0 half a cell away.
+            # Nearness to that neighbour: 1 at its border, 0 half a cell away.
             near_u = 1.0 if a == 0 else max(0.0, 1.0 - 2.0 * (1.0 - u if a > 0 else u))
             near_v = 1.0 if b == 0 else max(0.0, 1.0 - 2.0 * (1.0 - v if b > 0 else v))
             near = near_u * near_v

@@ -1,4 +1,4 @@
-"""Lines in space: smooth, hidden by what is before them, the hidden part dotted and faint."""
+"""Antialiased lines in space; hidden parts are dotted and faint."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def draw_strokes(
     """Draw lines over a picture.
 
     Args:
-        colour: (H, W, 3) float32 sRGB 0..1, changed.
-        depth_m: (H, W) float32 depth of what is seen.
+        colour: (H, W, 3) float32 sRGB 0..1, changed in place.
+        depth_m: (H, W) float32 depth buffer.
         strokes: The lines.
         camera: With the samples as its pixels.
         samples: Samples per pixel in each direction.
-        bias_m: A line this much behind a surface still counts as before it.
+        bias_m: A line up to this far behind a surface still counts as in front of it.
     """
     if not len(strokes.segments_m):
         return
@@ -53,7 +53,7 @@ def draw_strokes(
         seen = np.zeros((high[1] - low[1], high[0] - low[0]), np.float32)
         hidden = np.zeros_like(seen)
         _cover(ends - offset, starts, radius_px, _DOT_PX * scale, bias_m, depth_m[window], seen, hidden)
-        # Where one segment is seen the picture is covered, whatever another one hides there.
+        # A visible segment covers the picture, even where another one is hidden.
         alpha = np.maximum(strokes.opacity * seen, strokes.hidden_opacity * hidden)[..., None]
         colour[window] += alpha * (np.array(rgb, np.float32) / np.float32(255.0) - colour[window])
 
@@ -73,7 +73,7 @@ def _cover(
     seen: NDArray[np.float32],
     hidden: NDArray[np.float32],
 ) -> None:
-    """How much of each sample the segments cover, as far as they are seen and as far as they are hidden."""
+    """Compute how much of each sample the segments cover, visible and hidden."""
     rows, columns = depth.shape
     for n in range(len(ends)):
         ax, ay, az = ends[n, 0, 0], ends[n, 0, 1], ends[n, 0, 2]
@@ -83,7 +83,7 @@ def _cover(
         reach = radius + 1.0
         for row in range(max(0, int(min(ay, by) - reach)), min(rows, int(max(ay, by) + reach) + 1)):
             y = row + 0.5
-            # Only the columns that the segment can reach in this row: long diagonals would else cost their whole box.
+            # Only the columns that the segment can reach in this row, not its whole bounding box.
             left, right = min(ax, bx) - reach, max(ax, bx) + reach
             if abs(uy) > 1e-9:
                 slope = ux / uy

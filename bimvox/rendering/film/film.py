@@ -1,4 +1,4 @@
-"""Animations: GIF, which opens everywhere, and WebP, which is smaller and has all colours. Equal plans, equal bytes."""
+"""Animations as GIF, which opens everywhere, and WebP, which is smaller and has all colours. Deterministic."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from bimvox.rendering.scene.layers import Layer, without
 FilmFormat = Literal["gif", "webp"]
 
 _HOLD_S = 1.5
-"""The last frame stays so much longer before the film begins anew."""
+"""Additional time of the last frame before the film restarts."""
 _COLOURS = 144
-"""GIF: colours that are found in the frames; those of the legend and the paper come on top, exact."""
+"""GIF: number of colours taken from the frames, in addition to the exact ones of legend and background."""
 _CLEAR = 255
-"""GIF: index of a pixel that stays as it was."""
+"""GIF: index of a pixel that does not change."""
 _SAMPLED_FRAMES = 6
 _WEBP_QUALITY = 78
 
 
 @dataclass(frozen=True, slots=True)
 class FilmOptions:
-    """How an animation is made.
+    """Options of an animation.
 
     Attributes:
         size_px: Width and height.
-        view: From where; the camera stands still.
+        view: The direction of view; the camera does not move.
         fps: Frames a second; GIF counts in hundredths of a second, so 10, 20, 25 and 50 are exact.
         samples: Samples per pixel in each direction.
         hidden: Layers that are left out.
@@ -55,12 +55,12 @@ class FilmOptions:
 
     @property
     def picture(self) -> PictureOptions:
-        """How one frame is made."""
+        """Options of one frame."""
         return PictureOptions(self.size_px, self.view, self.samples, annotated=Layer.WORDS not in self.hidden)
 
     @property
     def frame_ms(self) -> int:
-        """How long a frame is shown."""
+        """Duration of a frame."""
         return max(20, round(100.0 / self.fps) * 10)
 
 
@@ -75,12 +75,12 @@ def write_film(
     """Write an animation.
 
     Args:
-        stream: Where to.
+        stream: The output.
         film: The plan over time.
-        times_ns: Moments of the frames, ascending, at least two.
-        options: How it is made.
+        times_ns: Times of the frames, ascending, at least two.
+        options: Its options.
         file_format: ``gif`` or ``webp``.
-        told: Called as ``(stage, done, total)`` with every frame.
+        told: Called as ``(stage, done, total)`` for every frame.
     """
     frames = _frames(film, times_ns, options, told)
     durations = [options.frame_ms] * (len(times_ns) - 1) + [options.frame_ms + round(1000 * _HOLD_S)]
@@ -126,7 +126,7 @@ def _frames(
 
 
 def _palette(film: Film, times_ns: Sequence[int], options: FilmOptions) -> NDArray[np.uint8]:
-    """Return (N, 3) colours for all frames, found in a few of them: a palette for each frame would flicker."""
+    """Return (N, 3) colours for all frames, taken from a few of them; a palette per frame would flicker."""
     chosen = [times_ns[n] for n in np.unique(np.linspace(0, len(times_ns) - 1, _SAMPLED_FRAMES).round().astype(int))]
     small = replace(options, samples=1)
     camera = camera_of(without(film.whole(times_ns), options.hidden), options.picture)
@@ -140,8 +140,8 @@ def _palette(film: Film, times_ns: Sequence[int], options: FilmOptions) -> NDArr
 
 
 def _paletted(frames: Iterator[NDArray[np.uint8]], palette: NDArray[np.uint8]) -> Iterator[Image.Image]:
-    """Frames in the palette's colours, what is as in the frame before left clear, so that it takes no room."""
-    # What is left of the palette repeats a colour; the last index is that of what stays clear.
+    """Yield frames in the palette's colours; unchanged pixels are transparent, which compresses best."""
+    # Unused palette entries repeat a colour; the last index is the transparent one.
     whole = np.concatenate([palette, np.repeat(palette[:1], 256 - len(palette), axis=0)])
     before: NDArray[np.uint8] | None = None
     for pixels in frames:
@@ -158,14 +158,14 @@ def _paletted(frames: Iterator[NDArray[np.uint8]], palette: NDArray[np.uint8]) -
 def nearest(pixels: NDArray[np.uint8], palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the nearest colour of each pixel: (H, W, 3) and (N, 3) with N up to 255 -> (H, W) uint8.
 
-    Exact, where Pillow's own search takes neighbouring colours for one.
+    Exact; Pillow's own search merges neighbouring colours.
     """
     rows, columns = pixels.shape[0], pixels.shape[1]
     index = np.zeros((rows, columns), np.uint8)
     for row in range(rows):
         for column in range(columns):
             red, green, blue = pixels[row, column, 0], pixels[row, column, 1], pixels[row, column, 2]
-            # Most pixels are as the one before them.
+            # Most pixels equal the one before them.
             if column and (
                 pixels[row, column - 1, 0] == red
                 and pixels[row, column - 1, 1] == green

@@ -1,8 +1,7 @@
-"""The pace of an animation: moments of the site's clock, close together where something moves.
+"""The pace of an animation: times on the site's clock, denser while something moves.
 
-The slings of a part are fixed and taken off for minutes, and for seconds it moves; a film at an even pace would show a
-crane that stands. Time in which the hook stands still passes ``STANDING`` times as fast; the clock in the picture says
-the true time.
+Slinging takes minutes and motion seconds, so a film at a constant pace would mostly show a crane at rest. Time while
+the hook rests passes ``STANDING`` times as fast; the clock in the picture shows the true time.
 """
 
 from __future__ import annotations
@@ -21,12 +20,12 @@ _MOST_FRAMES = 5000
 
 
 def frame_times_ns(tracks: Sequence[Track], motions: Sequence[LiftMotion], frames: int) -> list[int]:
-    """Return the moments of an animation's frames, ascending: the first at the first lift's start, the last at the end.
+    """Return the times of an animation's frames, ascending, from the first lift's start to the last lift's end.
 
     Args:
-        tracks: Lifts to be shown, ascending order.
-        motions: Of those lifts; none without a crane, where the pace is even.
-        frames: How many, at least 2.
+        tracks: Tracks of the lifts to show, in ascending order.
+        motions: Motions of those lifts; without any, on a site without a crane, the pace is constant.
+        frames: Number of frames, at least 2.
 
     Raises:
         InputError: If there are too few or too many of them, or no lifts.
@@ -36,7 +35,7 @@ def frame_times_ns(tracks: Sequence[Track], motions: Sequence[LiftMotion], frame
     if not 2 <= frames <= _MOST_FRAMES:
         raise InputError(
             f"an animation of {frames} frames cannot be made",
-            hint=f"seconds times frames a second may be from 2 to {_MOST_FRAMES}",
+            hint=f"seconds times frames a second must be from 2 to {_MOST_FRAMES}",
         )
     by_order = {motion.order: motion for motion in motions}
     at_ns, weights = [tracks[0].start_ns], [0.0]
@@ -46,7 +45,7 @@ def frame_times_ns(tracks: Sequence[Track], motions: Sequence[LiftMotion], frame
         if motion is not None and motion.phases:
             spans = [(phase.start_ns, phase.end_ns, phase.name in _STILL) for phase in motion.phases]
         for start_ns, end_ns, still in spans:
-            # A gap before it (lifts that are not shown) takes no time.
+            # A gap before it (lifts that are not shown) is skipped.
             if start_ns > at_ns[-1]:
                 at_ns.append(start_ns)
                 weights.append(weights[-1])
@@ -58,5 +57,5 @@ def frame_times_ns(tracks: Sequence[Track], motions: Sequence[LiftMotion], frame
 
 
 def default_seconds(lifts: int) -> float:
-    """Return how long an animation of so many lifts takes."""
+    """Return the default length of an animation of this many lifts, seconds."""
     return 8.0 if lifts == 1 else float(min(24.0, max(6.0, 0.2 * lifts)))

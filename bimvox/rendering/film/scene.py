@@ -1,4 +1,4 @@
-"""The site at any moment of a plan: what is built, what waits, where crane and load are."""
+"""The site at any time of a plan: assembled and stored parts, crane and load."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from bimvox.site.component import Component
 from bimvox.site.site import Site
 
 _UPRIGHT = 0.999
-"""Cosine of half the turn from which on a part is drawn on the cells."""
+"""Cosine of half the rotation from which on a part counts as upright and is drawn on the cells."""
 
 
 class Film:
-    """The scenes of a plan over time; what does not change during a lift is painted once.
+    """The scenes of a plan over time; unchanging parts are painted once per lift.
 
     Args:
         site: What was planned.
-        lifts: All its lifts, ascending order.
-        motions: Of the planned ones; none without a crane.
-        tracks: Of their loads, ascending order.
-        title: Default: the site's name.
+        lifts: All its lifts, in ascending order.
+        motions: Motions of the planned ones; none without a crane.
+        tracks: Tracks of their loads, in ascending order.
+        title: The title; by default the site's name.
 
     Raises:
         InputError: If no lift has a time.
@@ -70,15 +70,15 @@ class Film:
         return max(track.end_ns for track in self.tracks)
 
     def track_at(self, time_ns: int) -> Track:
-        """Return the lift under way at a time: the last one that has begun, the first one before that.
+        """Return the lift under way at a time: the last one that has begun, or the first one.
 
-        Of several cranes that of the one whose load hangs on its hook.
+        With several cranes, a lift with its load on the hook takes precedence.
         """
         now = self.tracks_at(time_ns)
         return next((track for track in now if track.lifted_ns <= time_ns < track.assembled_ns), now[-1])
 
     def tracks_at(self, time_ns: int) -> list[Track]:
-        """Return the lift under way of every crane, that of the last one to begin at the end."""
+        """Return the lift under way of every crane, ordered by start."""
         latest: dict[int, Track] = {}
         for track in self.tracks:
             number = self.site.components[track.lift.component].crane
@@ -87,7 +87,7 @@ class Film:
         return sorted(latest.values(), key=lambda track: track.start_ns)
 
     def track_of(self, order: int) -> Track:
-        """Return the lift of an order.
+        """Return the track of the lift of an order.
 
         Raises:
             InputError: If it has no time: it is infeasible, or the log does not carry it.
@@ -95,9 +95,10 @@ class Film:
         track = next((track for track in self.tracks if track.lift.order == order), None)
         if track is None:
             lift = next((lift for lift in self.lifts if lift.order == order), None)
-            part = self.site.components[lift.component].id if lift else f"lift {order + 1}"
+            component = self.site.components[lift.component] if lift else None
+            part = f"{component.name or component.id}: " if component else ""
             why = f"it is infeasible: {lift.reason}" if lift and lift.reason else "the log does not carry it"
-            raise InputError(f"{part}: this lift has no path to show; {why}", hint="choose a lift that has one")
+            raise InputError(f"{part}lift {order + 1} has no path to show; {why}", hint="choose a lift that has one")
         return track
 
     def scene(self, time_ns: int) -> Scene:
@@ -137,7 +138,7 @@ class Film:
         )
 
     def whole(self, times_ns: Sequence[int]) -> Scene:
-        """Return a scene that holds everything that is seen at any of these times: what a still camera must show."""
+        """Return a scene with everything visible at any of these times, for a fixed camera."""
         canvas = site_canvas(self.site, 2 * len(self.lifts))
         for track in self.tracks:
             canvas.paint(target_cells(self.site.components[track.lift.component]), ASSEMBLED)
@@ -151,18 +152,18 @@ class Film:
         return replace(scene, solids=canvas.solids, palette=canvas.palette, layers=canvas.layers, points_m=seen)
 
     def poses(self, time_ns: int) -> dict[int, CranePose]:
-        """Return where the axes of every crane are, by its number; empty without motions."""
+        """Return every crane's pose, by its index; empty without motions."""
         now = (self.motions.get(track.lift.order) for track in self.tracks_at(time_ns))
         return poses_at(self.site, [motion for motion in now if motion is not None], time_ns)
 
     def _before(self, lift: Lift, now: Sequence[Track], time_ns: int) -> Canvas:
-        """What stands and lies there during a lift, without the parts of the lifts under way."""
+        """Return the assembled and stored parts during a lift, without the parts of the lifts under way."""
         under_way = frozenset(track.lift.order for track in now)
         key = (lift.order, under_way)
         if self._base is not None and self._base[0] == key:
             return self._base[1]
         canvas = site_canvas(self.site, 2 * len(self.lifts))
-        # With several cranes, what comes before a lift in the order need not have begun.
+        # With several cranes, an earlier lift in the order may not have begun.
         to_come = frozenset(track.lift.order for track in self.tracks if track.start_ns > time_ns)
         done = frozenset(track.lift.order for track in self.tracks if track.start_ns <= time_ns) - under_way
         for other in self.lifts:
@@ -180,7 +181,7 @@ class Film:
         return canvas
 
     def _paint_part(self, canvas: Canvas, track: Track, time_ns: int) -> tuple[list[Block], NDArray[np.float64] | None]:
-        """Paint the part under way; while it is tipped up it is made of turned boxes. Return them, and its top."""
+        """Paint the part under way, or return rotated boxes while it is tipped up; also return its top corners."""
         site, lift = self.site, track.lift
         component = site.components[lift.component]
         assert lift.place is not None
@@ -205,7 +206,7 @@ class Film:
         return blocks, corner_m + far @ rotation(turn).T
 
     def _legend(self) -> tuple[LegendEntry, ...]:
-        """The same in every frame: the paper's states, whether there is one of each or not."""
+        """Return the legend, which is the same in every frame: all states of the paper."""
         return (
             *site_legend(self.site),
             LegendEntry("unbuilt", UNBUILT, layer=Layer.UNBUILT),
@@ -246,11 +247,11 @@ def turned_boxes(
     voxel_size_m: float,
     rgb: tuple[int, int, int],
 ) -> list[Block]:
-    """Return a part turned about its lowest corner as boxes.
+    """Return a part rotated about its lowest corner as boxes.
 
     Args:
         component: The part.
-        corner_m: (3,) where its lowest corner is.
+        corner_m: (3,) its lowest corner.
         quaternion: (4,) x, y, z, w.
         voxel_size_m: Edge of a cell.
         rgb: Colour.
@@ -262,7 +263,7 @@ def turned_boxes(
 
 
 def _waits(other: Lift, lift: Lift, to_come: frozenset[int]) -> bool:
-    """Whether a part lies in the yard during a lift: a delivery comes when all lifts of the earlier ones are done."""
+    """Return whether a part lies in the yard during a lift; a delivery arrives after all lifts of earlier ones."""
     if other.place is None or lift.place is None:
         return False
     if other.order < lift.order and other.status is Status.PLANNED and other.order not in to_come:

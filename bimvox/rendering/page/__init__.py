@@ -1,1 +1,1 @@
-"""A plan as one self-contained web page: it opens offline, and asks nobody for anything."""
+"""A plan as one self-contained web page that works offline and makes no network requests."""

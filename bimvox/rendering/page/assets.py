@@ -1,4 +1,4 @@
-"""The page's own program, style and frame: plain files, put together here without any tool."""
+"""The page's program, style and frame: plain files, joined here without a build tool."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MODULES = (
     "live",
     "main",
 )
-"""The modules, each after those that it imports from."""
+"""The modules, each after the ones that it imports."""
 
 _IMPORT = re.compile(r"^import \{[^}]*\} from \"\./(\w+)\.mjs\";\n", re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|const|class) )", re.MULTILINE)
@@ -40,8 +40,7 @@ _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|const|class) )", re.MUL
 def script() -> str:
     """Return the program as one classic script.
 
-    The files are modules, so that Node can run and test each alone; in one script their imports are the names
-    themselves.
+    The files are modules, so that Node can run and test each alone; in one script their imports are not needed.
     """
     joined = "\n".join(_EXPORT.sub("", _IMPORT.sub("", text_of(f"{name}.mjs"))) for name in MODULES)
     return f'"use strict";\n(() => {{\n{joined}\n}})();\n'
@@ -53,5 +52,5 @@ def imports_of(name: str) -> list[str]:
 
 
 def text_of(name: str) -> str:
-    """Return one of the files."""
+    """Return the text of one of the files."""
     return (files(__package__) / "web" / name).read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Numbers as one block of bytes that a browser reads as typed arrays; equal arrays are stored once."""
+"""Arrays as one block of bytes that a browser reads as typed arrays; equal arrays are stored once."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Blob:
         self._known: dict[tuple[str, bytes], Reference] = {}
 
     def put(self, array: NDArray[Any]) -> Reference:
-        """Add an array of uint8, uint16, uint32, int32 or float32, of any shape; returns where it is."""
+        """Add an array of uint8, uint16, uint32, int32 or float32, of any shape; return a reference to it."""
         code = _CODES[array.dtype.name]
         data = np.ascontiguousarray(array, array.dtype.newbyteorder("<")).tobytes()
         if (code, data) not in self._known:
@@ -32,12 +32,12 @@ class Blob:
         return self._known[code, data]
 
     def put_steps(self, rows: NDArray[np.int64]) -> Reference:
-        """Add (N, C) integers column by column, each value as the step from the one before: that packs well."""
+        """Add (N, C) integers column by column, delta-encoded, which compresses well."""
         steps = np.diff(rows, axis=0, prepend=np.zeros((1, rows.shape[1]), np.int64))
         if steps.size and np.abs(steps).max() > np.iinfo(np.int32).max:
             raise OverflowError("a step does not fit 32 bits")
         return self.put(steps.T.astype(np.int32))
 
     def to_bytes(self) -> bytes:
-        """Return everything put so far."""
+        """Return all bytes so far."""
         return bytes(self._bytes)

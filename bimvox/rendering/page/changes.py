@@ -1,4 +1,4 @@
-"""What a revision changed: which lifts were kept as they were, planned anew, or are infeasible."""
+"""What a revision changed: which lifts were kept, replanned, or are infeasible."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bimvox.rendering.page.source import Revision
 
 
 def changes(before: Revision, after: Revision) -> dict[str, Any]:
-    """Return the components, by index, and how many cells of obstructions differ."""
+    """Return the changed components, by index, and how many obstruction cells differ."""
     kept, replanned, infeasible = ([lift.component for lift in some] for some in by_change(before.lifts, after.lifts))
     obstructed = [revision.plan.site.labels == Label.OBSTRUCTION for revision in (before, after)]
     return {

@@ -1,4 +1,4 @@
-"""The crane as lines and boxes on the joints that move them, found from the one drawing of a crane in a pose."""
+"""The crane as lines and boxes attached to the joints that move them, derived from the drawing of a crane in a pose."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from bimvox.rendering.scene.crane_parts import crane_parts
 from bimvox.rendering.scene.lattice import CraneParts
 
 FIXED, SLEWING, TROLLEY, HOOK, LUFFING = range(5)
-"""What moves a point: nothing; slewing; slewing and trolley; all three axes; slewing and luffing."""
+"""Joints that move a point: none; slewing; slewing and trolley; all three axes; slewing and luffing."""
 _SAME_M = 1e-6
 
 
 def crane_record(crane: TowerCrane, blob: Blob) -> dict[str, Any]:
-    """Return the crane's numbers, and its lines and boxes with the joint that each point hangs on.
+    """Return the crane's numbers, and its lines and boxes with the joint of each point.
 
-    A point's coordinates are those of its joint: from the foot of the slewing axis at z = 0, at a slewing angle, a
-    radius and a height of 0; those of a luffing jib are from its pivot, x along the jib.
+    Coordinates are in the joint's frame: relative to the foot of the slewing axis at z = 0, at slewing angle, radius
+    and height 0; on a luffing jib relative to its pivot, x along the jib.
     """
     jib = crane.luffing
     rest = CranePose(0.0, 0.5 * crane.jib_length_m, 0.5 * crane.jib_height_m)
@@ -46,7 +46,7 @@ def crane_record(crane: TowerCrane, blob: Blob) -> dict[str, Any]:
             joint[np.linalg.norm(moved - at, axis=-1) > _SAME_M] = number
         if jib is not None:
             return _on_jib(crane, jib, rest, at, joint, at - zero[np.where(joint == LUFFING, FIXED, joint)]), joint
-        # On the slewing axis nothing tells a point that slews from one that does not, and nothing needs to.
+        # A point on the slewing axis looks the same whether it slews or not.
         return at - zero[joint], joint
 
     segments, joints = on_joints(lambda parts: np.concatenate([s.segments_m for s in parts.strokes]).reshape(-1, 3))
@@ -91,7 +91,7 @@ def _on_jib(
     joint: NDArray[np.uint8],
     others: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Points of the luffing jib from its pivot, x along it; the others as they are."""
+    """Return the points of a luffing jib relative to its pivot, x along the jib; other points unchanged."""
     luff = float(luff_of_radius(jib, np.array([rest.radius_m]))[0])
     pivot = np.array([crane.base_m[0] + jib.pivot_offset_m, crane.base_m[1], jib.pivot_height_m])
     away = at - pivot

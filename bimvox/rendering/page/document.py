@@ -1,9 +1,9 @@
-"""Everything that the page shows, as plain values and one block of numbers."""
+"""The data of the page: plain values and one block of numbers."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,18 +26,19 @@ from bimvox.rendering.page.motions import (
 from bimvox.rendering.page.source import PageSource, Revision
 from bimvox.rendering.scene.site import view_of_site
 from bimvox.site.construction import KIND_RGB, STATE_RGB
+from bimvox.site.part_names import names_by_id, with_names
 from bimvox.site.site import Site
 
 FORMAT = 1
 GEOMETRY_BUDGET_BYTES = 1_900_000
-"""Packed; with motions, text and base64 a page of 500 parts stays below 4 MB."""
+"""Compressed size; with motions, text and base64 a page of 500 parts stays below 4 MB."""
 
 
 def document_of(source: PageSource) -> tuple[dict[str, Any], bytes]:
-    """Return what the page shows.
+    """Return the data of the page.
 
     Args:
-        source: Revisions of one site; what is common to them is taken from the last one.
+        source: Revisions of one site; their common values are taken from the last one.
 
     Returns:
         Plain values for JSON, and the block of numbers that they refer to.
@@ -81,7 +82,7 @@ def document_of(source: PageSource) -> tuple[dict[str, Any], bytes]:
 
 
 class _Motions:
-    """Motions, each stored once: a replan keeps most of them."""
+    """Motions, each stored once, because a replan keeps most of them."""
 
     def __init__(self, blob: Blob) -> None:
         self.blob = blob
@@ -96,6 +97,12 @@ class _Motions:
         return self._known[key]
 
 
+def _named(site: Site, notes: Sequence[str]) -> list[str]:
+    """Return notes with the parts' names before their ids."""
+    names = names_by_id(site)
+    return [with_names(note, names) for note in notes]
+
+
 def _site_record(site: Site, blob: Blob) -> dict[str, Any]:
     view = view_of_site(site)
     return {
@@ -107,7 +114,7 @@ def _site_record(site: Site, blob: Blob) -> dict[str, Any]:
         "voxel_size_m": site.frame.voxel_size_m,
         "origin_m": list(site.frame.origin_m),
         "slab": blob.put(slab_map(site)),
-        "notes": list(site.notes),
+        "notes": _named(site, site.notes),
         "geometry_digest": site.geometry_digest,
         "view_deg": [round(view.azimuth_deg, 3), round(view.elevation_deg, 3)],
     }
@@ -173,8 +180,8 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
         "timed": bool(revision.motions),
         "lifts": lifts,
         "obstructions": [boxes_record(blocker, blob) for blocker in obstructions(site)],
-        "obstruction_notes": list(site.obstruction_notes),
-        "notes": list(revision.plan.notes),
+        "obstruction_notes": _named(site, site.obstruction_notes),
+        "notes": _named(site, revision.plan.notes),
         "clashes": [
             {"first": c.first, "second": c.second, "depth_m": round(c.depth_m, 4), "at_least": c.at_least}
             for c in revision.plan.clashes

@@ -1,4 +1,4 @@
-"""What stands on a site: the slab with its areas, structure, obstructions."""
+"""The fixed things on a site: the slab with its areas, structure, obstructions."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from bimvox.site.site import Blocker, Site
 
 NOTHING, GROUND, AREA, YARD = range(4)
 PROHIBITED = 8
-"""Added to a column's number where a zone forbids the hook."""
+"""Added to a column's value if a zone forbids the hook there."""
 
 
 def slab_map(site: Site) -> NDArray[np.uint8]:
-    """Return (Y, X) uint8 what the slab is in every column."""
+    """Return the label of the slab in every column, (Y, X) uint8."""
     slab = site.labels[:, :, 0]
     columns = np.full(slab.shape, GROUND, np.uint8)
     columns[slab == Label.AIR] = NOTHING
     columns[slab == Label.CONSTRUCTION_AREA] = AREA
-    # The yard is what `Site.yard` says; labels of the slab need not repeat it.
+    # `Site.yard` defines the yard; the labels of the slab need not repeat it.
     columns[(slab == Label.YARD) | (site.yard & (columns == GROUND))] = YARD
     closed = [zone for zone in (site.prohibited, site.no_load) if zone is not None]
     if closed:
@@ -32,7 +32,7 @@ def slab_map(site: Site) -> NDArray[np.uint8]:
 
 
 def standing(site: Site) -> tuple[Blocker, ...]:
-    """Return what stands there whatever the obstructions: structure, terrain, and a mast that no crane explains."""
+    """Return the blockers other than obstructions: structure, terrain, and a mast without a crane."""
     return tuple(
         blocker
         for n, blocker in enumerate(site.blockers)
@@ -48,7 +48,7 @@ def obstructions(site: Site) -> tuple[Blocker, ...]:
 
 
 def boxes_record(blocker: Blocker, blob: Blob) -> dict[str, Any]:
-    """Return the cells above the slab as few boxes, in cells."""
+    """Return the cells above the slab as a few boxes, in cells."""
     cells = blocker.cells[blocker.cells[:, 2] > 0]
     boxes = np.zeros((0, 6), np.int32)
     if len(cells):

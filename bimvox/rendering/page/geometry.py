@@ -1,4 +1,4 @@
-"""Triangles for the page: on a fine lattice, without doubles, equal shapes once, with the edges worth drawing."""
+"""Triangles for the page: on a fine lattice, without duplicates, equal shapes once, with the visible edges."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from bimvox.bim.building import TriangleMesh
 
 FINEST_M = 0.001
 _COARSER = (1, 2, 5, 10, 20, 50, 100)
-"""Lattices tried in turn, times the finest, until the shapes fit the budget."""
+"""Multiples of the finest lattice, tried in turn until the shapes fit the budget."""
 _STEPS = 65_535
 _FLAT_COS = 0.94
-"""Cosine (20 degrees) above which two faces are one: the edge between them is not drawn."""
+"""Cosine (20 degrees) above which two faces count as flat: the edge between them is not drawn."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,13 +37,13 @@ class Geometry:
 
     @property
     def key(self) -> tuple[float, bytes, bytes]:
-        """What makes two shapes the same."""
+        """Key that equal shapes share."""
         return (self.step_m, self.points.tobytes(), self.faces.tobytes())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shapes:
-    """Distinct shapes and who has which.
+    """Distinct shapes, and which mesh has which.
 
     Attributes:
         geometries: The distinct ones, in order of first use.
@@ -59,11 +59,11 @@ class Shapes:
 
 
 def shapes_of(meshes: Sequence[TriangleMesh], budget_bytes: int) -> Shapes:
-    """Return meshes on the finest lattice on which all of them, packed, keep within a budget.
+    """Return meshes on the finest lattice whose compressed size is within a budget.
 
     Args:
         meshes: Any number.
-        budget_bytes: Packed size that is not exceeded unless the coarsest lattice exceeds it.
+        budget_bytes: Maximum compressed size; only the coarsest lattice may exceed it.
     """
     for times in _COARSER:
         made = [geometry_of(mesh, times * FINEST_M) for mesh in meshes]
@@ -83,7 +83,7 @@ def shapes_of(meshes: Sequence[TriangleMesh], budget_bytes: int) -> Shapes:
 
 
 def geometry_of(mesh: TriangleMesh, step_m: float) -> Geometry:
-    """Return a mesh on a lattice of ``step_m``, or coarser where it is so large that 16 bits do not reach."""
+    """Return a mesh on a lattice of ``step_m``, or a coarser one if the mesh is too large for 16 bits."""
     low_m, high_m = mesh.bounds_m
     step_m = max(step_m, float((high_m - low_m).max()) / _STEPS)
     used, faces = np.unique(mesh.faces, return_inverse=True)
@@ -98,7 +98,7 @@ def geometry_of(mesh: TriangleMesh, step_m: float) -> Geometry:
 
 
 def _edges(points: NDArray[np.uint16], faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(E, 2) edges of one face only, or of faces that are not in one plane."""
+    """Return the (E, 2) edges of a single face, or of faces in different planes."""
     if not len(faces):
         return np.zeros((0, 2), np.int64)
     at = points.astype(np.float64)[faces]
@@ -111,7 +111,7 @@ def _edges(points: NDArray[np.uint16], faces: NDArray[np.int64]) -> NDArray[np.i
     sides, owner = sides[order], owner[order]
     first = np.r_[True, (np.diff(sides, axis=0) != 0).any(axis=1)]
     group = np.cumsum(first) - 1
-    # The sign of a normal is not trusted: some sources turn faces over.
+    # The sign of a normal is ignored: some sources flip faces.
     along = np.abs(np.einsum("ij,ij->i", normals[owner], normals[owner[first][group]]))
     bent = np.zeros(group[-1] + 1, np.bool_)
     np.logical_or.at(bent, group, along < _FLAT_COS)

@@ -1,4 +1,4 @@
-"""A motion as few keyframes, between which the page goes straight in the crane's axes."""
+"""A motion as a few keyframes; the page interpolates linearly in the crane's axes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 TOLERANCE_M = 0.01
-"""How far the page may be from the log's samples."""
+"""Maximum deviation of the page from the log's samples."""
 
 Floats = NDArray[np.float64]
 
@@ -21,17 +21,17 @@ def keyframes(
     to_points_m: Callable[[Floats], Floats],
     tolerance_m: float = TOLERANCE_M,
 ) -> NDArray[np.int64]:
-    """Choose samples so that going straight between them keeps within a tolerance of all samples.
+    """Return samples such that linear interpolation between them stays within a tolerance of all samples.
 
     Args:
         time_ns: (N,) ascending times.
         values: (N, C) what is interpolated.
-        always_ns: Times whose samples are chosen in any case.
-        to_points_m: From (..., C) values to (..., 3) points, metres: where the tolerance counts.
+        always_ns: Times whose samples are always chosen.
+        to_points_m: Maps (..., C) values to (..., 3) points in metres, where the tolerance applies.
         tolerance_m: The tolerance.
 
     Returns:
-        (K,) int64 ascending indices, the first and the last sample among them.
+        (K,) int64 ascending indices, including the first and the last sample.
     """
     points_m = to_points_m(values)
     fixed = np.searchsorted(time_ns, [t for t in always_ns if time_ns[0] <= t <= time_ns[-1]])

@@ -1,4 +1,4 @@
-"""The lifts of a plan as records: everything that the page says about one, in numbers from the plan itself."""
+"""The lifts of a plan as records: all values that page and report show of a lift."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from bimvox.site.site import Site
 
 
 def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
-    """Return what is known of a lift; where and when it is driven is added by the caller."""
+    """Return the record of a lift, without its motion, which the caller adds."""
     site = revision.plan.site
     component = site.components[lift.component]
     place = lift.place
@@ -54,7 +54,7 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
 
 
 def _lifting(site: Site, component: Component) -> dict[str, Any]:
-    """Where the slings hold the part, how high they are, and which wind its sail area allows."""
+    """Return lifting points, sling height, and the wind that the sail area permits."""
     crane, rules = site.crane_of(component), site.rules
     wind = None
     if crane is not None:
@@ -71,7 +71,7 @@ def _lifting(site: Site, component: Component) -> dict[str, Any]:
 
 
 def _governing(site: Site, motion: LiftMotion) -> dict[str, Any] | None:
-    """The sample at which the part uses most of the crane's capacity, load and rigging together."""
+    """Return the governing sample: the highest utilisation, load and rigging together."""
     crane = site.cranes[motion.crane]
     mass_kg = site.components[motion.component].mass_kg + crane.tackle_kg
     held = (motion.raising, motion.loaded)
@@ -90,7 +90,7 @@ def _governing(site: Site, motion: LiftMotion) -> dict[str, Any] | None:
 
 
 def _hook(site: Site, motion: LiftMotion, *, last: bool) -> dict[str, Any]:
-    """Where the hook is when the part is hooked on, or set."""
+    """Return the hook's position at pick or set."""
     crane = site.cranes[motion.crane]
     part, n = (motion.loaded, -1) if last else (motion.raising, 0)
     slew_rad, radius_m, height_m = float(part.slew_rad[n]), float(part.radius_m[n]), float(part.height_m[n])

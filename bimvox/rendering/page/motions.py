@@ -1,4 +1,4 @@
-"""The motions of lifts as the page plays them."""
+"""The motions of lifts, for playback on the page."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _NS_PER_TICK = 10**9 // TICKS_PER_S
 
 
 def crane_motion(site: Site, motion: LiftMotion, track: Track, blob: Blob) -> dict[str, Any]:
-    """Return one lift of the crane: keyframes of slew, radius and height, and how the load hangs.
+    """Return one lift of the crane: keyframes of slew, radius and height, and the load's pose below the hook.
 
-    Times count from the lift's start. While a part that was stored lying is tipped up, the height of its frame and its
-    turn have keyframes of their own; after that it hangs below the hook, always in the same way.
+    Times count from the lift's start. While a part stored lying is tipped up, the height and rotation of its frame have
+    separate keyframes; after that its pose below the hook is constant.
     """
     crane = site.cranes[motion.crane]
     time_ns, axes = motion.samples()
@@ -63,7 +63,7 @@ def carried_motion(track: Track, blob: Blob) -> dict[str, Any]:
 
 
 def _yaw(track: Track, motion: LiftMotion) -> dict[str, Any] | None:
-    """By how much a part that was stored turned is turned back, and when; None where it was not."""
+    """Return by how much and when a part stored turned is turned back; None if it was not."""
     phase = next((phase for phase in motion.phases if phase.name is PhaseName.TURN), None)
     if phase is None or not len(track.tilt):
         return None
@@ -76,7 +76,7 @@ def _yaw(track: Track, motion: LiftMotion) -> dict[str, Any] | None:
 
 
 def _tip(site: Site, track: Track, motion: LiftMotion, blob: Blob) -> dict[str, Any] | None:
-    """Keyframes of the frame's height and the turn while a part is tipped up; None where it was not stored lying."""
+    """Return keyframes of the frame's height and rotation during tipping; None if the part was not stored lying."""
     place = track.lift.place
     if place is None or place.pose is StoredPose.AS_BUILT:
         return None

@@ -1,4 +1,4 @@
-"""A plan as one HTML file. The same plan gives the same bytes."""
+"""A plan as one HTML file; deterministic."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _LEVEL = 9
 def page_of(source: PageSource, live: str = "") -> bytes:
     """Return the page, UTF-8.
 
-    Nothing in it is fetched from anywhere, and its own policy forbids that. All that comes from the model or the log is
-    packed as data and is only ever shown as text.
+    It makes no network requests, and its content security policy forbids them. Content of the model or the log is
+    packed as data and only shown as text.
 
     Args:
         source: What it shows.
-        live: Name of a script beside the page (see ``live_script``) that says when the page was written again; then it
-            loads itself anew. Empty for a page that asks nobody for anything.
+        live: Name of a script next to the page (see ``live_script``) that tells the page when to reload. Empty for a
+            page that never reloads.
     """
     style, program = text_of("page.css"), script()
     shown = source.revisions[-1]
@@ -49,7 +49,7 @@ def page_of(source: PageSource, live: str = "") -> bytes:
 
 
 def pack(source: PageSource) -> str:
-    """Return the data: base64 of gzip of the length of the JSON (32 bits), the JSON, and the numbers, each aligned."""
+    """Return the data: base64 of gzip of the JSON's length (32 bits), the JSON, and the numbers, each aligned."""
     document, numbers = document_of(source)
     text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
@@ -57,16 +57,16 @@ def pack(source: PageSource) -> str:
 
 
 def live_script(source: PageSource, *, ended: bool = False) -> bytes:
-    """Return the script beside a live page: which log the page shows now, and whether it will change again."""
+    """Return the script next to a live page: which log the page shows, and whether it will change again."""
     shown = source.revisions[-1]
     news = json.dumps({"version": shown.sha256, "revision": shown.number, "ended": ended})
     return f"window.bimvoxLive?.({news});\n".encode()
 
 
 def _policy(style: str, program: str, *, live: bool) -> str:
-    """The content security policy: the page's own style and program, and nothing else from anywhere.
+    """Return the content security policy: only the page's own style and program.
 
-    A live page may also run scripts from where it lies itself.
+    A live page may also run scripts from its own folder.
     """
     beside = " 'self'" if live else ""
     return (
@@ -80,7 +80,7 @@ def _hash(text: str) -> str:
 
 
 def _summary(source: PageSource) -> str:
-    """The plan in a sentence, for readers without scripts."""
+    """Return the plan in a sentence, for readers without scripts."""
     shown = source.revisions[-1]
     planned = sum(lift.path_vox is not None for lift in shown.lifts)
     words = f"{counted(planned, 'lift')} planned, {len(shown.lifts) - planned} infeasible"

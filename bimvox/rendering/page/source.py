@@ -1,4 +1,4 @@
-"""What a page is made from: revisions of a plan with their motions and proofs, as values."""
+"""The input of a page: revisions of a plan with their motions and proofs, as values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from bimvox.records.proof import Verification
 
 
 class Track(Protocol):
-    """Where a load is on the site's clock; what the log's ``LoadTrack`` is."""
+    """The track of a load on the site's clock; the log's ``LoadTrack`` implements it."""
 
     @property
     def lift(self) -> Lift:
@@ -31,11 +31,11 @@ class Track(Protocol):
 
     @property
     def arrived_ns(self) -> int:
-        """When it is at its place in the building."""
+        """When the load is at its place in the building."""
 
     @property
     def assembled_ns(self) -> int:
-        """When it is fixed there."""
+        """When the load is fixed there."""
 
     @property
     def end_ns(self) -> int:
@@ -51,7 +51,7 @@ class Track(Protocol):
 
     @property
     def tilt(self) -> NDArray[np.float64]:
-        """(N, 4) quaternion x, y, z, w: its turn against how it is built in."""
+        """(N, 4) quaternion x, y, z, w: its rotation relative to the built-in position."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,14 +59,14 @@ class Revision:
     """One plan of a site.
 
     Attributes:
-        number: Its number among the plans of the site.
-        log: Name of the log file that holds it, without folder.
-        sha256: Of that file's bytes.
+        number: Its revision number.
+        log: Name of its log file, without folder.
+        sha256: SHA-256 of that file.
         plan: Site and lifts that the log carries.
-        context: Lifts of the same plan that the log does not carry (it is an extract).
-        motions: Of the planned lifts, in order; none without a crane.
-        tracks: Of their loads, in order.
-        proof: What a proof made now from the log says; None where none was made.
+        context: Lifts of the same plan that the log, an extract, does not carry.
+        motions: Motions of the planned lifts, in order; none without a crane.
+        tracks: Tracks of their loads, in order.
+        proof: The verdict of a proof made now from the log; None if none was made.
         metadata: Plain values about the plan (seed, policy, hashes ...).
     """
 
@@ -82,7 +82,7 @@ class Revision:
 
     @property
     def lifts(self) -> tuple[Lift, ...]:
-        """Lifts carried and not carried, ascending order."""
+        """All lifts, carried or not, in ascending order."""
         return tuple(sorted((*self.plan.lifts, *self.context), key=lambda lift: lift.order))
 
 
@@ -92,7 +92,7 @@ class PageSource:
 
     Attributes:
         revisions: Plans of one site that differ by obstructions only, ascending; the last one is shown first.
-        left_out: How many earlier revisions there are that the page does not carry.
+        left_out: Number of earlier revisions that the page leaves out.
     """
 
     revisions: tuple[Revision, ...]

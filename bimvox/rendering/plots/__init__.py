@@ -1,1 +1,1 @@
-"""Plots of figures: one look, readable in gray and by the colour-blind."""
+"""Plots in one style, readable in greyscale and by colour-blind people."""

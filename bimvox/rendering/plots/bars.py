@@ -1,4 +1,4 @@
-"""Groups of bars: one figure for each of a few ways, side by side."""
+"""Groups of bars, to compare a few methods side by side."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ class Bar:
     """One bar.
 
     Attributes:
-        group: What it belongs to on the axis.
-        series: What it is, for the legend; empty for none.
+        group: Its group on the axis.
+        series: Its name in the legend; empty for none.
         value: Its height.
         low: Lower end of its error line.
         high: Upper end.
-        censored: Whether the true value is larger: it is drawn open, with an arrow.
+        censored: Whether the true value is larger: the bar is drawn open, with an arrow.
     """
 
     group: str
@@ -38,10 +38,10 @@ def draw_bars(
     """Return the picture of bars in groups.
 
     Args:
-        bars: Groups and series appear in the order in which they come first.
-        axis: What the height is, with its unit.
+        bars: Groups and series appear in the order of their first bar.
+        axis: Label of the height, with its unit.
         title: Above the axes.
-        logarithmic: Whether the height's scale is logarithmic.
+        logarithmic: Whether the scale of the height is logarithmic.
         file_format: ``png`` or ``svg``.
     """
     groups = list(dict.fromkeys(bar.group for bar in bars))

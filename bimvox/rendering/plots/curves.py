@@ -23,7 +23,7 @@ class Curve:
         label: For the legend.
         steps: (K,) environment steps, ascending.
         mean: (K,) success rate, 0..1.
-        low: (K,) lower end of the band about it.
+        low: (K,) lower end of the band around the mean.
         high: (K,) upper end.
     """
 
@@ -40,8 +40,8 @@ class Panel:
 
     Attributes:
         title: Above it.
-        curves: Its series; curves of one label look the same in every panel.
-        note: A sentence that is shown where the panel has no curve.
+        curves: Its series; curves with the same label look the same in every panel.
+        note: A sentence shown in a panel without curves.
     """
 
     title: str

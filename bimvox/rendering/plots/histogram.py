@@ -1,4 +1,4 @@
-"""Histograms: how often a figure has which value, with its median and what is worth a mark."""
+"""Histograms, with marks such as the median."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A value worth a line across the plot.
+    """A value marked by a vertical line.
 
     Attributes:
         at: The value.
@@ -88,7 +88,7 @@ def draw_histogram(
         axes = figure.add_subplot()
         below = np.zeros(len(edges) - 1)
         for n, one in enumerate(series):
-            # What lies beyond an end that was asked for is counted at that end, not lost.
+            # Values beyond a given end are counted in the last bar at that end.
             counts = np.histogram(np.clip(one.values, edges[0], edges[-1]), edges)[0].astype(np.float64)
             axes.bar(
                 edges[:-1],
@@ -116,7 +116,7 @@ def draw_histogram(
             axes.xaxis.set_major_formatter(PercentFormatter(1.0))
         axes.margins(y=0.12)
         if marks or any(one.label for one in series):
-            # A mark may run behind the words.
+            # A mark may run behind the text.
             axes.legend(frameon=True, facecolor="#FFFFFF", edgecolor="none", framealpha=0.85)
         return bytes_of(figure, file_format)
 

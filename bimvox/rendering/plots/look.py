@@ -1,8 +1,8 @@
-"""How every plot looks.
+"""The common style of all plots.
 
-Lines differ in dash and marker as well as in colour (the bright palette of Paul Tol, whose members also differ in
-lightness), so that they are told apart in gray. The same figures give the same bytes: no date, no version, no random
-ids, and no fonts but the ones that matplotlib brings along.
+Lines differ in dash and marker as well as in colour (Paul Tol's bright palette, whose colours also differ in
+lightness), so that they can be told apart in greyscale. Deterministic: no date, version or random ids in the files, and
+only the fonts that come with matplotlib.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Format = Literal["png", "svg"]
 
 @dataclass(frozen=True, slots=True)
 class LineLook:
-    """How one series is drawn."""
+    """The look of one series."""
 
     colour: str
     dash: str
@@ -38,10 +38,10 @@ LINES: tuple[LineLook, ...] = (
     LineLook("#AA3377", (0, (5, 1, 1, 1, 1, 1)), "v"),  # type: ignore[arg-type]
     LineLook("#66CCEE", (0, (1, 1)), "x"),  # type: ignore[arg-type]
 )
-"""Series take them in order, and begin anew after the last."""
+"""Looks of the series in turn; they repeat after the last."""
 
 HATCHES = ("", "//", "..", "xx", "\\\\", "++")
-"""Bars take them in order."""
+"""Hatches of the bars in turn."""
 
 _STYLE = {
     "figure.facecolor": "#FAFAF8",
@@ -72,7 +72,7 @@ _STYLE = {
 
 @contextmanager
 def house_style() -> Iterator[None]:
-    """Draw and save with the one look; the caller's own settings of matplotlib do not matter."""
+    """Draw and save in the common style, independent of the caller's matplotlib settings."""
     with rc_context():
         rcdefaults()
         for key, value in _STYLE.items():
@@ -81,7 +81,7 @@ def house_style() -> Iterator[None]:
 
 
 def bytes_of(figure: Figure, file_format: Format) -> bytes:
-    """Return a figure as a PNG or SVG file; equal figures give equal bytes."""
+    """Return a figure as a PNG or SVG file; deterministic."""
     out = io.BytesIO()
     if file_format == "svg":
         FigureCanvasSVG(figure).print_svg(out, metadata={"Date": None, "Creator": "bimvox"})  # type: ignore[no-untyped-call]

@@ -1,4 +1,4 @@
-"""The figures of a plan: how much of the crane's capacity its lifts use, and how near its paths are to the shortest."""
+"""The plots of a plan: utilisation of the crane, length of the paths, methods, hook travel, latencies."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _METHODS = ("policy", "retrained", "search")
 
 
 def draw_utilisation(lifts: Sequence[dict[str, Any]], critical_share: float, *, file_format: Format = "png") -> bytes:
-    """Return how many lifts use which share of the capacity.
+    """Return the distribution of the utilisation.
 
     Args:
         lifts: Records with ``governs``; those without are left out.
-        critical_share: Marked.
+        critical_share: Marked by a line.
         file_format: ``png`` or ``svg``.
     """
     used = [lift["governs"]["utilisation"] for lift in lifts if lift["governs"]]
@@ -45,7 +45,7 @@ def draw_utilisation(lifts: Sequence[dict[str, Any]], critical_share: float, *, 
 
 
 def draw_path_ratios(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png") -> bytes:
-    """Return how long paths are against the fewest moves possible, by how they were found.
+    """Return the distribution of path length over the fewest possible moves, by method.
 
     Args:
         lifts: Records with ``method``, ``moves`` and ``shortest_moves``; those without a path are left out.
@@ -72,7 +72,7 @@ def draw_path_ratios(lifts: Sequence[dict[str, Any]], *, file_format: Format = "
 
 
 def draw_methods(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png") -> bytes:
-    """Return which share of the planned lifts each method found the path of.
+    """Return the share of the planned lifts by the method that found their path.
 
     Args:
         lifts: Records with ``method``; those without are left out.
@@ -85,7 +85,7 @@ def draw_methods(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png"
 
 
 def draw_hook_travel(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png") -> bytes:
-    """Return how far the hook travels in a lift, empty and loaded.
+    """Return the distribution of the hook travel per lift, empty and loaded.
 
     Args:
         lifts: Records with ``hook_travel_m``; those without are left out.
@@ -106,11 +106,11 @@ def draw_hook_travel(lifts: Sequence[dict[str, Any]], *, file_format: Format = "
 def draw_latencies(
     latencies_ms: Sequence[float], *, bound_ms: float | None = None, file_format: Format = "png"
 ) -> bytes:
-    """Return how long replans took, on a logarithmic scale.
+    """Return the distribution of replan latencies, on a logarithmic scale.
 
     Args:
-        latencies_ms: One a change, above 0.
-        bound_ms: What they must stay below, marked; None for no mark.
+        latencies_ms: One per change, above 0.
+        bound_ms: The bound, marked by a line; None for no line.
         file_format: ``png`` or ``svg``.
     """
     values = np.array(latencies_ms, np.float64)

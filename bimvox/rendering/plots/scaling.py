@@ -1,4 +1,4 @@
-"""Scaling: a figure against a size, both on logarithmic scales, with the slope that the points have."""
+"""Scaling plots: a value over a size, both on logarithmic scales, with the fitted slope."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Growth:
 
     @property
     def exponent(self) -> float:
-        """The slope of the line through the logarithms: 1 is linear; not a number below two different sizes."""
+        """Slope of the line through the logarithms: 1 is linear; NaN if there are fewer than two different sizes."""
         if len(np.unique(self.size)) < 2:
             return float("nan")
         return float(np.polyfit(np.log(self.size), np.log(self.value), 1)[0])
@@ -37,12 +37,12 @@ class Growth:
 def draw_scaling(
     series: Sequence[Growth], *, size: str, value: str, title: str = "", file_format: Format = "png"
 ) -> bytes:
-    """Return the picture of figures against a size.
+    """Return the plot of values over a size.
 
     Args:
-        series: What grew; the legend says with which exponent.
-        size: What the size is, with its unit.
-        value: What the figure is, with its unit.
+        series: The series; the legend gives their exponents.
+        size: Label of the size, with its unit.
+        value: Label of the value, with its unit.
         title: Above the axes.
         file_format: ``png`` or ``svg``.
     """

@@ -1,1 +1,1 @@
-"""The lift plan record: what a site keeps of a plan, as one page that prints."""
+"""The lift plan record: the document of a plan for the site, as one printable page."""

@@ -1,4 +1,4 @@
-"""The load chart with every lift in it: how near the crane's limit each one comes."""
+"""The load chart with every lift in it."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _POINTS = 240
 
 
 def load_chart(crane: TowerCrane, lifts: Sequence[dict[str, Any]], critical_share: float) -> str:
-    """Return the capacity over the radius, and each lift where its governing sample is, as SVG.
+    """Return the capacity over the radius, and each lift at its governing sample, as SVG.
 
     Args:
         crane: The crane.
         lifts: Records of lifts; those without a governing sample are left out.
-        critical_share: Drawn as a second curve.
+        critical_share: Share of the capacity drawn as a second curve.
     """
     held = [lift for lift in lifts if lift["governs"]]
     radius_m = np.linspace(crane.min_radius_m, crane.jib_length_m, _POINTS)
@@ -81,4 +81,4 @@ def _title(lift: dict[str, Any]) -> str:
 
     used = lift["governs"]["utilisation"]
     share = "beyond the chart" if used is None else f"{fixed(used * 100, 1)} %"
-    return element("title", escape(f"Lift {lift['order'] + 1}, {named(lift)}: {share}"))
+    return element("title", escape(f"Lift {lift['number']}, {named(lift)}: {share}"))

@@ -1,4 +1,4 @@
-"""The Gantt chart: one bar a lift, its phases in three shades that stay apart in gray."""
+"""The Gantt chart: one bar per lift, its phases in three shades that differ in greyscale too."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bimvox.rendering.report.svg import element, picture, text, ticks
 from bimvox.rendering.report.words import clock, named
 
 LIFTS_A_CHART = 45
-"""So many bars fit a printed page."""
+"""Number of bars that fit on a printed page."""
 
 _WIDTH, _LEFT, _RIGHT, _TOP, _ROW = 1040.0, 232.0, 12.0, 26.0, 13.0
 _STEPS_S = (10.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 14400.0, 28800.0, 86400.0, 604800.0)
@@ -20,18 +20,18 @@ def gantt_charts(lifts: Sequence[dict[str, Any]]) -> list[str]:
     """Return charts of ``LIFTS_A_CHART`` lifts each, as SVG; each has the time axis of its own lifts.
 
     Args:
-        lifts: Records of lifts; those that have no time are left out.
+        lifts: Records of lifts; those without a time are left out.
     """
     timed = [lift for lift in lifts if lift["begins_s"] is not None]
     return [_chart(timed[first : first + LIFTS_A_CHART]) for first in range(0, len(timed), LIFTS_A_CHART)]
 
 
 def crane_chart(lifts: Sequence[dict[str, Any]], cranes: Sequence[str]) -> str:
-    """Return all lifts of several cranes, a row a crane, as SVG; empty where none has a time.
+    """Return all lifts of several cranes, one row per crane, as SVG; empty if none has a time.
 
     Args:
         lifts: Records of lifts.
-        cranes: Names of the cranes, by their numbers.
+        cranes: Names of the cranes, by index.
     """
     timed = [lift for lift in lifts if lift["begins_s"] is not None]
     if not timed:
@@ -65,18 +65,18 @@ def _chart(lifts: Sequence[dict[str, Any]]) -> str:
     parts = _axis(low, high, scale, height)
     for row, lift in enumerate(lifts):
         parts.append(_bar(lift, low, scale, _TOP + row * _ROW))
-    first, last = lifts[0]["order"] + 1, lifts[-1]["order"] + 1
+    first, last = lifts[0]["number"], lifts[-1]["number"]
     return picture(_WIDTH, height, f"Gantt chart of lifts {first} to {last}", parts, "gantt")
 
 
 def _bar(lift: dict[str, Any], low: float, scale: float, y: float) -> str:
     mark = "▲ " if lift["critical"] else ""
-    label = f"{mark}{lift['order'] + 1}  {named(lift)}"
+    label = f"{mark}{lift['number']}  {named(lift)}"
     label = label if len(label) <= 36 else label[:35] + "…"
     spans = lift["phases"] or [["traverse", lift["begins_s"], lift["ends_s"]]]
     parts = [text(label, _LEFT - 8.0, y + 9.5, text_anchor="end", class_="label critical" if mark else "label")]
     parts += _rectangles(spans, low, scale, y)
-    words = f"Lift {lift['order'] + 1}, {named(lift)}: {clock(lift['begins_s'])} to {clock(lift['ends_s'])}"
+    words = f"Lift {lift['number']}, {named(lift)}: {clock(lift['begins_s'])} to {clock(lift['ends_s'])}"
     return element(
         "g", element("title", words.replace("&", "&amp;").replace("<", "&lt;")), *parts, data_order=lift["order"]
     )
@@ -100,7 +100,7 @@ def _rectangles(spans: Sequence[Sequence[Any]], low: float, scale: float, y: flo
 
 
 def _joined(spans: Sequence[Sequence[Any]]) -> list[tuple[str, float, float]]:
-    """Phases of one kind that follow each other as one; a crane that waits is left open."""
+    """Return the phases with consecutive ones of one kind joined, without waits."""
     joined: list[tuple[str, float, float]] = []
     for name, start, end in spans:
         if name == "wait":

@@ -1,7 +1,7 @@
-"""A few words of HTML. Every text is escaped; every number stands beside its exact value.
+"""Elements of HTML. Every text is escaped, and every number carries its exact value.
 
-``<data value="...">`` is HTML's own element for a number with its machine-readable value: whoever reads the page with a
-program reads the numbers of the log, not rounded ones.
+``<data value="...">`` is HTML's element for a number with its machine-readable value, so that a program reads the
+numbers of the log, not rounded ones.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from html import escape
 
 
 def number(value: float | int | None, words: str, key: str = "") -> str:
-    """Return a number as people read it, with its exact value; nothing where there is none.
+    """Return a number as people read it, with its exact value.
 
     Args:
         value: The value; None writes a dash.
-        words: As people read it.
-        key: What it is, for programs.
+        words: The number as people read it.
+        key: Its name, for programs.
     """
     if value is None:
         return '<span class="none">–</span>'
@@ -25,7 +25,7 @@ def number(value: float | int | None, words: str, key: str = "") -> str:
 
 
 def tag(name: str, inside: str, class_: str = "", **attributes: str) -> str:
-    """Return an element around HTML that is already safe."""
+    """Return an element around HTML that is already escaped."""
     if class_:
         attributes = {"class": class_, **attributes}
     written = "".join(f' {key.replace("_", "-")}="{escape(value)}"' for key, value in attributes.items())
@@ -38,7 +38,7 @@ def paragraph(words: str, class_: str = "") -> str:
 
 
 def terms(pairs: Iterable[tuple[str, str]]) -> str:
-    """Return a list of terms, their values already safe; empty ones are left out."""
+    """Return a list of terms with values that are already escaped; empty ones are left out."""
     return tag("dl", "".join(f"<div><dt>{escape(name)}</dt><dd>{value}</dd></div>" for name, value in pairs if value))
 
 
@@ -47,10 +47,10 @@ def table(columns: Sequence[str], rows: Iterable[str], *, class_: str = "", capt
 
     Args:
         columns: Headings, plain text; a line break is allowed.
-        rows: ``<tr>`` elements, already safe.
-        class_: Of the table.
-        caption: For those who do not see the page.
-        id_: Of the table.
+        rows: ``<tr>`` elements, already escaped.
+        class_: The table's class.
+        caption: Its caption, for screen readers.
+        id_: The table's id.
     """
     head = "".join(f'<th scope="col">{escape(name).replace(chr(10), "<br>")}</th>' for name in columns)
     words = f'<caption class="unseen">{escape(caption)}</caption>' if caption else ""
@@ -59,7 +59,7 @@ def table(columns: Sequence[str], rows: Iterable[str], *, class_: str = "", capt
 
 
 def row(cells: Iterable[str], class_: str = "", **attributes: str) -> str:
-    """Return a row of cells that are already safe; the first is its heading."""
+    """Return a row of cells that are already escaped; the first is its heading."""
     first, *rest = cells
     inside = f'<th scope="row">{first}</th>' + "".join(f"<td>{cell}</td>" for cell in rest)
     return tag("tr", inside, class_, **attributes)

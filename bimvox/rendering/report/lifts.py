@@ -32,16 +32,16 @@ def lift_table(lifts: Iterable[dict[str, Any]], *, proof_made: bool, id_: str, c
     """Return a table of lifts.
 
     Args:
-        lifts: Records of lifts, in the order in which they are shown.
+        lifts: Records of lifts, in display order.
         proof_made: Whether the log was proven for this report.
-        id_: Of the table.
-        caption: For those who do not see the page.
+        id_: The table's id.
+        caption: Its caption, for screen readers.
     """
     return table(_COLUMNS, [_row(lift, proof_made) for lift in lifts], class_="lifts", caption=caption, id_=id_)
 
 
 def critical_first(lifts: Sequence[dict[str, Any]], critical: Sequence[int]) -> list[dict[str, Any]]:
-    """Return all lifts, those of these orders first, in their order; then the others as they are."""
+    """Return all lifts, the critical orders first, then the others, each in its order."""
     by_order = {lift["order"]: lift for lift in lifts}
     chosen = set(critical)
     return [by_order[order] for order in critical] + [lift for lift in lifts if lift["order"] not in chosen]
@@ -53,7 +53,7 @@ def _row(lift: dict[str, Any], proof_made: bool) -> str:
     if lift["status"] != "planned":
         classes.append("bad")
     cells = [
-        number(lift["order"], str(lift["order"] + 1), "order"),
+        number(lift["order"], str(lift["number"]), "order"),
         f"<b>{escape(named(lift))}</b>{_crane(lift)}<br>{tag('code', escape(lift['global_id']))}",
         _hook(lift["pick"], "pick"),
         _hook(lift["set"], "set"),
@@ -67,7 +67,7 @@ def _row(lift: dict[str, Any], proof_made: bool) -> str:
 
 
 def _crane(lift: dict[str, Any]) -> str:
-    """The number of its crane, where there are several."""
+    """Return the number of a lift's crane, on a site with several."""
     return f", crane {lift['crane'] + 1}" if "crane" in lift else ""
 
 

@@ -1,4 +1,4 @@
-"""The lift plan record as one HTML file that prints. The same plan gives the same bytes."""
+"""The lift plan record as one printable HTML file; deterministic."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Figure:
     Attributes:
         data: The file.
         media_type: ``image/png`` or ``image/svg+xml``.
-        alt: What it shows, for those who do not see it; and its caption.
-        orders: Lifts that it is about.
+        alt: Its description, also used as its caption.
+        orders: Orders of the lifts that it shows.
     """
 
     data: bytes
@@ -33,7 +33,7 @@ class Figure:
     orders: tuple[int, ...] = ()
 
     def html(self) -> str:
-        """Return it as an element that needs no other file."""
+        """Return it as a self-contained element."""
         source = f"data:{self.media_type};base64,{base64.b64encode(self.data).decode()}"
         return (
             f'<figure><img src="{source}" alt="{escape(self.alt)}"><figcaption>{escape(self.alt)}</figcaption></figure>'
@@ -45,8 +45,8 @@ class Figures:
     """The pictures of a report.
 
     Attributes:
-        overview: The finished building; None for none.
-        blocked: What blocks infeasible parts.
+        overview: The finished building, or None.
+        blocked: Blockers of infeasible parts.
         plots: Figures about all lifts.
     """
 
@@ -58,12 +58,11 @@ class Figures:
 def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: Figures | None = None) -> bytes:
     """Return the report, UTF-8.
 
-    Nothing in it is fetched from anywhere, and it has no program: its own policy forbids both. All that comes from the
-    model or the log is only ever text. The record itself is in it as JSON (``<script type="application/json">``, which
-    is data and is not run).
+    It makes no network requests and runs no scripts; its content security policy forbids both. Content of the model or
+    the log is only text. It contains the record as JSON (``<script type="application/json">``, which is data).
 
     Args:
-        record: Of the plan, as ``record_of`` gives it.
+        record: The record of the plan from ``record_of``.
         cranes: The site's cranes, for their load charts.
         figures: Pictures, if any.
     """
@@ -87,7 +86,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             sections.remarks(record),
         ]
     )
-    # "<" cannot stand in the data: "</script" would end it.
+    # The data must not contain "<", because "</script" would end them.
     data = json.dumps(record, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'

@@ -1,4 +1,4 @@
-"""The lift plan record as plain values: every number that the report shows comes from here."""
+"""The lift plan record as plain values: the source of every number in the report."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from bimvox.site.site import Site
 
 FORMAT = 1
 CARRYING = frozenset((PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER))
-"""Phases in which the load is on its way."""
+"""Phases in which the load is in transit."""
 
 _VALUES = ("policy", "policy_steps", "seed", "bimvox", "schema_version")
-"""Metadata that says how the plan was made, besides files."""
+"""Metadata about how the plan was made, other than files."""
 
 
 def record_of(revision: Revision, *, critical_share: float | None = None) -> dict[str, Any]:
@@ -30,12 +30,12 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
 
     Args:
         revision: The plan as its log holds it.
-        critical_share: From which share of the capacity on a lift is critical, 0..1; None: as the site's rules say.
+        critical_share: Share of the capacity from which a lift is critical, 0..1; None takes the site's rules.
 
     Returns:
         ``log, site, crane, totals, methods, lifts, critical, infeasible, deliveries, proof, inputs, clashes, notes``;
-        ``critical`` are orders of lifts, the most used capacity first; ``infeasible`` orders of lifts, first those that
-        are not blocked only by other infeasible ones.
+        ``critical`` are orders of lifts, the highest utilisation first; ``infeasible`` orders of lifts, causes first:
+        those blocked only by other infeasible ones come last.
     """
     site = revision.plan.site
     if critical_share is None:
@@ -87,7 +87,7 @@ def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_sh
         "storey": component.storey,
         "mass_kg": component.mass_kg,
         "mass_source": component.mass_source,
-        # A sample beyond the chart has no share, and nothing is more critical.
+        # A sample beyond the load chart has no utilisation, and counts as the most critical.
         "critical": record["governs"] is not None and (used is None or used >= critical_share),
         "begins_s": track.start_ns / 1e9 if track else None,
         "ends_s": track.end_ns / 1e9 if track else None,
@@ -208,7 +208,7 @@ def _totals(revision: Revision, lifts: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _of_cranes(site: Site, lifts: list[dict[str, Any]]) -> dict[str, Any]:
-    """What each of several cranes does: its lifts, and how long it works and waits between the first and the last."""
+    """Return lifts, working time and waiting time of each of several cranes."""
     if not site.has_several_cranes:
         return {}
     found = []
@@ -226,7 +226,7 @@ def _of_cranes(site: Site, lifts: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _methods(lifts: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Shares of the planned lifts by how their path was found, the largest first."""
+    """Return the shares of the planned lifts by method, the largest first."""
     found = Counter(lift["method"] for lift in lifts if lift["method"])
     return [
         {"method": method, "lifts": count, "share": count / found.total()}
@@ -235,7 +235,7 @@ def _methods(lifts: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _deliveries(lifts: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """What comes together to the yard, and which lifts take it away."""
+    """Return the deliveries to the yard, each with its lifts."""
     groups: dict[int, list[dict[str, Any]]] = {}
     for lift in lifts:
         if lift["delivery"] is not None and lift["status"] == Status.PLANNED.value:
@@ -259,7 +259,7 @@ def _proof(proof: Verification | None) -> dict[str, Any] | None:
 
 
 def check_record(check: Check) -> dict[str, Any]:
-    """Return what a check says, as JSON values."""
+    """Return the result of a check, as JSON values."""
     return {
         "name": check.name,
         "passed": check.passed,
@@ -272,7 +272,7 @@ def check_record(check: Check) -> dict[str, Any]:
 
 
 def inputs_of(revision: Revision) -> list[dict[str, str]]:
-    """Return everything that the plan was made from, with its hash, in the order in which it came in."""
+    """Return all inputs of the plan with their hashes, in order of use."""
     site, metadata = revision.plan.site, revision.metadata
     rows = [("log", revision.log, revision.sha256)]
     if site.source.get("sha256"):

@@ -1,4 +1,4 @@
-"""The sections of the report, in the order in which a lifting supervisor reads them."""
+"""The sections of the report, in a lifting supervisor's reading order."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from bimvox.rendering.report.chart import load_chart
 from bimvox.rendering.report.gantt import crane_chart, gantt_charts
 from bimvox.rendering.report.html import number, paragraph, row, table, tag, terms
 from bimvox.rendering.report.lifts import critical_first, lift_table
-from bimvox.rendering.report.words import CHECKS, METHODS, SWING, clock, fixed, named, span, tonnes
+from bimvox.rendering.report.words import CHECKS, METHODS, SWING, clock, fixed, named, names_of, span, tonnes
 from bimvox.rendering.words import counted
+from bimvox.site.part_names import with_names
 
 _LISTED = 12
 
@@ -24,7 +25,7 @@ def heading(record: dict[str, Any]) -> str:
     good = bool(proof and proof["verified"])
     verdict = "✓ proven" if good else "✕ NOT PROVEN"
     chip = tag("p", verdict, "chip good" if good else "chip bad")
-    state = " Saved from a damaged log: some lifts may be missing." if log["recovered"] else ""
+    state = " Recovered from a damaged log: some lifts may be missing." if log["recovered"] else ""
     state += " An extract: the other lifts of the plan are listed without their paths." if log["extract"] else ""
     names = f"Model {site['model'] or 'not named'} · log {log['name']} · revision {log['revision']}.{state}"
     title = tag("div", f"<h1>{escape(site['name'])}: lift plan record</h1>{paragraph(names, 'faint')}")
@@ -32,7 +33,7 @@ def heading(record: dict[str, Any]) -> str:
 
 
 def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
-    """Terms and their values, safe."""
+    """Return terms and their values, escaped."""
     totals = record["totals"]
     highest, travel = totals["highest_utilisation"], totals["hook_travel_m"]
     ratio = totals["moves"] / totals["shortest_moves"] if totals["shortest_moves"] else None
@@ -40,14 +41,14 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
     def count(key: str) -> str:
         return number(totals[key], fixed(totals[key], 0), key)
 
-    nominal = "" if totals["timed_by"] == "crane" else " (nominal: no crane, 1 s a move)"
+    nominal = "" if totals["timed_by"] == "crane" else " (nominal: no crane, 1 s per move)"
     hours = number(totals["total_s"], f"{fixed(totals['total_s'] / 3600, 2)} h", "total_s")
     critical_words = f"{count('critical')} (capacity used from {fixed(record['critical_share'] * 100, 0)} % on)"
     heaviest = number(totals["heaviest_kg"], tonnes(totals["heaviest_kg"]), "heaviest_kg")
     return [
         ("Lifts", f"{count('planned')} of {count('lifts')} parts planned, {count('infeasible')} infeasible"),
         ("Total time", f"{hours} = {span(totals['total_s'])}{nominal}"),
-        ("Load on its way", number(totals["carrying_s"] or None, span(totals["carrying_s"]), "carrying_s")),
+        ("Load in transit", number(totals["carrying_s"] or None, span(totals["carrying_s"]), "carrying_s")),
         ("Cranes", _cranes(totals["cranes"], totals["total_s"]) if "cranes" in totals else ""),
         ("Hook travel", number(travel, f"{fixed(travel / 1000, 2)} km", "hook_travel_m") if travel else ""),
         (
@@ -65,13 +66,13 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _cranes(cranes: Sequence[dict[str, Any]], whole_s: float) -> str:
-    """Of several cranes: lifts, and which share of the whole time each works."""
+    """Return lifts and working share of each of several cranes."""
     words = []
     for n, crane in enumerate(cranes, start=1):
         lifts = number(crane["lifts"], fixed(crane["lifts"], 0), f"lifts_crane_{n}")
         share = crane["works_s"] / whole_s if whole_s else 0.0
         works = number(share, f"{fixed(share * 100, 0)} %", f"works_crane_{n}")
-        words.append(f"{n} {escape(crane['name'])}: {lifts} lifts, at work {works} of the time")
+        words.append(f"{n} {escape(crane['name'])}: {lifts} lifts, working {works} of the time")
     return "<br>".join(words)
 
 
@@ -83,11 +84,11 @@ def _method(found: dict[str, Any]) -> str:
 
 
 def infeasible(record: dict[str, Any], pictures: Sequence[tuple[tuple[int, ...], str]]) -> str:
-    """Return the parts that are not lifted, why, and what blocks them.
+    """Return the infeasible parts with their reasons and blockers.
 
     Args:
         record: The record.
-        pictures: Lifts that a picture is about, and the picture as an element.
+        pictures: Orders of the lifts in a picture, and the picture as an element.
     """
     by_order = {lift["order"]: lift for lift in record["lifts"]}
     chosen = [by_order[order] for order in record["infeasible"]]
@@ -97,7 +98,7 @@ def infeasible(record: dict[str, Any], pictures: Sequence[tuple[tuple[int, ...],
     rows = [
         row(
             [
-                number(lift["order"], str(lift["order"] + 1), "order"),
+                number(lift["order"], str(lift["number"]), "order"),
                 f"<b>{escape(named(lift))}</b><br>{tag('code', escape(lift['global_id']))}",
                 escape(lift["reason"] or "no reason is recorded"),
                 "<br>".join(_blocker(name, names) for name in lift["blocked_by"]) or "–",
@@ -126,17 +127,17 @@ def _blocker(name: str, names: dict[str, str]) -> str:
 
 
 def critical(record: dict[str, Any]) -> str:
-    """Return what makes lifts critical, and how many there are."""
+    """Return the definition and number of critical lifts."""
     if record["crane"] is None:
         return ""
     orders, share = record["critical"], fixed(record["critical_share"] * 100, 0)
     if not orders:
-        words = f"No lift uses {share} % of the crane's capacity or more: load and rigging, at the governing sample."
+        words = f"No lift uses {share} % or more of the crane's capacity (load and rigging, at the governing sample)."
     else:
         words = (
-            f"▲ marks {counted(len(orders), 'lift')} using {share} % of the crane's capacity or more (load and rigging "
-            "together, at the governing sample: the one that uses most). "
-            "They come first in the table, the most used capacity first."
+            f"▲ marks {counted(len(orders), 'lift')} using {share} % or more of the crane's capacity (load and "
+            "rigging together), at the governing sample with the highest utilisation. "
+            "They come first in the table, the highest utilisation first."
         )
     return tag("section", f"<h2>Critical lifts: {len(orders)}</h2>{paragraph(words)}", id="critical-lifts")
 
@@ -158,7 +159,7 @@ def lifts(record: dict[str, Any]) -> str:
 
 
 def gantt(record: dict[str, Any]) -> str:
-    """Return the Gantt charts with their legend."""
+    """Return the Gantt charts and their legend."""
     charts = gantt_charts(record["lifts"])
     if not charts:
         return ""
@@ -169,7 +170,7 @@ def gantt(record: dict[str, Any]) -> str:
         for name, words in (
             ("empty", "empty hook"),
             ("handling", "hooking on, raising, setting, releasing"),
-            ("carrying", "load on its way"),
+            ("carrying", "load in transit"),
         )
     )
     key = tag("ul", legend + tag("li", "▲ critical"), "legend")
@@ -179,7 +180,7 @@ def gantt(record: dict[str, Any]) -> str:
 
 
 def _working_range(given: dict[str, Any]) -> str:
-    """What the limiters are set to; nothing where none is."""
+    """Return the settings of the limiters; empty without any."""
     words = []
     if given["slew_rad"] is not None:
         words.append("slewing {:.1f}° to {:.1f}°".format(*(math.degrees(angle) for angle in given["slew_rad"])))
@@ -191,7 +192,7 @@ def _working_range(given: dict[str, Any]) -> str:
 
 
 def _luffing_words(jib: dict[str, Any] | None) -> str:
-    """The jib that luffs; nothing where a trolley runs on it."""
+    """Return the data of a luffing jib; empty for a jib with a trolley."""
     if jib is None:
         return ""
     low, high = (math.degrees(angle) for angle in jib["luff_rad"])
@@ -235,7 +236,7 @@ def machine(record: dict[str, Any], cranes: Sequence[TowerCrane]) -> str:
 def _crane(
     record: dict[str, Any], machine: dict[str, Any], crane: TowerCrane, lifts: Sequence[dict[str, Any]], title: str
 ) -> str:
-    """One crane, and the load chart with its lifts in it."""
+    """Return one crane, and its load chart with its lifts."""
     rules = record["site"]["rules"]
     base = ", ".join(fixed(value, 2) for value in machine["base_m"])
     slew = math.degrees(machine["slewing"]["rate"])
@@ -266,7 +267,7 @@ def _crane(
     drawn = load_chart(crane, lifts, record["critical_share"])
     note = (
         f"Full line: capacity. Dashed: {fixed(record['critical_share'] * 100, 0)} % of it. A dot is a lift at its "
-        "governing sample, a triangle a critical one. Between two radii the capacity falls as a hyperbola through both."
+        "governing sample, a triangle a critical one. Between two radii the capacity is interpolated by a hyperbola."
     )
     return tag(
         "section",
@@ -276,7 +277,7 @@ def _crane(
 
 
 def deliveries(record: dict[str, Any]) -> str:
-    """Return what comes to the yard together."""
+    """Return the deliveries to the yard."""
     groups = record["deliveries"]
     if not groups:
         return ""
@@ -301,23 +302,23 @@ def deliveries(record: dict[str, Any]) -> str:
     return tag(
         "section",
         "<h2>Deliveries to the yard</h2>"
-        + paragraph("A delivery comes when every lift of the earlier ones is done.", "faint")
+        + paragraph("A delivery arrives when every lift of the earlier ones is done.", "faint")
         + table(("No.", "Lifts", "Mass t", "Lifted", "Parts"), rows, class_="words"),
     )
 
 
 def proof(record: dict[str, Any]) -> str:
-    """Return what was proven, how, on how many samples, and what failed."""
+    """Return what was proven, how, with how many samples, and what failed."""
     made = record["proof"]
     if made is None:
-        words = "NOT PROVEN. The log was not proven when this report was made; bimvox verify proves it."
+        words = "NOT PROVEN. This report was made without a proof; bimvox verify proves the log."
         return tag("section", "<h2>Proof</h2>" + paragraph(words, "warn"), id="proof")
     total = sum(check["samples"] for check in made["checks"])
     failed = [check for check in made["checks"] if not check["passed"]]
     if made["verified"]:
         words = (
-            f"Every check passed: {fixed(total, 0)} samples. The plan was proven again when this report was made, "
-            "from the log alone and by other means than the planner's. A check without samples had nothing to look at."
+            f"Every check passed: {fixed(total, 0)} samples. The plan was proven again for this report, "
+            "from the log alone and by means independent of the planner. A check without samples had nothing to check."
         )
     else:
         words = f"NOT PROVEN: {counted(len(failed), 'check')} failed. Do not lift by this plan."
@@ -343,13 +344,13 @@ def proof(record: dict[str, Any]) -> str:
         "<h2>Proof: what was proven, and how</h2>"
         + paragraph(words, "" if made["verified"] else "warn")
         + (tag("ul", found) if found else "")
-        + table(("Check", "Result", "Samples", "Worst", "What it looks at"), rows, class_="words", id_="checks"),
+        + table(("Check", "Result", "Samples", "Worst", "What it checks"), rows, class_="words", id_="checks"),
         id="proof",
     )
 
 
 def inputs(record: dict[str, Any]) -> str:
-    """Return the hashes of everything that the plan was made from."""
+    """Return all inputs of the plan with their hashes."""
     kinds = {"log": "log", "model": "model", "file": "file in the log", "digest": "digest", "value": "setting"}
     rows = [
         row([escape(kinds[item["kind"]]), escape(item["name"]), tag("code", escape(item["value"]))])
@@ -358,24 +359,23 @@ def inputs(record: dict[str, Any]) -> str:
     return tag(
         "section",
         "<h2>Made from</h2>"
-        + paragraph("SHA-256 of files; digests are SHA-256 of the content that a plan depends on.", "faint")
+        + paragraph("SHA-256 of files. A digest is the SHA-256 of the values that a plan depends on.", "faint")
         + table(("What", "Name", "SHA-256 or value"), rows, class_="words hashes", id_="inputs"),
     )
 
 
 def remarks(record: dict[str, Any]) -> str:
-    """Return notes, and pairs of parts that are drawn into each other."""
-    html = ""
+    """Return notes, and pairs of parts that overlap in the model."""
+    html, names = "", names_of(record)
     if record["notes"]:
-        html += tag(
-            "section", "<h2>Notes</h2>" + tag("ul", "".join(tag("li", escape(note)) for note in record["notes"]))
-        )
+        notes = "".join(tag("li", escape(with_names(note, names))) for note in record["notes"])
+        html += tag("section", "<h2>Notes</h2>" + tag("ul", notes))
     if record["clashes"]:
         rows = [
             row(
                 [
-                    tag("code", escape(clash["first"])),
-                    tag("code", escape(clash["second"])),
+                    escape(names.get(clash["first"], clash["first"])),
+                    escape(names.get(clash["second"], clash["second"])),
                     ("at least " if clash["at_least"] else "")
                     + number(clash["depth_m"], fixed(clash["depth_m"] * 1000, 1), "depth_m"),
                 ]
@@ -384,8 +384,8 @@ def remarks(record: dict[str, Any]) -> str:
         ]
         html += tag(
             "section",
-            f"<h2>Drawn into each other: {counted(len(rows), 'pair')}</h2>"
-            + paragraph("Each pair may overlap as deep as the model draws it, and no deeper.", "faint")
+            f"<h2>Overlaps in the model: {counted(len(rows), 'pair')}</h2>"
+            + paragraph("Each pair may overlap by no more than it does in the model.", "faint")
             + table(("Part", "Part", "Depth mm"), rows, class_="words"),
         )
     return html

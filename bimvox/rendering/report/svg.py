@@ -1,4 +1,4 @@
-"""A few words of SVG: elements with escaped text, so that names from files stay names."""
+"""Elements of SVG, with escaped text, so that names from files stay text."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def element(name: str, *children: str, **attributes: object) -> str:
 
 
 def text(words: str, x: float, y: float, **attributes: object) -> str:
-    """Return words at a point."""
+    """Return text at a point."""
     return element("text", escape(words), x=x, y=y, **attributes)
 
 
 def picture(width: float, height: float, title: str, parts: Iterable[str], class_: str) -> str:
-    """Return a drawing of that many units, as wide as its place, with a title for those who do not see it."""
+    """Return a drawing of this size in user units, scaled to its container, with a title for screen readers."""
     return element(
         "svg",
         element("title", escape(title)),
@@ -35,7 +35,7 @@ def picture(width: float, height: float, title: str, parts: Iterable[str], class
 
 
 def ticks(low: float, high: float, most: int, steps: tuple[float, ...]) -> list[float]:
-    """Return round values from low to high: multiples of the smallest step that gives no more than ``most``."""
+    """Return round values from low to high: multiples of the smallest step that gives at most ``most`` values."""
     step = next((step for step in steps if (high - low) / step <= most), steps[-1])
     first = -(-low // step)
     values = []

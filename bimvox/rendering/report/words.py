@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bimvox.rendering.words import clock as clock_of_ns
+from bimvox.site.part_names import part_name
 
 METHODS = {"policy": "policy", "retrained": "policy, retrained", "search": "search (A*)"}
 MASS_SOURCES = {
@@ -13,47 +14,47 @@ MASS_SOURCES = {
     "default": "volume x 2,400 kg/m³",
 }
 SWING = {
-    "shaped": "moves are shaped so that loads hang at rest where they are set; the swing on the way is proven clear",
-    "off": "NOT LOOKED AT: loads may still swing where they are set, and into things on the way",
+    "shaped": "moves are shaped so that loads are at rest when set; the swing in transit is proven clear",
+    "off": "NOT CHECKED: loads may still swing when set, and into things in transit",
 }
 CHECKS = {
-    "complete": "every part has exactly one lift, numbered without gaps; what is infeasible says why",
+    "complete": "every part has exactly one lift, numbered without gaps; infeasible lifts have a reason",
     "shapes": "a part's cells cover all of its triangles",
-    "unit_moves": "every path goes from the part's place in the yard to its place in the building, one cell a move",
+    "unit_moves": "every path goes from the part's place in the yard to its place in the building, one cell per move",
     "boundary": "no path leaves the site",
-    "cells": "no cell of the part meets a filled cell, by raw boolean grids rebuilt for every lift",
-    "triangles": "where neighbours share cells, the real triangles stay within the tolerance (FCL, finely sampled)",
+    "cells": "no cell of the part meets a filled cell, by boolean grids rebuilt for every lift",
+    "triangles": "if neighbours share cells, their triangles keep the tolerance (FCL, finely sampled)",
     "rope": "everything above the hook is free up to the jib",
-    "reach": "the hook stays within reach, its load within the load chart, both out of zones closed to them",
+    "reach": "the hook stays within reach, the load within the load chart, and both outside their exclusion zones",
     "rope_margin": "in transit hook and rope keep their clearance from everything higher",
-    "wind": "the sail area of every part allows the wind that the site is to work in",
-    "support": "what a part rests on was set before it",
-    "yard": "parts wait in the yard without meeting each other, one delivery at a time",
+    "wind": "the sail area of every part permits the site's wind speed",
+    "support": "a part is set after the parts that it rests on",
+    "yard": "parts in the yard do not collide, one delivery at a time",
     "timeline": "lifts follow each other on one clock without gaps, phases in their order",
     "axis_limits": "no axis exceeds its rate, acceleration or jerk, by differences of the samples",
-    "axis_range": "the hook stays between the smallest radius and the jib's end, and above the ground",
+    "axis_range": "the hook stays between minimum radius and jib end, and above the ground",
     "ends": "the motion begins at the part's place in the yard and ends at its place in the building",
-    "rests": "the crane stands still at both ends and at every corner",
-    "spacing": "the hook goes no more than half a cell between two samples",
+    "rests": "the crane is at rest at both ends and at every corner",
+    "spacing": "the hook moves at most half a cell between two samples",
     "capacity": "load and rigging are within the load chart at every sample",
-    "motion_cells": "the moving load meets no filled cell, along the chords between the samples",
-    "motion_triangles": "on the last moves the real triangles stay apart within the tolerance",
+    "motion_cells": "the moving load meets no filled cell, along the chords between samples",
+    "motion_triangles": "on the last moves the triangles keep the tolerance",
     "motion_rope": "the moving rope is free up to the jib",
     "empty_hook": "the empty hook meets nothing on its way to the next part",
-    "zones": "hook and load stay out of zones that are closed to them, and the hook as high as limiters want it",
-    "jib": "the jib meets nothing as it slews",
-    "swing": "loads hang at rest at the end of their way (pendulum from the samples) and swing into nothing before",
-    "cranes": "the cranes keep their distance at every moment, and whenever one or all of them are stopped",
-    "turns": "cranes wait for each other: no part is hooked on, or set, before those that come before it allow it",
-    "digests": "the hashes in the log are those of its content",
-    "load_poses": "the poses that a viewer shows are where the crane's axes put the load",
-    "commands": "a crane that holds the commanded rates goes where the motion goes",
+    "zones": "hook and load stay outside their exclusion zones, and the hook at the height that limiters require",
+    "jib": "the slewing jib meets nothing",
+    "swing": "loads are at rest when set (pendulum driven by the samples) and swing into nothing before",
+    "cranes": "the cranes keep their distance at every moment, also after an emergency stop of one or all of them",
+    "turns": "cranes wait for each other: no part is hooked on or set before the parts that must come before it",
+    "digests": "the hashes in the log match its content",
+    "load_poses": "the load poses shown by viewers follow from the crane's axes",
+    "commands": "a crane that holds the commanded rates follows the motion",
 }
-"""What each check of the verifier looks at."""
+"""What each check of the proof checks."""
 
 
 def fixed(value: float, digits: int) -> str:
-    """Return a number with that many decimals, thousands separated."""
+    """Return a number with this many decimals, thousands separated."""
     return f"{value:,.{digits}f}"
 
 
@@ -79,5 +80,10 @@ def tonnes(kg: float) -> str:
 
 
 def named(lift: dict[str, Any]) -> str:
-    """Return what a part is called: its name, else its GlobalId."""
+    """Return a part's name, or its GlobalId if it has none."""
     return str(lift["name"] or lift["global_id"] or lift["id"])
+
+
+def names_of(record: dict[str, Any]) -> dict[str, str]:
+    """Return the parts of a record by id: name or class first, id in brackets."""
+    return {lift["id"]: part_name(lift["id"], lift["name"], lift["ifc_class"]) for lift in record["lifts"]}

@@ -1,1 +1,1 @@
-"""What a picture shows, as values."""
+"""Scenes: the content of a picture, as values."""

@@ -1,4 +1,4 @@
-"""The picture of what keeps parts from being lifted: the site before their lift, what is in the way in red."""
+"""The picture of infeasible lifts: the site before the lift, with the blockers in red."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ _ELEVATION_DEG = 34.0
 _TURNS = 8
 _PROBE = PictureOptions(size_px=(96, 72), samples=1, annotated=False)
 _ROOM_M = 2.5
-"""What is shown around what matters, at least."""
+"""Minimum margin around parts and blockers."""
 _NEAR = 3.0
-"""A blocker is shown as far as this many sizes of what is shown of the part."""
+"""A blocker is shown up to this many times the size of the part's box."""
 
 
 def scene_of_blocked(site: Site, lifts: Sequence[Lift], blocked: Sequence[Lift]) -> tuple[Scene, View]:
-    """Return the picture of infeasible lifts that the same things block, and from where it shows most of them.
+    """Return the picture of infeasible lifts with the same blockers, and the view that shows most of them.
 
     Args:
         site: The site.
         lifts: All lifts of the plan.
-        blocked: Infeasible ones, at least one, ascending order.
+        blocked: Infeasible ones, at least one, in ascending order.
 
     Returns:
-        The scene, cut to what matters, and the view.
+        The scene, cut to parts and blockers, and the view.
     """
     first = min(blocked, key=lambda lift: lift.order)
     parts = [site.components[lift.component] for lift in blocked]
@@ -49,7 +49,7 @@ def scene_of_blocked(site: Site, lifts: Sequence[Lift], blocked: Sequence[Lift])
     canvas = site_canvas(site, len(lifts) * 2 + len(in_the_way) + 2 * len(parts))
     for lift in placed:
         canvas.paint(target_cells(site.components[lift.component]), ASSEMBLED)
-    # Only what comes with the same delivery lies in the yard at the same time.
+    # Only parts of the same delivery lie in the yard at the same time.
     delivery = next((lift.place.delivery for lift in blocked if lift.place is not None), None)
     stored = [lift for lift in blocked if lift.place is not None and lift.place.delivery == delivery]
     for lift in stored:
@@ -90,7 +90,7 @@ def scene_of_blocked(site: Site, lifts: Sequence[Lift], blocked: Sequence[Lift])
 def _in_the_way(
     site: Site, lifts: Sequence[Lift], placed: Sequence[Lift], ids: Sequence[str]
 ) -> tuple[list[Cells], list[Component]]:
-    """Cells of what stands in the way, and parts that are in the way by not being there."""
+    """Return the cells of the blockers, and the parts that block because they are not placed."""
     cells: list[Cells] = []
     waiting: list[Component] = []
     done = {lift.component for lift in placed}
@@ -115,7 +115,7 @@ def _in_the_way(
 def _focus_m(
     site: Site, targets: Sequence[Cells], starts: Sequence[Cells], blockers: Sequence[Cells]
 ) -> NDArray[np.float64]:
-    """(2, 3) box around the parts where they are blocked (at their places, or in the yard), and around the blockers."""
+    """Return the (2, 3) box around the blockers and the parts where they are blocked (at target or in the yard)."""
     places = [group for group in (targets, starts) if group]
     ends = [_box(group) for group in places]
     if not blockers:
@@ -144,7 +144,7 @@ def _box(groups: Iterable[Cells]) -> tuple[NDArray[np.float64], NDArray[np.float
 def _gap(
     one: tuple[NDArray[np.float64], NDArray[np.float64]], other: tuple[NDArray[np.float64], NDArray[np.float64]]
 ) -> float:
-    """Distance between two boxes, cells."""
+    """Return the distance between two boxes, cells."""
     apart = np.maximum(np.maximum(one[0] - other[1], other[0] - one[1]), 0.0)
     return float(np.linalg.norm(apart))
 
@@ -157,7 +157,7 @@ def _with_crane(site: Site, scene: Scene) -> Scene:
 
 
 def _best_view(site: Site, scene: Scene, places: Sequence[Cells], red: Sequence[int]) -> View:
-    """The turn of the usual view from which most of the blockers and of the parts' places is seen."""
+    """Return the usual view, turned so that it shows most of the blockers and of the parts' places."""
     number = len(scene.palette)
     solids = scene.solids.astype(np.uint32)
     for cells in places:
@@ -171,7 +171,7 @@ def _best_view(site: Site, scene: Scene, places: Sequence[Cells], red: Sequence[
     for turn in range(_TURNS):
         view = View(usual.azimuth_deg + turn * 360.0 / _TURNS, _ELEVATION_DEG)
         seen = solids_seen(probe, replace(_PROBE, view=view))
-        # Both must be seen, so the smaller one counts most.
+        # Both must be visible, so the smaller share counts most.
         counts = [int(np.isin(seen, red).sum())] if red else []
         counts.append(int((seen == number).sum()))
         worth = min(counts) + 0.2 * sum(counts)

@@ -1,4 +1,4 @@
-"""Coarser solids for pictures: cells much smaller than a pixel cost time and are not seen."""
+"""Coarser solids for pictures, because cells much smaller than a pixel cost time and are invisible."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _EDGE_LIMIT = 1600
 
 
 def coarsened(scene: Scene) -> Scene:
-    """Return the scene with cells joined by twos, fours ... until a picture of it is made in seconds."""
+    """Return the scene with cells joined 2 x 2 x 2, repeatedly, until it is drawn in seconds."""
     while scene.solids.size > CELL_LIMIT or max(scene.solids.shape) > _EDGE_LIMIT:
         frame = GridFrame(scene.frame.origin_m, 2.0 * scene.frame.voxel_size_m)
         scene = replace(scene, frame=frame, solids=_halved(scene.solids))
@@ -25,7 +25,7 @@ def coarsened(scene: Scene) -> Scene:
 
 @kernel
 def _halved(solids: NDArray[np.unsignedinteger]) -> NDArray[np.unsignedinteger]:
-    """Join 2 x 2 x 2 cells: whatever solid fills most of them, so that thin parts stay."""
+    """Join 2 x 2 x 2 cells; the solid that fills most of them wins over empty cells, so that thin parts remain."""
     nx, ny, nz = solids.shape
     out = np.zeros(((nx + 1) // 2, (ny + 1) // 2, (nz + 1) // 2), solids.dtype)
     for i in range(out.shape[0]):

@@ -1,4 +1,4 @@
-"""A crane as lattice lines and a few boxes, in the pose of its three axes."""
+"""A crane as lattice lines and a few boxes, in a pose."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = N
 
     Args:
         crane: The crane.
-        pose: Where its axes are.
-        load_m: (N, 3) points that the slings are fixed to; None for an empty hook.
+        pose: Its pose.
+        load_m: (N, 3) lifting points of the load; None for an empty hook.
     """
     if crane.luffing is not None:
         return luffing_parts(crane, crane.luffing, pose, load_m)

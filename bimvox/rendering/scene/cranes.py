@@ -23,12 +23,12 @@ def site_cranes(
     poses: Mapping[int, CranePose | None] | None = None,
     loads_m: Mapping[int, NDArray[np.float64] | None] | None = None,
 ) -> CraneParts:
-    """Return the lines and boxes of all cranes of a site; nothing where it has none.
+    """Return the lines and boxes of all cranes of a site.
 
     Args:
         site: The site.
-        poses: Where the axes of each are, by its number; those that are not in it are parked.
-        loads_m: (N, 3) points that the slings of each are fixed to; those not in it are empty.
+        poses: Poses by the crane's index; other cranes are parked.
+        loads_m: (N, 3) lifting points of the loads by the crane's index; other hooks are empty.
     """
     poses, loads_m = poses or {}, loads_m or {}
     parts = [
@@ -45,7 +45,7 @@ def site_cranes(
 
 
 def poses_at(site: Site, motions: Sequence[LiftMotion], time_ns: int) -> dict[int, CranePose]:
-    """Return where the axes of every crane are at a time; a crane stands where its last motion ends."""
+    """Return every crane's pose at a time; a crane rests where its last motion ends."""
     poses = {}
     for number in range(len(site.cranes)):
         own = [motion for motion in motions if motion.crane == number]
@@ -59,7 +59,7 @@ def poses_at(site: Site, motions: Sequence[LiftMotion], time_ns: int) -> dict[in
 
 
 def parked_pose(site: Site, crane: TowerCrane) -> CranePose:
-    """Return the pose of a crane that does nothing: the jib over the building, the hook up."""
+    """Return the pose of an idle crane: the jib over the building, the hook up."""
     middle = building_centre_m(site)
     dx, dy = middle[0] - crane.base_m[0], middle[1] - crane.base_m[1]
     radius = min(max(math.hypot(dx, dy), crane.min_radius_m), crane.jib_length_m)

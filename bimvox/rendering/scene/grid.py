@@ -21,11 +21,11 @@ _FLOOR_SHARE = 0.12
 
 
 def scene_of_grid(grid: VoxelGrid, *, title: str = "") -> Scene:
-    """Return the picture of a grid: parts by class, what is not lifted in gray.
+    """Return the picture of a grid: components coloured by class, other parts gray.
 
-    Where there is no ground, a floor takes the shadow.
+    Without ground, a floor is added to receive the shadow.
     """
-    # 0 nothing, 1 floor, then parts.
+    # 0 empty, 1 floor, then parts.
     numbers = np.arange(1, len(grid.parts) + 2, dtype=index_type(len(grid.parts) + 2))
     numbers[0] = 0
     solids = grid.owners.mapped(numbers)
@@ -55,7 +55,7 @@ def scene_of_grid(grid: VoxelGrid, *, title: str = "") -> Scene:
 
 
 def on_floor(frame: GridFrame, solids: NDArray[np.unsignedinteger]) -> tuple[GridFrame, NDArray[np.unsignedinteger]]:
-    """Return the solids on a floor (number 1) one cell thick and a little wider; empty solids stay as they are."""
+    """Return the solids on a slightly wider floor (number 1), one cell thick; empty solids are returned unchanged."""
     if not solids.any():
         return frame, solids
     margin = max(1, round(_FLOOR_SHARE * max(solids.shape[:2])))
@@ -67,7 +67,7 @@ def on_floor(frame: GridFrame, solids: NDArray[np.unsignedinteger]) -> tuple[Gri
 
 
 def part_colours(grid: VoxelGrid) -> NDArray[np.uint8]:
-    """Return the colour of every part, (P, 3) uint8 sRGB: components by class, what is not lifted in gray."""
+    """Return the colour of every part, (P, 3) uint8 sRGB: components by class, other parts gray."""
     rgb_of_class = _rgb_by_class(_components_by_class(grid))
     colours = [_rgb_of(part, rgb_of_class) for part in grid.parts]
     return np.array(colours, np.uint8).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""What every crane is drawn from: lattice masts and jibs, and boxes."""
+"""The elements of every drawn crane: lattice masts and jibs, and boxes."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ UP = np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CraneParts:
-    """What a crane is drawn as.
+    """The lines and boxes of a drawn crane.
 
     Attributes:
         strokes: Lattice, ties, rope and slings.
         blocks: Foot, cab, counterweight, trolley and hook block.
-        points_m: (N, 3) what must be seen of it: foot, top, and the jib a little beyond the trolley. The ends of jib
-            and counter-jib may run out of the picture: a long jib would make the building tiny.
+        points_m: (N, 3) points that must be visible: foot, top, and the jib a little beyond the trolley. The ends of
+            jib and counter-jib may be cropped, because a long jib would make the building tiny.
     """
 
     strokes: tuple[Strokes, ...]
@@ -30,7 +30,7 @@ class CraneParts:
 
 
 def mast_lattice(base: Vec, width: float, top_m: float) -> tuple[list[tuple[Vec, Vec]], list[tuple[Vec, Vec]]]:
-    """Chords and lacing of the mast: one diagonal per panel and side, turning at every panel."""
+    """Return chords and lacing of the mast: one diagonal per panel and side, alternating."""
     corners = [np.array([a, b, 0.0]) * width / 2.0 for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     height = top_m - base[2]
     chords = [(base + corner, base + corner + UP * height) for corner in corners]
@@ -50,7 +50,7 @@ def mast_lattice(base: Vec, width: float, top_m: float) -> tuple[list[tuple[Vec,
 def jib_lattice(
     foot: Vec, tip: Vec, aside: Vec, width: float, up: Vec = UP
 ) -> tuple[list[tuple[Vec, Vec]], list[tuple[Vec, Vec]]]:
-    """Chords and lacing of a jib of three chords, the upper one shorter by a panel."""
+    """Return chords and lacing of a jib with three chords, the upper one a panel shorter."""
     side, ridge = 0.35 * width * aside, 0.8 * width * up
     length = float(np.linalg.norm(tip - foot))
     panels = max(2, round(length / (1.1 * width)))
@@ -67,6 +67,6 @@ def jib_lattice(
 
 
 def block_of(centre: Vec, along: Vec, aside: Vec, size: tuple[float, float, float], rgb: tuple[int, int, int]) -> Block:
-    """Return a box from its middle, the directions of its edges on the plan, and their lengths."""
+    """Return a box from its centre, the directions of its edges in plan, and their lengths."""
     half = np.stack([along * size[0] / 2.0, aside * size[1] / 2.0, UP * size[2] / 2.0])
     return Block(centre, half, rgb)

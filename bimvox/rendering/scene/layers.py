@@ -1,4 +1,4 @@
-"""Layers: what of a scene is drawn."""
+"""Layers of a scene, which can be hidden."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bimvox.rendering.scene.scene import Scene
 
 
 class Layer(StrEnum):
-    """What can be left out of a picture."""
+    """A layer that a picture can leave out."""
 
     GROUND = "ground"
     """Ground and areas."""
@@ -30,11 +30,11 @@ class Layer(StrEnum):
 
 
 def without(scene: Scene, hidden: Collection[Layer]) -> Scene:
-    """Return a scene without the solids, lines and legend entries of some layers; the camera stays where it was.
+    """Return a scene without the solids, lines and legend entries of some layers; the camera stays the same.
 
     Args:
         scene: The scene.
-        hidden: Layers to leave out; ``WORDS`` is left to the picture's options.
+        hidden: Layers to leave out; the picture's options handle ``WORDS``.
     """
     if not hidden:
         return scene
@@ -52,7 +52,7 @@ def without(scene: Scene, hidden: Collection[Layer]) -> Scene:
 
 
 def layers_named(names: Collection[str]) -> frozenset[Layer]:
-    """Return layers by their names.
+    """Return the layers of these names.
 
     Raises:
         SelectionError: If there is no such layer.

@@ -21,8 +21,8 @@ def luffing_parts(crane: TowerCrane, jib: LuffingJib, pose: CranePose, load_m: A
     Args:
         crane: The crane.
         jib: Its jib.
-        pose: Where its axes are.
-        load_m: (N, 3) points that the slings are fixed to; None for an empty hook.
+        pose: Its pose.
+        load_m: (N, 3) lifting points of the load; None for an empty hook.
     """
     base, width, wide = np.array(crane.base_m), crane.mast_size_m, jib.width_m
     along = np.array([np.cos(pose.slew_rad), np.sin(pose.slew_rad), 0.0])
@@ -72,7 +72,7 @@ def luffing_parts(crane: TowerCrane, jib: LuffingJib, pose: CranePose, load_m: A
 def _footing(
     crane: TowerCrane, jib: LuffingJib, base: Vec, along: Vec, aside: Vec, east: Vec, north: Vec
 ) -> list[Block]:
-    """The foot of the mast, or undercarriage, outrigger pads and superstructure."""
+    """Return the foot of the mast, or undercarriage, outrigger pads and superstructure."""
     width = crane.mast_size_m
     if crane.kind == "luffing":
         platform = (jib.tail_radius_m + jib.pivot_offset_m, jib.tail_width_m, 0.4)

@@ -1,4 +1,4 @@
-"""The picture of a plan: the finished building with the ways of its parts, or one lift in mid transit."""
+"""The picture of a plan: the finished building with the paths of its parts, or one lift in transit."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
 FEW = 12
-"""Up to so many paths are all drawn; more are unreadable."""
+"""All paths are drawn up to this number; more would be unreadable."""
 _ARRIVED = 1.0
 
 
@@ -43,7 +43,7 @@ class Instant:
 
     Attributes:
         order: The lift under way.
-        share: How much of its carrying time is over, 0..1; from 1 on the part has arrived.
+        share: Elapsed share of its carrying time, 0..1; at 1 the part has arrived.
     """
 
     order: int
@@ -62,11 +62,11 @@ def scene_of_plan(
 
     Args:
         site: What was planned.
-        lifts: Its lifts, ascending order. Planned lifts without a path (those that an extract of a log does not
-            carry) show their part, but no way.
+        lifts: Its lifts, in ascending order. Planned lifts without a path (an extract does not carry them) show their
+            part only.
         motions: The motions of the planned ones; none without a crane.
         moment: Which lift to show under way; None for the finished building.
-        title: Default: the site's name.
+        title: The title; by default the site's name.
 
     Raises:
         InputError: If the moment's lift is not planned.
@@ -80,7 +80,10 @@ def scene_of_plan(
     if lift.path_vox is None or lift.place is None:
         component = site.components[lift.component]
         why = f"it is infeasible: {lift.reason}" if lift.status is Status.INFEASIBLE else "the log does not carry it"
-        raise InputError(f"{component.id}: this lift has no path to show; {why}", hint="choose a lift that has one")
+        raise InputError(
+            f"{component.name or component.id}: lift {lift.number} has no path to show; {why}",
+            hint="choose a lift that has one",
+        )
     motion = by_order.get(lift.order)
     others = None
     if site.has_several_cranes and motion is not None:
@@ -128,7 +131,7 @@ def _under_way(
     component = site.components[lift.component]
     arrived = share >= _ARRIVED
     placed = [other for other in lifts if other.status is Status.PLANNED and other.order < lift.order]
-    # A delivery comes when every lift of the earlier ones is done: only this lift's own lies in the yard.
+    # A delivery arrives after all lifts of earlier ones, so the yard holds only this lift's delivery.
     stored = [
         other
         for other in lifts
@@ -181,14 +184,14 @@ def _under_way(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Others:
-    """What is there besides one lift at a moment, where lifts of several cranes overlap.
+    """The other lifts at a moment, if lifts of several cranes overlap.
 
     Attributes:
-        placed: Lifts whose part stands.
+        placed: Lifts whose part is in place.
         stored: Lifts whose part lies in the yard.
-        carried: Lifts whose part hangs on another crane, and where.
-        poses: Where the axes of every crane are, by its number.
-        loads_m: Where the slings of the others are fixed.
+        carried: Lifts whose part hangs on another crane, and its cell.
+        poses: Poses of all cranes, by the crane's index.
+        loads_m: Lifting points of the other loads, by the crane's index.
     """
 
     placed: tuple[Lift, ...]
@@ -230,7 +233,7 @@ def _others_at(
 
 
 def path_m(site: Site, lift: Lift, motion: LiftMotion | None) -> NDArray[np.float64]:
-    """Return the way of the middle of a part, metres: (N, 3); as the crane drives it, else from cell to cell."""
+    """Return the path of a part's centre, (N, 3) metres: as the crane drives it, or from cell to cell without one."""
     component = site.components[lift.component]
     middle = np.array(component.shape.size_vox) / 2.0
     if motion is not None and site.cranes:
@@ -247,7 +250,7 @@ def path_m(site: Site, lift: Lift, motion: LiftMotion | None) -> NDArray[np.floa
 
 
 def path_strokes(site: Site, lift: Lift, motion: LiftMotion | None, *, strong: bool) -> Strokes:
-    """Return the way of a part as a line."""
+    """Return the path of a part as a line."""
     return Strokes(
         polyline(path_m(site, lift, motion)),
         PATH,
@@ -260,7 +263,7 @@ def path_strokes(site: Site, lift: Lift, motion: LiftMotion | None, *, strong: b
 
 
 def _load_at(site: Site, lift: Lift, motion: LiftMotion | None, share: float) -> tuple[IntVec, CranePose | None]:
-    """The cell of the load at a share of its carrying time, and the crane's pose there."""
+    """Return the load's cell at a share of its carrying time, and the crane's pose."""
     component = site.components[lift.component]
     assert lift.path_vox is not None
     share = min(max(share, 0.0), 1.0)
@@ -285,7 +288,7 @@ def _time_ns(motion: LiftMotion, share: float) -> int:
 
 
 def _poses_at_end(motions: Sequence[LiftMotion]) -> dict[int, CranePose | None]:
-    """Where every crane has set its last part."""
+    """Return the pose in which every crane has set its last part."""
     poses: dict[int, CranePose | None] = {}
     for motion in motions:
         loaded = motion.loaded
@@ -296,7 +299,7 @@ def _poses_at_end(motions: Sequence[LiftMotion]) -> dict[int, CranePose | None]:
 
 
 def top_corners_m(site: Site, component: Component, at: IntVec) -> NDArray[np.float64]:
-    """Return where the slings are fixed: the corners of the load's top, (4, 3) metres."""
+    """Return where the slings are attached: the corners of the load's top, (4, 3) metres."""
     x, y, z = component.shape.size_vox
     inset_x, inset_y = min(0.5, 0.1 * x), min(0.5, 0.1 * y)
     corners = [(a, b, z) for a in (inset_x, x - inset_x) for b in (inset_y, y - inset_y)]

@@ -1,4 +1,4 @@
-"""What a picture shows, as a value."""
+"""The content of a picture, as a value."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from bimvox.site.construction import Rgb
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Strokes:
-    """Line segments that are drawn as one: where they cross, their opacity does not add up.
+    """Line segments that are drawn together, so that opacity does not add up where they cross.
 
     Attributes:
         segments_m: (N, 2, 3) float64 ends of each segment, metres.
         rgb: Colour.
-        width_px: Least width, pixels of a picture 800 pixels high.
-        width_m: Width in metres, where that is wider.
-        opacity: Of what is seen, 0..1.
-        hidden_opacity: Of what lies behind something, drawn dotted; 0 leaves it out.
+        width_px: Minimum width, in pixels of a picture 800 pixels high.
+        width_m: Width in metres, if that is wider.
+        opacity: Opacity of visible segments, 0..1.
+        hidden_opacity: Opacity of hidden segments, drawn dotted; 0 leaves them out.
         edge: Colour of a rim on both sides, or None.
-        layer: What it belongs to, a ``Layer``; empty where it is always drawn.
+        layer: Its ``Layer``; empty if it is always drawn.
     """
 
     segments_m: NDArray[np.float64]
@@ -39,7 +39,7 @@ class Strokes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
-    """A turned solid box, for machinery that does not sit on the grid.
+    """A rotated solid box, for machinery off the grid.
 
     Attributes:
         centre_m: (3,) float64.
@@ -53,7 +53,7 @@ class Block:
 
 
 class Swatch(StrEnum):
-    """How a legend entry is drawn."""
+    """The symbol of a legend entry."""
 
     FILL = "fill"
     LINE = "line"
@@ -72,20 +72,20 @@ class LegendEntry:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """What a picture shows.
+    """The content of a picture.
 
     Attributes:
         frame: Metres to cells of ``solids``.
-        solids: (X, Y, Z) unsigned integers: which solid fills the cell, 0 for none. An edge is drawn where one solid
-            meets another, whatever their colours.
-        palette: (N, 3) uint8 sRGB colour of each solid; row 0 is not used.
+        solids: (X, Y, Z) unsigned integers: the solid that fills the cell, 0 for none. Edges are drawn between
+            different solids, whatever their colours.
+        palette: (N, 3) uint8 sRGB colour of each solid; row 0 is unused.
         strokes: Lines, drawn in this order.
-        blocks: Turned boxes.
+        blocks: Rotated boxes.
         legend: What the colours mean.
         title: Upper left, large.
         caption: Below the title.
-        points_m: (M, 3) float64 what must be seen besides the solids.
-        layers: What each solid belongs to, a ``Layer`` or empty, one for every row of the palette; empty for none.
+        points_m: (M, 3) float64 points that must be visible, in addition to the solids.
+        layers: The ``Layer`` of each solid or an empty string, one per row of the palette; empty for none.
         focus_m: (2, 3) float64 lower and upper corner of the box that fills the picture; None shows everything.
     """
 
@@ -103,7 +103,7 @@ class Scene:
 
 
 def polyline(points_m: ArrayLike) -> NDArray[np.float64]:
-    """Return the (N - 1, 2, 3) segments of a line through (N, 3) points, points on a straight run left out."""
+    """Return the (N - 1, 2, 3) segments of a line through (N, 3) points, without points on a straight run."""
     points = np.asarray(points_m, np.float64)
     if len(points) > 2:
         steps = np.diff(points, axis=0)

@@ -1,4 +1,4 @@
-"""The picture of a site: ground, areas, what stands there, what is in the way, the crane, the building as designed."""
+"""The picture of a site: ground, areas, structure, obstructions, the cranes, the building as designed."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _SIDE_DEG = 38.0
 
 
 def scene_of_site(site: Site, *, title: str = "") -> Scene:
-    """Return the picture of a site before anything is planned: the components where they are to be."""
+    """Return the picture of a site before planning, with the components at their targets."""
     canvas = site_canvas(site, len(site.components) * 2)
     legend = site_legend(site)
     strokes: list[Strokes] = []
@@ -72,11 +72,11 @@ def scene_of_site(site: Site, *, title: str = "") -> Scene:
 
 
 def site_canvas(site: Site, more: int) -> Canvas:
-    """Return a canvas with everything fixed, and room for ``more`` solids. The crane is drawn, not painted."""
+    """Return a canvas with the fixed solids, and room for ``more``. The crane is drawn as lines, not painted."""
     canvas = Canvas(site.shape, len(_AREAS) + len(site.blockers) + more)
     for label, rgb, _ in _AREAS:
         canvas.paint_mask(site.labels[:, :, 0] == label, 0, rgb, layer=Layer.GROUND)
-    # The yard is what `Site.yard` says; labels of the slab need not repeat it.
+    # `Site.yard` defines the yard; the labels of the slab need not repeat it.
     canvas.paint_mask(site.yard & (site.labels[:, :, 0] == Label.GROUND), 0, YARD, layer=Layer.GROUND)
     for blocker in site.blockers[1:]:
         above = blocker.cells[blocker.cells[:, 2] > 0]
@@ -88,7 +88,7 @@ def site_canvas(site: Site, more: int) -> Canvas:
 
 
 def site_legend(site: Site) -> list[LegendEntry]:
-    """Return the legend of what is fixed on a site."""
+    """Return the legend of a site's fixed solids."""
     slab = site.labels[:, :, 0]
     there = {label: bool((slab == label).any()) for label, _, _ in _AREAS}
     there[Label.YARD] = bool(site.yard.any())
@@ -105,7 +105,7 @@ def site_legend(site: Site) -> list[LegendEntry]:
 def boxes_strokes(
     site: Site, places: Iterable[tuple[Shape, IntVec]], rgb: tuple[int, int, int], *, width_px: float = 2.0
 ) -> Strokes:
-    """Return the wireframe boxes around shapes at cells, a little wider than the shapes so that they are seen."""
+    """Return wireframe boxes around shapes at cells, a little wider so that they are visible."""
     edges = []
     grow = min(0.12 * site.frame.voxel_size_m, 0.05)
     for shape, cell in places:
@@ -123,14 +123,14 @@ def target_cells(component: Component) -> NDArray[np.int32]:
 
 
 def given_place(component: Component) -> tuple[Shape, IntVec]:
-    """Return how and where a component lies whose place the site file gives."""
+    """Return shape and cell of a component whose place the site file gives."""
     assert component.start_vox is not None
     pose = component.stored_pose or storage_poses(component)[0]
     return stored_shape(component.shape, pose, component.stored_turn or 0), component.start_vox
 
 
 def view_of_site(site: Site, azimuth_deg: float | None = None, elevation_deg: float | None = None) -> View:
-    """Return a view with the yard before the building and the crane's mast behind, where no angle is given."""
+    """Return the view of the given angles; by default the yard is in front of the building and the mast behind."""
     view = View()
     elevation = view.elevation_deg if elevation_deg is None else elevation_deg
     if azimuth_deg is not None:
@@ -142,7 +142,7 @@ def view_of_site(site: Site, azimuth_deg: float | None = None, elevation_deg: fl
     yard_m = site.frame.corner_of(np.c_[yard + 0.5, np.zeros(len(yard))]).mean(axis=0)[:2]
     towards = yard_m - middle
     if np.linalg.norm(towards) < 0.1 * max(site.shape[:2]) * site.frame.voxel_size_m:
-        return View(view.azimuth_deg, elevation)  # the yard lies all around
+        return View(view.azimuth_deg, elevation)  # the yard surrounds the building
     angle = math.degrees(math.atan2(towards[1], towards[0]))
     mast = np.array(site.cranes[0].base_m[:2]) - middle if site.cranes else np.zeros(2)
 

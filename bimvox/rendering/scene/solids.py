@@ -1,4 +1,4 @@
-"""Painting solids: a volume of numbers and the colour of each number."""
+"""Paints solids: a volume of indices and the colour of each index."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from bimvox.site.construction import Rgb
 
 
 def index_type(count: int) -> type[np.unsignedinteger]:
-    """Return the smallest type for that many solids, 0 included."""
+    """Return the smallest unsigned type for this many solids, including 0."""
     return np.uint16 if count <= 1 << 16 else np.uint32
 
 
@@ -18,7 +18,7 @@ class Canvas:
 
     Args:
         shape: (X, Y, Z).
-        count: Most solids that will be painted.
+        count: Maximum number of solids.
     """
 
     def __init__(self, shape: tuple[int, int, int], count: int) -> None:
@@ -30,10 +30,10 @@ class Canvas:
         """Paint a solid.
 
         Args:
-            cells: (N, 3); those outside the volume are left out.
+            cells: (N, 3); those outside the volume are ignored.
             rgb: Its colour.
-            over: Whether it takes cells that another solid has already.
-            layer: What it belongs to, a ``Layer``; empty where it is always drawn.
+            over: Whether it overwrites other solids.
+            layer: Its ``Layer``; empty if it is always drawn.
 
         Returns:
             Its number.
@@ -52,7 +52,7 @@ class Canvas:
         self.solids[:, :, k][mask] = self._next(rgb, layer)
 
     def copy(self, more: int = 0) -> Canvas:
-        """Return a canvas of its own with the same solids, and room for more where its numbers allow."""
+        """Return a separate canvas with the same solids and room for more."""
         other = Canvas.__new__(Canvas)
         other.solids, other._rgb, other._layers = self.solids.copy(), list(self._rgb), list(self._layers)
         if len(other._rgb) + more > np.iinfo(other.solids.dtype).max:
@@ -66,10 +66,10 @@ class Canvas:
 
     @property
     def layers(self) -> tuple[str, ...]:
-        """What each solid belongs to."""
+        """The layer of each solid."""
         return tuple(self._layers)
 
     @property
     def palette(self) -> NDArray[np.uint8]:
-        """(N, 3) uint8 colours of what was painted."""
+        """(N, 3) uint8 colours of the painted solids."""
         return np.array(self._rgb, np.uint8)

@@ -32,7 +32,7 @@ def export(
 ) -> dict[str, Any]:
     """Write a log, some of its lifts, or a grid in another format.
 
-    CSV is two tables: the samples in ``OUT.csv``, one row a lift in ``OUT.lifts.csv``.
+    CSV is two tables: the samples in ``OUT.csv``, one row per lift in ``OUT.lifts.csv``.
 
     Args:
         source: The log or grid.

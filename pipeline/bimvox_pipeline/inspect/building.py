@@ -1,4 +1,4 @@
-"""What a building model holds, as plain values."""
+"""The content of a building model, as plain values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def describe_building(building: Building) -> dict[str, Any]:
-    """Return format, units, counts by class and storey, bounds, transforms and what was skipped."""
+    """Return format, units, counts by class and storey, bounds, transforms and skipped products."""
     from bimvox.voxelization.limits import cell_count, default_voxel_size_m
 
     source = building.source
@@ -69,7 +69,7 @@ def _classes(building: Building) -> list[dict[str, Any]]:
 
 
 def _storeys(building: Building) -> list[dict[str, Any]]:
-    """Count elements by storey, with the heights that they really span, from the bottom up."""
+    """Count elements by storey, with the heights that they span, from the bottom up."""
     heights: dict[str, list[NDArray[Any]]] = defaultdict(list)
     for element in building.elements:
         if element.storey is not None:

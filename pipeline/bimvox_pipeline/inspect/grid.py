@@ -1,4 +1,4 @@
-"""What a grid holds, as plain values: the table of its parts, their sums, and one part in full."""
+"""The content of a grid, as plain values: the table of its parts, their sums, and one part in full."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def describe_parts(grid: VoxelGrid) -> list[dict[str, Any]]:
     """Return every part of a grid, in its order.
 
     ``fill_fraction`` is the share of the part's cells that its solid fills, ``fill`` how its interior was found,
-    ``boxes`` the number of boxes that it is cut into, ``shared_cells`` how many of its cells other parts meet too.
+    ``boxes`` the number of its boxes, ``shared_cells`` how many of its cells other parts also meet.
     """
     boxes = np.bincount(grid.box_parts, minlength=len(grid.parts)).tolist()
     shared = np.bincount(grid.shared_parts, minlength=len(grid.parts)).tolist()
@@ -82,14 +82,14 @@ def describe_part(grid: VoxelGrid, wanted: str) -> dict[str, Any]:
 
     Args:
         grid: The grid.
-        wanted: The part's id, or its GlobalId or name where only one part has it.
+        wanted: The part's id, or a GlobalId or name that only one part has.
 
     Returns:
         The row of :func:`describe_parts`, ``bounds_m`` in the grid's metres, ``box_cells`` (half-open
         ``x0 y0 z0 x1 y1 z1``) and ``shares_cells_with``.
 
     Raises:
-        InputError: If no part, or several, go by that.
+        InputError: If no part, or several, have that id or name.
     """
     index = _index_of(grid, wanted)
     boxes = grid.boxes[grid.box_parts == index]

@@ -1,4 +1,4 @@
-"""What a file is and what it holds."""
+"""``bimvox inspect``: kind and content of a file."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ if TYPE_CHECKING:
 
 
 def inspect(path: Path, progress: Progress, *, part: str | None = None) -> dict[str, Any]:
-    """Say what a file is and what it holds.
+    """Describe a file: its kind and content.
 
     Args:
-        path: Any of our files, an IFC or a mesh; what it is is told by what it holds, not by its name alone.
-        progress: Is told of stages and notes.
-        part: Id or name of a part of a grid: only that part is described, with its boxes.
+        path: Any bimvox file, an IFC or a mesh; its content decides, not its name alone.
+        progress: Receives stages and notes.
+        part: Id or name of a part of a grid, to describe only that part, with its boxes.
 
     Returns:
-        ``kind``, ``file`` and what fits the kind.
+        ``kind``, ``file`` and the keys of that kind.
 
     Raises:
-        FileError: If it is missing, damaged, or nothing that bimvox knows.
-        InputError: If a part is asked for that is not there.
+        FileError: If it is missing, damaged, or not of a known kind.
+        InputError: If the grid has no such part.
     """
     kind = kind_of(path)
     describe: dict[Kind, Callable[[Path, Progress], dict[str, Any]]] = {
@@ -63,7 +63,7 @@ def _one_part(path: Path, kind: Kind, part: str, progress: Progress) -> dict[str
     from bimvox_pipeline.inspect.grid import describe_part
 
     if kind is not Kind.GRID:
-        raise FileError(path, f"is no grid ({kind.value}), and only a grid has parts", hint="leave --part out")
+        raise FileError(path, f"is of the kind {kind.value!r}; only a grid has parts", hint="leave --part out")
     return {"part": describe_part(_grid_of(path, progress), part)}
 
 

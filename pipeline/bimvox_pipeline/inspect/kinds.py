@@ -1,4 +1,4 @@
-"""What a file is, by what it holds; the suffix decides only between formats that have no mark of their own."""
+"""The kind of a file, by its content; the suffix decides only between formats without a signature."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MESH_SUFFIXES = frozenset({".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".3
 
 
 class Kind(StrEnum):
-    """What a file is to bimvox."""
+    """Kinds of files."""
 
     IFC = "ifc"
     MESH = "mesh"
@@ -32,18 +32,18 @@ class Kind(StrEnum):
 
 
 def kind_of(path: Path) -> Kind:
-    """Return what a file is.
+    """Return the kind of a file.
 
     Args:
         path: Any file; a folder is a policy if it holds a manifest.
 
     Raises:
-        FileError: If it is missing, empty, unreadable, or nothing that bimvox knows.
+        FileError: If it is missing, empty, unreadable, or not of a known kind.
     """
     if path.is_dir():
         if (path / POLICY_MANIFEST).is_file():
             return Kind.POLICY
-        raise FileError(path, "this is a folder, and not one of a policy", hint="name a file in it")
+        raise FileError(path, "this is a folder, but not of a policy", hint="name a file in it")
     require_input(path)
     head = _head_of(path)
     kind = _by_mark(path, head) or _by_text(path, head)
@@ -62,7 +62,7 @@ POLICY_MANIFEST = "manifest.json"
 
 
 def _by_mark(path: Path, head: bytes) -> Kind | None:
-    """Tell the formats that begin with a mark of their own."""
+    """Return the kind of a file that begins with a signature."""
     if head.startswith(MCAP_MAGIC):
         return Kind.LOG
     if head.startswith(_ZIP_MAGIC):
@@ -75,7 +75,7 @@ def _by_mark(path: Path, head: bytes) -> Kind | None:
 
 
 def _by_members(path: Path) -> Kind | None:
-    """Tell an archive by the names in it."""
+    """Return the kind of an archive, by the names in it."""
     try:
         with zipfile.ZipFile(path) as archive:
             names = archive.namelist()
@@ -89,7 +89,7 @@ def _by_members(path: Path) -> Kind | None:
 
 
 def _by_text(path: Path, head: bytes) -> Kind | None:
-    """Tell TOML and JSON files by their keys."""
+    """Return the kind of a TOML or JSON file, by its keys."""
     if b"\0" in head or path.stat().st_size > _TEXT_BYTES or path.suffix.lower() in _MESH_SUFFIXES - {".gltf"}:
         return None
     try:
@@ -115,7 +115,7 @@ def _by_text(path: Path, head: bytes) -> Kind | None:
 
 
 def _broken_text(path: Path) -> Kind | None:
-    """Tell a text that does not parse, or lacks its main key, by its name: its reader says what is wrong, and where."""
+    """Return the kind of a malformed text by its name; its reader then reports what is wrong, and where."""
     return {".toml": Kind.SITE, ".json": Kind.OBSTRUCTIONS}.get(path.suffix.lower())
 
 

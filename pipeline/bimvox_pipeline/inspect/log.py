@@ -1,4 +1,4 @@
-"""What a log holds, as plain values."""
+"""The content of a log, as plain values."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 def describe_log(path: Path) -> dict[str, Any]:
-    """Return topics with their counts, lifts, metadata, and the files inside with their digests.
+    """Return topics with their counts, lifts, metadata, and the attached files with their digests.
 
     Raises:
-        LogFileError: If it is damaged or not ours.
+        LogFileError: If it is damaged or not a bimvox log.
     """
     from bimvox.log.mcap.reader import read_contents, read_file
     from bimvox.log.reader import read_log
@@ -58,7 +58,7 @@ def describe_log(path: Path) -> dict[str, Any]:
 
 
 def _duration_s(log: PlanLog) -> float | None:
-    """Return the time from the first motion to the last, None without motions."""
+    """Return the time from the start of the first motion to the end of the last; None without motions."""
     if not log.motions:
         return None
     start_ns = min(motion.start_ns for motion in log.motions)

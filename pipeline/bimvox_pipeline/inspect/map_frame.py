@@ -1,4 +1,4 @@
-"""From a model's coordinates to the map's, as its file states it (IfcMapConversion)."""
+"""The transform from a model's coordinates to map coordinates, from its file (IfcMapConversion)."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ Matrix = list[list[float]]
 
 
 def ifc_to_map(georeference: Mapping[str, str | float], unit: str) -> Matrix | None:
-    """Return the (4, 4) transform from the model's metres to map metres, or None where the file states none.
+    """Return the (4, 4) transform from the model's metres to map metres, or None if the file has none.
 
-    ``map = scale * R_z(yaw) * ifc + (eastings, northings, height)``; heights are not turned (IFC4 ADD2,
+    ``map = scale * R_z(yaw) * ifc + (eastings, northings, height)``; heights are not rotated (IFC4 ADD2,
     IfcMapConversion).
 
     Args:
         georeference: ``Building.georeference``.
-        unit: Length unit of the file: some exporters put the factor from it to the map's unit into the scale.
+        unit: Length unit of the file: some exporters include its conversion to the map's unit in the scale.
     """
     if "eastings_m" not in georeference:
         return None
@@ -32,8 +32,8 @@ def ifc_to_map(georeference: Mapping[str, str | float], unit: str) -> Matrix | N
 def metric_scale(stated: float, unit: str) -> float:
     """Return a map conversion's scale as a factor from metres to metres.
 
-    By the standard the scale holds both the conversion of units and the map's own distortion, which is within a few
-    parts in a thousand of 1; in the wild it holds either or both. So the reading that is near 1 is taken.
+    By the standard the scale includes the unit conversion and the map's distortion, which is within a few per mille of
+    1. Real files include either or both, so the reading near 1 is taken.
     """
     for scale in (stated, stated / METRES_PER_UNIT.get(unit, 1.0)):
         if 0.9 < scale < 1.1:

@@ -1,4 +1,4 @@
-"""What an obstruction file holds, as plain values."""
+"""The content of an obstruction file, as plain values."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def describe_obstruction(obstruction: Obstruction) -> dict[str, Any]:
-    """Return an obstruction's form and the box around it: metres in the site's frame, cells for voxels."""
+    """Return an obstruction's form and bounding box: metres in the site's frame, cells for voxels."""
     import numpy as np
 
     from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Points, Voxels

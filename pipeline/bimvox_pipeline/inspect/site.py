@@ -1,4 +1,4 @@
-"""What a site file comes to once it is filled in: extent, areas, crane, and where it lies in the model and on a map."""
+"""A site file with all defaults resolved: extent, areas, cranes, and its place in the model and on a map."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
-    """Read a site file and its model, and say what the site is.
+    """Return the description of a site, from its file and model.
 
     Raises:
         ConfigError: If the site file is wrong.
@@ -81,7 +81,7 @@ def _crane(crane: TowerCrane) -> dict[str, Any]:
 
 
 def default_site_to_ifc(building: Building) -> list[list[float]] | None:
-    """Return the (4, 4) place that `bimvox init` would give the site in the model; None where nothing would stand."""
+    """Return the (4, 4) transform that `bimvox init` would give the site; None without elements on the ground."""
     from bimvox.site.config import ModelConfig, SiteConfig
     from bimvox.site.guess import VOXEL_SIZES_M
     from bimvox.site.placement import dominant_yaw_rad, ground_height_m, place_building, standing

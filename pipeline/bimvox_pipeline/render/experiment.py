@@ -11,12 +11,12 @@ from bimvox.progress import Progress
 
 
 def render_experiment(folder: Path, out: Path | None, progress: Progress) -> dict[str, Any]:
-    """Draw the success curves of an experiment again, as far as it went.
+    """Draw the success curves of an experiment again, as far as it has run.
 
     Args:
-        folder: Of ``bimvox experiment paper``.
+        folder: The folder of ``bimvox experiment paper``.
         out: ``.png`` or ``.svg``; default: the folder's name with ``.png``, in the current folder.
-        progress: Told of the stages.
+        progress: Receives the stages.
 
     Returns:
         The document of ``bimvox render --json``.
@@ -35,7 +35,7 @@ def render_experiment(folder: Path, out: Path | None, progress: Progress) -> dic
         modes = document_of(load_results(folder))["modes"]
     except KeyError as error:
         raise InputError(
-            f"{folder}: its results were written by another version of bimvox: {error} is not in them",
+            f"{folder}: its results are from another version of bimvox: {error} is missing in them",
             hint="bimvox experiment paper -o DIR runs it again in a new folder",
         ) from error
     progress.stage("draw")

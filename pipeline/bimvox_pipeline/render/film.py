@@ -1,4 +1,4 @@
-"""``bimvox render LOG -o LOG.gif``: the assembly, or one lift, as an animation."""
+"""``bimvox render LOG -o LOG.gif``: the whole plan, or one lift, as an animation."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def render_film(
 
     Args:
         source: The log.
-        target: Where to.
+        target: The output.
         file_format: ``gif`` or ``webp``.
         size: Width and height in pixels.
-        wanted: Of it ``lift``, ``hide`` and the angles.
+        wanted: What is shown; ``lift``, ``hide`` and the angles are used.
         pace: Frame rate and length.
-        progress: Told of every frame.
+        progress: Receives every frame.
 
     Returns:
         The document of ``bimvox render --json``.
@@ -46,7 +46,7 @@ def render_film(
             raise InputError(f"an animation has no --{what}", hint=f"leave --{what} out, or write a .png")
     fps, seconds = pace.fps, pace.seconds
     hidden = layers_named(wanted.hide)
-    FilmOptions(size, fps=fps)  # what cannot be is said before the work
+    FilmOptions(size, fps=fps)  # fails before the work if the options are impossible
     if seconds is not None and not 0.0 < seconds <= 3600.0:
         raise InputError(f"an animation of {seconds:g} seconds cannot be made", hint="give more than 0, at most 3600")
     progress.stage("read")

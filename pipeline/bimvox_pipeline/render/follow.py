@@ -1,4 +1,4 @@
-"""``bimvox render LOG -o PAGE.html --follow``: a page that goes with a log as it is written again."""
+"""``bimvox render LOG -o PAGE.html --follow``: a page that follows a changing log."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ if TYPE_CHECKING:
 def follow(
     log: Path, out: Path, *, proven: bool = True, progress: Progress, stop: threading.Event | None = None
 ) -> Iterator[dict[str, Any]]:
-    """Write the page of a log now and whenever the log changes, as ``bimvox watch`` makes it change.
+    """Write the page of a log now and whenever ``bimvox watch`` changes the log.
 
-    Beside the page lies a small script, ``PAGE.live.js``, which an open page loads every second: when it names another
-    log the page loads itself anew and goes on where it was. Page first, script second, each whole or not at all.
+    Next to the page is a small script, ``PAGE.live.js``, which an open page loads every second: when the script names
+    another log, the page reloads and restores its state. The page is written first, then the script, both atomically.
 
     Args:
-        log: The log; it may not be there yet.
+        log: The log; it need not exist yet.
         out: The page.
-        proven: Whether every revision is proven; a proof that was made is kept for the next page.
-        progress: Told of the stages.
-        stop: Ends it; Ctrl-C ends it as well.
+        proven: Whether every revision is proven; proofs are kept for the next page.
+        progress: Receives the stages.
+        stop: Ends it, as Ctrl-C does.
 
     Yields:
-        For every page ``event`` (``page``, or ``rejected`` with ``message`` where the log cannot be shown), ``out``,
+        For every page ``event`` (``page``, or ``rejected`` with ``message`` if the log cannot be shown), ``out``,
         ``live``, ``revision``, ``revisions``, ``sha256``, ``bytes``, ``latency_ms``.
 
     Raises:
-        InputError: If the page cannot be written there.
+        InputError: If the page cannot be written.
     """
     if out.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"{out}: what follows a log is a page", hint=f"-o {out.with_suffix('.html')}")
+        raise InputError(f"{out}: only a page can follow a log", hint=f"-o {out.with_suffix('.html')}")
     script = out.with_suffix(".live.js")
     for file in (out, script):
         check_output(file, inputs=[log])
@@ -51,7 +51,7 @@ def follow(
     try:
         first = state_of(log)
         if first.digest is None:
-            progress.note(f"{log} is not there yet: waiting for it")
+            progress.note(f"waiting for {log}, which does not exist yet")
         for state in _states(log, first, stop):
             if state.digest is None:
                 continue
@@ -61,7 +61,7 @@ def follow(
                 yield {"event": "rejected", "out": str(out), "message": error.message}
                 continue
             yield _written(shown, out, script, state, progress)
-    except KeyboardInterrupt:  # how it is meant to end: every page is whole on disk already
+    except KeyboardInterrupt:  # the intended end: every page on disk is complete
         pass
     finally:
         if shown is not None:

@@ -1,4 +1,4 @@
-"""A log, and the revisions beside it, as a page."""
+"""A log, with the revisions next to it, as a page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from bimvox.rendering.page.source import PageSource
 
 REVISIONS = 10
-"""How many revisions a page carries at most: the newest."""
+"""Maximum number of revisions in a page: the newest ones."""
 
 
 def page_of_log(log: Path, *, proven: bool, progress: Progress) -> bytes:
@@ -29,23 +29,23 @@ def page_of_log(log: Path, *, proven: bool, progress: Progress) -> bytes:
 def source_of_log(
     log: Path, *, proven: bool, progress: Progress, known: dict[str, Verification] | None = None
 ) -> PageSource:
-    """Return what the page of a log shows.
+    """Return the content of a log's page.
 
     Args:
-        log: A log. Where ``bimvox watch`` keeps revisions beside it, they are in the page as well.
-        proven: Whether every revision is proven again now; else the page says that it is not.
-        progress: Told of the stages.
-        known: Proofs made before, by the SHA-256 of their log; new ones are added.
+        log: A log. Revisions of ``bimvox watch`` next to it are in the page as well.
+        proven: Whether every revision is proven again now; otherwise the page says that it is not proven.
+        progress: Receives the stages.
+        known: Earlier proofs, by the SHA-256 of their log; new ones are added.
 
     Raises:
-        LogFileError: If it is damaged or not ours.
+        LogFileError: If it is damaged or not a bimvox log.
         InputError: If it carries no lifts.
     """
     from bimvox.rendering.page.source import PageSource
 
     found = read_revisions(log, progress)
     if not found[-1].record.all_lifts:
-        raise InputError(f"{log}: it holds no lifts", hint="bimvox plan SITE writes a log with lifts")
+        raise InputError(f"{log}: the log has no lifts", hint="bimvox plan SITE writes a log with lifts")
     left_out = max(0, len(found) - REVISIONS)
     revisions = tuple(revisions_of(found[left_out:], proven, progress, known))
     return PageSource(revisions, left_out=left_out)

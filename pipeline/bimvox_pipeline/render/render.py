@@ -1,4 +1,4 @@
-"""``bimvox render``: a picture, an animation or a page of what a file holds."""
+"""``bimvox render``: a file as a picture, an animation or a page."""
 
 from __future__ import annotations
 
@@ -66,9 +66,9 @@ def render(
     if kind is not Kind.LOG:
         for given, what in ((options.lift, "lift"), (options.time, "time")):
             if given is not None:
-                raise InputError(f"{source}: only a log holds lifts", hint=f"leave --{what} out, or name a log")
+                raise InputError(f"{source}: only a log has lifts", hint=f"leave --{what} out, or name a log")
         if suffix in _FILMS:
-            raise InputError(f"{source}: only a log is animated", hint="bimvox plan SITE writes a log")
+            raise InputError(f"{source}: only a log can be animated", hint="bimvox plan SITE writes a log")
     if suffix in _FILMS:
         from bimvox_pipeline.render.film import render_film
 
@@ -83,7 +83,7 @@ def _render_picture(
     from bimvox.rendering.draw.png import png_of
     from bimvox.rendering.scene.layers import Layer, layers_named, without
 
-    # What cannot be is said before the work.
+    # Impossible options fail before the work.
     PictureOptions(size_px=size)
     hidden = layers_named(wanted.hide)
     if wanted.time is not None:

@@ -1,7 +1,7 @@
-"""The revisions of a plan that a page shows: what a watch left on disk, each as the whole plan that it was.
+"""The revisions of a plan that a page shows: the files of a watch, each as a whole plan.
 
 A watch writes a segment per revision, with the lifts that are new in it (``bimvox.log.segments``). The whole plan of a
-revision is the last whole segment and those after it, put together.
+revision is composed of the last whole log and the segments after it.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ class Read:
     """A revision as read.
 
     Attributes:
-        file: The log that it ends with.
-        sha256: Of that file's bytes.
-        contents: Of that file, where the revision is all in it; None where it was put together from several.
+        file: Its last log file.
+        sha256: SHA-256 of that file.
+        contents: Contents of that file if it holds the whole revision; None if several files were composed.
         record: The revision's whole plan.
     """
 
@@ -49,7 +49,7 @@ def read_revision(file: Path, progress: Progress) -> Read:
     """Read a log.
 
     Raises:
-        LogFileError: If it is damaged or not ours.
+        LogFileError: If it is damaged or not a bimvox log.
     """
     from bimvox.log.check import USED_TOPICS
     from bimvox.log.mcap.reader import read_contents, read_file
@@ -62,18 +62,18 @@ def read_revision(file: Path, progress: Progress) -> Read:
 
 
 def read_revisions(log: Path, progress: Progress) -> list[Read]:
-    """Read a log and the revisions of its plan that lie beside it.
+    """Read a log and the revisions of its plan next to it.
 
     Args:
         log: A whole log, a segment of a watch, or an extract.
-        progress: Told of what is left out.
+        progress: Receives notes about files left out.
 
     Returns:
-        Revisions of one site, obstructions aside, ascending. The last one is that of ``log``, or, where a watch is
-        ahead of its whole log, the newest segment's.
+        Revisions of one site, except for obstructions, ascending. The last one is that of ``log``, or that of the
+        newest segment if a watch is ahead of its whole log.
 
     Raises:
-        LogFileError: If ``log`` is damaged or not ours.
+        LogFileError: If ``log`` is damaged or not a bimvox log.
     """
     own = read_revision(log, progress)
     number = _NUMBER.search(log.stem)
@@ -98,10 +98,10 @@ def read_revisions(log: Path, progress: Progress) -> list[Read]:
 
 
 def read_whole_plan(log: Path, progress: Progress) -> Read:
-    """Read a log; where it is a segment of a watch, the whole plan of its revision.
+    """Read a log; for a segment of a watch, the whole plan of its revision.
 
     Raises:
-        LogFileError: If it is damaged or not ours.
+        LogFileError: If it is damaged or not a bimvox log.
     """
     own = read_revision(log, progress)
     if not own.record.context or _NUMBER.search(log.stem) is None:
@@ -110,18 +110,18 @@ def read_whole_plan(log: Path, progress: Progress) -> Read:
 
 
 class _Chain:
-    """Segments, put together one after the other."""
+    """Composes segments in turn."""
 
     def __init__(self, fixed_digest: str) -> None:
         self._digest = fixed_digest
         self._newest: PlanLog | None = None
 
     def cut(self) -> None:
-        """What comes after a segment that cannot be used rests on it."""
+        """Drop the base: segments after an unusable one depend on it."""
         self._newest = None
 
     def put(self, read: Read) -> Read | None:
-        """Return the whole plan of a segment's revision; None where what it rests on is not there."""
+        """Return the whole plan of a segment's revision; None if its base is missing."""
         from bimvox.log.segments import first_plan_of, newest
 
         record = read.record
@@ -138,7 +138,7 @@ class _Chain:
 
 
 def _without_pending(record: PlanLog) -> PlanLog:
-    """Return a plan with those lifts as context that only a later segment proves: they have no path yet."""
+    """Return a plan in which pending lifts, which have no path yet, are context."""
     orders = {lift.order for lift in record.planned if lift.path_vox is None}
     return record.extract({lift.order for lift in record.plan.lifts} - orders) if orders else record
 
@@ -146,13 +146,13 @@ def _without_pending(record: PlanLog) -> PlanLog:
 def revisions_of(
     found: list[Read], proven: bool, progress: Progress, known: dict[str, Verification] | None = None
 ) -> Iterator[Revision]:
-    """Yield what was read as revisions of a plan.
+    """Yield the read logs as revisions of a plan.
 
     Args:
-        found: What was read.
+        found: The read logs.
         proven: Whether they are proven again now.
-        progress: Told of the stages.
-        known: Proofs made before, by the SHA-256 of their log; new ones are added.
+        progress: Receives the stages.
+        known: Earlier proofs, by the SHA-256 of their log; new ones are added.
     """
     from bimvox.log.recorder import tracks_of
     from bimvox.log.schema import METADATA

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from bimvox.site.site import Site
 
 _ROOM = 0.6
-"""What is shown around a thing in focus, as a share of its longest side."""
+"""Margin around a thing in focus, as a share of its longest side."""
 _LEAST_ROOM_M = 1.5
 _CLOCK = re.compile(r"(?:(\d+):)?(\d{1,2}):(\d{2}(?:\.\d+)?)")
 _FIRST_PART = 2
-"""Number of a grid's first part among the solids of its scene."""
+"""Index of a grid's first part among the solids of its scene."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class FilmPace:
 
 
 def picture_scene(source: Path, kind: Kind, options: SceneOptions, progress: Progress) -> tuple[Scene, View]:
-    """Return the scene of a file, and from where it is looked at."""
+    """Return the scene of a file, and its view."""
     from bimvox.rendering.draw.camera import View
     from bimvox.rendering.scene.site import scene_of_site, view_of_site
 
@@ -109,15 +109,15 @@ def film_of(log: PlanLog) -> Film:
 
 
 def moment_of(words: str, start_ns: int, end_ns: int) -> int:
-    """Return the time on the site's clock that is meant: ``1:23:45``, ``12:30``, seconds, or a share such as ``40%``.
+    """Return a time on the site's clock from ``1:23:45``, ``12:30``, seconds, or a share such as ``40%``.
 
     Args:
-        words: As given.
-        start_ns: What 0 % is.
-        end_ns: What 100 % is.
+        words: The time as given.
+        start_ns: The time of 0 %.
+        end_ns: The time of 100 %.
 
     Raises:
-        InputError: If it is no time, or lies outside.
+        InputError: If it is not a time, or out of range.
     """
     text = words.strip()
     found = _CLOCK.fullmatch(text)
@@ -138,7 +138,7 @@ def moment_of(words: str, start_ns: int, end_ns: int) -> int:
 
 
 def is_experiment(folder: Path) -> bool:
-    """Whether a folder is that of ``bimvox experiment``."""
+    """Return whether a folder was written by ``bimvox experiment``."""
     from bimvox_pipeline.paper.folder import MANIFEST
 
     return (folder / MANIFEST).is_file()
@@ -171,7 +171,7 @@ def _log_scene(source: Path, options: SceneOptions, progress: Progress) -> tuple
 
 
 def _focused(scene: Scene, site: Site, name: str | None) -> Scene:
-    """Return a scene that is filled by a part at its place, or by something that stands there."""
+    """Return a scene focused on a part at its target, or on a blocker."""
     if name is None:
         return scene
     from bimvox.rendering.scene.site import target_cells
@@ -214,7 +214,7 @@ def _grid_scene(grid: VoxelGrid, title: str, name: str | None) -> Scene:
 
 
 def _with_focus(scene: Scene, cells: NDArray[np.integer]) -> Scene:
-    """Return a scene cut to some cells with room around them, in a box that is seen through what hides it."""
+    """Return a scene focused on some cells with a margin, in a box that is visible through other things."""
     import numpy as np
 
     from bimvox.rendering.colours import INK
@@ -246,7 +246,7 @@ def _voxelized(source: Path, voxel_size_m: float | None, progress: Progress) -> 
     building = read_building(source, ReadOptions(processes=default_processes()), progress.report)
     say_notes(building, progress)
     if not building.elements:
-        raise SelectionError(f"{source}: nothing in it has a shape to draw")
+        raise SelectionError(f"{source}: no element in it has a shape to draw")
     progress.stage("voxelize")
     size_m = default_voxel_size_m(building.bounds_m) if voxel_size_m is None else voxel_size_m
     return voxelize_building(building, size_m, progress=progress.report)

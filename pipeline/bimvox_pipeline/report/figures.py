@@ -1,4 +1,4 @@
-"""The figures of a report as files of their own, and the numbers that they show as CSV."""
+"""The figures of a report as separate files, and their numbers as CSV."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ COLUMNS = (
     "critical",
     "proven",
 )
-"""Of ``lifts.csv``: the names of the record, units in them."""
+"""Columns of ``lifts.csv``: the keys of the record, with units in their names."""
 
 
 def write_figures(folder: Path, record: dict[str, Any]) -> list[str]:
     """Write the figures of a plan as PNG and SVG, and their data.
 
     Args:
-        folder: Where to; made where it is missing.
-        record: Of the plan, as ``bimvox.rendering.report.record.record_of`` gives it.
+        folder: The output folder; created if missing.
+        record: The record of the plan from ``bimvox.rendering.report.record.record_of``.
 
     Returns:
         The names of the files, sorted.
@@ -58,7 +58,7 @@ def write_figures(folder: Path, record: dict[str, Any]) -> list[str]:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(
-            folder, f"no folder for figures: {reason_of(error)}", hint="choose another --figures"
+            folder, f"cannot be used for figures: {reason_of(error)}", hint="choose another folder for --figures"
         ) from error
     lifts, files = record["lifts"], {DATA_FILE: lifts_csv(record)}
     for suffix in ("png", "svg"):
@@ -75,7 +75,7 @@ def write_figures(folder: Path, record: dict[str, Any]) -> list[str]:
 
 
 def lifts_csv(record: dict[str, Any]) -> bytes:
-    """Return every lift as a row of CSV, in order; what is not known is empty."""
+    """Return every lift as a row of CSV, in order; unknown values are empty."""
     text = io.StringIO()
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()

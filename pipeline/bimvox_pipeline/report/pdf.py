@@ -1,4 +1,4 @@
-"""A page as PDF, printed by a browser that is installed: none is brought along, none is fetched."""
+"""A page as PDF, printed by an installed browser; none is bundled or downloaded."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _NO_DATE = b"19800101000000"
 
 
 def find_browser() -> Path:
-    """Return the browser that ``BIMVOX_BROWSER`` names, else a Chromium, Chrome or Edge that is installed.
+    """Return the browser that ``BIMVOX_BROWSER`` names, or an installed Chromium, Chrome or Edge.
 
     Raises:
         InputError: If there is none.
@@ -53,14 +53,14 @@ def find_browser() -> Path:
     browser = next((place for place in places if place), None)
     if browser is None:
         raise InputError(
-            "a PDF is printed by a Chromium, Chrome or Edge, and none is installed",
+            "a PDF needs Chromium, Chrome or Edge, and none is installed",
             hint=f"install one, or name it in {VARIABLE}; or write the report as .html and print it from any browser",
         )
     return Path(browser)
 
 
 def pdf_of(page: bytes, browser: Path) -> bytes:
-    """Print a self-contained page, without a display, and return the PDF; its dates are fixed, not today's.
+    """Print a self-contained page, without a display, and return the PDF; its dates are fixed.
 
     Args:
         page: HTML, UTF-8.
@@ -87,7 +87,7 @@ def pdf_of(page: bytes, browser: Path) -> bytes:
             source.as_uri(),
         ]
         if hasattr(os, "geteuid") and os.geteuid() == 0:
-            # Chromium refuses its own sandbox to root; the page has no program and may fetch nothing.
+            # Chromium does not run as root with its sandbox; the page has no scripts and may not make requests.
             command.insert(1, "--no-sandbox")
         try:
             done = subprocess.run(command, capture_output=True, timeout=_PATIENCE_S, check=False)
@@ -103,10 +103,10 @@ def pdf_of(page: bytes, browser: Path) -> bytes:
 
 
 def same_each_time(pdf: bytes) -> bytes:
-    """Return a PDF with fixed dates and element ids that do not depend on when the browser came to count them.
+    """Return a PDF with fixed dates and deterministic element ids.
 
-    As many bytes as before, so that its table of contents stays true; the ids keep their order, by which a PDF looks
-    them up.
+    The length stays the same, so that the cross-reference table remains valid; the ids keep their order, which PDF
+    readers rely on to look them up.
     """
     pdf = _DATE.sub(lambda found: found[0].replace(_digits(found[0]), _NO_DATE), pdf)
     number = {old: b"(node%08d)" % n for n, old in enumerate(sorted(set(_NODE.findall(pdf))), 1)}

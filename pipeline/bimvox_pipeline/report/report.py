@@ -1,4 +1,4 @@
-"""``bimvox report``: the lift plan record of a log, as a page that prints, or as PDF."""
+"""``bimvox report``: the lift plan record of a log, as a printable page or as PDF."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from bimvox.rendering.report.page import Figure, Figures
 
 PICTURES = 12
-"""Pictures of what blocks infeasible parts, at most."""
+"""Maximum number of pictures of blockers."""
 
 _OVERVIEW_PX = (1200, 700)
 _BLOCKED_PX = (640, 420)
@@ -37,19 +37,19 @@ def report(
 
     Args:
         log: The log.
-        out: ``.html``, or ``.pdf`` where a browser is installed; default: the log's name with ``.report.html``, in the
+        out: ``.html``, or ``.pdf`` if a browser is installed; default: the log's name with ``.report.html``, in the
             current folder.
-        proven: Whether the log is proven again now; else the report says that it is not.
-        critical_share: From which share of the capacity on a lift is critical; default: as the site's rules say.
-        pictures: How many pictures of what blocks infeasible parts, at most; 0 leaves out every picture.
+        proven: Whether the log is proven again now; otherwise the report says that it is not proven.
+        critical_share: Share of the capacity from which a lift is critical; default: the site's rules.
+        pictures: Maximum number of pictures of blockers; 0 leaves out all pictures.
         figures: Folder for the figures as PNG and SVG, and every lift as CSV; None for none.
-        progress: Told of the stages.
+        progress: Receives the stages.
 
     Returns:
         The document of ``bimvox report --json``: ``out, bytes, verified, figures, seconds`` and the whole ``record``.
 
     Raises:
-        InputError: If it is not a log, or carries no lifts, or no browser is there for a PDF.
+        InputError: If it is not a log, has no lifts, or there is no browser for a PDF.
         LogFileError: If it is damaged.
     """
     from bimvox.rendering.report.record import record_of
@@ -68,7 +68,8 @@ def report(
         browser = find_browser()
     if critical_share is not None and not 0.0 < critical_share <= 1.0:
         raise InputError(
-            f"a lift cannot be critical from {critical_share:g} of the capacity on", hint="give a share from 0 to 1"
+            f"a lift cannot be critical from {critical_share:g} of the capacity",
+            hint="give a share from 0 to 1",
         )
     revision = _revision(log, proven, progress)
     progress.stage("figures")
@@ -103,7 +104,7 @@ def _revision(log: Path, proven: bool, progress: Progress) -> Revision:
 
     read = read_whole_plan(log, progress)
     if not read.record.all_lifts:
-        raise InputError(f"{log}: it holds no lifts", hint="bimvox plan SITE writes a log with lifts")
+        raise InputError(f"{log}: the log has no lifts", hint="bimvox plan SITE writes a log with lifts")
     (revision,) = revisions_of([read], proven, progress)
     return revision
 
@@ -129,19 +130,19 @@ def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress
     plots = []
     if record["crane"] and any(lift["governs"] for lift in lifts):
         drawn = draw_utilisation(lifts, record["critical_share"], file_format="svg")
-        plots.append(Figure(drawn, "image/svg+xml", "How many lifts use which share of the crane's capacity"))
+        plots.append(Figure(drawn, "image/svg+xml", "Utilisation: number of lifts by share of the crane's capacity"))
     if any(lift["moves"] for lift in lifts):
         drawn = draw_path_ratios(lifts, file_format="svg")
         plots.append(Figure(drawn, "image/svg+xml", "Moves of each path over the fewest possible under the same rules"))
     return Figures(
-        overview=Figure(overview, "image/png", "The building when all planned lifts are done"),
+        overview=Figure(overview, "image/png", "The building after all planned lifts"),
         blocked=_blocked(revision, record["infeasible"], pictures, progress),
         plots=tuple(plots),
     )
 
 
 def _blocked(revision: Revision, orders: list[int], most: int, progress: Progress) -> tuple[Figure, ...]:
-    """Pictures of what blocks the lifts of these orders, one for all that the same things block."""
+    """Return pictures of the blockers of these lifts, one for all lifts with the same blockers."""
     from bimvox.rendering.draw.picture import PictureOptions
     from bimvox.rendering.draw.png import small_png_of
     from bimvox.rendering.report.page import Figure
@@ -162,7 +163,7 @@ def _blocked(revision: Revision, orders: list[int], most: int, progress: Progres
         picture = small_png_of(scene, PictureOptions(size_px=_BLOCKED_PX, view=view))
         names = ", ".join(f"lift {lift.number} {named(_names(site.components[lift.component]))}" for lift in group[:4])
         more = f" and {len(group) - 4} more" if len(group) > 4 else ""
-        caption = f"{names}{more}: what is in the way"
+        caption = f"{names}{more}: blockers"
         figures.append(Figure(picture, "image/png", caption, tuple(lift.order for lift in group)))
     return tuple(figures)
 

@@ -35,8 +35,8 @@ def chunks_of(data: bytes) -> list[tuple[int, int]]:
     ("content", "message"),
     [
         (b"", "the file is empty"),
-        (b"x", "no MCAP file"),
-        (b"garbage" * 1000, "no MCAP file"),
+        (b"x", "not an MCAP file"),
+        (b"garbage" * 1000, "not an MCAP file"),
         (b"\x89MCAP0\r\n", "truncated"),
     ],
 )

@@ -113,7 +113,7 @@ def test_a_proof_is_made_once_a_revision(tmp_path: Path, monkeypatch: pytest.Mon
 def test_only_a_page_follows(tmp_path: Path):
     log = tmp_path / "tiny.mcap"
     write_revision(log, 0)
-    with pytest.raises(InputError, match="is a page"):
+    with pytest.raises(InputError, match="only a page can follow a log"):
         next(following(log, tmp_path / "x.png", threading.Event()))
     with pytest.raises(FileError):
         next(following(log, tmp_path / "none" / "x.html", threading.Event()))
@@ -171,7 +171,7 @@ def test_an_open_page_follows_and_goes_on_where_it_was(browser: Any, tmp_path: P
     assert page.evaluate("() => [page.time, page.speed, page.chosen, page.layers.voxels, page.camera.azimuth]") == [
         42, 20, 2, True, 123,
     ]  # fmt: skip
-    assert "Revision 1 has come" in page.inner_text("#live")
+    assert "Revision 1 loaded" in page.inner_text("#live")
     # Paused, it stays with what it shows, until it is let go on.
     page.click("#follow")
     write_revision(log, 2)

@@ -1,11 +1,11 @@
-// Triangles and lines, each kind drawn in one call: what differs between things is in their rows.
+// Triangles and lines, each drawn in one call; everything that differs between things is in their rows.
 import { bufferOf, textureOf } from "./gl.mjs";
 import { ROWS_WIDTH } from "./shaders.mjs";
 
 const BOX_FACES = [0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5];
 export const BOX_EDGES = [0, 1, 2, 3, 4, 5, 6, 7, 0, 2, 1, 3, 4, 6, 5, 7, 0, 4, 1, 5, 2, 6, 3, 7];
 
-/** The rows: place, turn, offset, colour and flags of everything, in one texture. */
+/** The rows of one texture: place, rotation, offset, colour and flags of every thing. */
 export class Rows {
   constructor(gl, count) {
     this.gl = gl;
@@ -41,7 +41,7 @@ export class Rows {
     return [this.data.slice(row * 16, row * 16 + 3), this.data.slice(row * 16 + 4, row * 16 + 8)].map((v) => Array.from(v));
   }
 
-  /** Sends the rows if any changed; returns whether. */
+  /** Uploads the rows if any changed; returns whether they did. */
   send() {
     if (!this.changed) return false;
     const { gl } = this;
@@ -52,7 +52,7 @@ export class Rows {
   }
 }
 
-/** Collects triangles and the edges to be drawn on them: lattice points and the row that places them. */
+/** Collects triangles and their visible edges: lattice points and the row that places them. */
 export class Solids {
   constructor() {
     this.pieces = [];
@@ -80,7 +80,7 @@ export class Solids {
     this.add(row, points, faces);
   }
 
-  /** Returns what can be drawn: a vertex array and the number of indices, for the triangles and for the edges. */
+  /** Returns a vertex array and the number of indices, for the triangles and for the edges. */
   upload(gl) {
     const vertices = new Uint16Array(this.points * 4);
     const indices = new Uint32Array(this.corners);
@@ -129,7 +129,7 @@ export class Lines {
     return this.rows.length / 2;
   }
 
-  /** @param style {rgba: 0..255 each, width: pixels, metres: least width in metres, dash: period in pixels, 0 solid} */
+  /** @param style {rgba: 0..255 each, width: pixels, metres: minimum width in metres, dash: period in pixels, 0 solid} */
   add(from, to, rowFrom, rowTo, style) {
     this.at.push(from[0], from[1], from[2], to[0], to[1], to[2]);
     this.rows.push(rowFrom, rowTo);

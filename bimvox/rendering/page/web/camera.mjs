@@ -1,4 +1,4 @@
-// The eye: it orbits a point, pans, zooms, and glides between views.
+// The camera: it orbits a point, pans, zooms, and animates between views.
 import { add, clamp, cross, lookAt, mix, multiplied, perspective, sub, times, unit } from "./maths.mjs";
 
 const FOV = (32 * Math.PI) / 180;
@@ -31,7 +31,7 @@ export class Camera {
     return 1 / Math.tan(FOV / 2);
   }
 
-  /** Clip space from the site's frame. */
+  /** The matrix from the site's frame to clip space. */
   matrix(radius) {
     const near = Math.max(0.02 * this.distance, 0.2);
     const far = this.distance + 4 * radius + 50;
@@ -54,7 +54,7 @@ export class Camera {
     this.target = add(this.target, add(times(right, -dx * scale), times(up, dy * scale)));
   }
 
-  /** @param x, y Where to zoom in on, -1..1 each. */
+  /** @param x, y Point to zoom in on, -1..1 each. */
   zoom(factor, x = 0, y = 0) {
     this.glide = null;
     const before = this.distance;
@@ -67,7 +67,7 @@ export class Camera {
     this.target = add(this.target, shift);
   }
 
-  /** Glides to a view; at once where motion is not wanted. */
+  /** Animates to a view; jumps if the user prefers reduced motion. */
   go(view, now) {
     const to = { azimuth: this.azimuth, elevation: this.elevation, target: this.target, distance: this.distance, ...view };
     const turn = ((((to.azimuth - this.azimuth) % 360) + 540) % 360) - 180;
@@ -79,7 +79,7 @@ export class Camera {
     }
   }
 
-  /** Moves on; returns whether it still glides. */
+  /** Advances the animation; returns whether it is still running. */
   step(now) {
     if (!this.glide) return false;
     const { from, to, start } = this.glide;
@@ -93,7 +93,7 @@ export class Camera {
     return true;
   }
 
-  /** The target and distance at which a box is seen whole, from a direction. */
+  /** The target and distance at which a box is fully visible, from a direction. */
   fitting(low, high, azimuth, elevation) {
     const probe = new Camera(true);
     Object.assign(probe, { azimuth, elevation, aspect: this.aspect });

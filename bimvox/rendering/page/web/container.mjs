@@ -19,7 +19,7 @@ export function opened(bytes) {
   return { document, numbers };
 }
 
-/** Turns columns of steps back into columns of values: `columns` Float64Arrays, each divided by its scale. */
+/** Decodes columns of steps into columns of values: `columns` Float64Arrays, each divided by its scale. */
 export function columnsOf(steps, scales) {
   const rows = steps.length / scales.length;
   return scales.map((scale, column) => {

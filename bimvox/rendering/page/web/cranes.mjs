@@ -7,7 +7,7 @@ const BLOCK_STEP_M = 0.002;
 export const [FIXED, SLEWING, TROLLEY, HOOK, LUFFING] = [0, 1, 2, 3, 4];
 export const JOINTS = 5;
 
-/** Records of all cranes, the first one first; none on a site without. */
+/** Records of all cranes; empty on a site without. */
 export function cranesOf(document) {
   return document.crane ? [document.crane, ...(document.other_cranes ?? [])] : [];
 }
@@ -35,7 +35,7 @@ export class Crane {
     return JOINTS + record.blocks.length;
   }
 
-  /** The boxes are square to the jib at a slewing angle of 0, so that their half edges lie along the axes. */
+  /** At slewing angle 0 the boxes are aligned with the jib, so that their half edges lie along the axes. */
   halfOf(block) {
     return [0, 1, 2].map((axis) => Math.abs(block.half_m[0][axis]) + Math.abs(block.half_m[1][axis]) + Math.abs(block.half_m[2][axis]));
   }
@@ -86,7 +86,7 @@ export class Crane {
     };
   }
 
-  /** Where the empty jib is shown when no lift is timed. */
+  /** The pose of the idle crane if no lift is timed. */
   get parked() {
     return [0, this.record.jib_length_m / 2, this.record.jib_height_m * (this.record.luffing ? 0.5 : 0.8)];
   }

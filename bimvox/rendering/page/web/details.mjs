@@ -1,4 +1,4 @@
-// What is known of the chosen part, and of the plan as a whole.
+// Details of the chosen part and of the whole plan.
 import { byId, el, fill, terms } from "./dom.mjs";
 import { cranesOf } from "./cranes.mjs";
 import { HOT } from "./plan.mjs";
@@ -39,7 +39,7 @@ export class Details {
     const panel = byId("panel-part");
     if (app.obstruction) fill(panel, ...this._obstruction(app.obstruction));
     else if (app.chosen !== null) fill(panel, ...this._part(app.chosen));
-    else if (app.lift) fill(panel, el("p", { class: "kicker" }, "Under way; choose a part in the list or in the view to keep it here"), ...this._part(app.lift.part));
+    else if (app.lift) fill(panel, el("p", { class: "kicker" }, "Under way; choose a part in the list or in the view to pin it here"), ...this._part(app.lift.part));
     else fill(panel, el("p", {}, "Choose a lift in the list, or click a part in the view."));
     panel.scrollTop = 0;
   }
@@ -53,7 +53,7 @@ export class Details {
     const use = lift?.governs;
     return [
       el("h2", {}, nameOf(part)),
-      el("p", {}, `${classWords(part.ifc_class)}${lift ? `, lift ${lift.order + 1} of ${app.plan.lifts.length}` : ""}`),
+      el("p", {}, `${classWords(part.ifc_class)}${lift ? `, lift ${lift.number} of ${app.plan.lifts.length}` : ""}`),
       lift ? (bad ? this._infeasible(lift) : this._proof(lift)) : null,
       motion ? el("p", { class: "links" }, el("button", { type: "button", onclick: () => app.seek(lift.begins_s) }, `Go to this lift, ${clock(lift.begins_s)}`)) : null,
       el("h3", {}, "Part"),
@@ -76,7 +76,7 @@ export class Details {
   _infeasible(lift) {
     const { app } = this;
     return el("div", { class: "warn", role: "note" },
-      el("strong", {}, "INFEASIBLE: it is not lifted."),
+      el("strong", {}, "INFEASIBLE: not lifted."),
       el("p", {}, lift.reason ?? "No reason is recorded."),
       lift.blocked_by.length ? el("p", {}, "Blocked by (red in the view):") : null,
       lift.blocked_by.length ? el("div", { class: "links" }, ...lift.blocked_by.map((id) => this._link(id))) : null,
@@ -95,7 +95,7 @@ export class Details {
     const { proof } = this.app.plan.revision;
     if (lift.proven === null) return el("p", { class: "warn" }, proof ? "NOT PROVEN here: this log is an extract and does not carry the path of this lift." : "NOT PROVEN: no proof was made for this page.");
     const checks = proof.checks.filter((check) => check.samples > 0);
-    if (!lift.proven) return el("p", { class: "warn" }, "NOT PROVEN: a check failed about this lift; see Plan.");
+    if (!lift.proven) return el("p", { class: "warn" }, "NOT PROVEN: a check of this lift failed; see Plan.");
     return el("p", { class: "fine" }, `✓ Proven: ${checks.length} checks of the log passed for this lift${lift.samples ? `, ${counted(lift.samples, "sample")} of its motion` : ""}.`);
   }
 
@@ -125,14 +125,14 @@ export class Details {
         terms([
           ["Crane", cranesOf(app.document).length > 1 ? cranesOf(app.document)[motion.crane ?? 0].name : null],
           ["Begins", clock(lift.begins_s)],
-          ["Whole lift", nominal ? `${span(motion.length_s)} (nominal, 1 s a move)` : span(motion.length_s)],
+          ["Whole lift", nominal ? `${span(motion.length_s)} (nominal, 1 s per move)` : span(motion.length_s)],
           ["Carrying", lift.duration_s === null ? null : span(lift.duration_s)],
           ["Bound", lift.bound_s === null ? null : `${span(lift.bound_s)} (${fixed(lift.duration_s / lift.bound_s, 2)} ×)`],
         ]),
       );
     }
     parts.push(
-      el("h3", {}, "Way"),
+      el("h3", {}, "Path"),
       terms([
         ["Found by", METHODS[lift.method] ?? lift.method],
         ["Moves", lift.moves === null ? null : `${whole(lift.moves)} cells${excess}`],
@@ -156,7 +156,7 @@ export class Details {
     return parts;
   }
 
-  /** Of several cranes: name, lifts, and how much of the time each works. */
+  /** For several cranes: name, lifts, and share of the time that each works. */
   _cranes() {
     const { plan, document } = this.app;
     const cranes = cranesOf(document);
@@ -177,7 +177,7 @@ export class Details {
     const blocked = app.plan.lifts.filter((lift) => lift.blocked_by.includes(record.id));
     return [
       el("h2", {}, record.id),
-      el("p", {}, "Obstruction (its cells, grown by the site's clearance)"),
+      el("p", {}, "Obstruction (its cells, extended by the site's clearance)"),
       boxes.length ? terms([
         ["Size", `${low.map((value, axis) => fixed((high[axis] - value) * cell, 2)).join(" × ")} m`],
         ["Lowest corner", point(low.map((value, axis) => app.document.site.origin_m[axis] + value * cell)), true],
@@ -205,8 +205,8 @@ export class Details {
         ["Planned", `${revision.planned} of ${counted(app.plan.lifts.length, "lift")}`],
         ["Infeasible", String(revision.infeasible)],
         ["In this log", revision.carried < app.plan.lifts.length ? `${revision.carried} (it is an extract)` : null],
-        ["Recovered", revision.metadata.recovered === "true" ? "saved from a damaged log; some lifts may be missing" : null],
-        ["Crane time", revision.timed ? span(revision.ends_s - revision.begins_s) : "no crane: nominal times, 1 s a move"],
+        ["Recovered", revision.metadata.recovered === "true" ? "recovered from a damaged log; some lifts may be missing" : null],
+        ["Crane time", revision.timed ? span(revision.ends_s - revision.begins_s) : "no crane: nominal times, 1 s per move"],
         ["Crane", cranesOf(app.document).length > 1 ? null : app.document.crane?.name],
         ...this._cranes(),
         ["Rigging", app.document.crane ? tonnes(app.document.crane.rigging_mass_kg) : null],
@@ -217,7 +217,7 @@ export class Details {
       ...this._infeasibleList(),
       el("h3", {}, "Proof"),
       ...this._checks(revision.proof),
-      ...this._sentences("Drawn into each other", revision.clashes.map((clash) => `${this._name(clash.first)} and ${this._name(clash.second)}: ${clash.at_least ? "at least " : ""}${fixed(clash.depth_m * 1000, 1)} mm`)),
+      ...this._sentences("Overlaps in the model", revision.clashes.map((clash) => `${this._name(clash.first)} and ${this._name(clash.second)}: ${clash.at_least ? "at least " : ""}${fixed(clash.depth_m * 1000, 1)} mm`)),
       ...this._sentences("Notes", [...revision.notes, ...site.notes, ...revision.obstruction_notes]),
       el("h3", {}, "Hashes"),
       terms([
@@ -238,7 +238,7 @@ export class Details {
 
   _changes(revision) {
     const { app } = this;
-    if (!revision.changes) return app.document.revisions.length > 1 ? [el("p", {}, "The first one in this page.")] : [];
+    if (!revision.changes) return app.document.revisions.length > 1 ? [el("p", {}, "The first revision in this page.")] : [];
     const { since, kept, replanned, infeasible, changed_cells: cells } = revision.changes;
     const links = (parts) => el("div", { class: "links" }, ...parts.map((part) => el("button", { type: "button", onclick: () => app.choose(part) }, nameOf(app.parts[part]))));
     return [
@@ -257,7 +257,7 @@ export class Details {
   }
 
   _checks(proof) {
-    if (!proof) return [el("p", { class: "warn" }, "NOT PROVEN. The log was not proven when this page was made; bimvox verify proves it.")];
+    if (!proof) return [el("p", { class: "warn" }, "NOT PROVEN. This page was made without a proof; bimvox verify proves the log.")];
     const failed = proof.checks.filter((check) => !check.passed);
     const samples = proof.checks.reduce((sum, check) => sum + check.samples, 0);
     const rows = proof.checks.map((check) =>

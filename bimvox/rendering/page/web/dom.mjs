@@ -1,4 +1,4 @@
-// Making elements. Text only ever becomes text nodes: names come from files that anybody may have written.
+// Makes elements. Text always becomes text nodes, because names come from untrusted files.
 
 export const byId = (id) => document.getElementById(id);
 

@@ -1,4 +1,4 @@
-// The few WebGL calls that everything else uses.
+// WebGL helpers.
 
 /** Links a program; uniforms are looked up by name once. */
 export function programOf(gl, vertex, fragment) {

@@ -1,4 +1,4 @@
-// Names, the plan in a line, whether it is proven, and the choice of a revision.
+// The header: names, the plan in a line, the verdict of the proof, and the choice of a revision.
 import { byId, el, fill } from "./dom.mjs";
 import { counted, span } from "./words.mjs";
 

@@ -1,4 +1,4 @@
-// Unpacks gzip (RFC 1951, RFC 1952) where the browser cannot: only browsers before 2023 get here.
+// Decompresses gzip (RFC 1951, RFC 1952) for browsers that cannot: those before 2023.
 
 const LENGTH_BASE = [3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 15, 17, 19, 23, 27, 31, 35, 43, 51, 59, 67, 83, 99, 115, 131, 163, 195, 227, 258];
 const LENGTH_BITS = [0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 0];
@@ -6,7 +6,7 @@ const DISTANCE_BASE = [1, 2, 3, 4, 5, 7, 9, 13, 17, 25, 33, 49, 65, 97, 129, 193
 const DISTANCE_BITS = [0, 0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7, 8, 8, 9, 9, 10, 10, 11, 11, 12, 12, 13, 13];
 const LENGTHS_ORDER = [16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15];
 
-/** Canonical Huffman code of lengths: how many codes of each length, and their symbols in order. */
+/** Canonical Huffman code from code lengths: the number of codes of each length, and their symbols in order. */
 function huffman(lengths) {
   const counts = new Uint16Array(16);
   for (const length of lengths) counts[length]++;
@@ -53,7 +53,7 @@ export function gunzip(data) {
       first = (first + here) << 1;
       code <<= 1;
     }
-    throw new Error("a code that is none");
+    throw new Error("invalid code");
   }
 
   function tables() {

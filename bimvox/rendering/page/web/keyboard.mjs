@@ -1,14 +1,14 @@
-// Keys. Fields and lists keep the keys that they need themselves.
+// Keyboard shortcuts. Fields and lists keep the keys that they use.
 import { byId, el, fill } from "./dom.mjs";
 
 const KEYS = [
   ["space", "play or pause"],
-  ["← →", "previous or next lift; with Shift 10 seconds"],
+  ["← →", "previous or next lift; with Shift 10 seconds back or on"],
   ["↑ ↓", "faster or slower"],
   ["Home, End", "first or last moment"],
   ["/", "search the lifts"],
   ["1 2 3 4", "view from above, from the front, overview, follow the load"],
-  ["f", "fit everything in"],
+  ["f", "fit everything"],
   ["+ −", "zoom"],
   ["w a s d", "turn the view"],
   ["v", "voxels or real shapes"],
@@ -65,7 +65,7 @@ export function watchKeys(app) {
       return;
     }
     if (event.key === " ") {
-      // Space presses a focused button; elsewhere it plays.
+      // Space presses a focused button; otherwise it plays or pauses.
       if (at instanceof HTMLButtonElement || at instanceof HTMLSelectElement || at.tagName === "SUMMARY" || at.type === "checkbox") return;
       event.preventDefault();
       app.toggle();

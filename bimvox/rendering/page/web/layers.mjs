@@ -1,4 +1,4 @@
-// What is shown, and the legend of it.
+// Visible layers and the legend.
 import { byId, el, fill } from "./dom.mjs";
 
 const CHOICES = [
@@ -50,7 +50,7 @@ export class Layers {
       ["assembled", states.assembled],
       ["construction area", kinds.construction_area],
       ["yard", kinds.yard],
-      there.has("structure") ? ["standing structure", kinds.structure] : null,
+      there.has("structure") ? ["existing structure", kinds.structure] : null,
       app.plan.revision.obstructions.length ? ["obstruction", [44, 44, 48]] : null,
       ["start", [190, 100, 0], "box"],
       ["target", [196, 40, 120], "box"],

@@ -1,4 +1,4 @@
-// The list of lifts: searched, sorted, and marked as time goes on.
+// The list of lifts: search, sorting, and current states.
 import { byId, el, fill } from "./dom.mjs";
 import { HOT, sorted } from "./plan.mjs";
 import { STATES, classWords, counted, nameOf, percent, shortClock } from "./words.mjs";
@@ -33,7 +33,7 @@ export class LiftList {
     for (const button of this.buttons) {
       const own = button.dataset.sort === this.key;
       button.setAttribute("aria-pressed", String(own));
-      button.title = own ? `sorted ${this.descending ? "descending" : "ascending"}; again for the other way` : `sort by ${button.textContent}`;
+      button.title = own ? `sorted ${this.descending ? "descending" : "ascending"}; again to reverse` : `sort by ${button.textContent}`;
     }
     byId("count").textContent = lifts.length === plan.lifts.length ? counted(lifts.length, "lift") : `${lifts.length} of ${counted(plan.lifts.length, "lift")}`;
     this.states = null;
@@ -50,7 +50,7 @@ export class LiftList {
     const button = el("button", { type: "button", onclick: () => this.app.choose(lift.part, { from: "list" }) }, el("span", {}, nameOf(part)), el("small", {}, bad ? `infeasible · ${under}` : under));
     const row = el("tr", { class: bad ? "bad" : null, "data-part": lift.part },
       el("td", {}, state),
-      el("td", {}, String(lift.order + 1)),
+      el("td", {}, String(lift.number)),
       el("td", {}, button),
       el("td", { class: use !== null && use >= HOT ? "hot" : null }, bad ? "" : percent(use)),
       el("td", {}, bad ? "✕" : motion ? shortClock(motion.length_s) : "–"),

@@ -1,5 +1,5 @@
-// A page that is written again while it is open: a small script beside it says when, and the page loads itself anew
-// and goes on where it was. A script is loaded, not a request made, because that works for files opened from disk too.
+// Reloads a page that is rewritten while open, and restores its state. A small script next to the page announces the
+// new version; a script works for files opened from disk too, unlike a request.
 import { byId } from "./dom.mjs";
 
 const EVERY_MS = 1000;
@@ -32,7 +32,7 @@ export class Live {
   }
 
   _show() {
-    const words = this.state === "ended" ? "not live any more" : !this.on ? "live: paused" : this.state === "lost" ? "live: no news" : "● live";
+    const words = this.state === "ended" ? "no longer live" : !this.on ? "live: paused" : this.state === "lost" ? "live: no connection" : "● live";
     this.button.textContent = words;
     this.button.disabled = this.state === "ended";
     this.button.setAttribute("aria-pressed", String(this.on && this.state !== "ended"));
@@ -79,7 +79,7 @@ export class Live {
     try {
       sessionStorage.setItem(KEY + location.pathname, JSON.stringify(kept));
     } catch {
-      // A browser that keeps nothing begins anew.
+      // Without session storage the page starts from the beginning.
     }
   }
 
@@ -107,6 +107,6 @@ export class Live {
     if (app.chosen !== null) app.details.open("part");
     const { revision } = app.plans[app.plans.length - 1];
     const { changes } = revision;
-    app.say(changes ? `Revision ${revision.number} has come: ${changes.replanned.length} replanned, ${revision.infeasible} infeasible` : `Revision ${revision.number} has come`);
+    app.say(changes ? `Revision ${revision.number} loaded: ${changes.replanned.length} replanned, ${revision.infeasible} infeasible` : `Revision ${revision.number} loaded`);
   }
 }

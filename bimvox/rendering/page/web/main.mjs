@@ -1,4 +1,4 @@
-// The page: holds what is shown now, and tells every part of the page when it changes.
+// The page: holds the current state and notifies every part of the page when it changes.
 import { Camera } from "./camera.mjs";
 import { unpack } from "./container.mjs";
 import { Details } from "./details.mjs";
@@ -117,7 +117,7 @@ class App {
     this.say(`Revision ${this.plan.revision.number}`);
   }
 
-  /** Asks for a frame. */
+  /** Requests a frame. */
   changed() {
     if (this.asked) return;
     this.asked = true;
@@ -165,7 +165,7 @@ class App {
     if (held) byId("now").title = `hook at ${held.map(metres).join(", ")}`;
   }
 
-  /** Tells screen readers, not faster than they can speak. */
+  /** Announces to screen readers, at a rate that they can read out. */
   say(text) {
     this.saying = text;
     if (this.timer) return;
@@ -251,7 +251,7 @@ class App {
     this.timeline.update();
   }
 
-  /** To the beginning of the next or the previous lift; first to the beginning of this one. */
+  /** Goes to the start of the next or previous lift; backwards first to the start of this one. */
   stepLift(step) {
     if (!this.lift) return;
     const within = this.time - this.lift.begins_s > 1;
@@ -304,7 +304,7 @@ class App {
     this.changed();
   }
 
-  /** Moves a view so that what it fits in lies between the cards at the upper and the lower edge. */
+  /** Shifts a view so that its content lies between the cards at the top and bottom edge. */
   _uncovered(view) {
     const height = byId("canvas").clientHeight || 1;
     const upper = Math.min(byId("now").offsetHeight + 16, 0.15 * height);
@@ -315,7 +315,7 @@ class App {
     return { ...view, distance, target: probe.target };
   }
 
-  /** Puts the picture where a printer finds it. */
+  /** Stores the picture for printing. */
   _printable() {
     if (!this.scene) return;
     this._draw();

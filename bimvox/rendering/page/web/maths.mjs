@@ -1,4 +1,4 @@
-// Vectors [x, y, z], quaternions [x, y, z, w] and 4x4 matrices (column by column), as WebGL wants them.
+// Vectors [x, y, z], quaternions [x, y, z, w] and 4x4 matrices (column by column), as WebGL needs them.
 
 export const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 export const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -10,14 +10,14 @@ export const unit = (a) => times(a, 1 / (lengthOf(a) || 1));
 export const mix = (a, b, s) => a + (b - a) * s;
 export const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 
-/** Turns a vector by a unit quaternion. */
+/** Rotates a vector by a unit quaternion. */
 export function turned([x, y, z, w], v) {
   const u = [x, y, z];
   const t = times(cross(u, v), 2);
   return add(add(v, times(t, w)), cross(u, t));
 }
 
-/** The quaternion of a turn about +z. */
+/** The quaternion of a rotation about +z. */
 export const aboutZ = (angle) => [0, 0, Math.sin(angle / 2), Math.cos(angle / 2)];
 
 export function multiplied(a, b) {

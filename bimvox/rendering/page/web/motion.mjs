@@ -1,4 +1,4 @@
-// Where crane and load are at a time: straight between keyframes, in the crane's axes.
+// Crane and load at a time: linear interpolation between keyframes, in the crane's axes.
 import { columnsOf } from "./container.mjs";
 import { mix } from "./maths.mjs";
 
@@ -14,7 +14,7 @@ export function motionOf(record, numbers, scales) {
   return { ...record, time, axes, tip };
 }
 
-/** Values of columns at a time, straight between keyframes, held before the first and after the last. */
+/** Values of columns at a time, interpolated between keyframes, constant before the first and after the last. */
 export function valuesAt(time, columns, at) {
   let low = 0;
   let high = time.length - 1;
@@ -32,12 +32,12 @@ export function valuesAt(time, columns, at) {
 /** Slew, radius and height of the crane at a time within a lift. */
 export const axesAt = (motion, at) => valuesAt(motion.time, motion.axes, at);
 
-/** Where the hook is. */
+/** The position of the hook. */
 export function hookOf(baseM, [slew, radius, height]) {
   return [baseM[0] + radius * Math.cos(slew), baseM[1] + radius * Math.sin(slew), height];
 }
 
-/** The turn of a part that was stored lying, by the angle from upright. */
+/** The rotation of a part stored lying, from its angle to upright. */
 export function tiltOf(stored, angle) {
   const sine = Math.sin(angle / 2);
   const cosine = Math.cos(angle / 2);
@@ -58,7 +58,7 @@ function tipped(box, offset, stored, angle, yaw) {
   return { corner: box.map((value, n) => value + along[n]), tilt: [a * c + b * s, b * c - a * s, w * s, w * c] };
 }
 
-/** The frame of a hanging load: lowest corner of its reference cell, and its turn. */
+/** The frame of a hanging load: lowest corner of its reference cell, and its rotation. */
 export function loadAt(motion, baseM, stored, at) {
   if (motion.tip && at < motion.tip.end_s) {
     const [z, angle] = valuesAt(motion.tip.time, motion.tip.columns, at);
@@ -73,7 +73,7 @@ export function loadAt(motion, baseM, stored, at) {
   return { corner: hook.map((value, n) => value + below[n]), tilt: yawTilt(angle) };
 }
 
-/** The angle about z at which a part that was stored turned hangs: turned back the shorter way, evenly. */
+/** The angle about z of a hanging part that was stored turned; it goes to 0 the shorter way, at a constant rate. */
 function yawOf(motion, at) {
   const yaw = motion.yaw;
   if (!yaw || at >= yaw.end_s) return 0;
@@ -88,7 +88,7 @@ function yawed([x, y, z], angle) {
   return [cosine * x - sine * y, sine * x + cosine * y, z];
 }
 
-/** The frame of a part as it waits in the yard. */
+/** The frame of a part in the yard. */
 export function storedAt(lift, part) {
   const [x, y] = lift.turn % 2 ? [part.size_m[1], part.size_m[0]] : part.size_m;
   const offset = [lift.turn === 1 || lift.turn === 2 ? x : 0, lift.turn > 1 ? y : 0];
@@ -101,7 +101,7 @@ export function storedAt(lift, part) {
   return tipped(corner, offset, lift.stored, Math.PI / 2, yaw);
 }
 
-/** Points of a load's way from hooking on to its place, close enough for a smooth line: the middle of the part. */
+/** Points on the path of a part's centre from pick to set, dense enough for a smooth line. */
 export function wayOf(motion, baseM, part) {
   const middle = part.size_m.map((size) => size / 2);
   const points = [];

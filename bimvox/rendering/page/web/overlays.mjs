@@ -1,4 +1,4 @@
-// Lines that come and go: slings, start and target boxes, ways of loads, outlines of what is under way or chosen.
+// Temporary lines: slings, start and target boxes, paths of loads, outlines of the part under way and the chosen one.
 import { Lines } from "./batches.mjs";
 import { HOOK } from "./cranes.mjs";
 import { wayOf } from "./motion.mjs";
@@ -7,18 +7,18 @@ const MOST_EDGES = 6000;
 const INK = { path: [0, 100, 190, 255], other: [0, 100, 190, 90], start: [190, 100, 0, 255], target: [196, 40, 120, 255], waiting: [196, 40, 120, 90], bad: [200, 30, 20, 255], active: [0, 45, 110, 255], chosen: [10, 10, 14, 255], rope: [60, 60, 64, 255] };
 
 export class Overlays {
-  /** @param scene Knows parts, shapes and rows. */
+  /** @param scene Holds parts, shapes and rows. */
   constructor(scene) {
     this.scene = scene;
     this.made = {};
   }
 
-  /** What can be drawn, by name. */
+  /** The batches to draw, by name. */
   get batches() {
     return Object.fromEntries(Object.entries(this.made).map(([name, { batch }]) => [name, batch]));
   }
 
-  /** Shows the lines of a moment: slings, boxes, ways and outlines; each kind is made anew only when it changes. */
+  /** Shows the lines of a moment: slings, boxes, paths and outlines; each kind is rebuilt only when it changes. */
   show(moment, lift, motion, since) {
     const { plan, layers, chosen, obstruction } = moment;
     const held = this._held(plan, moment.time);
@@ -47,7 +47,7 @@ export class Overlays {
     });
   }
 
-  /** Makes lines anew when what they depend on changed. */
+  /** Rebuilds lines if their inputs changed. */
   _overlay(name, about, fill) {
     const key = JSON.stringify(about);
     if (this.made[name]?.key === key) return;
@@ -123,7 +123,7 @@ export class Overlays {
   }
 }
 
-/** The box of boxes, in cells. */
+/** The bounding box of boxes, in cells. */
 export function extent(boxes) {
   const low = [Infinity, Infinity, Infinity];
   const high = [0, 0, 0];

@@ -1,9 +1,9 @@
-// One revision of the plan: which lift runs when, what has become of every part, and lists of lifts.
+// One revision of the plan: times of the lifts, states of the parts, and lists of lifts.
 import { classWords, nameOf } from "./words.mjs";
 
 export const [AWAY, UNBUILT, IN_TRANSIT, ARRIVED, ASSEMBLED] = [0, 1, 2, 3, 4];
 
-/** From this share of the capacity on a lift is marked as critical. */
+/** Share of the capacity from which a lift is marked as critical. */
 export const HOT = 0.9;
 
 export class Plan {
@@ -34,7 +34,7 @@ export class Plan {
     return lift.begins_s + this.motionOf(lift).length_s;
   }
 
-  /** The lift under way at a time: the last one that has begun; null where nothing is timed. Of several cranes, that of the one that is busiest. */
+  /** The lift under way at a time: the last one that has begun; null if nothing is timed. With several cranes, a lift with its load on the hook takes precedence. */
   liftAt(time) {
     if (this.cranes === 1) return this.liftOf(0, time);
     const own = this.ofCrane.map((_, n) => this.liftOf(n, time)).filter((lift) => lift !== null);
@@ -48,7 +48,7 @@ export class Plan {
     return own.reduce((best, lift) => (best === null || busy(lift) > busy(best) ? lift : best), null);
   }
 
-  /** The lift that a crane drives at a time: its last one that has begun; null where it has none. */
+  /** The lift that a crane drives at a time: its last one that has begun; null if it has none. */
   liftOf(crane, time) {
     const timed = this.ofCrane[crane] ?? [];
     let low = 0;
@@ -73,7 +73,7 @@ export class Plan {
     return this.timed[this.timed.indexOf(lift) + step] ?? null;
   }
 
-  /** The phase of a lift at a time, as the log names it; null where the log has none. */
+  /** The phase of a lift at a time, by its name in the log; null if the log has none. */
   phaseAt(lift, time) {
     let found = null;
     for (const [name, start] of this.motionOf(lift).phases) if (time - lift.begins_s >= start) found = name;
@@ -81,14 +81,14 @@ export class Plan {
   }
 
   /**
-   * What has become of every part: earlier lifts are assembled, the delivery of the lift under way lies in the yard
-   * (it arrives when all lifts of the earlier ones are done), later deliveries are not there.
+   * The states of all parts: earlier lifts are assembled, the delivery of the lift under way lies in the yard (it
+   * arrives when all lifts of the earlier ones are done), later deliveries have not arrived.
    */
   statesAt(time) {
     return this.cranes > 1 ? this._overlapping(time) : this._oneByOne(time);
   }
 
-  /** The same where lifts of several cranes overlap: every part by its own motion. */
+  /** The same if lifts of several cranes overlap: every part by its own motion. */
   _overlapping(time) {
     const states = new Uint8Array(this.parts.length);
     const since = (lift) => time - lift.begins_s;

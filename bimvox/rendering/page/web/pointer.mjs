@@ -1,4 +1,4 @@
-// Mouse, pen and fingers on the view: turn, move, zoom, choose.
+// Mouse, pen and touch on the view: rotate, move, zoom, choose.
 
 const CLICK_PX = 5;
 

@@ -1,4 +1,4 @@
-// The site in 3-D at a moment: puts everything in its place and draws it.
+// The site in 3-D at a moment: places everything and draws it.
 import { Lines, Rows, Solids } from "./batches.mjs";
 import { Crane, cranesOf } from "./cranes.mjs";
 import { programOf, textureOf } from "./gl.mjs";
@@ -116,7 +116,7 @@ export class Scene {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
-  /** Takes everything out of its place, so that the next moment is set whole: after a change of revision or layers. */
+  /** Discards all places, so that the next moment is set completely: after a change of revision or layers. */
   forget() {
     this.shown = null;
   }
@@ -188,7 +188,7 @@ export class Scene {
     this.rows.look(row, this.states[state], flags);
   }
 
-  /** Where a part is shown now: the middle of its box; null where it is not there. */
+  /** The centre of a part's box as shown now; null if it is not shown. */
   middleOf(n) {
     const state = this.shown?.states[n];
     const part = this.parts[n];
@@ -309,7 +309,7 @@ export class Scene {
     gl.disable(gl.BLEND);
   }
 
-  /** What is at a device pixel: {kind, index or record}, or null. */
+  /** The thing at a device pixel: {kind, index or record}, or null. */
   pick({ camera, width, height }, layers, x, y) {
     const { gl } = this;
     const texture = textureOf(gl, gl.RGBA8, width, height, gl.RGBA, gl.UNSIGNED_BYTE, null);
@@ -346,7 +346,7 @@ export class Scene {
     return null;
   }
 
-  /** The box of all that matters: parts at their places and in the yard, obstructions, the mast. */
+  /** The bounding box of parts at their places and in the yard, obstructions and masts. */
   bounds(plan) {
     const low = [Infinity, Infinity, Infinity];
     const high = [-Infinity, -Infinity, -Infinity];

@@ -1,4 +1,4 @@
-// The shaders. Every thing that moves or changes colour has a row of four texels in one texture:
+// The shaders. Everything that moves or changes colour has a row of four texels in one texture:
 // [place, scale], [turn], [offset within its own frame, -], [colour, flags].
 
 export const ROWS_WIDTH = 256;
@@ -98,7 +98,7 @@ uniform float focal;
 out float strength;
 void main() {
   gl_Position = clipFromWorld * vec4(placed(row, at), 1.0);
-  // They fade with distance, so that finely shaped parts do not turn black.
+  // Edges fade with distance, so that finely shaped parts do not turn black.
   strength = clamp(focal / gl_Position.w / 30.0, 0.3, 1.0);
   gl_Position.z -= 3e-6 * gl_Position.w;
   if ((int(row_texel(row, 3).w) & ${SHOWN}) == 0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
@@ -166,7 +166,7 @@ void main() {
   if (kind == 0u) discard;
   vec3 normal = normalize(cross(dFdx(world), dFdy(world)));
   if (dot(normal, eye - world) < 0.0) normal = -normal;
-  // Four looks a pixel, so that borders between areas are smooth.
+  // Four samples per pixel, so that borders between areas are smooth.
   vec2 a1 = dFdx(world.xy) * 0.375, a2 = dFdy(world.xy) * 0.375;
   vec2 b1 = dFdx(world.xy) * 0.125, b2 = dFdy(world.xy) * 0.125;
   vec3 rgb = 0.25 * (tint(column(world.xy + a1 + b2)) + tint(column(world.xy - a1 - b2)) + tint(column(world.xy + b1 - a2)) + tint(column(world.xy - b1 + a2)));

@@ -25,7 +25,7 @@ export class Slab {
     gl.bindVertexArray(null);
   }
 
-  /** @param light Sets the uniforms that every lit program has. */
+  /** @param light Sets the uniforms of lit programs. */
   draw(clipFromWorld, light) {
     const { gl, site } = this;
     const { program, place } = this.program;

@@ -21,7 +21,7 @@ export class Timeline {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.drawTicks());
   }
 
-  /** Takes the span of the revision shown. */
+  /** Takes over the time span of the current revision. */
   render() {
     const { plan } = this.app;
     this.slider.min = plan.begins;
@@ -35,7 +35,7 @@ export class Timeline {
   update() {
     const { app } = this;
     this.slider.value = app.time;
-    const said = app.lift ? `${clock(app.time)}, lift ${app.lift.order + 1} of ${app.plan.lifts.length}` : clock(app.time);
+    const said = app.lift ? `${clock(app.time)}, lift ${app.lift.number} of ${app.plan.lifts.length}` : clock(app.time);
     if (this.slider.getAttribute("aria-valuetext") !== said) this.slider.setAttribute("aria-valuetext", said);
     byId("clock").textContent = clock(app.time);
     const play = byId("play");
@@ -50,7 +50,7 @@ export class Timeline {
     if (SPEEDS[at]) this.app.setSpeed(SPEEDS[at]);
   }
 
-  /** One band a lift, a row a crane: what is under way blue, the chosen one black, above 90 % of the capacity a red mark, waits left open. */
+  /** One band per lift, one row per crane: the lift under way blue, the chosen one black, a red mark above 90 % of the capacity, waits left open. */
   drawTicks() {
     const { app, ticks } = this;
     this.lift = app.lift;
@@ -81,7 +81,7 @@ export class Timeline {
     this._drawHours(draw, x, width, colour("--faint"));
   }
 
-  /** The lifts of every crane in a row of its own. */
+  /** The lifts of every crane in a separate row. */
   _drawRows(draw, x, height, colour) {
     const { app } = this;
     const { plan } = app;
@@ -118,7 +118,7 @@ export class Timeline {
   }
 }
 
-/** What is under way, in words. */
+/** The lift under way, in words. */
 export function nowWords(app) {
   const { lift, plan } = app;
   if (!lift) return null;

@@ -1,4 +1,4 @@
-// Numbers as words, the same everywhere on the page.
+// Numbers as text, uniform across the page.
 
 /** `1:02:03` */
 export function clock(seconds) {
@@ -35,7 +35,7 @@ export function classWords(ifcClass) {
   return words ? words[0].toUpperCase() + words.slice(1) : "";
 }
 
-/** What a part is called in a list: its name, else its GlobalId. */
+/** A part's name in lists, or its GlobalId if it has none. */
 export const nameOf = (part) => part.name || part.global_id || part.id;
 
 export const METHODS = { policy: "policy", retrained: "policy, retrained", search: "search (A*)" };
