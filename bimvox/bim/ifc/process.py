@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import socket
 import subprocess
-import sys
 import tempfile
 import time
 from collections import deque
@@ -16,8 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import IfcError
+from bimvox.processes import python_module, worker_environment
 
-WORKER_COMMAND = (sys.executable, "-m", "bimvox.bim.ifc.worker")
+WORKER_COMMAND = tuple(python_module("bimvox.bim.ifc.worker"))
 _START_LIMIT_S = 600.0
 
 Task = tuple[tuple[int, ...], str]
@@ -36,15 +35,8 @@ class GeometryServer:
         self._path = path
         self._ready = False
         self._said = tempfile.TemporaryFile()  # noqa: SIM115 (lives as long as the process that writes to it)
-        root = str(Path(__file__).resolve().parents[3])
-        # The library is found where this file lies, and nothing in the current folder can shadow a module. Threads
-        # would not survive the forks, and there is nothing for them to do.
-        environment = {
-            **os.environ,
-            "PYTHONPATH": os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH")])),
-            "PYTHONSAFEPATH": "1",
-            "OPENBLAS_NUM_THREADS": "1",
-        }
+        # Threads would not survive the forks, and there is nothing for them to do.
+        environment = {**worker_environment(), "OPENBLAS_NUM_THREADS": "1"}
         here, there = socket.socketpair()
         self._control = Connection(here.detach())
         with there:

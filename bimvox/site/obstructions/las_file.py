@@ -6,8 +6,6 @@ The header is checked here, before a reader believes its counts: a damaged one m
 from __future__ import annotations
 
 import struct
-import subprocess
-import sys
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import FileError
+from bimvox.processes import python_module, run_to_end
 
 _SHORTEST = 227
 _LONG_1_4 = 375
@@ -23,7 +22,6 @@ _COMPRESSED = 0x80
 # LAZ makes a point 5 to 20 times smaller; points that repeat, more.
 _MOST_PACKED = 200
 _SECONDS = 300.0
-_ROOT = Path(__file__).parents[3]
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,15 +99,12 @@ def _unpacked(path: Path, header: _Header) -> NDArray[np.float64]:
         raise FileError(path, "LAZ files need laspy and lazrs", hint="pip install 'bimvox[scan]'")
     if header.count * header.length > _MOST_PACKED * path.stat().st_size:
         raise FileError(path, f"says that it holds {header.count:,} points, more than fit into it")
-    worker = [sys.executable, "-m", "bimvox.site.obstructions.laz_worker", str(path.resolve())]
-    try:
-        done = subprocess.run(worker, capture_output=True, timeout=_SECONDS, cwd=_ROOT, check=False)
-    except subprocess.TimeoutExpired:
-        raise FileError(path, f"not a LAZ file that can be read: not unpacked within {_SECONDS:g} s") from None
-    if done.returncode:
-        said = done.stderr.decode("utf-8", "replace").strip().splitlines() or ["its decoder crashed"]
-        raise FileError(path, f"not a LAZ file that can be read: {said[-1]}")
-    points = np.frombuffer(done.stdout, np.float64).reshape(-1, 3)
+    done = run_to_end(python_module("bimvox.site.obstructions.laz_worker", str(path.resolve())), _SECONDS)
+    if done is None:
+        raise FileError(path, f"not a LAZ file that can be read: not unpacked within {_SECONDS:g} s")
+    if done.code:
+        raise FileError(path, f"not a LAZ file that can be read: {done.last_words or 'its decoder crashed'}")
+    points = np.frombuffer(done.out, np.float64).reshape(-1, 3)
     if len(points) < header.count:
         raise FileError(path, f"truncated: {len(points):,} of {header.count:,} points")
     return points

@@ -1,7 +1,7 @@
-"""A process of its own for the runs of a worker: what kills it (a crash of a library, no memory left) kills no worker.
+"""A separate process for the runs of a worker: a crash of a library or a lack of memory kills it, not the worker.
 
-Clusters lose a worker in ways of their own, some hang; so no run is carried out inside one. The process is kept from
-run to run, so that libraries and kernels are loaded once, and ends with its worker.
+Clusters handle a lost worker differently, and some hang, so no run is carried out inside a worker. The process is kept
+from run to run, so that libraries and kernels are loaded once, and ends with its worker.
 """
 
 from __future__ import annotations
@@ -12,17 +12,16 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 
+from bimvox.processes import end_with, python_module
 from bimvox_pipeline.fleet.runs import Run
 from bimvox_pipeline.fleet.work import ONE_THREAD, failed, record_file, write_record
 
 Work = Callable[[Run, Path], None]
 
 _DONE = b"."
-_LOOK_EVERY_S = 0.3
 
 _child: subprocess.Popen[bytes] | None = None
 _one_at_a_time = threading.Lock()
@@ -71,7 +70,7 @@ def end_child() -> None:
 def _started() -> subprocess.Popen[bytes]:
     path = os.pathsep.join(name for name in sys.path if name)
     return subprocess.Popen(
-        [sys.executable, "-m", __name__],
+        python_module(__name__),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         env=os.environ | ONE_THREAD | {"PYTHONPATH": path},
@@ -85,7 +84,7 @@ def _reason(code: int) -> str:
 
 def _serve() -> None:
     """Carry out the runs that come in on stdin, until it is closed or the worker is gone."""
-    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+    end_with(os.getppid())
     told = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints must not be taken for an answer
     while True:
@@ -95,12 +94,6 @@ def _serve() -> None:
             return
         work(run, folder)
         told.write(_DONE)
-
-
-def _end_with(worker: int) -> None:
-    while os.getppid() == worker:
-        time.sleep(_LOOK_EVERY_S)
-    os._exit(1)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -13,6 +12,7 @@ from pathlib import Path
 
 from bimvox.errors import BimvoxError
 from bimvox.paper.experiment.jobs import Job
+from bimvox.processes import end_with
 from bimvox_pipeline.paper.folder import result_file
 from bimvox_pipeline.paper.work import do_job
 
@@ -73,11 +73,4 @@ def run_jobs(jobs: Sequence[Job], folder: Path, *, processes: int, done: Callabl
 def _follow_the_parent() -> None:
     """Leave Ctrl-C to the parent, which ends the processes; end if the parent was killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_the_parent, daemon=True).start()
-
-
-def _end_with_the_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+    end_with(os.getppid())

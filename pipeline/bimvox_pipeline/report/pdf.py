@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 from bimvox.errors import BimvoxError, InputError
+from bimvox.processes import run_to_end
 
 BROWSERS = (
     "chromium",
@@ -89,16 +89,12 @@ def pdf_of(page: bytes, browser: Path) -> bytes:
         if hasattr(os, "geteuid") and os.geteuid() == 0:
             # Chromium does not run as root with its sandbox; the page has no scripts and may not make requests.
             command.insert(1, "--no-sandbox")
-        try:
-            done = subprocess.run(command, capture_output=True, timeout=_PATIENCE_S, check=False)
-        except subprocess.TimeoutExpired as error:
-            raise BimvoxError(
-                f"{browser} did not print within {_PATIENCE_S} s", hint="write the report as .html and print it"
-            ) from error
+        done = run_to_end(command, _PATIENCE_S)
+        hint = "write the report as .html and print it"
+        if done is None:
+            raise BimvoxError(f"{browser} did not print within {_PATIENCE_S} s", hint=hint)
         if not printed.is_file() or not printed.stat().st_size:
-            said = done.stderr.decode(errors="replace").strip().splitlines()
-            last = said[-1] if said else f"exit code {done.returncode}"
-            raise BimvoxError(f"{browser} did not print: {last}", hint="write the report as .html and print it")
+            raise BimvoxError(f"{browser} did not print: {done.last_words or f'exit code {done.code}'}", hint=hint)
         return same_each_time(printed.read_bytes())
 
 

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 from bimvox.errors import InputError, PolicyError
 from bimvox.policy.choice import PolicyInUse
+from bimvox.processes import end_with
 from bimvox.progress import SilentProgress
-from bimvox_pipeline.orphans import end_with
 
 if TYPE_CHECKING:
     from collections.abc import Collection
