@@ -1,6 +1,6 @@
 """Thousands of lifts stepped in one compiled kernel, observations included.
 
-A lift that ends begins a new episode in the same step; its last observation is kept apart, as learners need it.
+A lift that ends begins a new episode in the same step; its last observation is kept separately, for learners.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from bimvox.env.state import LiftState, initial_state
 from bimvox.site.collision import CollisionSpace
 
 MEMORY = TRAIL_STEPS[-1] + 1
-"""Reference cells that a lift of a batch remembers: as far back as its view does."""
+"""Reference cells that a lift of a batch remembers: as many as its observation needs."""
 
 
 class BatchState(NamedTuple):
@@ -54,15 +54,15 @@ class BatchState(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BatchStep:
-    """What one step of N lifts gave. The arrays are the environment's own: they hold until the step after the next.
+    """Results of one step of N lifts. The arrays are the environment's: valid until the step after the next.
 
     Attributes:
         observations: (N, VIEW_SIZE) float32, of the new episode where the old one ended.
         rewards: (N,) float32.
         arrived: (N,) bool, the target was reached: terminated.
         truncated: (N,) bool, the step limit was reached elsewhere.
-        final_observations: (N, VIEW_SIZE) float32; only the rows of ended episodes are meant.
-        teacher: (N, 6) float32 what each action was worth before the step, by the distance field; empty without.
+        final_observations: (N, VIEW_SIZE) float32; only the rows of ended episodes are valid.
+        teacher: (N, 6) float32 value of each action before the step, by the distance field; empty without a teacher.
     """
 
     observations: NDArray[np.float32]
@@ -88,12 +88,12 @@ class BatchedLiftEnv:
         mix: Where episodes begin.
         limit: How many actions an episode may take, from its exact distance.
         seed: Same seed, same actions: same everything, whatever the number of threads.
-        threads: Lifts are stepped by so many threads.
-        teacher_discount: Discount per step of what the distance field says each action is worth; 0 for not asking it.
+        threads: Number of threads that step the lifts.
+        teacher_discount: Discount per step of the action values from the distance field; 0: no teacher.
 
     Attributes:
         lifts: N.
-        problems: How many there are to draw from.
+        problems: Number of problems to draw from.
         ended_problem: (N,) int64 problem that each lift was on before the last step.
 
     Raises:
@@ -209,7 +209,7 @@ class BatchedLiftEnv:
         return out
 
     def guarded_actions(self, values: NDArray[np.float32]) -> NDArray[np.int64]:
-        """Return the moves that the loop guard makes of (N, 6) float32 action values: (N,) int64.
+        """Return the moves that the loop guard chooses from (N, 6) float32 action values: (N,) int64.
 
         Its memory is the last ``MEMORY`` cells of each lift. A lift that cannot move gets action 0.
         """
@@ -339,10 +339,10 @@ def _ask_teacher(
     state: LiftState,
     out: NDArray[np.float32],
 ) -> None:
-    """Write what each action is worth if every later one is on a shortest path: the reward, then the way's worth.
+    """Write what each action is worth if all later ones follow a shortest path: its reward and the path's worth.
 
-    A way of d moves is worth w (1 - g^d) / (1 - g) + g^(d - 1) arrival, w = progress + step: a closed form, because
-    the reward of a move depends only on whether it comes nearer.
+    A path of d moves is worth w (1 - g^d) / (1 - g) + g^(d - 1) arrival, w = progress + step: a closed form, because
+    the reward of a move depends only on whether it gets nearer.
     """
     here = pooled_distance(pool, p, state.x, state.y, state.z)
     for action in range(ACTION_COUNT):

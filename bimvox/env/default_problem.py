@@ -24,7 +24,7 @@ def default_problem(column_length_vox: int = 4, obstructions: tuple[tuple[IntVec
     Args:
         column_length_vox: Length of the column; it lies in the yard along +x or +y, is erected about its lowest-index
             end and raised by one voxel, so it hangs at k = 2 there.
-        obstructions: Half-open boxes (lowest corner, highest corner) of cells that are in the way.
+        obstructions: Half-open boxes (lowest corner, highest corner) of blocked cells.
     """
     occupied = np.zeros(SITE_SHAPE, np.bool_)
     occupied[:, :, 0] = True
@@ -42,7 +42,7 @@ def default_problem(column_length_vox: int = 4, obstructions: tuple[tuple[IntVec
 
 
 def yard_starts(occupied: np.ndarray[tuple[int, int, int], np.dtype[np.bool_]], length_vox: int) -> list[IntVec]:
-    """Return the transit starts of a column that finds room lying in the yard, along either axis."""
+    """Return the transit starts of a column that fits lying in the yard, along either axis."""
     low, high = CONSTRUCTION_AREA
     yard = np.ones(SITE_SHAPE[:2], np.bool_)
     yard[low:high, low:high] = False

@@ -13,7 +13,7 @@ UNREACHABLE = -1
 """Entry of a distance field from which the target cannot be reached."""
 
 FARTHEST = 2**15 - 1
-"""A field ends here; what lies farther counts as unreachable (int16 halves the memory of a large site)."""
+"""Largest distance of a field; anything farther counts as unreachable (int16 halves the memory of a large site)."""
 
 
 @kernel
@@ -25,8 +25,8 @@ def distance_field(space: CollisionSpace, target: NDArray[np.int32]) -> NDArray[
         target: (3,) int32 reference cell of the target.
 
     Returns:
-        (X, Y, Z) int16 moves to the target, ``UNREACHABLE`` where there is no way or the placement is not free. All
-        unreachable where the target itself is not free.
+        (X, Y, Z) int16 moves to the target, ``UNREACHABLE`` if there is no path or the placement is not free;
+        everywhere if the target itself is not free.
     """
     nx, ny, nz = space.table.shape[0] - 1, space.table.shape[1] - 1, space.table.shape[2] - 1
     unseen, blocked = np.int16(-3), np.int16(-2)

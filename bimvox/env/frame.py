@@ -1,9 +1,8 @@
-"""The learner's own frame: mirrored and turned so that the goal lies ahead of it and to one side.
+"""The policy's own frame: the site mirrored and turned so that the goal lies ahead and to one side.
 
-A site and its seven mirror images and quarter turns ask for the same decision. So everything that the policy sees is
-written in a frame whose first axis is the horizontal axis along which the goal is farther, with the goal on its
-positive side, and the values that it gives are brought back. One network then learns all eight at once, and what it
-does is the same on a mirrored site by construction.
+A site and its seven mirror images and quarter turns need the same decision. So the observation is written in a frame
+whose first axis is the horizontal axis along which the goal is farther, with the goal on its positive side; the action
+values are transformed back. One network learns all eight cases at once, and acts alike on a mirrored site.
 """
 
 from __future__ import annotations

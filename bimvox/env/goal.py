@@ -1,4 +1,4 @@
-"""The way to the goal as every observation shows it."""
+"""The offset to the goal, as every observation encodes it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LOG_FARTHEST = float(np.log(1024.0))
 
 @leaf_kernel
 def write_goal(dx: int, dy: int, dz: int, out: NDArray[np.float32]) -> None:
-    """Write the way to the goal, ``GOAL_SIZE`` entries: precise nearby, an order of magnitude far away."""
+    """Write the offset to the goal, ``GOAL_SIZE`` entries: precise nearby, an order of magnitude far away."""
     total = max(1, abs(dx) + abs(dy) + abs(dz))
     for axis, d in enumerate((dx, dy, dz)):
         sign = 1.0 if d > 0 else (-1.0 if d < 0 else 0.0)

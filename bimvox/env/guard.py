@@ -1,11 +1,11 @@
 """The loop guard: which free move to take, from the values of the policy and a small memory of visited cells.
 
-Of the moves that are free, those to the reference cells visited least often so far come first; among these the
-policy's value decides. So a move is never blocked, a lift never circles, and a policy that would dither at a wall is
-pushed along it. A lift that is lost, because it has made many more moves than the way should take, is pushed away from
-where it has been: each earlier visit near a move's end counts against it. A guard may lean to one side: where the
-policy sees little between two ways around something, it takes that side. It is no search: it looks one move ahead and
-knows nothing but where the lift has been (:class:`Guard`).
+Of the free moves, the guard prefers those to the reference cells visited least often; among these the policy's value
+decides. So a move is never blocked, a lift does not circle, and a policy that hesitates at a wall is pushed along it. A
+lift is lost if it has made many more moves than its path should take. It is then pushed away from visited cells: each
+earlier visit near the end of a move counts against that move. A guard may prefer one side: if the policy rates two
+paths around an obstacle about equally, the lift takes that side. The guard looks one move ahead and remembers only
+visited cells (:class:`Guard`).
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ Counts = tuple[int, int, int, int, int, int]
 
 
 class Guard(NamedTuple):
-    """When a lift counts as lost, how it is pushed away from where it has been, and which way it leans.
+    """When a lift counts as lost, how it is pushed away from visited cells, and which side it prefers.
 
     Attributes:
-        factor: Lost after ``factor`` times the Manhattan distance of its way ...
+        factor: A lift is lost after ``factor`` times the Manhattan distance of its path ...
         slack: ... plus ``slack`` moves.
-        reach_vox: Then visits up to so many cells away from a move's end along every axis count ...
-        cost: ... against the move, each with so much ...
-        visit_cost: ... and each visit of the very cell with so much, instead of ``VISIT_COST``.
-        left: For a move to the left of the way to the target, seen from above; less than 0: to the right.
-        up: For a move up; less than 0: down.
+        reach_vox: Of a lost lift, visits up to this many cells from the end of a move, along every axis, count ...
+        cost: ... against the move, each with this cost.
+        visit_cost: Of a lost lift, cost of a visit of the cell itself, instead of ``VISIT_COST``.
+        left: Bonus of a move to the left of the direction to the target, seen from above; negative: to the right.
+        up: Bonus of a move up; negative: down.
     """
 
     factor: float
@@ -55,12 +55,12 @@ LEFT = _LEANING._replace(left=0.2)
 RIGHT = _LEANING._replace(left=-0.2)
 
 GUARDS = (CALM, LOW, LEFT, RIGHT)
-"""In the order in which a roll-out tries them: alone the first is the best, but they fail on different lifts."""
+"""In the order in which a roll-out tries them. The first is the best alone; they fail on different lifts."""
 
 
 @leaf_kernel
 def is_lost(guard: Guard, steps: int, least_moves: int) -> bool:
-    """Return whether a lift has made many more moves than the Manhattan distance of its way."""
+    """Return whether a lift has made many more moves than the Manhattan distance of its path."""
     return bool(steps > guard.factor * least_moves + guard.slack)
 
 
@@ -74,7 +74,7 @@ def guarded_action(
     guard: Guard,
     lost: bool,
 ) -> int:
-    """Return the move that the guard lets a lift make, ``NO_ACTION`` where none is free.
+    """Return the move that the guard allows a lift, ``NO_ACTION`` if none is free.
 
     Args:
         space: What decides whether a placement is free.

@@ -30,16 +30,16 @@ __all__ = ["ENV_ID", "LiftEnv", "register"]
 class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     """Bring one component from the yard to its place, a voxel at a time.
 
-    The same pure functions as in :class:`bimvox.env.batched.BatchedLiftEnv` decide what happens; this one is for
-    experiments and for other people's learners, that one for training.
+    It uses the same pure functions as :class:`bimvox.env.batched.BatchedLiftEnv`. This one is for experiments and for
+    learners of others, that one for training.
 
     ``reset`` takes the options ``problem`` (index) and ``start`` (reference cell). ``info`` holds ``is_success``,
     ``bumped``, ``cell_vox`` and ``distance`` (moves to the target).
 
     Args:
-        problems: What to draw episodes from; the paper's site without.
+        problems: What to draw episodes from; default: the paper's site.
         reward_name: A key of ``REWARDS``.
-        mix: Where episodes begin; only at the problems' yard starts without.
+        mix: Where episodes begin; default: only at the problems' yard starts.
         limit: How many actions an episode may take.
         render_mode: None or ``ansi``.
 

@@ -1,24 +1,23 @@
-"""What the policy sees: one vector of fixed size for any site, any component, with or without a hoist rope.
+"""The observation of the policy: one vector of fixed size for any site and component, with or without a hoist rope.
 
-All of it comes from the summed-area table and the map of the hook; nothing from the distance field, which is the
-teacher's. Offsets, windows and actions are in the frame of :mod:`bimvox.env.frame`. In order:
+It is computed from the summed-area table and the map of the hook. The distance field is for the teacher only. Offsets,
+windows and actions are in the frame of :mod:`bimvox.env.frame`. In order:
 
 * **about the component**: whether each placement of a window of 9 x 9 x 5 is free (0) or blocked (1), then a window of
   7 x 7 x 5 cells on each of five coarser levels. A cell of scale s stands for the block of placements around
-  s * (i, j, k), up to s / 2 away: 0 all of them are free, 1 all are blocked, or the hook may not be at the middle one;
-  between: some are, the more the higher, by five of the block's placements and the share of the swept box that is
-  filled. Outside the site counts as filled;
-* **clear heights**: for each column of these windows, how much higher (or lower) the component must hang so that
-  nothing is in its way at the column's block nor above it, signed logarithm; 1 where no height will do, also because
-  the hook may not be that high there (limiters, the jib of a luffing crane);
+  s * (i, j, k), up to s / 2 away: 0 if all of them are free, 1 if all are blocked or the hook may not be at the middle
+  one. Values in between grow with the share that is blocked, estimated from five of the block's placements and the
+  filled share of the swept box. Outside the site counts as filled;
+* **clear heights**: for each column of these windows, how much higher (or lower) the component must hang to be clear at
+  the column's block and above it, signed logarithm; 1 if no height is clear or the hook may not be that high there
+  (limiters, the jib of a luffing crane);
 * **about the target**: the same two, smaller and on four levels: from which side the target can be entered;
-* **the way to the target**: signs, clipped offset, logarithm of the offset, shares, logarithm of the whole;
-* **the component and the hook**: extent, height above the bottom and below the top of the site or
-  of what the hook may, whether the hook line
-  must be free (rope);
-* **how it came here**: the last action, how often each neighbouring cell was visited (the loop guard's memory), and the
-  way made in the last 8, 32 and 128 steps: a component that is on its way around something keeps to it;
-* **the frame**: not for the network, but to bring its values back (:func:`bimvox.env.frame.frame_of`).
+* **the offset to the target**: signs, clipped offset, logarithm of the offset, shares, logarithm of the total;
+* **the component and the hook**: extent, height above the bottom and below the top of the site or of the hook's range,
+  whether the hook line must be free (rope);
+* **the history**: the last action, how often each neighbouring cell was visited (the loop guard's memory), and the
+  displacement in the last 8, 32 and 128 steps: a component that goes around an obstacle keeps its direction;
+* **the frame**: not for the network, but to transform its values back (:func:`bimvox.env.frame.frame_of`).
 """
 
 from __future__ import annotations
@@ -50,16 +49,16 @@ TARGET_WINDOW = (5, 5, 5)
 TARGET_LEVELS = ((1, 1), (2, 2), (4, 4), (8, 8))
 
 TRAIL_STEPS = (8, 32, 128)
-"""How many steps back the view remembers where it was."""
+"""Numbers of steps over which the observation gives the displacement."""
 
 MOST_VISITS = 4
-"""Above that, visits of a neighbouring cell are not told apart."""
+"""More visits of a neighbouring cell count as this many."""
 
 PARTLY = 0.2
-"""Least value of a coarse cell that is neither surely free nor surely blocked."""
+"""Least value of a coarse cell that is neither certainly free nor certainly blocked."""
 
 WIDEST_WINDOW_VOX = WINDOW[0] * LEVELS[-1][0]
-"""What the widest level spans, cells: 224."""
+"""Span of the widest level, cells: 224."""
 
 GOAL_SIZE = WAY_SIZE + 1
 BODY_SIZE = 6
@@ -72,7 +71,7 @@ WINDOW_SIZE = WINDOW[0] * WINDOW[1] * (WINDOW[2] + 1)
 TARGET_WINDOW_SIZE = TARGET_WINDOW[0] * TARGET_WINDOW[1] * (TARGET_WINDOW[2] + 1)
 GOAL_START = NEAREST_SIZE + WINDOW_SIZE * len(LEVELS) + TARGET_WINDOW_SIZE * len(TARGET_LEVELS)
 INPUT_SIZE = GOAL_START + GOAL_SIZE + BODY_SIZE + 2 * ACTION_COUNT + TRAIL_SIZE
-"""Entries that the network takes in: all but the frame."""
+"""Entries that the network takes: all but the frame."""
 
 VIEW_SIZE = INPUT_SIZE + 1
 VIEW_NAME = "framed-pyramid-7x7x5-1-32-target-5x5x5-1-8-v1"
@@ -102,7 +101,7 @@ def look(
     cells: NDArray[np.int32],
     out: NDArray[np.float32],
 ) -> None:
-    """Write the view of one lift.
+    """Write the observation of one lift.
 
     Args:
         space: What decides whether a placement is free.

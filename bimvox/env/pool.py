@@ -71,7 +71,7 @@ def pool_of(problems: Sequence[LiftProblem], *, with_distances: bool) -> Problem
         with_distances: Whether to pack the distance fields too (training); every problem must have one then.
 
     Raises:
-        ValueError: There is no problem, or one has no distance field though it is needed.
+        ValueError: There is no problem, or one lacks the distance field that is needed.
     """
     if not problems:
         raise ValueError("a pool needs at least one problem")
@@ -110,7 +110,7 @@ def pool_of(problems: Sequence[LiftProblem], *, with_distances: bool) -> Problem
 
 @kernel
 def pooled_clearance(pool: ProblemPool, p: int) -> CollisionSpace:
-    """Return views of problem ``p``'s clearance."""
+    """Return the collision rule of problem ``p``, as views."""
     nx, ny, nz = pool.table_shape[p]
     start = pool.table_start[p]
     table = pool.tables[start : start + nx * ny * nz].reshape((nx, ny, nz))

@@ -25,7 +25,7 @@ class LiftProblem:
         start_vox: Reference cell of the transit start.
         target_vox: Reference cell of the target.
         starts_vox: (S, 3) int32 all transit starts to learn from, ``start_vox`` among them.
-        distance: (X, Y, Z) int16 moves to the target, the teacher's knowledge; None where nothing is to be learned.
+        distance: (X, Y, Z) int16 moves to the target, which the teacher knows; None if the problem is not for training.
     """
 
     space: CollisionSpace
@@ -41,7 +41,7 @@ class LiftProblem:
         return (x - 1, y - 1, z - 1)
 
     def distance_from(self, cell_vox: ArrayLike) -> int:
-        """Return the moves to the target from a reference cell, ``UNREACHABLE`` (-1) where there is no way."""
+        """Return the moves to the target from a reference cell, ``UNREACHABLE`` (-1) if there is no path."""
         if self.distance is None:
             raise ValueError("this problem was made without its distance field")
         x, y, z = np.asarray(cell_vox)
@@ -49,14 +49,14 @@ class LiftProblem:
 
 
 def lift_problem(space: CollisionSpace, start_vox: IntVec, target_vox: IntVec) -> LiftProblem:
-    """Return a problem for a roll-out: no distance field, nothing to learn from."""
+    """Return a problem for a roll-out: without a distance field, not for training."""
     return LiftProblem(plain_clearance(space), start_vox, target_vox, np.asarray([start_vox], np.int32), distance=None)
 
 
 def training_problem(
     space: CollisionSpace, start_vox: IntVec, target_vox: IntVec, starts_vox: Sequence[IntVec] | ArrayLike = ()
 ) -> LiftProblem:
-    """Return a problem to learn from, its distance field computed.
+    """Return a problem for training, with its distance field.
 
     Args:
         space: What decides whether a placement is free.
@@ -65,8 +65,8 @@ def training_problem(
         starts_vox: (S, 3) further transit starts in the yard; those that cannot reach the target are left out.
 
     Returns:
-        The problem. Where ``start_vox`` itself has no way to the target, ``starts_vox`` may be empty:
-        :func:`is_learnable` tells.
+        The problem. If the target cannot be reached from ``start_vox``, ``starts_vox`` may be empty; see
+        :func:`is_learnable`.
     """
     plain = plain_clearance(space)
     distance = distance_field(plain, np.asarray(target_vox, np.int32))
@@ -89,7 +89,7 @@ def is_learnable(problem: LiftProblem) -> bool:
 
 
 def plain_clearance(space: CollisionSpace) -> CollisionSpace:
-    """Return a clearance whose arrays are contiguous and writable, copied only where they are not.
+    """Return a collision rule whose arrays are contiguous and writable; an array is copied only if it is not.
 
     Numba compiles a kernel once more for every combination of read-only and other arguments; this keeps it to one.
     """
@@ -105,7 +105,7 @@ def plain_clearance(space: CollisionSpace) -> CollisionSpace:
 
 
 def _plain(array: NDArray[S], dtype: type[S]) -> NDArray[S]:
-    """Return the array itself where it will do: problems that share a table go on sharing it."""
+    """Return the array itself if it fits, so that problems keep sharing a table."""
     if array.dtype == dtype and array.flags.c_contiguous and array.flags.writeable:
         return array
     return np.array(array, dtype, order="C")

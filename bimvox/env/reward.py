@@ -48,7 +48,7 @@ def reward(weights: RewardWeights, distance: int, next_distance: int, bumped: bo
     Args:
         weights: Coefficients.
         distance: Distance-to-go before the action, moves.
-        next_distance: And after it; both may be 0 where ``weights`` needs no distance.
+        next_distance: The same after it; both may be 0 if ``weights`` does not need the distance.
         bumped: Whether the move was blocked.
         arrived: Whether the target was reached.
         late: Whether the step limit had been reached before.

@@ -12,12 +12,12 @@ from bimvox.env.pool import ProblemPool, pooled_distance
 
 
 class StartMix(NamedTuple):
-    """How starts are drawn; a plain tuple, so that kernels take it. The rest of the shares is the yard's.
+    """How starts are drawn; a plain tuple, so that kernels take it. The other episodes begin in the yard.
 
     Attributes:
-        anywhere: Share of the episodes that begin at any placement from which the target can be reached.
-        near_target: Share that begins at such a placement within ``reach`` cells of the target: the narrow last moves
-            are the hard ones, and an episode from the yard seldom gets there while little is learned.
+        anywhere: Share of episodes that begin at any placement from which the target can be reached.
+        near_target: Share that begins at such a placement within ``reach`` cells of the target: the last moves are the
+            hardest, and early in the training an episode from the yard seldom gets there.
         reach: Half the edge of the cube about the target, cells.
     """
 

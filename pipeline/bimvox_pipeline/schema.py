@@ -44,7 +44,7 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
 
 
 def _grid_json_schema() -> dict[str, Any]:
-    """Return the JSON Schema of the attributes of a grid file's Zarr group; its arrays are listed beside it."""
+    """Return the JSON Schema of the attributes of a grid file's Zarr group, with a list of its arrays."""
     from pydantic import TypeAdapter
 
     from bimvox.grid.bricks import NO_OWNER

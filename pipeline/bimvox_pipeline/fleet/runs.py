@@ -25,8 +25,8 @@ class Wish:
         site: The site file.
         obstructions: What is in the way; None for the site as it is.
         seed: Seed of the training; None for the site file's.
-        policy: Id of a policy, or ``none``; None for the site file's, else the one trained for the site.
-        steps: Training budget; None for the site file's, else the built-in one.
+        policy: Id of a policy, or ``none``; None: the site file's, otherwise the one trained for the site.
+        steps: Training budget; None: the site file's, otherwise the built-in one.
     """
 
     site: Path

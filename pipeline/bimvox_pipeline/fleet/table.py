@@ -55,7 +55,7 @@ def write_tables(folder: Path, records: Sequence[dict[str, Any]]) -> list[Path]:
     try:
         files[PARQUET_FILE] = _as_parquet(rows)
     except ImportError:
-        # The extra is not installed. A table of an earlier sweep must not stay beside a newer one.
+        # The extra is not installed. The table of an earlier sweep must not remain next to a newer one.
         (folder / PARQUET_FILE).unlink(missing_ok=True)
     for name, data in files.items():
         write_atomically(folder / name, data)

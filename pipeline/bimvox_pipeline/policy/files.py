@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from bimvox.policy.store import StoredPolicy
 
 FORMATS = {"bimvox": ".policy.zip", "onnx": ".onnx", "sb3": ".sb3.zip"}
-"""Form of a file, and the end of its name where none is given."""
+"""Form of a file, and the default suffix of its name."""
 
 _SB3_MEMBER = "policy.pth"
 
@@ -24,7 +24,7 @@ def export_policy(policy_id: str, *, to: str | None = None, out: Path | None = N
 
     Args:
         policy_id: Its id, or the beginning of it.
-        to: A key of ``FORMATS``; by default what the end of ``out`` says, else ``bimvox``.
+        to: A key of ``FORMATS``; default: by the suffix of ``out``, otherwise ``bimvox``.
         out: Where to; by default the id in the current folder.
 
     Returns:
@@ -51,14 +51,13 @@ def import_policy(source: Path, *, trust: bool = False) -> dict[str, Any]:
 
     Args:
         source: A file of :func:`export_policy`, or with ``trust`` a zip of stable-baselines3's DQN.
-        trust: Take a file that says nothing checkable about itself. Even then nothing in it is run: only its tensors
-            are read.
+        trust: Accept a file without a manifest. Nothing in it is run even then: only its tensors are read.
 
     Returns:
         The document of ``bimvox policy import --json``.
 
     Raises:
-        PolicyError: If it is no policy, is damaged, or does not fit this version.
+        PolicyError: If it is not a policy, is damaged, or does not fit this version.
     """
     from bimvox.policy import store
     from bimvox.policy.bundle import unpack

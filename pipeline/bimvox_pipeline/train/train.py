@@ -32,7 +32,7 @@ def train(
 
     Args:
         site: The site file.
-        steps: Budget in environment steps; default: the site file's, else the built-in one.
+        steps: Budget in environment steps; default: the site file's, otherwise the built-in one.
         seed: Seed; default: the site file's.
         start_from: ``default`` (the policy that ships with bimvox), ``none`` (from scratch), or the id of a policy.
         seconds: End the training at the first test after that.
