@@ -1,8 +1,9 @@
-"""The proof that a load on its way meets nothing, and that its hook line is free up to the jib."""
+"""The proof that a load on its way hits nothing, and that the line from its hook up to the jib is free."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,24 @@ from bimvox.records.trajectory import Trajectory
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
+
+
+class _Spots(NamedTuple):
+    """Positions of a load on its way.
+
+    Attributes:
+        cells: (N, 3) float64 reference cells.
+        placements: Whole placements around them.
+        time_s: (N,) float64 when, from the start of the lift.
+        tail: (N,) bool which are on the last moves.
+        now: (N,) bool which are within the span of time that is checked.
+    """
+
+    cells: NDArray[np.float64]
+    placements: Placements
+    time_s: NDArray[np.float64]
+    tail: NDArray[np.bool_]
+    now: NDArray[np.bool_]
 
 
 class LoadProof(LiftProof):
@@ -87,7 +106,8 @@ class LoadProof(LiftProof):
                 )
             self._check_contact(component, cells, hit & tail & now, [thing for thing in near if thing not in passed])
         if self.site.rules.rope:
-            self._check_rope(name, component, moment, cells, placements, tail, near, far, time_s, now)
+            spots = _Spots(cells, placements, time_s, tail, now)
+            self._check_rope(name, component, moment, spots, near)
         check_zone(self.checks["zones"], name, self.site, self.crane, placements, component, cells, time_s)
 
     def _left(self, placements: Placements, own: NDArray[np.int32], without: Sequence[Thing]) -> NDArray[np.bool_]:
@@ -118,19 +138,10 @@ class LoadProof(LiftProof):
             self.triangles.check_way(self.checks["motion_triangles"], component, offsets_m, thing.solid)
 
     def _check_rope(
-        self,
-        name: str,
-        component: Component,
-        moment: Moment,
-        cells: NDArray[np.float64],
-        placements: Placements,
-        tail: NDArray[np.bool_],
-        near: Sequence[Thing],
-        far: Sequence[Thing],
-        time_s: NDArray[np.float64],
-        now: NDArray[np.bool_],
+        self, name: str, component: Component, moment: Moment, spots: _Spots, near: Sequence[Thing]
     ) -> None:
-        """A hook line one cell wide is free; in the tail the rope itself must miss the triangles of neighbours."""
+        """A hook line one cell wide is free; on the last moves the rope itself must miss the neighbours' triangles."""
+        cells, placements, time_s, tail, now = spots
         check = self.checks["motion_rope"]
         check.look(True, "", samples=int(now.sum()))
         hit = placements.at_positions(self.cells.line_meets(placements, component.hook_offset_vox)) & now

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.proof.overlap import overlap_m
-from bimvox.proof.solid import FINEST_M, is_inside, solid_of
+from bimvox.proof.solid import FINEST_M, solid_of
+from bimvox.proof.solid_queries import is_inside
 
 TOLERANCE_M = 0.010
 CUBE = ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))

@@ -1,0 +1,127 @@
+"""A tree of boxes over triangles, and the rays that are sent through it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.compiled import kernel
+
+_LEAF = 4
+_SAME_M = 1e-7
+
+
+def tree_over(
+    low: NDArray[np.float64], high: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
+    """Return the order of the triangles, boxes and spans of the nodes: halves along the longest side, to leaves."""
+    order = np.arange(len(low))
+    boxes, spans = np.empty((2 * len(low) + 1, 2, 3)), np.zeros((2 * len(low) + 1, 3), np.int64)
+    count = _split(order, low + high, low, high, boxes, spans)
+    return order, boxes[:count].copy(), spans[:count].copy()
+
+
+@kernel
+def _split(
+    order: NDArray[np.int64],
+    middle: NDArray[np.float64],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    boxes: NDArray[np.float64],
+    spans: NDArray[np.int64],
+) -> int:
+    """Fill boxes and spans in depth-first order, and sort the triangles into their leaves."""
+    waiting = np.empty((128, 3), np.int64)  # first, one after the last, the parent whose right child this is
+    waiting[0, 0], waiting[0, 1], waiting[0, 2] = 0, order.shape[0], -1
+    left, count = 1, 0
+    while left:
+        left -= 1
+        first, last, parent = waiting[left]
+        node, count = count, count + 1
+        if parent >= 0:
+            spans[parent, 2] = node
+        spans[node, 0], spans[node, 1] = first, last
+        for k in range(3):
+            boxes[node, 0, k], boxes[node, 1, k] = np.inf, -np.inf
+        near, far = np.full(3, np.inf), np.full(3, -np.inf)
+        for n in range(first, last):
+            for k in range(3):
+                boxes[node, 0, k] = min(boxes[node, 0, k], low[order[n], k])
+                boxes[node, 1, k] = max(boxes[node, 1, k], high[order[n], k])
+                near[k], far[k] = min(near[k], middle[order[n], k]), max(far[k], middle[order[n], k])
+        if last - first <= _LEAF:
+            continue
+        axis = int(np.argmax(far - near))
+        rank = np.argsort(middle[order[first:last], axis], kind="mergesort")
+        sorted_order = order[first:last][rank]
+        for n in range(first, last):
+            order[n] = sorted_order[n - first]
+        half = (first + last) // 2
+        waiting[left, 0], waiting[left, 1], waiting[left, 2] = half, last, node
+        waiting[left + 1, 0], waiting[left + 1, 1], waiting[left + 1, 2] = first, half, -1
+        left += 2
+    return count
+
+
+@kernel
+def crossed(
+    corners: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    boxes: NDArray[np.float64],
+    spans: NDArray[np.int64],
+    start: NDArray[np.float64],
+    ray: NDArray[np.float64],
+    own: int,
+) -> tuple[int, int, float]:
+    """How many triangles but one's own a ray crosses, the sum of their signs, and the way to the nearest."""
+    waiting = np.empty(64, np.int64)
+    waiting[0], left = 0, 1
+    crossings, winding, nearest = 0, 0, np.inf
+    while left:
+        left -= 1
+        node = waiting[left]
+        enters, leaves = 0.0, np.inf
+        for k in range(3):
+            if ray[k] != 0.0:
+                one = (boxes[node, 0, k] - _SAME_M - start[k]) / ray[k]
+                other = (boxes[node, 1, k] + _SAME_M - start[k]) / ray[k]
+                enters, leaves = max(enters, min(one, other)), min(leaves, max(one, other))
+            elif start[k] < boxes[node, 0, k] - _SAME_M or start[k] > boxes[node, 1, k] + _SAME_M:
+                leaves = -1.0
+        if enters > leaves:
+            continue
+        if spans[node, 2]:
+            waiting[left], waiting[left + 1] = spans[node, 2], node + 1
+            left += 2
+            continue
+        for f in range(spans[node, 0], spans[node, 1]):
+            if f == own:
+                continue
+            slope = normals[f, 0] * ray[0] + normals[f, 1] * ray[1] + normals[f, 2] * ray[2]
+            if abs(slope) < 1e-9:
+                continue
+            above = 0.0
+            for k in range(3):
+                above += normals[f, k] * (corners[f, 0, k] - start[k])
+            way = above / slope
+            if way <= _SAME_M:
+                continue
+            x, y, z = start[0] + way * ray[0], start[1] + way * ray[1], start[2] + way * ray[2]
+            if _is_over(corners[f], normals[f], x, y, z):
+                crossings += 1
+                winding += 1 if slope > 0.0 else -1
+                nearest = min(nearest, way)
+    return crossings, winding, nearest
+
+
+@kernel
+def _is_over(triangle: NDArray[np.float64], normal: NDArray[np.float64], x: float, y: float, z: float) -> bool:
+    """Whether a point of a triangle's plane is on the triangle."""
+    for k in range(3):
+        a, b = triangle[k], triangle[(k + 1) % 3]
+        ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+        vx, vy, vz = x - a[0], y - a[1], z - a[2]
+        side = normal[0] * (uy * vz - uz * vy) + normal[1] * (uz * vx - ux * vz) + normal[2] * (ux * vy - uy * vx)
+        if side < 0.0:
+            return False
+    return True
