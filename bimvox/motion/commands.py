@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -122,49 +122,11 @@ def commands(motion: LiftMotion, period_s: float) -> Commands:
     Raises:
         InputError: If the period is not positive.
     """
-    time_ns, axes = motion.samples()
-    lifted_ns = motion.start_ns + int(motion.raising.time_ns[0])
-    return commands_along(
-        time_ns,
-        axes,
-        period_s,
-        order=motion.order,
-        component=motion.component,
-        phase_at=motion.phase_name_at,
-        # A stop before the part is lifted is one of the empty hook.
-        is_loaded=lambda at_ns, phase: (at_ns >= lifted_ns) & (phase in _LOADED),
-        starts_ns=[phase.start_ns for phase in motion.phases],
-    )
-
-
-def commands_along(
-    time_ns: NDArray[np.int64],
-    axes: NDArray[np.float64],
-    period_s: float,
-    *,
-    order: int,
-    component: int,
-    phase_at: Callable[[int], PhaseName],
-    is_loaded: Callable[[NDArray[np.int64], PhaseName], NDArray[np.bool_]],
-    starts_ns: Sequence[int] = (),
-) -> Commands:
-    """Return the commands along one series of samples: one at every multiple of the period, the last with zero rates.
-
-    Args:
-        time_ns: (N,) int64 on the site's clock, ascending.
-        axes: (N, 3) slew (rad), radius (m), height (m).
-        period_s: Time between commands.
-        order: The lift's position in the assembly order.
-        component: Index into ``Site.components``.
-        phase_at: The phase at a time; it changes at ``starts_ns`` only.
-        is_loaded: Whether the part hangs on the hook at times, all in one phase.
-        starts_ns: Other times of a command.
-
-    Raises:
-        InputError: If the period is not positive.
-    """
     if not period_s > 0.0:
         raise InputError(f"a command period of {period_s:g} s", hint="give a positive time")
+    time_ns, axes = motion.samples()
+    lifted_ns = motion.start_ns + int(motion.raising.time_ns[0])
+    starts_ns = [phase.start_ns for phase in motion.phases]
     period_ns = max(1, round(period_s * NS_PER_S))
     start_ns, end_ns = int(time_ns[0]), int(time_ns[-1])
     regular = np.arange(-(-start_ns // period_ns) * period_ns, end_ns, period_ns, dtype=np.int64)
@@ -179,7 +141,8 @@ def commands_along(
     phases, loaded = np.empty(len(at_ns), np.int64), np.empty(len(at_ns), np.bool_)
     borders = np.searchsorted(at_ns, np.array(sorted({start_ns, *starts_ns}), np.int64)).tolist()
     for begin, end in pairwise([*borders, len(at_ns)]):
-        phase = phase_at(int(at_ns[begin]))
+        phase = motion.phase_name_at(int(at_ns[begin]))
         phases[begin:end] = PHASES.index(phase)
-        loaded[begin:end] = is_loaded(at_ns[begin:end], phase)
-    return Commands(order, component, at_ns, phases, rates, targets, loaded)
+        # A stop before the part is lifted is a stop of the empty hook.
+        loaded[begin:end] = (at_ns[begin:end] >= lifted_ns) & (phase in _LOADED)
+    return Commands(motion.order, motion.component, at_ns, phases, rates, targets, loaded)

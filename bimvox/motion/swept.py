@@ -54,15 +54,6 @@ def _all_free(space: CollisionSpace, around: tuple[int, int, int, int, int, int]
     return True
 
 
-@kernel
-def position_is_free(space: CollisionSpace, load: LoadFrame, slew: float, radius: float, height: float) -> bool:
-    """Return whether the load may be under a hook pose."""
-    x = load.axis_x + radius / load.voxel_size_m * np.cos(slew)
-    y = load.axis_y + radius / load.voxel_size_m * np.sin(slew)
-    z = (height - load.zero_height_m) / load.voxel_size_m
-    return box_is_free(space, x, y, z, x, y, z)
-
-
 @leaf_kernel
 def _at(
     load: LoadFrame, start: NDArray[np.float64], end: NDArray[np.float64], straight: bool, u: float

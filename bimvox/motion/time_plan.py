@@ -213,11 +213,9 @@ def hook_on_cell(component: Component, place: YardPlace, space: CollisionSpace) 
 
 def left_cells(site: Site, lift: Lift) -> NDArray[np.int32]:
     """(N, 3) cells of the slings' lower end on the last moves of a lift, its place last."""
-    assert lift.path_vox is not None
-    tail = lift.path_vox[max(0, len(lift.path_vox) - 1 - lift.contact_moves) :]
     component = site.components[lift.component]
     rise = np.array([0, 0, component.lifting.sling_rise_vox], np.int32)
-    cells: NDArray[np.int32] = tail + np.array(component.hook_offset_vox, np.int32) + rise
+    cells: NDArray[np.int32] = lift.last_moves_vox + np.array(component.hook_offset_vox, np.int32) + rise
     return cells
 
 

@@ -142,6 +142,12 @@ class Lift:
         """Number of unit moves, or None where infeasible."""
         return None if self.path_vox is None else len(self.path_vox) - 1
 
+    @property
+    def last_moves_vox(self) -> NDArray[np.int32]:
+        """(N, 3) the end of its path from where the last moves, cleared by the narrow phase, begin; it has a path."""
+        assert self.path_vox is not None
+        return self.path_vox[max(0, len(self.path_vox) - 1 - self.contact_moves) :]
+
 
 def same_path(before: Lift | None, now: Lift) -> bool:
     """Say whether a lift is as it was before.

@@ -81,5 +81,4 @@ def _in_time(wanted: Wanted, motion: LiftMotion) -> LiftMotion:
 
 def _with_last_moves(space: CollisionSpace, lift: Lift) -> CollisionSpace:
     """Return the collision rule with a lift's own last moves cleared."""
-    assert lift.path_vox is not None
-    return with_cleared(space, lift.path_vox[len(lift.path_vox) - 1 - lift.contact_moves :])
+    return with_cleared(space, lift.last_moves_vox)

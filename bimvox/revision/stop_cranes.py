@@ -28,7 +28,7 @@ from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.stop.evade import STOPPED, manoeuvre
 from bimvox.stop.halt import stop_under_way
-from bimvox.stop.underway import NOT_CARRIED, Held, Redirected, is_carried, redirect, release
+from bimvox.stop.underway import NOT_CARRIED, Held, Redirected, UnderWay, is_carried, redirect, release
 
 
 class StoppedCranes(NamedTuple):
@@ -104,7 +104,7 @@ def _load(assembly: Assembly, wanted: Wanted, lift: Lift, loads: Loads) -> Redir
     assert lift.path_vox is not None
     component, now_ns, hold_s = wanted.site.components[lift.component], wanted.now_ns, wanted.hold_s
     site, crane = wanted.site, wanted.site.cranes[component.crane]
-    rule, blocked = assembly.on_the_way(lift.component, lift.path_vox[len(lift.path_vox) - 1 - lift.contact_moves :])
+    rule, blocked = assembly.on_the_way(lift.component, lift.last_moves_vox)
     reason = loads.refused.get(component.id)
     if reason is not None:
         blocked = Obstacle(reason)
@@ -116,7 +116,7 @@ def _load(assembly: Assembly, wanted: Wanted, lift: Lift, loads: Loads) -> Redir
             return Redirected(lift, motion, None, NOT_CARRIED)
     elif (stop := stop_under_way(crane_for(site, crane, component), motion, now_ns)) is not None:
         return release(site, crane, Held(lift, motion, stop, STOPPED, True, ""), rule, blocked, now_ns, hold_s)
-    return redirect(site, crane, lift, motion, None, rule, blocked, now_ns, hold_s)
+    return redirect(site, crane, UnderWay(lift, motion, None), rule, blocked, now_ns, hold_s)
 
 
 def _hook(site: Site, crane: CraneNow, free: CollisionSpace, now_ns: int) -> CraneNow:

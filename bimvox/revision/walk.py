@@ -18,7 +18,7 @@ from bimvox.revision.obstruction_change import ObstructionChange
 from bimvox.revision.recall import Recall, Version, obstructed_cells, remembered
 from bimvox.revision.standing import Standing
 from bimvox.revision.touched import Touched
-from bimvox.stop.underway import Held, redirect, release
+from bimvox.stop.underway import Held, UnderWay, redirect, release
 
 
 class Walk:
@@ -94,13 +94,11 @@ class Walk:
         if held is None and reason is None and not self.touched.rest_is_met(was, motion, now_ns):
             made.motions[was.order] = motion
             return was
-        assert lift.path_vox is not None
-        last_vox = lift.path_vox[len(lift.path_vox) - 1 - lift.contact_moves :]
-        rule, blocked = assembly.on_the_way(was.component, last_vox)
+        rule, blocked = assembly.on_the_way(was.component, lift.last_moves_vox)
         if reason is not None:
             blocked = Obstacle(reason)
         if held is None:
-            found = redirect(self.site, crane, lift, motion, before, rule, blocked, now_ns, hold_s)
+            found = redirect(self.site, crane, UnderWay(lift, motion, before), rule, blocked, now_ns, hold_s)
         else:
             found = release(self.site, crane, held, rule, blocked, now_ns, hold_s)
         if isinstance(found, Held):

@@ -51,12 +51,6 @@ class Stop:
         return max(axis.duration_s for axis in self.axes)
 
     @property
-    def durations_s(self) -> tuple[float, float, float]:
-        """How long each axis brakes."""
-        slew, trolley, hoist = self.axes
-        return slew.duration_s, trolley.duration_s, hoist.duration_s
-
-    @property
     def distances(self) -> tuple[float, float, float]:
         """Stopping distances with their signs: slew (rad), trolley (m), hoist (m)."""
         slew, trolley, hoist = self.axes

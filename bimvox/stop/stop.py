@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import InputError, PlanningError
-from bimvox.motion.commands import Commands, commands_along
 from bimvox.motion.course import Course, Moves
 from bimvox.motion.drive import drive_path
 from bimvox.motion.load_frame import LoadFrame, axes_of_cells, cells_of_axes
@@ -25,7 +24,7 @@ from bimvox.motion.swept import samples_are_free
 from bimvox.motion.swing import Pendulum
 from bimvox.motion.timeline import Timeline, in_sequence
 from bimvox.motion.timing import NS_PER_S
-from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.motion import LiftMotion
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.stop.braking import brake
 from bimvox.stop.halt import Stop, brake_radius, to_rest
@@ -77,24 +76,6 @@ def stop_motion(
     """
     at_ns, state = state_at(motion, time_ns)
     return stop_from(crane, state, at_ns, sample_period_s=sample_period_s, voxel_size_m=voxel_size_m)
-
-
-def stop_timeline(
-    timeline: Timeline, time_s: float, start_ns: int = 0, *, sample_period_s: float, voxel_size_m: float
-) -> Stop:
-    """Return how the crane stops from a timeline at a time, its state taken by differences over a millisecond.
-
-    Args:
-        timeline: The moves over time.
-        time_s: When, since its start.
-        start_ns: When that is on the site's clock.
-        sample_period_s: Largest time between samples of the stop.
-        voxel_size_m: Edge of a cell.
-    """
-    step_s = 1e-3
-    before, now, after = timeline.axes_at(np.array([time_s - step_s, time_s, time_s + step_s]))
-    state = AxisState(now, (after - before) / (2.0 * step_s), (after - 2.0 * now + before) / step_s**2)
-    return stop_from(timeline.crane, state, start_ns, sample_period_s=sample_period_s, voxel_size_m=voxel_size_m)
 
 
 def stop_from(
@@ -206,30 +187,6 @@ def go_on(
     later = tuple(start + begin.duration_s for start in onward.start_s)
     course = Course(Moves(crane, begin.moves + onward.moves), begin.profiles + onward.profiles)
     return Timeline(course, begin.start_s + later), max(needed_m, pose.height_m)
-
-
-def stop_commands(stop: Stop, order: int, component: int, period_s: float, *, loaded: bool) -> Commands:
-    """Return what the crane is told while it stops: commands of phase ``stop``, the last one with zero rates.
-
-    Args:
-        stop: The stop.
-        order: The lift's position in the assembly order.
-        component: Index into ``Site.components``.
-        period_s: Time between commands.
-        loaded: Whether the part hangs on the hook.
-
-    Raises:
-        InputError: If the period is not positive.
-    """
-    return commands_along(
-        stop.trajectory.time_ns + np.int64(stop.start_ns),
-        stop.trajectory.axes,
-        period_s,
-        order=order,
-        component=component,
-        phase_at=lambda _: PhaseName.STOP,
-        is_loaded=lambda at_ns, _: np.full(len(at_ns), loaded),
-    )
 
 
 def _state_within(

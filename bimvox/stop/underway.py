@@ -40,6 +40,21 @@ _AFTER_THE_LOAD = (PhaseName.SET, PhaseName.RELEASE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class UnderWay:
+    """A lift under way.
+
+    Attributes:
+        lift: The lift.
+        motion: Its motion.
+        before: The planned lift before it; None for the first.
+    """
+
+    lift: Lift
+    motion: LiftMotion
+    before: Lift | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Held:
     """A lift that is stopped and finds no way on.
 
@@ -109,29 +124,26 @@ def is_set(motion: LiftMotion, time_ns: int) -> bool:
 def redirect(
     site: Site,
     crane: TowerCrane,
-    lift: Lift,
-    motion: LiftMotion,
-    before: Lift | None,
+    under_way: UnderWay,
     rule: Stage,
     blocked: Obstacle | None,
     time_ns: int,
     hold_s: float = HOLD_S,
 ) -> Redirected | Held:
-    """Return a lift under way on a new way, or held.
+    """Return a lift under way on a new path, or held.
 
     Args:
         site: The site now.
         crane: Its crane.
-        lift: The lift under way.
-        motion: Its motion.
-        before: The planned lift before it; None for the first.
+        under_way: The lift.
         rule: What holds for the rest of it now.
         blocked: What is in the way at its end; its last moves are those that it had then.
         time_ns: When the change was noticed, on the site's clock.
         hold_s: How long it is held at least.
     """
+    lift, motion = under_way.lift, under_way.motion
     if not is_carried(motion, time_ns):
-        approached = _approached(site, crane, motion, before, rule, time_ns, hold_s)
+        approached = _approached(site, crane, under_way, rule, time_ns, hold_s)
         if isinstance(approached, str):
             return Held(lift, motion, None, approached, True, _NO_WAY)
         motion = approached
@@ -207,16 +219,16 @@ def _why(blocked: Obstacle | None) -> tuple[str, tuple[str, ...]]:
 def _approached(
     site: Site,
     crane: TowerCrane,
-    motion: LiftMotion,
-    before: Lift | None,
+    under_way: UnderWay,
     rule: Stage,
     time_ns: int,
     hold_s: float,
 ) -> LiftMotion | str:
-    """The motion with an approach that is free: the empty hook is stopped, and goes round what is in its way.
+    """Return the motion with a free approach: the empty hook stops and goes round what is in its way.
 
-    The motion itself where the rest of its approach is free; words where no way was found.
+    The motion itself if the rest of its approach is free; a reason if no way was found.
     """
+    motion, before = under_way.motion, under_way.before
     approach = motion.approach
     if approach is None or before is None or time_ns >= motion.start_ns + int(approach.time_ns[-1]):
         return motion

@@ -9,7 +9,7 @@ from bimvox.crane.tower_crane import CranePose
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.motion.load_frame import axes_of_cells, cells_of_axes
 from bimvox.motion.move import Line, Move, axes_along, axes_of
-from bimvox.motion.swept import line_is_free, position_is_free, samples_are_free
+from bimvox.motion.swept import box_is_free, line_is_free, samples_are_free
 
 
 def random_move(room, seed):
@@ -51,7 +51,7 @@ def test_one_position_is_free_exactly_where_the_raw_cells_are(room_seed, seed):
     for share in np.linspace(0.0, 1.0, 25):
         axes = axes_along(room.crane, random_move(room, seed), np.array([share]))
         (at,) = cells_of_axes(room.load, axes)
-        assert position_is_free(room.space, room.load, *axes[0]) == load_is_clear(room, at)
+        assert box_is_free(room.space, *at, *at) == load_is_clear(room, at)
 
 
 @settings(max_examples=60, deadline=None)

@@ -33,11 +33,9 @@ from bimvox.stop.stop import (
     AxisState,
     go_on,
     go_on_cells,
-    stop_commands,
     stop_from,
     stop_is_free,
     stop_motion,
-    stop_timeline,
 )
 
 SAMPLING = {"sample_period_s": 0.5, "voxel_size_m": 0.5}
@@ -147,31 +145,18 @@ def test_a_stop_told_soon_after_the_load_has_begun_to_move_keeps_the_limits(lift
     assert check.passed, check.failures[:3]
 
 
-def test_a_stop_of_a_timeline_is_the_stop_of_its_samples():
+def test_a_stop_begins_where_the_axes_are_and_is_sampled_until_the_last_one_rests():
     room = crane_room(3)
     timeline, _ = drive_path(room.crane, room.space, room.load, room.path, 0, 0.0)
-    stop = stop_timeline(timeline, timeline.duration_s / 2, 5, **SAMPLING)
+    at_s, step_s = timeline.duration_s / 2, 1e-3
+    before, now, after = timeline.axes_at(np.array([at_s - step_s, at_s, at_s + step_s]))
+    state = AxisState(now, (after - before) / (2.0 * step_s), (after - 2.0 * now + before) / step_s**2)
+    stop = stop_from(timeline.crane, state, 5, **SAMPLING)
     assert stop.start_ns == 5
-    begins = timeline.axes_at(np.array([timeline.duration_s / 2]))[0]
     t = stop.trajectory
-    assert (t.slew_rad[0], t.radius_m[0], t.height_m[0]) == pytest.approx(tuple(begins))
-    assert stop.duration_s == max(stop.durations_s) <= timeline.duration_s / 2 + 1.0
+    assert (t.slew_rad[0], t.radius_m[0], t.height_m[0]) == pytest.approx(tuple(now))
+    assert stop.duration_s == max(axis.duration_s for axis in stop.axes) <= timeline.duration_s / 2 + 1.0
     assert t.time_ns[-1] / 1e9 == pytest.approx(stop.duration_s, abs=1e-6)
-
-
-def test_commands_of_a_stop_end_with_zero_rates(lifts):
-    plan, _, motions = lifts
-    motion = motions[1]
-    middle_ns = motion.start_ns + int(motion.loaded.time_ns.mean())
-    stop = stop_motion(plan.site.cranes[0], motion, middle_ns, **SAMPLING)
-    told = stop_commands(stop, 1, motion.component, 0.5, loaded=True)
-    assert {command.phase for command in told} == {PhaseName.STOP}
-    assert told[0].time_ns == stop.start_ns
-    assert told[-1].time_ns == stop.end_ns
-    assert told[-1].slew_rate_rad_s == told[-1].trolley_rate_m_s == told[-1].hoist_rate_m_s == 0.0
-    assert (told[-1].target_slew_rad, told[-1].target_radius_m) == pytest.approx(
-        (stop.pose.slew_rad, stop.pose.radius_m)
-    )
 
 
 def test_what_cannot_be_stopped_or_gone_on_from_is_refused(lifts):
