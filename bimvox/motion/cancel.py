@@ -1,9 +1,9 @@
-"""Moves shaped together, so that what one leaves the load swinging the others take away.
+"""Moves shaped together, so that the swing that one leaves is cancelled by the others.
 
-Zero-vibration shaping takes a move at a time, and supposes that the jib goes straight. Slewing does not: the jib turns
-under the load, and a trolley that runs meanwhile swings it sideways. So a little is left, in both directions of the
-plan. How large the two parts of every move are and how far apart they come are as many screws as it takes to undo that:
-a few Gauss-Newton steps on the simulated swing find them, and the crane need not go any slower for it.
+Zero-vibration shaping takes one move at a time and assumes that the hook moves along a straight line. Slewing turns the
+jib under the load, and a trolley that runs at the same time swings it sideways, so some swing is left in both
+directions of the plan. The sizes of the two parts of each move and the time between them are the parameters that cancel
+it. A few Gauss-Newton steps on the simulated swing find them; the crane goes no slower.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from bimvox.motion.shaping import Calm
 from bimvox.motion.swing import PLANNED_RESIDUAL_M
 
 _MOVES = 3
-"""So many of the last moves are turned at: enough for both directions of the plan."""
+"""How many of the last moves are adjusted: enough for both directions of the plan."""
 _ROUNDS = 3
 _STEP = 0.02
 _ENOUGH_M = 0.25 * PLANNED_RESIDUAL_M
 _AT_REST_M = 0.75 * PLANNED_RESIDUAL_M
 _HOPEFUL_M = 1.5 * PLANNED_RESIDUAL_M
-"""No further step is taken where the linear one would leave more than this."""
+"""No further step is taken if the linear model leaves more than this."""
 _DIGITS = 4
-"""Decimals to which the screws are set, so that the last bits of a linear solver do not reach the log."""
+"""Decimals of the parameters, so that the last bits of a linear solver do not reach the log."""
 _SHARE = (0.1, 0.9)
 STRETCH = (0.6, 1.5)
-"""How far apart the parts of a move may come, in half periods."""
+"""Time between the parts of a move, in half periods."""
 
 Residual = Callable[[tuple[Calm, ...]], NDArray[np.float64]]
-"""From how each move is shaped to what is left of the swing: (4,) float64, m."""
+"""From the shaping of each move to the swing that is left: (4,) float64, m."""
 
 
 def cancelled(swings: Sequence[bool], residual_m: Residual) -> tuple[Calm, ...] | None:
@@ -39,24 +39,23 @@ def cancelled(swings: Sequence[bool], residual_m: Residual) -> tuple[Calm, ...] 
 
     Args:
         swings: For every move, whether it makes the load swing.
-        residual_m: What a shaping leaves.
+        residual_m: The swing that a shaping leaves.
 
     Returns:
-        One shaping per move; None where none was found that leaves the load as good as at rest, or where plain shaping
-        does already.
+        One shaping per move; None if none was found that leaves the load at rest, or if plain shaping already does.
     """
-    turned = [n for n, does in enumerate(swings) if does][-_MOVES:]
-    if not turned:
+    adjusted = [n for n, does in enumerate(swings) if does][-_MOVES:]
+    if not adjusted:
         return None
 
     def calms(screws: NDArray[np.float64]) -> tuple[Calm, ...]:
         given = [Calm()] * len(swings)
-        for n, (share, stretch) in zip(turned, screws.reshape(-1, 2).tolist(), strict=True):
+        for n, (share, stretch) in zip(adjusted, screws.reshape(-1, 2).tolist(), strict=True):
             given[n] = Calm((share, round(1.0 - share, _DIGITS)), stretch)
         return tuple(given)
 
-    low, high = (np.tile([_SHARE[side], STRETCH[side]], len(turned)) for side in (0, 1))
-    screws = np.tile([0.5, 1.0], len(turned))
+    low, high = (np.tile([_SHARE[side], STRETCH[side]], len(adjusted)) for side in (0, 1))
+    screws = np.tile([0.5, 1.0], len(adjusted))
     left_m = residual_m(calms(screws))
     if np.linalg.norm(left_m) <= _ENOUGH_M:
         return None

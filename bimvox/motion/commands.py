@@ -1,4 +1,4 @@
-"""What the crane is told: rates of the three axes at a set rate."""
+"""The crane's commands: rates of its three axes, one command a period."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from bimvox.records.motion import LiftMotion, PhaseName
 
 @dataclass(frozen=True, slots=True)
 class CraneCommand:
-    """Rates to hold from one command to the next, and where they lead.
+    """Rates to hold from one command to the next, and the pose that they lead to.
 
-    A crane that starts at the motion's first pose and holds each command's rates until the next one is at every
-    command's time exactly where the motion is.
+    A crane that starts at the motion's first pose and holds each command's rates until the next one is at the motion's
+    pose at the time of every command.
 
     Attributes:
         time_ns: When it is given, on the site's clock.
@@ -49,7 +49,7 @@ class CraneCommand:
 
 
 PHASES = tuple(PhaseName)
-"""The phases, as ``Commands.phase`` counts them."""
+"""The phases in the order that ``Commands.phase`` indexes."""
 
 _LOADED = frozenset(
     (
@@ -66,7 +66,7 @@ _LOADED = frozenset(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Commands:
-    """The commands of one lift, column by column; as a sequence, one ``CraneCommand`` after the other.
+    """The commands of one lift, column by column; also a sequence of ``CraneCommand``.
 
     Attributes:
         order: The lift's position in the assembly order.

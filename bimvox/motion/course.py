@@ -1,4 +1,4 @@
-"""Moves with their profiles, packed so that one kernel says where the axes are."""
+"""Moves with their profiles, packed so that one kernel returns the axes at given times."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ENDS = np.array([0.0, 1.0])
 
 
 class Moves:
-    """Moves that follow each other, with all about them that does not depend on their profiles.
+    """Moves that follow each other, with everything about them that does not depend on their profiles.
 
     Args:
         crane: The crane.
@@ -29,8 +29,8 @@ class Moves:
         crane: The crane.
         moves: The moves.
         ends: (N, 2, 3) float64 slew, radius and height where each starts and ends.
-        way_m: No less than how far the hook goes in each.
-        runs: First move and one after the last of those that follow each other along joint lines, or others; and which.
+        way_m: Upper bound of the hook's travel in each.
+        runs: Runs of moves along joint lines, or along other lines: first move, one after the last, and which.
     """
 
     def __init__(self, crane: TowerCrane, moves: Sequence[Move]) -> None:
@@ -66,7 +66,7 @@ class _Packed(NamedTuple):
 
 
 class Course:
-    """What moves drive, whenever each begins. Neither moves nor profiles change.
+    """Moves with their profiles, whenever each begins. Neither moves nor profiles change.
 
     Args:
         moves: The moves.
@@ -75,7 +75,7 @@ class Course:
     Attributes:
         profiles: One per move.
         duration_s: How long each move takes.
-        top_speed_m_s: No less than the highest speed of the hook in each move.
+        top_speed_m_s: Upper bound of the hook's speed in each move.
     """
 
     def __init__(self, moves: Moves, profiles: Sequence[Profile | ShapedProfile]) -> None:
@@ -116,8 +116,8 @@ class Course:
         Args:
             time_s: (N,) the times.
             start_s: When each move begins.
-            first: The first move that is looked at: before it nothing moves.
-            last: One after the last.
+            first: The first move that counts; before it nothing moves.
+            last: One after the last that counts.
         """
         ends, begins_s = self._moves.ends, np.array(start_s)
         until = len(ends) if last is None else last
@@ -133,9 +133,9 @@ class Course:
         return axes
 
     def _add_curve(self, axes: NDArray[np.float64], since_s: NDArray[np.float64], n: int) -> None:
-        """Add what a move along another line than a joint one drives."""
+        """Add the way of a move along a line that is not a joint line."""
         crane, move, origin = self._moves.crane, self._moves.moves[n], self._moves.ends[n, 0]
-        # Before it begins it adds nothing, and all of it from when it has ended on.
+        # Before the move begins it adds nothing; after its end it adds its whole way.
         low, high = np.searchsorted(since_s, (0.0, self.duration_s[n])).tolist()
         if low < high:
             axes[low:high] += axes_along(crane, move, self.profiles[n].share_at(since_s[low:high])) - origin

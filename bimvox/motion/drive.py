@@ -1,4 +1,4 @@
-"""The quickest proven motion for one path: both ways of shortcutting, timed, blended, compared."""
+"""The quickest motion for one path: over the top and along the path are timed, blended and compared."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from bimvox.motion.timeline import Timeline, blended
 from bimvox.planning.search import shortest_path
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
-# The other way is not looked for where going over the top takes no longer than this share of the slowest axis's time.
+# The other route is skipped if going over the top takes at most this multiple of the slowest axis's time.
 _GOOD_ENOUGH = 1.05
 
 SET_DOWN_M = 0.5
-"""From how high above its place a part is lowered straight down."""
+"""Height above its place from which a part is lowered straight down."""
 
 
 def drive_path(
@@ -37,8 +37,8 @@ def drive_path(
 ) -> tuple[Timeline, float]:
     """Return the quickest motion found that carries a load from the start to the end of a voxel path.
 
-    The last ``contact_moves`` unit moves are driven exactly as planned; a path that ends without contact is ended by
-    lowering straight down, where the place above is free.
+    The last ``contact_moves`` unit moves are driven exactly as planned. A path that ends without contact ends by
+    lowering straight down if the space above the place is free.
 
     Args:
         crane: The crane.
@@ -47,10 +47,10 @@ def drive_path(
         path_vox: (N, 3) int32 reference cells, N >= 2, one unit move between neighbours.
         contact_moves: How many of the last placements were cleared by the narrow phase.
         slew_rad: Slewing angle before, with the turns that it has; the motion starts at the turn nearest to it.
-        pendulum: What hangs on the hook, for the swing of the load; None where it is not looked at.
+        pendulum: What hangs on the hook; None if its swing is not checked.
 
     Returns:
-        The motion, and the height of the hook that it has to get up to.
+        The motion, and the height that the hook has to reach.
 
     Raises:
         PlanningError: If the path is not free, or takes the hook above the jib.
@@ -59,8 +59,8 @@ def drive_path(
     head, tail = _with_set_down(crane, space, load, path_vox, contact_moves)
     way = space
     if contact_moves > 0:
-        # What the last moves clear is for them alone: no shorter way leads through it to where they begin. Only where
-        # they lead straight down may lowering begin, from above their start, before the axes are at rest.
+        # The cells that the last moves clear are cleared for them alone: no shortcut may use them. Only if the last
+        # moves lead straight down may lowering begin, above their start, before the other axes are at rest.
         way = _without_cleared(space, tail[1:])
         if (tail[:, :2] != tail[0, :2]).any():
             space = way
@@ -75,8 +75,7 @@ def drive_path(
     along = along_the_path(crane, way, load, head, slew_rad)
     moves = list(along.moves)
     if contact_moves == 0 and moves and moves[-1].is_vertical and moves[-1].difference[2] > 0.0:
-        # The only way to above the place leads up to there in its own column, through the place or from just above it:
-        # instead of all the way up and down again it goes straight to the place.
+        # The only route to above the place leads up its own column: go straight to the place instead of up and down.
         begins = round((moves[-1].start.height_m - load.zero_height_m) / load.voxel_size_m)
         moves, tail = moves[:-1], _straight(path_vox[-1], begins)
     limit_s = np.inf if best is None else best.duration_s
@@ -106,8 +105,8 @@ def _with_set_down(
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Split a path into what may be shortcut and the last moves, which are driven exactly.
 
-    Those are the moves in contact. Where there are none the part is lowered onto its place from as high above it as is
-    free, half a metre at most, and the path goes on from its end up to there.
+    The last moves are those in contact. Without contact the part is lowered onto its place from as high above it as is
+    free, half a metre at most, and the path is extended from its end up to there.
     """
     if contact_moves > 0:
         split = max(0, len(path_vox) - 1 - contact_moves)
@@ -141,7 +140,7 @@ def drive_free(
 ) -> tuple[Timeline, float]:
     """Return a motion between two placements for which there is no path yet (the empty hook).
 
-    Over the top where that is free, else along a path found by search.
+    The hook goes over the top if that is free, otherwise along a path found by search.
 
     Args:
         crane: The crane.
@@ -150,13 +149,13 @@ def drive_free(
         start_vox: (3,) reference cell to start from.
         end_vox: (3,) reference cell to end at, another one.
         slew_rad: Slewing angle before, with the turns that it has.
-        pendulum: The empty hook, for its swing; None where it is not looked at.
+        pendulum: The empty hook; None if its swing is not checked.
 
     Returns:
-        The motion, and the height of the hook that it has to get up to.
+        The motion, and the height that the hook has to reach.
 
     Raises:
-        PlanningError: If there is no free way.
+        PlanningError: If there is no free route.
     """
     route: Route | None = over_the_top(crane, space, load, start_vox, end_vox, slew_rad)
     if route is None:

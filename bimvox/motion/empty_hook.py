@@ -1,7 +1,7 @@
 """The empty hook between two lifts, under the same collision rule.
 
-What goes with the empty hook is one cell at the lower end of its slings, where the load's top was: so that it starts
-where the loaded hook ended.
+The empty hook is one cell at the lower end of its slings, where the load's top was, so that it starts where the loaded
+hook ended.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from bimvox.site.site import Site
 HOOK_CELL = np.array([[0, 0, 0, 1, 1, 1]], np.int32)
 HOOK_OFFSET = np.zeros(3, np.int32)
 _BLOCK = 8
-"""Columns a side that are looked at together first."""
+"""Edge of the blocks of columns that are checked together first."""
 
 
 def empty_hook_clearance(
@@ -37,12 +37,12 @@ def empty_hook_clearance(
 
     Args:
         site: The site.
-        crane: The crane; its hook alone may go as far as the jib does.
+        crane: The crane; the empty hook may go as far as the jib reaches.
         space: The rule for the next part's own lift: its table holds the part just set, not the next part itself.
         place: Where the next part waits; the hook comes onto it from above.
-        left_vox: (N, 3) cells of the slings' end on the last moves to the set point: the hook may leave by the way by
-            which it came, also where neighbours share those cells.
-        above: (N, 3) cells of more that is not in the table, or may still be there: the hook is kept above it too.
+        left_vox: (N, 3) cells of the slings' end on the last moves to the set point: the hook may leave along the path
+            that it came by, even if neighbours share those cells.
+        above: (N, 3) cells of other things that the table may lack: the hook is kept above them too.
     """
     top = _top_of_table(space.table)
     for cells in above:
@@ -65,7 +65,7 @@ def _top_of_table(table: NDArray[np.int32]) -> NDArray[np.int32]:
     """(X, Y) int32 height map from a summed-area table: one above the highest occupied cell of each column."""
     nx, ny = table.shape[0] - 1, table.shape[1] - 1
     top = np.zeros((nx, ny), np.int32)
-    # Most columns are as low as all around them: a block's own top bounds those of its columns.
+    # Most columns are as low as their neighbours: the top of a block bounds the tops of its columns.
     for i0 in range(0, nx, _BLOCK):
         for j0 in range(0, ny, _BLOCK):
             i1, j1 = min(i0 + _BLOCK, nx), min(j0 + _BLOCK, ny)
@@ -78,7 +78,7 @@ def _top_of_table(table: NDArray[np.int32]) -> NDArray[np.int32]:
 
 @leaf_kernel
 def _top_of_box(table: NDArray[np.int32], x0: int, y0: int, x1: int, y1: int, highest: int) -> int:
-    """One above the highest occupied cell of the columns [x0, x1) x [y0, y1), of which none is above ``highest``."""
+    """One above the highest occupied cell of the columns [x0, x1) x [y0, y1); no cell above ``highest`` is occupied."""
     low, high = 0, highest
     while low < high:
         middle = (low + high) // 2

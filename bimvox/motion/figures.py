@@ -1,4 +1,4 @@
-"""The figures of a plan: how its paths were found, how long they are, and what the crane has to do for them."""
+"""The figures of a plan: how its paths were found, their lengths, and the work of the crane."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from bimvox.site.site import Site, SwingRule
 
 @dataclass(frozen=True, slots=True)
 class CraneFigures:
-    """What one of several cranes does.
+    """The work of one of several cranes.
 
     Attributes:
         name: Its name.
         lifts: Planned lifts that are its own.
-        busy_s: How long it works, from the start of the clock to the end of the plan, waits left out.
+        busy_s: Working time from the start of the clock to the end of the plan, without waits.
         share: Of the plan's time.
     """
 
@@ -42,12 +42,12 @@ class PlanFigures:
         moves: Unit moves of all paths.
         shortest_moves: The fewest possible.
         crane_s: From the start of the first lift to the end of the last; None without a crane.
-        loaded_s: Of it with a load moving.
-        hook_travel_m: Length of the hook's way, empty and loaded, along the samples of the motions.
+        loaded_s: The part of it in which a load moves.
+        hook_travel_m: Travel of the hook, empty and loaded, along the samples of the motions.
         critical: Lifts that use ``critical_share`` of the crane's capacity or more.
         critical_share: 0..1.
         swing: Whether the crane's moves are shaped against the swing of loads; None without a crane.
-        cranes: Where a site has several: each.
+        cranes: Each crane, if the site has several.
     """
 
     lifts: int
@@ -65,11 +65,11 @@ class PlanFigures:
 
     @property
     def length_ratio(self) -> float | None:
-        """Moves over the fewest possible; None where there are none."""
+        """Moves divided by the fewest possible; None if there are none."""
         return self.moves / self.shortest_moves if self.shortest_moves else None
 
     def share(self, method: str) -> float:
-        """Share of the planned lifts whose path a method found; 0 where none is planned."""
+        """Share of the planned lifts whose path a method found; 0 if none is planned."""
         return self.methods[method] / self.planned if self.planned else 0.0
 
 
@@ -79,7 +79,7 @@ def plan_figures(plan: LiftPlan, motions: Sequence[LiftMotion], *, critical_shar
     Args:
         plan: The plan.
         motions: Its motions; none without a crane.
-        critical_share: From which share of the capacity on a lift is critical, 0..1; None: as the site's rules say.
+        critical_share: Utilisation from which a lift is critical, 0..1; None for the site's own rule.
     """
     share = plan.site.rules.critical_share if critical_share is None else critical_share
     planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
@@ -115,14 +115,14 @@ def _clock_s(motions: Sequence[LiftMotion]) -> float:
 
 
 def hook_travel_m(site: Site, motion: LiftMotion) -> float:
-    """Return the length of the hook's way in a lift, along the chords between its samples."""
+    """Return the travel of the hook in a lift, along the chords between its samples."""
     _, axes = motion.samples()
     way_m = hook_of(site.cranes[motion.crane], *axes.T)
     return float(np.linalg.norm(np.diff(way_m, axis=0), axis=1).sum())
 
 
 def capacity_used(site: Site, motion: LiftMotion) -> float:
-    """Return the largest share of its capacity that the crane uses in a lift, rigging included; infinite beyond it."""
+    """Return the highest utilisation of the crane in a lift, rigging included; infinite beyond its capacity."""
     crane = site.cranes[motion.crane]
     mass_kg = site.components[motion.component].mass_kg + crane.tackle_kg
     radius_m = np.concatenate([motion.raising.radius_m, motion.loaded.radius_m])

@@ -1,8 +1,7 @@
 """From hook poses to (continuous) reference cells of the load and back.
 
-The load is taken to keep its orientation while the crane slews (tag lines hold it): it is translated only, as the voxel
-path does. Its place follows from the hook's: the hook is above the middle of the hook column, one sling's length above
-the load's top.
+The load keeps its orientation while the crane slews (tag lines hold it): it is only translated, as on the voxel path.
+The hook is above the middle of the hook column, one sling length above the load's top.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """A move of the crane from rest to rest along one known line, and how fast it may be driven.
 
 Along a joint line the axes keep their ratio; along a site line the hook goes straight in the site's frame (last moves
-sideways in contact); along an arc it follows the head of a component that is tipped up about its foot.
+sideways in contact); along an arc it follows the head of a component that is upended about its foot.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ AXES = 3
 
 
 class Line(StrEnum):
-    """Along which line the hook goes."""
+    """The line that the hook follows."""
 
     JOINT = "joint"
     """Straight in (slew, radius, height)."""
@@ -39,8 +39,8 @@ class Move:
 
     Attributes:
         start: Where it starts.
-        end: Where it ends; the slewing angle is unwrapped, so that the difference says which way round.
-        line: Along which line.
+        end: Where it ends; the slewing angle is unwrapped, so that the difference has the direction.
+        line: The line that the hook follows.
     """
 
     start: CranePose
@@ -58,14 +58,14 @@ class Move:
 
     @property
     def moving(self) -> tuple[bool, bool, bool]:
-        """Which axes move, slewing, trolley, hoist; along a site line or an arc slewing and trolley always count."""
+        """Which axes move (slewing, trolley, hoist); along a site line or an arc slewing and trolley always count."""
         slew, radius, height = (difference != 0.0 for difference in self.difference)
         flat = self.line is not Line.JOINT
         return (slew or flat, radius or flat, height)
 
     @property
     def swings(self) -> bool:
-        """Whether it moves what hangs on the hook sideways; a part that is tipped up stands on its foot."""
+        """Whether it moves the load sideways; a part that is being upended stands on its foot."""
         return not self.is_vertical and self.line is not Line.ARC
 
     @property
@@ -80,7 +80,7 @@ def axes_along(crane: TowerCrane, move: Move, share: NDArray[np.float64]) -> NDA
     Args:
         crane: The crane.
         move: The move.
-        share: (N,) 0 at the start, 1 at the end; what it measures depends on the line (for an arc, the angle).
+        share: (N,) 0 at the start, 1 at the end; its measure depends on the line (for an arc, the angle).
 
     Returns:
         (N, 3) float64 slew (rad, unwrapped), radius (m), height (m).
@@ -96,7 +96,7 @@ def axes_along(crane: TowerCrane, move: Move, share: NDArray[np.float64]) -> NDA
         points = end + np.cos(angle)[:, None] * (start - end)
         points[:, 2] = start[2] + np.sin(angle) * (end[2] - start[2])
     slew, radius, height = pose_of(crane, points)
-    # Neither line goes round the mast, so the way from the start is always the short one.
+    # Neither line goes around the mast, so the hook always takes the short way from the start.
     slew = first[0] + np.remainder(slew - first[0] + pi, 2.0 * pi) - pi
     return np.stack([slew, radius, height], axis=1)
 
@@ -105,7 +105,7 @@ def share_limits(crane: TowerCrane, move: Move) -> AxisLimits:
     """Return the limits on the share driven (1/s, 1/s^2, 1/s^3) under which no axis of the crane exceeds its own.
 
     With q(u) the axes along the line, q' u'' + q'' u'^2 is an axis's acceleration, and so on: along a joint line, where
-    q'' = 0, the limits are exact; along a curved one each is split evenly over its terms.
+    q'' = 0, the limits are exact; along a curved line each limit is split evenly over its terms.
     """
     tightest = [np.inf, np.inf, np.inf]
     bounds = _derivative_bounds(crane, move)
@@ -128,7 +128,7 @@ def share_limits(crane: TowerCrane, move: Move) -> AxisLimits:
 
 
 def _radial(crane: TowerCrane, move: Move) -> AxisLimits:
-    """The limits on the radius along a move: a luffing jib's depend on where it is."""
+    """Return the limits on the radius along a move; those of a luffing jib depend on the radius."""
     if crane.luffing is None or move.line is not Line.JOINT:
         return crane.trolley
     near, far = sorted((move.start.radius_m, move.end.radius_m))
@@ -141,7 +141,7 @@ def slowed(limits: AxisLimits, share: float) -> AxisLimits:
 
 
 def move_time_s(crane: TowerCrane, move: Move) -> float:
-    """Return the shortest time of a move from rest to rest; 0 where nothing moves."""
+    """Return the shortest time of a move from rest to rest; 0 if nothing moves."""
     if not any(move.moving):
         return 0.0
     return rest_to_rest_s(1.0, share_limits(crane, move))

@@ -1,11 +1,11 @@
 """Jerk-limited rest-to-rest profiles, from ruckig.
 
-One degree of freedom per move: the share of its line. Ruckig's own phase synchronisation of several axes falls back,
-without saying so, to time synchronisation where scaling the slowest axis's profile would break another axis's limit,
-and the line is then no longer straight. With the limits of all axes brought onto the line first
-(:func:`bimvox.motion.move.share_limits`) it is straight by construction, and just as fast.
+One degree of freedom per move: the share of its line. Ruckig's own phase synchronisation of several axes silently falls
+back to time synchronisation if scaling the slowest axis's profile would break another axis's limit; the line is then
+not straight. With the limits of all axes projected onto the line first (:func:`bimvox.motion.move.share_limits`) it is
+straight by construction, and just as fast.
 
-State to state only: ruckig's waypoints are computed by a service on the network, and are never used.
+Only state-to-state motions are computed: ruckig sends waypoints to a network service, so they are never used.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.bound import rest_to_rest_s
 from bimvox.errors import PlanningError
 
-# A limit this far beyond what the motion takes is none.
+# A limit this far beyond what the motion needs has no effect.
 _BEYOND = 1e9
 
 
 class Pieces(NamedTuple):
-    """A profile that is given in parts, some time apart.
+    """A profile that is driven in parts, some time apart.
 
     Attributes:
-        start_s: (P,) float64 start of each piece of what is given.
+        start_s: (P,) float64 start of each piece of the profile.
         state: (P, 4) float64 position, velocity, acceleration and jerk at the start of each piece.
-        duration_s: How long it takes.
+        duration_s: Its duration.
         parts: Sizes of the parts, together 1.
         apart_s: Time from one part to the next.
     """
@@ -63,7 +63,7 @@ class Profile:
 
     def __post_init__(self) -> None:
         _, rate, acceleration, jerk = self.state.T
-        # Where a piece goes from speeding up to slowing down, the peak is inside it.
+        # If a piece goes from speeding up to slowing down, the peak is inside it.
         peaks = jerk < 0.0
         inside = rate[peaks] - acceleration[peaks] ** 2 / (2.0 * jerk[peaks])
         object.__setattr__(self, "top_rate", float(max(rate.max(), inside.max(initial=0.0))))
@@ -117,7 +117,7 @@ def profile_of(limits: AxisLimits) -> Profile:
             f"no motion under rate {limits.rate:g}, acceleration {limits.acceleration:g}, jerk {limits.jerk:g}",
             hint="the crane's limits must all be positive",
         )
-    # In units in which the motion is 1 long and takes 1: ruckig's tolerances are absolute.
+    # Scaled so that the motion has length 1 and duration 1: ruckig's tolerances are absolute.
     unit_s = rest_to_rest_s(1.0, limits)
     scaled = AxisLimits(
         min(limits.rate * unit_s, _BEYOND),
@@ -134,9 +134,9 @@ def profile_of(limits: AxisLimits) -> Profile:
 
 
 def _ruckig(scaled: AxisLimits, limits: AxisLimits) -> Any:
-    """Ruckig's trajectory of a way of 1 under ``scaled`` limits."""
-    # Where a piece of the profile has just no length (a way of 2 a^3 / j^2), rounding can keep ruckig from finding it:
-    # a hair less acceleration, which the limits allow, and it does.
+    """Return ruckig's trajectory of length 1 under ``scaled`` limits."""
+    # If a piece of the profile has almost no length (a way of 2 a^3 / j^2), rounding can keep ruckig from finding it.
+    # With slightly less acceleration, which the limits allow, it succeeds.
     for less in (0.0, 1e-6, 1e-4):
         state, trajectory = InputParameter(1), RuckigTrajectory(1)
         state.current_position, state.target_position = [0.0], [1.0]

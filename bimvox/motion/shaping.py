@@ -1,9 +1,9 @@
 """Moves shaped so that the load hangs at rest when they end.
 
 Zero-vibration shaping (Singer & Seering, "Preshaping Command Inputs to Reduce System Vibration", J. Dyn. Sys., Meas.,
-Control 112, 1990): a command given in two halves, half a period apart, leaves no swing; in three parts (1/4, 1/2, 1/4)
-little even where the period is not quite the one assumed. What is shaped is the share driven of a move's line: so the
-hook keeps to the line that was found free, and as a mean of the profile no limit is touched.
+Control 112, 1990): a command in two halves, half a period apart, leaves no swing; in three parts (1/4, 1/2, 1/4) little
+even if the period differs from the assumed one. The share driven of a move's line is shaped, so the hook keeps to the
+line that was found free, and no limit is exceeded because the result is a mean of the profile.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ THREE = (0.25, 0.5, 0.25)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShapedProfile:
-    """A rest-to-rest profile of the share 0..1, given in parts.
+    """A rest-to-rest profile of the share 0..1, driven in parts.
 
     Attributes:
-        base: The profile that is given in parts.
+        base: The profile that is driven in parts.
         parts: Their sizes, together 1.
         apart_s: Time from one part to the next.
     """
@@ -40,7 +40,7 @@ class ShapedProfile:
 
     @property
     def top_rate(self) -> float:
-        """No less than the highest rate of the share, 1/s."""
+        """Upper bound of the rate of the share, 1/s."""
         return self.base.top_rate
 
     def share_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -52,18 +52,18 @@ class ShapedProfile:
 
     @property
     def pieces(self) -> Pieces:
-        """What a kernel takes of it."""
+        """The profile as a kernel takes it."""
         return Pieces(self.base.start_s, self.base.state, self.base.duration_s, self.parts, self.apart_s)
 
 
 @dataclass(frozen=True, slots=True)
 class Calm:
-    """How a move is kept from making its load swing.
+    """How a move is shaped to keep its load from swinging.
 
     Attributes:
-        parts: Sizes of the parts in which it is given.
+        parts: Sizes of the parts in which it is driven.
         stretch: Time between the parts, in half periods at the move's height.
-        pace: Share of the axes' rates at which it is driven; accelerations go with its square.
+        pace: Share of the axes' rates at which it is driven; accelerations scale with its square.
     """
 
     parts: tuple[float, ...] = TWO
@@ -80,7 +80,7 @@ _SHAPED = (
     Calm(THREE, 1.15),
 )
 FIRST_SLOW = len(_SHAPED)
-"""From here on each rung of the ladder is the one before it, driven slower."""
+"""From here on each rung of the ladder is the rung before it, driven slower."""
 LADDER = (*_SHAPED, *(Calm(THREE, 1.05, pace) for pace in (0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.25, 0.18, 0.12)))
-"""Ways to give a move, tried in this order until the load hangs at rest where it must. Slewing is not quite what the
-shaping assumes (the jib turns under the swinging load, and pulls it inward), and hoisting changes the period."""
+"""Shapings of a move, tried in this order until the load hangs at rest where it must. Slewing differs from what shaping
+assumes (the jib turns under the swinging load and pulls it inward), and hoisting changes the period."""

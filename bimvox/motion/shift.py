@@ -1,7 +1,7 @@
-"""Motions that are kept, put on another clock.
+"""Motions that are kept, moved in time.
 
-Where a lift takes another time than before, all later ones start earlier or later; nothing else about them changes. A
-motion counts its samples from its own start, so only its start, end and phases move. Where a lift before it now ends
+If a lift takes longer or shorter than before, all later lifts start later or earlier; nothing else about them changes.
+A motion counts its samples from its own start, so only its start, end and phases move. If the lift before it now ends
 after another number of turns, whole turns are added to its slewing angles.
 """
 
@@ -20,14 +20,14 @@ _SAME_RAD = 1e-7
 
 
 def joined_on(motion: LiftMotion, before: LiftMotion | None) -> LiftMotion:
-    """Return a motion that begins when and where the one before it ends; the same object where it does already.
+    """Return a motion that begins when and where the one before it ends; the same object if it already does.
 
     Args:
-        motion: The motion, made to follow a motion that ends in the same place.
+        motion: The motion; it was made to follow a motion that ends in the same place.
         before: The motion that it follows now; None for the first.
 
     Raises:
-        VerificationError: If the one before ends under another slewing angle, whole turns aside.
+        VerificationError: If the one before ends at another slewing angle, apart from whole turns.
     """
     clock_ns = before.end_ns if before is not None else 0
     turns = 0
@@ -44,7 +44,7 @@ def joined_on(motion: LiftMotion, before: LiftMotion | None) -> LiftMotion:
 
 
 def waiting(motion: LiftMotion, wait_ns: int) -> LiftMotion:
-    """Return a motion before which the crane stands still for a while, as a stop at its beginning."""
+    """Return a motion that begins with a stop in which the crane stands still."""
 
     def later(part: Trajectory) -> Trajectory:
         time_ns = part.time_ns + np.int64(wait_ns)
@@ -64,7 +64,7 @@ def waiting(motion: LiftMotion, wait_ns: int) -> LiftMotion:
 
 
 def held_longer(motion: LiftMotion, at_ns: int, by_ns: int) -> LiftMotion:
-    """Return a motion whose crane stands still for longer at a moment at which it stands; what is over stays.
+    """Return a motion whose crane stands still for longer at a moment at which it rests; what came before stays.
 
     Args:
         motion: The motion.
@@ -90,7 +90,7 @@ def held_longer(motion: LiftMotion, at_ns: int, by_ns: int) -> LiftMotion:
 
 
 def chained(motions: Sequence[LiftMotion]) -> tuple[LiftMotion, ...]:
-    """Return motions in order on one clock without gaps, from 0 on."""
+    """Return motions in order on one clock, without gaps, starting at 0."""
     result: list[LiftMotion] = []
     for motion in motions:
         result.append(joined_on(motion, result[-1] if result else None))

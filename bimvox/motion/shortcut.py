@@ -1,9 +1,9 @@
 """From voxel stairs to a few moves of the crane, each proven free.
 
-Two ways are tried. *Over the top*: straight up, slew and trolley at the lowest height at which that is free, straight
-down. *Along the path*: the fastest chain of joint lines between corners of the voxel path, by A* that checks an edge
-for collision only when it would be used; between corners that follow each other the path's own straight run is always
-there to fall back on. Either way the last moves of the path, in contact with neighbours, are driven exactly as planned.
+Two routes are tried. *Over the top*: straight up, slew and trolley at the lowest free height, straight down. *Along the
+path*: the fastest chain of joint lines between corners of the voxel path, by A* that checks an edge for collision only
+when it would be used; between neighbouring corners the path's own straight run is always available. On both routes the
+last moves of the path, in contact with neighbours, are driven exactly as planned.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from bimvox.planning.search import all_free
 from bimvox.site.collision import CollisionSpace, free_up_to, placement_is_free
 
 _HAIR_M = 1e-6
-"""A cell whose height is the highest hook's, but for rounding, is within it: as the map of hook columns has it."""
+"""Rounding of heights: a cell this little above the highest hook is within reach, as in the map of hook columns."""
 
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """A way of the hook, free all along.
+    """A collision-free route of the hook.
 
     Attributes:
         moves: In order; each starts where the one before ends.
-        clearance_height_m: Height of the hook that it gets up to.
+        clearance_height_m: Highest hook height on it.
     """
 
     moves: tuple[Move, ...]
@@ -57,10 +57,10 @@ def over_the_top(
     end_vox: NDArray[np.int32],
     slew_rad: float,
 ) -> Route | None:
-    """Return a way up, across and down between two placements, at the lowest height at which it is free.
+    """Return a route up, across and down between two placements, at the lowest free height.
 
-    Across: straight in (slew, radius) the short way round; where that is free at no height, trolley and slewing one
-    after the other, then with the trolley drawn in while slewing, then the same the long way round.
+    Across: straight in (slew, radius) the short way round; if that is free at no height, trolley and slewing one after
+    the other, then with the trolley drawn in while slewing, then the same the long way round.
 
     Args:
         crane: The crane.
@@ -71,7 +71,7 @@ def over_the_top(
         slew_rad: Slewing angle at the start, with the turns that it has.
 
     Returns:
-        The way, or None where there is none of this form.
+        The route; None if there is none of this form.
     """
     start_axes, end_axes = axes_of_cells(load, start_vox), axes_of_cells(load, end_vox)
     start = CranePose(nearest_turn(float(start_axes[0]), slew_rad), float(start_axes[1]), float(start_axes[2]))
@@ -94,7 +94,7 @@ def _open_heights(
     start_vox: NDArray[np.int32],
     end_vox: NDArray[np.int32],
 ) -> Iterator[float]:
-    """Hook heights, ascending, up to which the columns over both placements are free."""
+    """Yield ascending hook heights up to which the columns over both placements are free."""
     until = min(free_up_to(space, int(x), int(y), int(z)) for x, y, z in (start_vox, end_vox))
     for z in range(max(int(start_vox[2]), int(end_vox[2])), until):
         height_m = load.zero_height_m + z * load.voxel_size_m
@@ -104,7 +104,7 @@ def _open_heights(
 
 
 def _ways_across(crane: TowerCrane, start: CranePose, end: CranePose) -> Iterator[list[CranePose]]:
-    """Stops (heights to be replaced) of the ways from one plan position to another, the plainest first."""
+    """Yield the stops (heights to be replaced) of routes from one plan position to another, the plainest first."""
     turn = end.slew_rad - start.slew_rad
     long_way = turn - 2.0 * pi if turn > 0.0 else turn + 2.0 * pi
     inner = max(crane.min_radius_m, min(start.radius_m, end.radius_m) / 2.0)
@@ -121,7 +121,7 @@ def _ways_across(crane: TowerCrane, start: CranePose, end: CranePose) -> Iterato
 def along_the_path(
     crane: TowerCrane, space: CollisionSpace, load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float
 ) -> Route:
-    """Return the fastest chain of moves between corners of a voxel path, resting at each corner that it keeps.
+    """Return the fastest chain of moves between corners of a voxel path; the crane rests at each corner that it keeps.
 
     Args:
         crane: The crane.
@@ -141,7 +141,7 @@ def along_the_path(
         if node in came_by:
             continue
         move = Move(poses[before], poses[node], line)
-        # Neighbouring corners were looked at when their edge was put on the heap.
+        # Edges between neighbouring corners were checked when they were put on the heap.
         if node > before + 1 and not move_is_free(space, load, move):
             continue
         came_by[node] = (before, move)
@@ -168,7 +168,7 @@ def follow(load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float) -> lis
 
 
 def joined(moves: Sequence[Move]) -> tuple[Move, ...]:
-    """Return the moves with vertical ones that follow each other the same way made into one."""
+    """Return the moves with consecutive vertical ones in the same direction merged."""
     result: list[Move] = []
     for move in moves:
         last = result[-1] if result else None
@@ -193,8 +193,8 @@ def check_path(crane: TowerCrane, space: CollisionSpace, load: LoadFrame, path_v
     """Refuse a path that the crane cannot follow.
 
     Raises:
-        PlanningError: If a placement is not free, two neighbours are no unit move apart, or the hook would be above the
-            jib's rope exit.
+        PlanningError: If a placement is not free, two neighbours are not one unit move apart, or the hook would be
+            above the jib's rope exit.
     """
     steps = np.abs(np.diff(path_vox.astype(np.int64), axis=0)).sum(axis=1)
     if (steps != 1).any():
@@ -219,7 +219,7 @@ def _corners(path_vox: NDArray[np.int32]) -> list[int]:
 
 
 def _least_s(crane: TowerCrane, a: CranePose, b: CranePose) -> float:
-    """No motion from rest to rest is quicker: each axis on its own."""
+    """Return a lower bound of the time from rest to rest: each axis on its own."""
     return max(
         rest_to_rest_s(b.slew_rad - a.slew_rad, crane.slewing),
         rest_to_rest_s(b.radius_m - a.radius_m, crane.trolley),

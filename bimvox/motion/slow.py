@@ -1,4 +1,4 @@
-"""Slow zones: a move whose hook comes over one is driven slower, all of it, and so is what it may overlap with."""
+"""Slow zones: a move whose hook passes over one is driven slower as a whole, and so are the moves next to it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from bimvox.motion.move import Move, axes_along
 
 _SPACING_M = 0.5
 _NEAR_M = 1.0
-"""How close to a zone counts as over it: half the spacing, and room for corners that are rounded over time."""
+"""Distance from a zone that counts as over it: half the spacing, and room for rounded corners."""
 
 
 def slow_share(crane: TowerCrane, move: Move) -> float:
-    """Return the share of the axes' highest rates that a move may be driven at; 1 where no slow zone is near."""
+    """Return the share of the axes' highest rates that a move may use; 1 if no slow zone is near."""
     if not crane.slow_zones:
         return 1.0
     slew, radius, _ = (abs(difference) for difference in move.difference)
@@ -34,6 +34,6 @@ def slow_share(crane: TowerCrane, move: Move) -> float:
 
 
 def slow_shares(crane: TowerCrane, moves: Sequence[Move]) -> list[float]:
-    """Return the share per move of a motion; a move is as slow as its neighbours, since corners may be rounded."""
+    """Return the share of each move of a motion; a move is as slow as its neighbours, since corners may be rounded."""
     own = [slow_share(crane, move) for move in moves]
     return [min(own[max(0, i - 1) : i + 2]) for i in range(len(own))]

@@ -1,4 +1,4 @@
-"""A motion whose load neither swings into anything nor is still swinging where it is set."""
+"""A motion whose load does not swing into anything and is at rest where it is set."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from bimvox.motion.timeline import Pacer, Timeline, evenly_s, overlapping_as
 from bimvox.site.collision import CollisionSpace
 
 _FITS = 3
-"""How often moves are shaped together before they are slowed: rounding the corners anew changes what they leave."""
+"""How often moves are shaped together before they are slowed: rounding the corners again changes the swing."""
 _SHORTEST = Calm(TWO, STRETCH[0])
-"""The quickest way in which a move is ever given."""
+"""The quickest shaping of a move."""
 _LEFT_SHARE = 0.6
-"""A move that leaves more than this share of what counts as rest leaves its load swinging."""
+"""A move that leaves more than this share of the permitted residual leaves its load swinging."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +37,7 @@ class Swaying:
         time_s: (N,) float64.
         axes: (N, 3) float64 slew (rad), radius (m), height (m).
         swing: At these times.
-        rate_rad_s: How fast the load swings in the end.
+        rate_rad_s: Angular frequency of the pendulum at the end.
     """
 
     time_s: NDArray[np.float64]
@@ -47,13 +47,13 @@ class Swaying:
 
     @property
     def left_m(self) -> NDArray[np.float64]:
-        """(4,) float64 where the load is and how fast it goes in the end, as the swing that each leads to."""
+        """(4,) float64 position and speed of the load at the end, each as the amplitude it leads to, m."""
         step_s = float(self.time_s[1] - self.time_s[0])
         speed_m_s = (self.swing.offset_m[-1] - self.swing.offset_m[-2]) / step_s
         return np.concatenate([self.swing.offset_m[-1], speed_m_s / self.rate_rad_s])
 
     def left_by(self, timeline: Timeline, move: int) -> float:
-        """Return how far the load still swings when a move ends, or the next one that makes it swing begins."""
+        """Return the amplitude when a move ends, or when the next move that makes the load swing begins."""
         later = [
             start
             for start, other in zip(timeline.start_s[move + 1 :], timeline.moves[move + 1 :], strict=True)
@@ -70,7 +70,7 @@ def swaying(timeline: Timeline, pendulum: Pendulum, spacing_m: float) -> Swaying
     Args:
         timeline: The moves over time.
         pendulum: What hangs on the hook.
-        spacing_m: How far the hook may go from one time to the next.
+        spacing_m: Largest travel of the hook from one time to the next.
     """
     duration_s = timeline.duration_s
     steps = int(np.ceil(max(duration_s / STEP_S, duration_s * timeline.top_speed_m_s / spacing_m))) + 1
@@ -83,12 +83,12 @@ def swaying(timeline: Timeline, pendulum: Pendulum, spacing_m: float) -> Swaying
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SwingRules:
-    """What a motion is held to.
+    """The rules that a motion must satisfy.
 
     Attributes:
         blend: Rounds the corners of a timeline.
         fault_s: When a timeline's load first swings too far; None if it never does.
-        spacing_m: Largest way of the hook between two times at which the load is checked.
+        spacing_m: Largest travel of the hook between two times at which the load is checked.
         limit_s: A motion that takes this long or longer is of no use.
     """
 
@@ -105,7 +105,7 @@ def steadied(crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | None
         crane: The crane.
         moves: In order; each starts where the one before ends.
         pendulum: What hangs on the hook; None if swing is not checked.
-        rules: What the motion is held to.
+        rules: The rules that the motion must satisfy.
 
     Returns:
         The timeline; None if it is sure to take too long.
@@ -170,7 +170,7 @@ def _slower(
 
 
 def busiest_s(moves: Sequence[Move], lengths_s: Sequence[float]) -> float:
-    """Return for how long the busiest axis runs: moves that drive the same axis never overlap."""
+    """Return the running time of the busiest axis: moves that drive the same axis never overlap."""
     busy = [0.0, 0.0, 0.0]
     for move, length_s in zip(moves, lengths_s, strict=True):
         for axis, is_moving in enumerate(move.moving):
@@ -179,17 +179,17 @@ def busiest_s(moves: Sequence[Move], lengths_s: Sequence[float]) -> float:
 
 
 def _least_s(pacer: Pacer, moves: Sequence[Move], rungs: Sequence[int]) -> float:
-    """No less than this do moves take that are given as plainly as that, or less plainly."""
+    """Return a lower bound of the time of moves at these rungs of the ladder, or higher ones."""
     lengths_s = []
     for n, rung in enumerate(rungs):
-        # The plainest is the quickest; from the first slow one on each takes longer than the one before it.
+        # The first rung is the quickest; from the first slow rung on each takes longer than the one before it.
         calms = LADDER[rung : max(rung, FIRST_SLOW) + 1] if rung else LADDER[:1]
         lengths_s.append(min(pacer.profile(n, calm).duration_s for calm in calms))
     return busiest_s(moves, lengths_s)
 
 
 def _climb(rungs: list[int], timeline: Timeline, sway: Swaying, at_s: float) -> None:
-    """Give the move at fault for what the load does at a time more plainly; ``rungs`` are changed in place."""
+    """Move the move at fault for the swing at a time one rung up; ``rungs`` are changed in place."""
     begun = [
         n
         for n, move in enumerate(timeline.moves)
@@ -200,7 +200,7 @@ def _climb(rungs: list[int], timeline: Timeline, sway: Swaying, at_s: float) -> 
             "the load swings too far however slowly the crane goes",
             hint='[rules] swing = "off" plans without it, and says so',
         )
-    # A move that left the load swinging is at fault for what comes after it.
+    # A move that left the load swinging is at fault for the swing after it.
     left = [n for n in begun[:-1] if sway.left_by(timeline, n) > _LEFT_SHARE * PLANNED_RESIDUAL_M]
     rungs[(left or begun[-1:])[0]] += 1
 
@@ -214,10 +214,10 @@ def swing_fault_s(
     tail_moves: int,
     straight_below_m: float,
 ) -> float | None:
-    """Return when a load first swings into something, or is not at rest where it must be; None where it never does.
+    """Return when a load first swings into something, or is not at rest where it must be; None if it never does.
 
-    On the way the load may be anywhere as far out as it swings, to either side. In the last moves straight down it
-    hangs at rest; in those sideways it stays on their line, between where it would hang and where it swings to.
+    On the way the load may be anywhere within its swing, to either side. In last moves straight down it hangs at rest;
+    in last moves sideways it stays on their line, between its rest position and its swing.
 
     Args:
         timeline: The moves over time.
@@ -225,7 +225,7 @@ def swing_fault_s(
         load: How hook poses and reference cells correspond.
         way: The rule up to the last moves.
         last: The rule for them.
-        tail_moves: How many moves at the end are the last moves.
+        tail_moves: Number of last moves.
         straight_below_m: Height of the hook at which they begin.
     """
     beyond_m, time_s = sway.swing.beyond_m(PLANNED_RESIDUAL_M), sway.time_s

@@ -1,10 +1,10 @@
-"""The collision check of a motion: the one rule for placements, carried over to continuous positions.
+"""The collision check of a motion: the rule for placements, applied to continuous positions.
 
-At a continuous position the load lies within the cells of the placements around it: floor and ceiling of each
-coordinate, up to eight. A position is free when all of them are. A line is free when every position on it is; that is
-proven, not sampled: the line is cut into pieces, each inside a box of positions (its ends, widened by the most that the
-line can bulge out between them), and a piece is free when every placement around its box is. Pieces that are not are
-halved, down to a sixteenth of a cell.
+At a continuous position the load lies within the cells of the up to eight placements around it (floor and ceiling of
+each coordinate). A position is free if all of them are. A line is free if every position on it is; this is proven, not
+sampled: the line is cut into pieces, each inside a box of positions (its ends, widened by the most that the line can
+bulge between them), and a piece is free if every placement around its box is. Other pieces are halved, down to a
+sixteenth of a cell.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from bimvox.motion.load_frame import LoadFrame
 from bimvox.site.collision import CollisionSpace, placement_is_free, range_is_free
 
 SNAP_VOX = 1e-6
-"""Rounding noise: a coordinate this close to a cell is at it."""
+"""Rounding noise: a coordinate this close to a whole cell counts as that cell."""
 
 _FINEST_VOX = 1.0 / 16.0
 _NOWHERE = (0, 0, 0, -1, -1, -1)
@@ -81,7 +81,7 @@ def line_is_free(
         load: How hook poses and reference cells correspond.
         start: (3,) slew, radius, height at the start.
         end: (3,) at the end; slew unwrapped.
-        straight: Whether the line is straight in the site's frame, else it is straight in the axes.
+        straight: Whether the line is straight in the site's frame; otherwise it is straight in the axes.
     """
     size = load.voxel_size_m
     turn, run, rise = abs(end[0] - start[0]), abs(end[1] - start[1]), abs(end[2] - start[2])
@@ -122,9 +122,9 @@ def line_is_free(
 
 @kernel
 def samples_are_free(space: CollisionSpace, load: LoadFrame, axes: NDArray[np.float64]) -> bool:
-    """Return whether a motion between samples is free, whatever the axes do in between as long as none turns back.
+    """Return whether a motion is free between its samples, as long as no axis reverses between two of them.
 
-    Between two samples the hook is inside the sector patch that their slews and radii span; the patch lies inside the
+    Between two samples the hook is inside the sector patch that their slews and radii span. The patch lies inside the
     box of its four corners, widened by the bulge of its outer arc.
 
     Args:
@@ -151,7 +151,7 @@ def samples_are_free(space: CollisionSpace, load: LoadFrame, axes: NDArray[np.fl
             load.axis_y + max(r0 * s0, r0 * s1, r1 * s0, r1 * s1) + bulge,
             max(z0, z1),
         )
-        # Samples are close together: most see the same placements as the one before.
+        # Samples are close together: most have the same placements as the one before.
         if around != last:
             if not _all_free(space, around):
                 return False
@@ -168,17 +168,17 @@ def swaying_is_free(
     looked_at: NDArray[np.bool_],
     both_sides: bool,
 ) -> int:
-    """Return the first sample at which a swinging load may meet something; -1 where it never does.
+    """Return the first sample at which a swinging load may meet something; -1 if it never does.
 
-    At a sample the load is somewhere in the box between where it would hang at rest and as far out as it swings, to
-    that side or to either; from one sample to the next in the box around both.
+    At a sample the load is in the box between its rest position and its swing, to that side or to either; between two
+    samples it is in the box around both.
 
     Args:
         space: The collision rule.
         load: How hook poses and reference cells correspond.
         axes: (N, 3) slew, radius, height; close together.
-        sway_vox: (N, 2) how far it swings on the plan, cells.
-        looked_at: (N,) which samples are looked at.
+        sway_vox: (N, 2) its swing on the plan, cells.
+        looked_at: (N,) which samples are checked.
         both_sides: Whether it may be on the other side as well.
     """
     size = load.voxel_size_m
@@ -212,7 +212,7 @@ def swaying_is_free(
 def _swung(
     x: float, y: float, z: float, dx: float, dy: float, both_sides: bool
 ) -> tuple[float, float, float, float, float, float]:
-    """Lowest and highest position of a load that swings out so far, to that side or to either."""
+    """Return the lowest and the highest position of a load with this swing, to that side or to either."""
     if both_sides:
         return x - abs(dx), y - abs(dy), z, x + abs(dx), y + abs(dy), z
     return min(x, x + dx), min(y, y + dy), z, max(x, x + dx), max(y, y + dy), z

@@ -1,8 +1,8 @@
-"""How a load swings on its rope while the crane moves.
+"""The swing of a load on its rope while the crane moves.
 
-The load is a point on a rope of changing length l, for small angles and without damping (there is some, and it helps).
-With p the point of the jib that it hangs from and q the load, both on the plan in the site's frame, which does not turn
-(so that slewing needs no terms of its own): q'' = (g - l'') / l (p - q).
+The load is a point on a rope of changing length l, for small angles and without damping (real damping only helps). With
+p the point of the jib that it hangs from and q the load, both on the plan in the site's frame, which does not turn (so
+that slewing needs no extra terms): q'' = (g - l'') / l (p - q).
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ STEP_S = 0.05
 
 
 class Pendulum(NamedTuple):
-    """What hangs on the hook.
+    """The load on the hook.
 
     Attributes:
-        below_hook_m: From the hook down to the middle of the load.
+        below_hook_m: Distance from the hook down to the middle of the load.
     """
 
     below_hook_m: float
@@ -40,18 +40,18 @@ class Pendulum(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Swing:
-    """Where a load is, seen from where it would hang at rest.
+    """A load's offset from its rest position.
 
     Attributes:
         offset_m: (N, 2) float64 on the plan, in the site's frame.
-        amplitude_m: (N,) float64 how far it would swing out if the crane stood still from then on.
+        amplitude_m: (N,) float64 its amplitude if the crane stood still from then on.
     """
 
     offset_m: NDArray[np.float64]
     amplitude_m: NDArray[np.float64]
 
     def beyond_m(self, rest_m: float) -> NDArray[np.float64]:
-        """Return (N, 2) the offsets less what counts as rest: tapered to nothing where the load swings that little."""
+        """Return (N, 2) the offsets minus what counts as rest; 0 if the load swings less than that."""
         beyond: NDArray[np.float64] = _beyond(self.offset_m, rest_m)
         return beyond
 
@@ -71,7 +71,7 @@ def pendulum_of(site: Site, crane: TowerCrane, component: Component | None) -> P
 
 
 def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendulum: Pendulum) -> Swing:
-    """Return the swing of a load that hangs at rest at first.
+    """Return the swing of a load that is at rest at the start.
 
     Args:
         crane: The crane.
@@ -85,7 +85,7 @@ def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendul
 
 @kernel
 def _points(axes: NDArray[np.float64], x_m: float, y_m: float) -> NDArray[np.float64]:
-    """(N, 2) where the hook is on the plan, by ``hook_of``."""
+    """Return (N, 2) the hook on the plan, as ``hook_of`` has it."""
     points = np.empty((axes.shape[0], 2))
     cos, sin = 1.0, 0.0
     for i in range(axes.shape[0]):

@@ -1,4 +1,4 @@
-"""A lift plan over time: every lift's motion on one site clock."""
+"""The timed lift plan: every lift's motion on one site clock."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from bimvox.site.site import Site
 HOOK_ON_S = 60.0
 """Attaching the slings. This and the one below are nominal values for a practised crew, not measured ones."""
 TRIAL_LIFT_S = 10.0
-"""Holding the raised part to see that it hangs well."""
+"""Holding the raised part to check that it hangs properly."""
 
 
 def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]) -> tuple[LiftMotion, ...]:
@@ -38,7 +38,7 @@ def time_plan(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]])
     Args:
         plan: The plan; its site must have a crane.
         clearances: Every planned lift with the collision rule of its stage (the parts before it in place, the others in
-            the yard, itself nowhere), ascending ``order``; taken one at a time. Lifts without a path are passed over.
+            the yard, itself nowhere), ascending ``order``; consumed one at a time. Lifts without a path are skipped.
 
     Returns:
         One motion per planned lift; the clock starts at 0 with the first.
@@ -86,7 +86,7 @@ def time_lift(
         slew_rad: Slewing angle at which the lift before ended, with the turns that it has.
 
     Raises:
-        MotionError: If its path is not free or cannot be driven, or the empty hook has no way to it.
+        MotionError: If its path is not free or cannot be driven, or the empty hook cannot reach it.
     """
     assert lift.place is not None
     try:
@@ -107,7 +107,7 @@ def _motion(
 ) -> LiftMotion:
     component = site.components[lift.component]
     assert lift.path_vox is not None
-    # The empty hook goes with the usual slings, longer ones hooked back; the load in its gear, with its own slings.
+    # The empty hook carries the usual slings, longer ones hooked back; the load moves in its gear, with its own slings.
     loaded_crane = crane_for(site, crane, component)
     crane = crane_for(site, crane, None)
     hook = load_frame(crane, site.frame, HOOK_OFFSET)
@@ -154,7 +154,7 @@ def empty_way(
     end_vox: NDArray[np.int32],
     slew_rad: float,
 ) -> Trajectory:
-    """Return the timed way of the empty hook between two cells of the slings' lower end.
+    """Return the trajectory of the empty hook between two cells of the slings' lower end.
 
     Args:
         site: The site.
@@ -165,7 +165,7 @@ def empty_way(
         slew_rad: Slewing angle before, with the turns that it has.
 
     Raises:
-        PlanningError: If there is no free way.
+        PlanningError: If there is no free route.
     """
     crane, empty = crane_for(site, crane, None), pendulum_of(site, crane, None)
     hook = load_frame(crane, site.frame, HOOK_OFFSET)
@@ -174,7 +174,7 @@ def empty_way(
 
 
 def carrying_phases(timeline: Timeline, length_ns: int) -> list[tuple[PhaseName, int]]:
-    """Cut a loaded motion into hoist, traverse and lower at the starts of moves: names and lengths, ns."""
+    """Return hoist, traverse and lower of a loaded motion, cut at the starts of moves: names and lengths, ns."""
     flat = [i for i, move in enumerate(timeline.moves) if not move.is_vertical]
     down = [i for i, move in enumerate(timeline.moves) if move.is_vertical and move.difference[2] < 0.0]
     if flat:
@@ -193,8 +193,8 @@ def carrying_phases(timeline: Timeline, length_ns: int) -> list[tuple[PhaseName,
 def hook_on_cell(component: Component, place: YardPlace, space: CollisionSpace) -> NDArray[np.int32]:
     """Return the cell of the slings' lower end at hook on: above the part's top as it lies.
 
-    A part that lies is hooked at its head, the end away from its foot, and tipped up; where the hook may not be over
-    the head, or anywhere on its way from there to over the foot (reach, rope, zones), over its foot.
+    A part that lies is hooked at its head, the end away from its foot, and upended. If the hook may not be over the
+    head, or anywhere between head and foot (reach, rope, zones), the part is hooked over its foot.
     """
     x, y, z = place.cell_vox
     size_x, size_y, size_z = place.shape.size_vox
@@ -228,7 +228,7 @@ def _raising(
     hook_on_vox: NDArray[np.int32],
     slew_rad: float,
 ) -> Timeline:
-    """Tip up about the foot where it lies, then straight up, to the transit start."""
+    """Return the moves that upend a lying part about its foot and lift it straight up to the transit start."""
     on = axes_of_cells(hook, hook_on_vox)
     up = axes_of_cells(load, np.array(place.transit_start_vox))
     start = CranePose(nearest_turn(float(on[0]), slew_rad), float(on[1]), float(on[2]))

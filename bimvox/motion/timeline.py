@@ -1,8 +1,8 @@
-"""Moves laid over time: one after the other, or the next one begun before the last one ends.
+"""Moves laid over time, one after the other or overlapping.
 
-Where two moves that follow each other drive different axes (hoist up, then slew and trolley), the second may begin
-while the first still runs: every axis keeps its own rest-to-rest profile, so no limit is touched, and the corner
-between them is rounded. How early it may begin is decided by the collision check.
+If two consecutive moves drive different axes (hoist up, then slew and trolley), the second may begin while the first
+still runs: every axis keeps its own rest-to-rest profile, so no limit is exceeded, and the corner between them is
+rounded. The collision check decides how early it may begin.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class Timeline:
 
     @property
     def top_speed_m_s(self) -> float:
-        """No less than the highest speed of the hook."""
+        """Upper bound of the hook's speed."""
         fastest = max(self.course.top_speed_m_s)
         # Two moves may run at once.
         return 2.0 * fastest if self.is_blended else fastest
@@ -87,12 +87,12 @@ class Timeline:
 
 
 class Pacer:
-    """Gives moves their profiles; each profile is found once.
+    """Gives moves their profiles; each profile is computed once.
 
     Args:
         crane: The crane.
         moves: In order; each starts where the one before ends.
-        pendulum: What hangs on the hook; None where moves are not shaped.
+        pendulum: What hangs on the hook; None if moves are not shaped.
     """
 
     def __init__(self, crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | None = None) -> None:
@@ -110,7 +110,7 @@ class Pacer:
         self._paced: dict[tuple[int, float], Profile] = {}
 
     def profile(self, n: int, calm: Calm) -> Profile | ShapedProfile:
-        """Return the profile of a move that is given like that; as it is where it makes nothing swing."""
+        """Return the profile of a move with this shaping; the plain one if the move makes nothing swing."""
         known = self._known.get((n, calm))
         if known is None:
             known = self._known[n, calm] = self._profile(n, calm)
@@ -120,7 +120,7 @@ class Pacer:
         """Return the timeline on which every move waits for the end of the one before it.
 
         Args:
-            calms: How each move is given; plainly where not said.
+            calms: The shaping of each move; the plainest for all if None.
         """
         given = calms if calms is not None else (Calm(),) * len(self._moves)
         profiles = tuple(self.profile(n, calm) for n, calm in enumerate(given))
@@ -142,12 +142,12 @@ class Pacer:
 
 
 def in_sequence(crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | None = None) -> Timeline:
-    """Return the timeline on which every move, given plainly, waits for the end of the one before it.
+    """Return the timeline on which every move, plainly shaped, waits for the end of the one before it.
 
     Args:
         crane: The crane.
         moves: In order; each starts where the one before ends.
-        pendulum: What hangs on the hook; None where moves are not shaped.
+        pendulum: What hangs on the hook; None if moves are not shaped.
     """
     return Pacer(crane, moves, pendulum).in_sequence()
 
@@ -159,7 +159,7 @@ def _half_period_s(crane: TowerCrane, move: Move, pendulum: Pendulum) -> float:
 
 
 def overlapping_as(timeline: Timeline, other: Timeline) -> Timeline:
-    """Return a timeline in sequence with the overlaps of another one of the same moves, as far as they can be."""
+    """Return a timeline in sequence with the overlaps of another one of the same moves, as far as they are possible."""
     starts, lasts = timeline.start_s, timeline.course.duration_s
     for later in range(1, len(starts)):
         wanted = other.end_s[later - 1] - other.start_s[later]
@@ -176,7 +176,7 @@ def blended(
     last: CollisionSpace | None = None,
     pendulum: Pendulum | None = None,
 ) -> Timeline:
-    """Return the timeline with every corner rounded as far as it stays free.
+    """Return the timeline with every corner rounded as far as the motion stays free.
 
     Only moves along joint lines that drive different axes are blended, and never three at once.
 
@@ -184,9 +184,9 @@ def blended(
         timeline: Moves in sequence, each of them free.
         space: The collision rule.
         load: How hook poses and reference cells correspond.
-        straight_below_m: Height of the hook below which it is lowered only when the axes before are at rest.
-        last: The rule for the corner before the last move, where it is another one.
-        pendulum: What hangs on the hook; None where its swing is not looked at.
+        straight_below_m: Height of the hook below which it is lowered only when the other axes are at rest.
+        last: The rule for the corner before the last move, if it differs.
+        pendulum: What hangs on the hook; None if its swing is not checked.
     """
     for later in range(1, len(timeline.moves)):
         first, second = timeline.moves[later - 1], timeline.moves[later]
@@ -210,7 +210,7 @@ def _overlap_s(
     straight_below_m: float,
     pendulum: Pendulum | None,
 ) -> float:
-    """Return the largest overlap found free: the longest possible, else by halving the interval."""
+    """Return the largest overlap found free: the longest possible, otherwise by halving the interval."""
 
     def fits(overlap_s: float) -> bool:
         tried = Timeline(timeline.course, _earlier(timeline.start_s, later, overlap_s))

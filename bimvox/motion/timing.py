@@ -19,15 +19,15 @@ T = TypeVar("T", bound=np.generic)
 
 NS_PER_S = 1_000_000_000
 
-# Shares of a cell: samples are taken from a dense grid so that neighbours stay under half a cell apart at the hook.
+# Shares of a cell: samples are taken from a dense grid so that the hook moves less than half a cell between two.
 _DENSE_VOX = 0.05
 _SPACING_VOX = 0.4
-# Samples closer together than this to one that must be there say nothing.
+# Samples closer than this to a required one are left out.
 _SAME_NS = 1_000_000
 
 
 class Motion(Protocol):
-    """What can be sampled: the axes as a function of time."""
+    """A motion that can be sampled: the axes as a function of time."""
 
     @property
     def crane(self) -> TowerCrane:
@@ -35,7 +35,7 @@ class Motion(Protocol):
 
     @property
     def top_speed_m_s(self) -> float:
-        """No less than the highest speed of the hook."""
+        """Upper bound of the hook's speed."""
 
     def axes_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (N, 3) float64 slew, radius and height at times."""
@@ -51,14 +51,14 @@ def sampled(
     """Return a trajectory's samples.
 
     There is a sample at the start, at the end, at every corner at which the axes rest, at every multiple of the period,
-    and wherever else the hook would otherwise have gone half a cell since the last one.
+    and wherever the hook would otherwise move half a cell since the last one.
 
     Args:
         timeline: The moves over time.
-        clearance_height_m: Height of the hook that the lift needs, for its bound.
+        clearance_height_m: Height that the hook has to reach, for the lower bound of its time.
         sample_period_s: Largest time between samples.
         voxel_size_m: Edge of a cell.
-        pendulum: What hangs on the hook where its moves are shaped, for the bound.
+        pendulum: What hangs on the hook, if its moves are shaped, for the bound.
     """
     crane = timeline.crane
     end_ns = int(np.ceil(timeline.duration_s * NS_PER_S))
@@ -83,7 +83,7 @@ def sampled(
 
 
 def _rests_s(timeline: Timeline) -> list[float]:
-    """Times between the first and the last sample at which every axis is at rest."""
+    """Return the times between the first and the last sample at which every axis is at rest."""
     ends = timeline.end_s
     return [
         start
@@ -95,12 +95,12 @@ def _rests_s(timeline: Timeline) -> list[float]:
 def sample_times(
     motion: Motion, end_ns: int, must_ns: NDArray[np.int64], sample_period_s: float, voxel_size_m: float
 ) -> NDArray[np.int64]:
-    """Return when a motion is sampled so that neighbours are half a cell apart at most: (N,) int64, ascending.
+    """Return the sample times of a motion, neighbours at most half a cell apart: (N,) int64, ascending.
 
     Args:
         motion: The motion; it starts at 0.
         end_ns: When it ends.
-        must_ns: (M,) int64 other times at which there is a sample.
+        must_ns: (M,) int64 other required sample times.
         sample_period_s: Largest time between samples.
         voxel_size_m: Edge of a cell.
     """
@@ -118,7 +118,7 @@ def sample_times(
 
 
 def _ascending(*times_ns: NDArray[np.int64]) -> NDArray[np.int64]:
-    """All times, each once. ``np.unique`` puts them through a hash table first: they are almost in order."""
+    """Return all times, each once. ``np.unique`` is slower: it hashes first, and these are almost sorted."""
     together = np.sort(np.concatenate(times_ns), kind="stable")
     ascending: NDArray[np.int64] = together[np.concatenate([[True], np.diff(together) > 0])]
     return ascending

@@ -1,4 +1,4 @@
-"""Timed ways of a crane put together."""
+"""Trajectories shifted, turned, joined and cut."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bimvox.records.trajectory import Trajectory
 
 
 def shifted(way: Trajectory, by_ns: int) -> Trajectory:
-    """Return a trajectory, later by nanoseconds."""
+    """Return a trajectory delayed by nanoseconds."""
     return replace(way, time_ns=_fixed(way.time_ns + np.int64(by_ns)))
 
 
@@ -24,7 +24,7 @@ def turned(way: Trajectory, slew_rad: float | None) -> Trajectory:
 
 
 def one_after_another(ways: Sequence[Trajectory]) -> Trajectory:
-    """Return trajectories that follow each other on one clock as one; between them the hook stands still."""
+    """Return trajectories that follow each other on one clock joined into one; between them the hook stands still."""
     if len(ways) == 1:
         return ways[0]
     before = np.cumsum([0, *(len(way.time_ns) for way in ways)])
@@ -41,7 +41,7 @@ def one_after_another(ways: Sequence[Trajectory]) -> Trajectory:
 
 
 def between(way: Trajectory, start_ns: int, end_ns: int) -> Trajectory:
-    """Return the samples of a trajectory from one time to another, both included; its bound is shared out by time."""
+    """Return the samples of a trajectory between two times, both included; its bound is divided by time."""
     inside = np.flatnonzero((way.time_ns >= start_ns) & (way.time_ns <= end_ns))
     first, last = int(inside[0]), int(inside[-1])
     corner = way.corner[(way.corner > first) & (way.corner < last)] - first
