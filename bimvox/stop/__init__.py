@@ -1,1 +1,1 @@
-"""Braking, holding and going on."""
+"""Emergency stops: braking, holding and resuming."""

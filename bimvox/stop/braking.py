@@ -1,8 +1,8 @@
 """Braking one axis: from any rate and acceleration to rest, as fast as its acceleration and jerk allow.
 
 The velocity half of the double-S profile (Biagiotti & Melchiorri, "Trajectory Planning for Automatic Machines and
-Robots", 2008, 3.4): jerk to the braking acceleration, hold it, jerk back to none. Where the axis ends is what comes of
-it; a stop is not a move to somewhere.
+Robots", 2008, 3.4): jerk to the braking acceleration, hold it, jerk back to zero. The end position follows from that; a
+stop has no target.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ class AxisBraking:
     Attributes:
         start_s: (P,) float64 start of each piece, from 0.
         state: (P, 4) float64 position, rate, acceleration and jerk at the start of each piece.
-        duration_s: When it is at rest.
-        end: Where it is then.
+        duration_s: Time at which it is at rest.
+        end: Its position at rest.
     """
 
     start_s: NDArray[np.float64]
@@ -35,32 +35,32 @@ class AxisBraking:
 
     @property
     def distance(self) -> float:
-        """Way from where braking began to where the axis rests, with its sign."""
+        """Distance from where braking began to where the axis rests, signed."""
         return self.end - float(self.state[0, 0])
 
     @property
     def top_rate(self) -> float:
-        """The highest rate on the way, without its sign."""
+        """The highest absolute rate while braking."""
         _, v, a, j = self.state.T
         lengths = np.diff(np.append(self.start_s, self.duration_s))
-        # Within a piece the rate has its extreme where the acceleration is none.
+        # Within a piece the rate has its extreme where the acceleration is zero.
         at = np.clip(np.divide(-a, j, out=np.zeros_like(a), where=j != 0.0), 0.0, lengths)
         rates = [v, v + at * (a + at * j / 2.0), v + lengths * (a + lengths * j / 2.0)]
         return float(np.abs(rates).max())
 
     @property
     def nearest(self) -> float:
-        """The smallest position on the way."""
+        """The smallest position while braking."""
         return float(min(self._extremes))
 
     @property
     def furthest(self) -> float:
-        """The largest position on the way."""
+        """The largest position while braking."""
         return float(max(self._extremes))
 
     @property
     def _extremes(self) -> list[float]:
-        """Positions at the ends of all pieces, and where the axis turns back within one."""
+        """Positions at the ends of all pieces, and where the axis reverses within one."""
         found = [self.end]
         lengths = np.diff(np.append(self.start_s, self.duration_s))
         for (p, v, a, j), length in zip(self.state.tolist(), lengths.tolist(), strict=True):
@@ -79,12 +79,12 @@ class AxisBraking:
 
 
 def brake(position: float, rate: float, acceleration: float, limits: AxisLimits) -> AxisBraking:
-    """Return the fastest way of an axis to rest.
+    """Return the fastest braking of an axis.
 
     Args:
         position: Where it is, in the axis's unit.
         rate: How fast it goes, unit/s.
-        acceleration: Its acceleration, unit/s^2; one beyond the limit is taken to be at it.
+        acceleration: Its acceleration, unit/s^2; clipped to the limit.
         limits: The axis's limits.
     """
     lengths, jerks, acceleration = _pieces(rate, acceleration, limits.acceleration, limits.jerk)
@@ -108,7 +108,7 @@ def brake(position: float, rate: float, acceleration: float, limits: AxisLimits)
 def braking_ways(
     rate: NDArray[np.float64], acceleration: NDArray[np.float64], limits: AxisLimits
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return how far an axis gets back and ahead while it brakes from many states.
+    """Return how far an axis moves back and ahead while it brakes, for many states.
 
     Args:
         rate: (N,) how fast it goes, unit/s.
@@ -116,7 +116,7 @@ def braking_ways(
         limits: The axis's limits.
 
     Returns:
-        (N,) the lowest, 0 or less, and (N,) the highest position on the way to rest, 0 or more, from where it is.
+        (N,) the lowest (0 or less) and (N,) the highest (0 or more) position while braking, relative to the start.
     """
     return _ways(rate, acceleration, limits.acceleration, limits.jerk)
 
@@ -125,9 +125,9 @@ def braking_ways(
 def _pieces(
     rate: float, acceleration: float, most: float, jerk: float
 ) -> tuple[tuple[float, float, float], tuple[float, float, float], float]:
-    """Lengths (s) and jerks of the three pieces of braking, and the acceleration that it begins with."""
+    """Return lengths (s) and jerks of the three pieces of braking, and the initial acceleration."""
     acceleration = min(max(acceleration, -most), most)
-    # The rate that is left when only the acceleration is taken away says which way to brake.
+    # The rate that is left once the acceleration is reduced to zero decides in which direction to brake.
     left = rate + acceleration * abs(acceleration) / (2.0 * jerk)
     way = -copysign(1.0, left)
     now, needed = way * acceleration, -way * rate
@@ -141,7 +141,7 @@ def _pieces(
 def _ways(
     rate: NDArray[np.float64], acceleration: NDArray[np.float64], most: float, jerk: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Extremes are at ends of pieces, or where the rate is zero within one."""
+    """Return the extremes; they are at ends of pieces, or where the rate is zero within one."""
     low, high = np.zeros(rate.shape[0]), np.zeros(rate.shape[0])
     for n in range(rate.shape[0]):
         lengths, jerks, a = _pieces(rate[n], acceleration[n], most, jerk)

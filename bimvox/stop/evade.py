@@ -1,9 +1,9 @@
-"""What the crane does when something comes into the way of a load in the air: the safest manoeuvre to rest.
+"""The safest emergency stop when something gets in the way of a load in the air.
 
-Braking at once is tried first. Where the load would meet something while it brakes, or as far out as it swings by
-that (``stop_swing``), other manoeuvres are tried, each
-checked all along by the same rule: braking while the load is hoisted, and going on as planned until a place from which
-braking is free. If none is free, that is said, and the crane brakes at once: the least energy.
+Braking at once is tried first. If the load would hit something while it brakes, or within the swing that follows
+(``bimvox.stop.swing``), other manoeuvres are tried, each checked along its whole length by the same rule: braking while
+the load is hoisted, and going on as planned to a place from which braking is free. If none is free, the result says so,
+and the crane brakes at once, which leaves the least energy.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ UNSAFE = "braked, though the load meets something on the way: no manoeuvre is fr
 SWUNG = "braked, though the load swings into something: no manoeuvre is free"
 _RISES_VOX = (2, 4, 8, 16)
 _LATER_S = 0.5
-"""How far apart the places are from which braking is tried."""
+"""Time between the places from which braking is tried."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Manoeuvre:
-    """How a load comes to rest.
+    """A manoeuvre that brings a load to rest.
 
     Attributes:
-        stop: The way to rest.
-        kind: What it is, in words.
-        is_free: Whether the load meets nothing on it, as far out as it swings.
+        stop: The stop.
+        kind: Its description.
+        is_free: Whether the load hits nothing on it, including its swing.
     """
 
     stop: Stop
@@ -57,7 +57,7 @@ class Manoeuvre:
 
 
 class _UnderWay(NamedTuple):
-    """What is under way when a stop is told, and the rule then; see :func:`manoeuvre`."""
+    """The lift under way at the stop command, and the collision rule then; see :func:`manoeuvre`."""
 
     motion: LiftMotion
     part: Trajectory
@@ -77,7 +77,7 @@ def manoeuvre(
     load: LoadFrame,
     pendulum: Pendulum | None = None,
 ) -> Manoeuvre:
-    """Return the first manoeuvre to rest that is free.
+    """Return the first free manoeuvre to rest, or braking at once if none is free.
 
     Args:
         site: The site.
@@ -87,7 +87,7 @@ def manoeuvre(
         time_ns: When the change was noticed, on the site's clock.
         space: The collision rule now.
         load: How hook poses and reference cells correspond.
-        pendulum: What hangs on the hook (``pendulum_of``); None where its swing is not looked at.
+        pendulum: What hangs on the hook (``pendulum_of``); None if its swing is not checked.
     """
     under = _UnderWay(motion, part, time_ns, space, load, pendulum)
     period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
@@ -118,14 +118,14 @@ def hoisting(
     sample_period_s: float,
     voxel_size_m: float,
 ) -> Stop | None:
-    """Return the stop with the load hoisted meanwhile; None where the hook cannot go that high.
+    """Return the stop with the load hoisted meanwhile; None if the hook cannot go that high.
 
     Args:
         crane: The crane.
         stop: Slewing and trolley brake as in this one.
-        state: Of the axes at its start.
+        state: The state of the axes at its start.
         start_ns: When it starts, on the site's clock.
-        rise_m: How far above where it is the hook comes to rest.
+        rise_m: Height above the current one at which the hook comes to rest.
         sample_period_s: Largest time between samples.
         voxel_size_m: Edge of a cell.
     """
@@ -140,7 +140,7 @@ def hoisting(
 
 
 def _to_rest_at(state: AxisState, axis: int, target: float, limits: AxisLimits) -> AxisBraking | None:
-    """The quickest way of one axis to rest at a place, by ruckig, state to state."""
+    """Return the quickest motion of one axis to rest at a target, by ruckig; None if ruckig finds none."""
     wanted, found = InputParameter(1), RuckigTrajectory(1)
     wanted.current_position = [float(state.position[axis])]
     wanted.current_velocity = [float(np.clip(state.rate[axis], -limits.rate, limits.rate))]
@@ -168,19 +168,19 @@ def _to_rest_at(state: AxisState, axis: int, target: float, limits: AxisLimits) 
 
 
 def _later(motion: LiftMotion, part: Trajectory, time_ns: int) -> Iterator[int]:
-    """Later times while it is driven."""
+    """Yield later times while the trajectory is driven."""
     end_ns = motion.start_ns + int(part.time_ns[-1])
     step_ns = round(_LATER_S * NS_PER_S)
     yield from range(time_ns + step_ns, end_ns, step_ns)
 
 
 class _Tried(NamedTuple):
-    """A stop that was looked at.
+    """A stop that was checked.
 
     Attributes:
-        stop: With how far its load swings.
-        hangs_free: Whether the load meets nothing where it would hang, from a time until the crane is at rest.
-        swings_free: Whether it meets nothing as far out as it swings either, also after.
+        stop: The stop, with the peak swing of its load.
+        hangs_free: Whether the load, hanging straight, hits nothing until the crane is at rest.
+        swings_free: Whether it hits nothing within its swing either, including after the stop.
     """
 
     stop: Stop
@@ -189,7 +189,7 @@ class _Tried(NamedTuple):
 
 
 def _tried(under: _UnderWay, stop: Stop) -> _Tried:
-    """Look at a stop from when it was told to where its load comes to rest."""
+    """Check a stop from its command until its load comes to rest."""
     motion, part, time_ns, space, load, pendulum = under
     hangs = way_is_free(motion, part, time_ns, stop.start_ns, space, load) and stop_is_free(space, load, stop)
     if pendulum is None:
@@ -202,7 +202,7 @@ def _tried(under: _UnderWay, stop: Stop) -> _Tried:
 def way_is_free(
     motion: LiftMotion, part: Trajectory, from_ns: int, until_ns: int, space: CollisionSpace, load: LoadFrame
 ) -> bool:
-    """Return whether a load meets nothing on its planned way between two times."""
+    """Return whether a load hits nothing on its planned motion between two times."""
     time_ns = part.time_ns + np.int64(motion.start_ns)
     first = max(int(np.searchsorted(time_ns, from_ns, side="right")) - 1, 0)
     last = int(np.searchsorted(time_ns, until_ns)) + 1

@@ -1,4 +1,4 @@
-"""The axes of a crane on their way to rest, each by itself: as one motion that is sampled, and as a stop."""
+"""A stop: the axes of a crane brake to rest independently, sampled as one motion."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Stop:
         start_ns: When braking begins, on the site's clock.
         axes: Slewing, trolley, hoist.
         trajectory: Its samples, times from ``start_ns``.
-        swing_m: How far its load swings meanwhile and after, from where it would hang; 0 where that is not looked at.
+        swing_m: Peak swing of its load during and after it; 0 if that is not checked.
     """
 
     crane: TowerCrane
@@ -47,24 +47,24 @@ class Stop:
 
     @property
     def duration_s(self) -> float:
-        """How long the slowest axis brakes."""
+        """Braking time of the slowest axis."""
         return max(axis.duration_s for axis in self.axes)
 
     @property
     def distances(self) -> tuple[float, float, float]:
-        """Stopping distances with their signs: slew (rad), trolley (m), hoist (m)."""
+        """Signed stopping distances: slew (rad), trolley (m), hoist (m)."""
         slew, trolley, hoist = self.axes
         return slew.distance, trolley.distance, hoist.distance
 
     @property
     def pose(self) -> CranePose:
-        """Where the crane is at rest."""
+        """The crane's pose at rest."""
         slew, trolley, hoist = self.axes
         return CranePose(slew.end, trolley.end, hoist.end)
 
 
 def to_rest(crane: TowerCrane, axes: Three, start_ns: int = 0, *, sample_period_s: float, voxel_size_m: float) -> Stop:
-    """Return the stop in which three axes come to rest.
+    """Return the stop made of three axes that brake.
 
     Args:
         crane: The crane.
@@ -90,7 +90,7 @@ def to_rest(crane: TowerCrane, axes: Three, start_ns: int = 0, *, sample_period_
 
 
 def stop_under_way(crane: TowerCrane, motion: LiftMotion, time_ns: int) -> Stop | None:
-    """Return the stop in which a load is, or is held after it, at a time; None where it is in none.
+    """Return the stop in which a load is, or is held after, at a time; None if there is none.
 
     Args:
         crane: The crane.
@@ -111,14 +111,14 @@ def stop_under_way(crane: TowerCrane, motion: LiftMotion, time_ns: int) -> Stop 
 
 
 def brake_radius(crane: TowerCrane, radius_m: float, rate: float, acceleration: float) -> AxisBraking:
-    """Return the fastest way to rest of the axis that changes the radius.
+    """Return the fastest braking of the axis that changes the radius.
 
-    How fast a luffing jib may change it depends on where it is: it brakes within what holds between where it is and
-    where it comes to rest, found by trying with a wider and wider range. Its hoist has its own share of the winch.
+    The limits of a luffing jib depend on the radius. It brakes within the limits that hold between its radius and the
+    one where it comes to rest; that range is widened until it suffices. Its hoist has its own share of the winch.
 
     Args:
         crane: The crane, in the gear of its load.
-        radius_m: Where the hook is.
+        radius_m: Radius of the hook.
         rate: m/s.
         acceleration: m/s^2.
     """
@@ -132,7 +132,7 @@ def brake_radius(crane: TowerCrane, radius_m: float, rate: float, acceleration: 
         reached = (min(radius_m, found.nearest), max(radius_m, found.furthest))
         if within[0] <= reached[0] and reached[1] <= within[1]:
             return found
-        # A little more than is needed: the next try is the slower one, and goes further.
+        # A little more than needed: the next try is slower and goes further.
         more = 0.1 * (reached[1] - reached[0])
         within = (max(low_m, reached[0] - more), min(high_m, reached[1] + more))
     return brake(radius_m, rate, acceleration, crane.trolley)
@@ -140,14 +140,14 @@ def brake_radius(crane: TowerCrane, radius_m: float, rate: float, acceleration: 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _ToRest:
-    """Three axes on their way to rest, as what can be sampled."""
+    """Three braking axes as a motion that can be sampled."""
 
     crane: TowerCrane
     axes: Three
 
     @property
     def top_speed_m_s(self) -> float:
-        """The hook is nowhere faster than with all axes at their fastest, at the furthest radius."""
+        """Upper bound of the hook's speed: all axes at their fastest, at the largest radius."""
         slew, radius, hoist = self.axes
         reach_m = max(abs(radius.nearest), abs(radius.furthest))
         return float(np.linalg.norm([reach_m * slew.top_rate, radius.top_rate, hoist.top_rate]))

@@ -1,4 +1,4 @@
-"""A lift that was stopped with its load in the air and went on from there, as one motion."""
+"""A lift that was stopped with its load in the air and resumed, as one motion."""
 
 from __future__ import annotations
 
@@ -30,23 +30,23 @@ def interrupted(
     sample_period_s: float,
     voxel_size_m: float,
 ) -> LiftMotion:
-    """Return the lift as it is driven when it is stopped while its load is carried.
+    """Return the motion of a lift that is stopped while its load is carried.
 
-    Up to the stop it is as it was; then the crane brakes, holds until it may go on, and goes on from where it rests.
-    Setting and releasing take as long as before. A lift may be interrupted more than once.
+    Up to the stop it is unchanged; then the crane brakes, holds, and resumes from where it rests. Setting and releasing
+    take as long as before. A lift may be interrupted more than once.
 
     Args:
-        motion: The lift as it would have been.
+        motion: The lift as planned.
         stop: Its stop (``stop_motion``), begun while the load was carried.
-        resume_ns: When the crane goes on, on the site's clock, not before it is at rest.
-        onward: From there to the place (``go_on``).
-        clearance_height_m: Height of the hook that the way on needs, for its bound.
-        pendulum: What hangs on the hook, where its moves are shaped.
+        resume_ns: When the crane resumes, on the site's clock, not before it is at rest.
+        onward: The motion from there to the place (``go_on``).
+        clearance_height_m: Height that the hook has to reach on it, for the lower bound of its time.
+        pendulum: What hangs on the hook, if its moves are shaped.
         sample_period_s: Largest time between samples.
         voxel_size_m: Edge of a cell.
 
     Raises:
-        InputError: If the stop does not begin while the load is carried, or the crane goes on before it is at rest.
+        InputError: If the stop does not begin while the load is carried, or the crane resumes before it is at rest.
     """
     loaded = motion.loaded
     told_ns = stop.start_ns - motion.start_ns
@@ -73,11 +73,11 @@ def interrupted(
 
 
 def cut_short(motion: LiftMotion, stop: Stop | None) -> LiftMotion:
-    """Return a lift as far as it is driven when it is stopped; what follows is not known.
+    """Return a lift up to the end of its stop; what follows is unknown.
 
     Args:
-        motion: The lift as it would have been.
-        stop: Its stop, begun while the load was carried; None where it was not carried yet: until its part is raised.
+        motion: The lift as planned.
+        stop: Its stop, begun while the load was carried; None if it was not carried yet: until its part is raised.
     """
     if stop is None:
         raised_ns = motion.start_ns + int(motion.loaded.time_ns[0])
@@ -101,14 +101,14 @@ def cut_short(motion: LiftMotion, stop: Stop | None) -> LiftMotion:
 
 
 def spliced(part: Trajectory, stop: Stop, later: Trajectory, told_ns: int, again_ns: int) -> Trajectory:
-    """Return a trajectory as it is driven when it is stopped on its way: before, stop, hold, and the way on.
+    """Return a trajectory that is stopped on its way: the part before, stop, hold, and the part after.
 
     Args:
-        part: As it would have been; times from the start of its lift, as are the other two.
+        part: The trajectory as planned; times from the start of its lift, as are the two times below.
         stop: Its stop.
-        later: The way on, times from its own start.
+        later: The part after, times from its own start.
         told_ns: When braking begins.
-        again_ns: When the crane goes on.
+        again_ns: When the crane resumes.
     """
     driven = part.time_ns < told_ns
     skip = 1 if again_ns == told_ns + int(stop.trajectory.time_ns[-1]) else 0

@@ -1,8 +1,8 @@
-"""A stop: the crane brakes on all axes from wherever it is, and may go on from there.
+"""An emergency stop: the crane brakes on all axes from any state, and may resume from there.
 
-Every axis brakes by itself, as fast as its acceleration and jerk allow, so the hook leaves the proven line: where it
-comes to rest, and what it sweeps on the way, is for the caller to look at (:func:`stop_is_free`). A real crane needs
-long: slewing at 0.8 rpm with 0.3 deg/s^2 built up within a second, about 41 degrees and 17 s.
+Every axis brakes independently, as fast as its acceleration and jerk allow, so the hook leaves the proven line. The
+caller checks where it comes to rest and what it sweeps (:func:`stop_is_free`). A real crane needs long: slewing at
+0.8 rpm with 0.3 deg/s^2 built up within a second, about 41 degrees and 17 s.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from bimvox.stop.braking import brake
 from bimvox.stop.halt import Stop, brake_radius, to_rest
 
 STOP_EVENT = "stop"
-"""Kind of the log's event of a stop."""
+"""Kind of the log event of a stop."""
 
 _WINDOW = 5
-"""Samples from which the state is taken: four give a cubic, the fifth says whether it is one."""
+"""Samples from which the state is taken: four give a cubic, the fifth checks it."""
 _WAIT_NS = 2 * NS_PER_S
 _SAME = 1e-9
 _FROM_REST = 2
-"""Samples after a rest from which the state is taken: one gives the jerk, the other says whether that is all."""
+"""Samples after a rest from which the state is taken: one gives the jerk, the other checks it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,16 +58,16 @@ class AxisState:
 def stop_motion(
     crane: TowerCrane, motion: LiftMotion, time_ns: int, *, sample_period_s: float, voxel_size_m: float
 ) -> Stop:
-    """Return how the crane stops when it is told to during a lift.
+    """Return the stop of the crane on a stop command during a lift.
 
-    Braking begins at the first sample from then on at which the state is known exactly (its neighbours before it lie on
-    one piece of constant jerk), within two seconds: rates and accelerations are not in the samples, and a state that is
-    only near would not keep the limits.
+    Samples hold no rates or accelerations, and an approximate state would break the limits. So braking begins at the
+    first sample after the command at which the state is known exactly (the samples before it lie on one piece of
+    constant jerk), within two seconds.
 
     Args:
         crane: The crane.
         motion: The lift.
-        time_ns: When the stop is told, on the site's clock.
+        time_ns: When the stop is commanded, on the site's clock.
         sample_period_s: Largest time between samples of the stop.
         voxel_size_m: Edge of a cell.
 
@@ -81,11 +81,11 @@ def stop_motion(
 def stop_from(
     crane: TowerCrane, state: AxisState, start_ns: int = 0, *, sample_period_s: float, voxel_size_m: float
 ) -> Stop:
-    """Return how the crane stops from a state.
+    """Return the stop of the crane from a state.
 
     Args:
         crane: The crane.
-        state: Where the axes are and how they move.
+        state: Positions, rates and accelerations of the axes.
         start_ns: When braking begins, on the site's clock.
         sample_period_s: Largest time between samples.
         voxel_size_m: Edge of a cell.
@@ -98,7 +98,7 @@ def stop_from(
 
 
 def state_at(motion: LiftMotion, time_ns: int) -> tuple[int, AxisState]:
-    """Return the state of the axes at the first sample from a time on at which it is known exactly.
+    """Return the state of the axes at the first sample at or after a time at which it is known exactly.
 
     Args:
         motion: The lift.
@@ -125,14 +125,14 @@ def state_at(motion: LiftMotion, time_ns: int) -> tuple[int, AxisState]:
 
 
 def stop_is_free(space: CollisionSpace, load: LoadFrame, stop: Stop) -> bool:
-    """Return whether a load that hangs straight meets nothing while the crane brakes; see also ``stop_swing``."""
+    """Return whether a load that hangs straight hits nothing while the crane brakes; see also ``bimvox.stop.swing``."""
     return bool(samples_are_free(space, load, stop.trajectory.axes))
 
 
 def go_on_cells(space: CollisionSpace, load: LoadFrame, pose: CranePose) -> list[tuple[int, int, int]]:
-    """Return the whole placements around a pose at rest that a load can get to in a straight line, the nearest first.
+    """Return the whole placements around a pose that a load can reach in a straight line, the nearest first.
 
-    A path from one of them can be driven from the pose (:func:`go_on`). Empty where the load is stuck.
+    A path from one of them can be driven from the pose (:func:`go_on`). Empty if the load is stuck.
 
     Args:
         space: The collision rule.
@@ -157,7 +157,7 @@ def go_on(
     contact_moves: int,
     pendulum: Pendulum | None = None,
 ) -> tuple[Timeline, float]:
-    """Return the motion of a load from rest at any pose to the end of a voxel path that begins beside it.
+    """Return the motion of a load from rest at any pose to the end of a voxel path that begins next to it.
 
     Args:
         crane: The crane.
@@ -166,10 +166,10 @@ def go_on(
         pose: Where the crane stands.
         path_vox: (N, 3) int32 reference cells, N >= 2, the first one of :func:`go_on_cells`.
         contact_moves: How many of the last placements were cleared by the narrow phase.
-        pendulum: What hangs on the hook (``pendulum_of``); None where its swing is not looked at.
+        pendulum: What hangs on the hook (``pendulum_of``); None if its swing is not checked.
 
     Returns:
-        The motion, and the height of the hook that it has to get up to.
+        The motion, and the height that the hook has to reach.
 
     Raises:
         PlanningError: If the first cell cannot be reached, the path is not free, or takes the hook above the jib.
@@ -192,7 +192,7 @@ def go_on(
 def _state_within(
     time_ns: NDArray[np.int64], axes: NDArray[np.float64], corner: NDArray[np.int64], wanted_ns: int
 ) -> tuple[int, AxisState]:
-    """The first sample from ``wanted_ns`` on whose last neighbours lie on a cubic; the nearest to one, if none does."""
+    """Return the first sample from ``wanted_ns`` on whose predecessors lie on a cubic; the best fit if none does."""
     last = len(time_ns) - 1
     first = min(max(int(np.searchsorted(time_ns, wanted_ns)), _FROM_REST), last)
     best: tuple[float, int, AxisState] | None = None
@@ -216,7 +216,7 @@ def _state_within(
 def _state_from_rest(
     time_ns: NDArray[np.int64], axes: NDArray[np.float64], corner: NDArray[np.int64], at: int
 ) -> AxisState | None:
-    """The state soon after a rest, while every axis is on its first piece of constant jerk, or rests; else None."""
+    """Return the state soon after a rest; None once an axis has left its first piece of constant jerk."""
     rest = max([0, *(int(n) for n in corner if n <= at)])
     if at - rest < _FROM_REST:
         return None
@@ -229,7 +229,7 @@ def _state_from_rest(
 
 
 def _cubic_state(time_ns: NDArray[np.int64], axes: NDArray[np.float64], at: int) -> tuple[float, AxisState]:
-    """How far the samples up to ``at`` are off a cubic, and the state there by the cubic through the last four."""
+    """Return the deviation from a cubic of the samples up to ``at``, and the state by the cubic of the last four."""
     if at == len(time_ns) - 1:
         return 0.0, AxisState(axes[at], np.zeros(3), np.zeros(3))  # a trajectory ends at rest
     window = slice(max(0, at - _WINDOW + 1), at + 1)
@@ -245,7 +245,7 @@ def _cubic_state(time_ns: NDArray[np.int64], axes: NDArray[np.float64], at: int)
 
 
 def _around(at: NDArray[np.float64]) -> Iterator[tuple[int, int, int]]:
-    """The up to eight whole placements around a continuous one."""
+    """Yield the up to eight whole placements around a continuous one."""
     low, high = np.floor(at + 1e-6).astype(int), np.ceil(at - 1e-6).astype(int)
     for x in range(low[0], high[0] + 1):
         for y in range(low[1], high[1] + 1):
@@ -254,7 +254,7 @@ def _around(at: NDArray[np.float64]) -> Iterator[tuple[int, int, int]]:
 
 
 def move_to_cell(load: LoadFrame, pose: CranePose, cell: tuple[int, int, int]) -> Move:
-    """Return the straight move in the axes from a pose to a whole placement beside it."""
+    """Return the straight move in the axes from a pose to a whole placement next to it."""
     slew, radius, height = axes_of_cells(load, np.array(cell)).tolist()
     turned = pose.slew_rad + float(np.remainder(slew - pose.slew_rad + np.pi, 2.0 * np.pi)) - np.pi
     return Move(pose, CranePose(turned, radius, height))

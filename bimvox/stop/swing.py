@@ -1,8 +1,8 @@
-"""How a load swings while its crane brakes in need, and after.
+"""The swing of a load during and after an emergency stop.
 
-Braking is not shaped: the load goes on swinging when the crane is at rest. The pendulum is simulated from where the
-load last hung at rest: over what was driven, braking, and one whole period with the crane standing still. So far out it
-may be, to either side. Before the crane goes on the load is brought to rest by its tag lines.
+Braking is not shaped, so the load still swings when the crane is at rest. The pendulum is simulated from where the load
+last hung at rest: over the driven part, the braking, and one whole period with the crane standing still. The load may
+be anywhere within that swing, to either side. Tag lines bring it to rest before the crane resumes.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from bimvox.site.collision import CollisionSpace
 from bimvox.stop.halt import Stop
 
 _MARGIN = 1.03
-"""The proof integrates in another way: so much further out than found here the load is taken to swing."""
+"""The proof integrates differently: the swing found here is enlarged by this factor."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StopSwing:
-    """A load that swings, up to a stop, through it and after it.
+    """The swing of a load before, during and after a stop.
 
     Attributes:
         time_ns: (N,) int64 on the site's clock.
@@ -45,18 +45,18 @@ class StopSwing:
 
     @property
     def peak_m(self) -> float:
-        """How far the load is from where it would hang, at most, from the beginning of the stop on."""
+        """The peak swing from the beginning of the stop on."""
         return float(np.hypot(*self.swing.offset_m[self.time_ns >= self.begins_ns].T).max())
 
     def is_free(self, space: CollisionSpace, load: LoadFrame, from_ns: int) -> bool:
-        """Return whether the load, as far out as it swings to either side, meets nothing from a time on."""
+        """Return whether the load, within its swing to either side, hits nothing from a time on."""
         sway = _MARGIN * self.swing.beyond_m(PLANNED_RESIDUAL_M) / load.voxel_size_m
         looked_at = (np.abs(sway).max(axis=1) > 0.0) & (self.time_ns >= from_ns)
         return bool(swaying_is_free(space, load, self.axes, sway, looked_at, True) < 0)
 
 
 def swing_through(motion: LiftMotion, part: Trajectory, stop: Stop, pendulum: Pendulum) -> StopSwing:
-    """Return how a load swings on its way to a stop, while the crane brakes, and for a period after.
+    """Return the swing of a load before a stop, while the crane brakes, and for a period after.
 
     Args:
         motion: The lift under way.
@@ -79,6 +79,6 @@ def swing_through(motion: LiftMotion, part: Trajectory, stop: Stop, pendulum: Pe
 
 
 def hangs_still_ns(motion: LiftMotion, part: Trajectory, before_ns: int) -> int:
-    """Return when the load of a lift last hung at rest before a time: the start of its way, or the end of a stop."""
+    """Return when the load of a lift last hung at rest before a time: at its pick, or at the end of a stop."""
     starts = int(part.time_ns[0]) + motion.start_ns
     return max([starts, *(end_ns for _, end_ns in motion.stops_ns if starts < end_ns <= before_ns)])

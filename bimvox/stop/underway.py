@@ -1,8 +1,7 @@
-"""A lift that a change of the obstructions meets while it is under way.
+"""A lift that a change of the obstructions affects while it is under way.
 
-The load is brought to rest (``evade``), held, and goes on along a new path from where it is. A lift whose load is not
-off its place yet gets another way for its load in time. Where no way leads on, the load is held until something
-changes.
+The load is brought to rest (``evade``), held, and continues along a new path from where it is. A lift whose load is
+still in the yard gets another path in time. If there is no path, the load is held until something changes.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ from bimvox.stop.interrupt import interrupted, spliced
 from bimvox.stop.stop import go_on, go_on_cells
 
 HOLD_S = 10.0
-"""How long a stopped load is held at least before it goes on: a nominal value for looking that all is well."""
+"""Shortest hold of a stopped load before it continues: a nominal value for a check."""
 _NO_WAY = "no way leads on from where it is"
 NOT_CARRIED = "its load was not carried yet"
 _AFTER_THE_LOAD = (PhaseName.SET, PhaseName.RELEASE)
@@ -56,15 +55,15 @@ class UnderWay:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Held:
-    """A lift that is stopped and finds no way on.
+    """A lift that is stopped and has no path to its place.
 
     Attributes:
         lift: The lift as it was when it was stopped.
         motion: Its motion as it was when it was stopped.
-        stop: How its load came to rest; None where it was not carried yet: the crane waits over its place in the yard.
-        how: The manoeuvre, in words.
-        is_safe: Whether the load met nothing while it was stopped, as far out as it swung.
-        reason: Why it finds no way on.
+        stop: The stop of its load; None if it was not carried yet: the crane waits over its place in the yard.
+        how: Description of the manoeuvre.
+        is_safe: Whether the load hit nothing while it was stopped, including its swing.
+        reason: Why it has no path.
         blocked_by: Ids of what is in its way.
     """
 
@@ -78,7 +77,7 @@ class Held:
 
     @property
     def infeasible(self) -> Lift:
-        """What the plan says of it meanwhile."""
+        """The lift as the plan holds it meanwhile: infeasible."""
         where = "over its place in the yard" if self.stop is None else "on the hook"
         return replace(
             self.lift,
@@ -95,13 +94,13 @@ class Held:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Redirected:
-    """A lift on a new way.
+    """A lift on a new path.
 
     Attributes:
-        lift: With the new path; the old one is among those that it left.
-        motion: Before, stop, hold and the way on as one.
-        stop: How it came to rest; None where its load was not carried yet.
-        how: The manoeuvre, in words.
+        lift: The lift with the new path; the old one is among those that it left.
+        motion: The part before, stop, hold and the part after as one motion.
+        stop: The stop; None if its load was not carried yet.
+        how: Description of the manoeuvre.
     """
 
     lift: Lift
@@ -111,7 +110,7 @@ class Redirected:
 
 
 def is_carried(motion: LiftMotion, time_ns: int) -> bool:
-    """Return whether the load is on its way at a time on the site's clock."""
+    """Return whether the load is being carried at a time on the site's clock."""
     start_ns, end_ns = (motion.start_ns + int(motion.loaded.time_ns[n]) for n in (0, -1))
     return start_ns < time_ns < end_ns
 
@@ -139,7 +138,7 @@ def redirect(
         rule: What holds for the rest of it now.
         blocked: What is in the way at its end; its last moves are those that it had then.
         time_ns: When the change was noticed, on the site's clock.
-        hold_s: How long it is held at least.
+        hold_s: Shortest hold.
     """
     lift, motion = under_way.lift, under_way.motion
     if not is_carried(motion, time_ns):
@@ -168,7 +167,7 @@ def release(
     time_ns: int,
     hold_s: float = HOLD_S,
 ) -> Redirected | Held:
-    """Return a held lift on its way again, or held still.
+    """Return a held lift on a new path, or still held.
 
     Args:
         site: The site now.
@@ -177,7 +176,7 @@ def release(
         rule: What holds for the rest of it now.
         blocked: What is in the way at its end.
         time_ns: When the change was noticed, on the site's clock.
-        hold_s: How long it is held at least.
+        hold_s: Shortest hold.
     """
     held = replace(held, reason=_why(blocked)[0], blocked_by=_why(blocked)[1])
     if not held.is_safe:
@@ -260,7 +259,7 @@ def _approached(
 
 
 def _with_approach(motion: LiftMotion, approach: Trajectory, stopped_ns: int, again_ns: int) -> LiftMotion:
-    """The motion with a longer approach, and all after it later and as many turns on."""
+    """Return the motion with a longer approach; everything after it is later, with the turns of the new approach."""
     assert motion.approach is not None
     by_ns = int(approach.time_ns[-1] - motion.approach.time_ns[-1])
     turns = round(float(approach.slew_rad[-1] - motion.raising.slew_rad[0]) / (2.0 * np.pi))
@@ -288,7 +287,7 @@ def _with_approach(motion: LiftMotion, approach: Trajectory, stopped_ns: int, ag
 
 
 def _path_from(site: Site, crane: TowerCrane, stage: Stage, pose: CranePose) -> NDArray[np.int32] | None:
-    """A shortest path from beside a pose to the part's place."""
+    """Return a shortest path from next to a pose to the part's place; None if there is none."""
     load = load_frame(crane_for(site, crane, stage.component), site.frame, stage.component.hook_offset_vox)
     for cell in go_on_cells(stage.space, load, pose):
         transit = shortest_path(stage.space, cell, stage.insertion.gate_vox).path_vox
@@ -303,7 +302,7 @@ def _path_from(site: Site, crane: TowerCrane, stage: Stage, pose: CranePose) -> 
 def _other_way(
     site: Site, crane: TowerCrane, held: Held, stage: Stage, time_ns: int, ready_ns: int
 ) -> Redirected | Held:
-    """The load is not carried yet: after the same approach and raising it takes another way, when that is known."""
+    """Return a lift whose load is not carried yet on another path, after the same approach and raising."""
     motion = held.motion
     transit = shortest_path(stage.space, stage.start_vox, stage.insertion.gate_vox).path_vox
     if transit is None:
