@@ -1,28 +1,28 @@
-"""The error tree. Only ``cli`` turns one into an exit code; the library raises, never exits.
+"""The error tree. The library raises; only ``cli`` turns an error into an exit code.
 
 ::
 
     BimvoxError
     ├── InputError               bad input: exit code 2
-    │   ├── FileError            missing, unreadable, empty, truncated or garbage file
+    │   ├── FileError            a file that is missing, unreadable, empty, truncated or garbage
     │   │   ├── IfcError         an IFC file that cannot be used
     │   │   ├── MeshError        a mesh file that cannot be used
-    │   │   ├── GridFileError    a grid file that is damaged or not ours
-    │   │   ├── LogFileError     a log that is damaged or not ours
+    │   │   ├── GridFileError    a grid file that is damaged or not from bimvox
+    │   │   ├── LogFileError     a log that is damaged or not from bimvox
     │   │   └── ObstructionFileError
     │   ├── ConfigError          a site file with an unknown key or an impossible value
-    │   ├── GridTooLargeError    more cells than allowed; says which cell size would fit
+    │   ├── GridTooLargeError    more cells than allowed; names a cell size that fits
     │   ├── SelectionError       nothing, or nothing usable, was selected
     │   ├── PolicyError          a policy that is missing, damaged or does not fit
     │   ├── ActionError          an action outside an environment's action space
     │   └── MissingPackageError  an optional package that is not installed
     └── PlanningError            no valid plan, or a check failed: exit code 1
-        ├── NoPlanError          no lift at all could be planned
-        ├── SequenceError        the site file's wishes leave no assembly order
-        ├── MotionError          a proven path that the crane cannot drive; names the lift
+        ├── NoPlanError          not a single lift could be planned
+        ├── SequenceError        no erection sequence satisfies the site file
+        ├── MotionError          a proven path that the crane cannot execute; names the part
         └── VerificationError    a proof failed; nothing was written
 
-Every error carries its evidence as fields, and a message that says what was wrong, where, and what to do.
+Every error carries its evidence as fields. Its message says what is wrong and where; its hint says what to do.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from pathlib import Path
 
 
 class BimvoxError(Exception):
-    """Root of every error that bimvox raises on purpose.
+    """Root of all errors that bimvox raises.
 
     Args:
-        message: What was wrong and where.
-        hint: What the user can do about it, one sentence.
+        message: What is wrong, and where.
+        hint: What to do about it, one sentence.
     """
 
     code = "error"
@@ -51,7 +51,7 @@ class BimvoxError(Exception):
 
 
 class InputError(BimvoxError):
-    """Bad input: the user can mend it."""
+    """Bad input, which the user can correct."""
 
     code = "input"
 
@@ -79,19 +79,19 @@ class MeshError(FileError):
 
 
 class GridFileError(FileError):
-    """A grid file that is damaged, hostile, or not ours."""
+    """A grid file that is damaged, malicious, or not from bimvox."""
 
     code = "grid"
 
 
 class LogFileError(FileError):
-    """A log that is damaged or not ours."""
+    """A log that is damaged or not from bimvox."""
 
     code = "log"
 
 
 class ObstructionFileError(FileError):
-    """An obstruction file that cannot be used; ``key`` names the place inside it."""
+    """An obstruction file that cannot be used; ``key`` is the place in the file."""
 
     code = "obstructions"
 
@@ -101,7 +101,7 @@ class ObstructionFileError(FileError):
 
 
 class ConfigError(InputError):
-    """A site file with an unknown key or an impossible value; ``key`` is the dotted place inside it."""
+    """A site file with an unknown key or an impossible value; ``key`` is the dotted key in the file."""
 
     code = "config"
 
@@ -127,8 +127,8 @@ class GridTooLargeError(InputError):
 
     def __init__(self, cells: int, limit: int, voxel_size_m: float, fitting_voxel_size_m: float) -> None:
         super().__init__(
-            f"a grid of {cells:,} cells at {voxel_size_m:g} m is above the limit of {limit:,}",
-            hint=f"--voxel-size {fitting_voxel_size_m:g} (in a site file: [model] voxel_size_m) would fit",
+            f"a grid of {cells:,} cells at {voxel_size_m:g} m exceeds the limit of {limit:,} cells",
+            hint=f"use --voxel-size {fitting_voxel_size_m:g} (in a site file: [model] voxel_size_m), which fits",
         )
         self.cells = cells
         self.limit = limit
@@ -143,7 +143,7 @@ class SelectionError(InputError):
 
 
 class PolicyError(InputError):
-    """A policy that is missing, damaged, or does not fit the site; ``differs`` says in what."""
+    """A policy that is missing, damaged, or does not fit the site; ``differs`` holds the differences."""
 
     code = "policy"
 
@@ -181,7 +181,7 @@ class PlanningError(BimvoxError):
 
 
 class NoPlanError(PlanningError):
-    """No lift at all could be planned; ``reasons`` maps component id to its reason."""
+    """Not a single lift could be planned; ``reasons`` maps a component's id to the reason."""
 
     code = "no-plan"
 
@@ -191,7 +191,7 @@ class NoPlanError(PlanningError):
 
 
 class SequenceError(PlanningError):
-    """The site file's wishes leave no assembly order; ``cycle`` holds the ids that wait for each other, in order."""
+    """No erection sequence satisfies the site file; ``cycle`` holds the ids that wait for each other, in order."""
 
     code = "no-order"
 
@@ -201,7 +201,7 @@ class SequenceError(PlanningError):
 
 
 class MotionError(PlanningError):
-    """A proven path that the crane cannot drive; ``component`` is the id of the part."""
+    """A proven path that the crane cannot execute; ``component`` is the id of the part."""
 
     code = "motion"
 
@@ -211,7 +211,7 @@ class MotionError(PlanningError):
 
 
 class VerificationError(PlanningError):
-    """A proof failed; ``failures`` lists what, where."""
+    """A proof failed; ``failures`` lists each failure with its place."""
 
     code = "verification"
 

@@ -1,9 +1,9 @@
-"""Machine code on disk, found by everything that it was compiled from.
+"""Machine code on disk, keyed by everything that it was compiled from.
 
-Numba's own cache looks at the file that a function stands in. Machine code also holds the functions that the function
-calls and the constants that it reads, wherever these stand, so an edit elsewhere would leave stale machine code. Here
-the key is the content: the byte code of the kernel and of everything that it calls, and the values that they read. A
-comment or a docstring changes nothing; a constant changes the kernels that read it, and no others.
+Numba's own cache looks only at the file of the function. Machine code also contains the functions that it calls and
+the constants that it reads, from any file, so an edit elsewhere would leave stale machine code. Here the key is the
+content: the byte code of the kernel and of everything that it calls, and the values that they read. A comment or a
+docstring changes nothing; a constant changes only the kernels that read it.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ _SCALARS = (bool, int, float, complex, str, bytes, type(None), np.generic)
 
 
 def cache_folder() -> Path:
-    """Return the folder of the machine code: ``NUMBA_CACHE_DIR``, otherwise the user's cache folder."""
+    """Return the folder of the machine code: ``NUMBA_CACHE_DIR`` if set, otherwise the user's cache folder."""
     named = os.environ.get("NUMBA_CACHE_DIR")
     return Path(named) if named else Path(platformdirs.user_cache_dir("bimvox")) / "kernels"
 
 
 class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
-    """The machine code of one kernel, a file per signature.
+    """The machine code of one kernel, one file per signature.
 
     Args:
         dispatcher: The kernel as numba wraps it.
@@ -66,7 +66,7 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
         return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Store the machine code for a signature; a reader never sees half a file."""
+        """Store the machine code for a signature; the file appears whole or not at all."""
         if not self._is_enabled:
             return
         if any(not lifted.can_cache for lifted in data.lifted) or data.library.has_dynamic_globals:
@@ -78,7 +78,7 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
             file.parent.mkdir(parents=True, exist_ok=True)
             part.write_bytes(dumps(data._reduce()))
             part.replace(file)
-        except OSError:  # no room, or a folder that cannot be written: the kernel is compiled again next time
+        except OSError:  # disk full or folder not writable: the kernel is compiled again next time
             with suppress(OSError):
                 part.unlink()
 
@@ -97,7 +97,7 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
             file.unlink(missing_ok=True)
 
     def _file(self, sig: Any, codegen: Any) -> Path:
-        if self._digest is None:  # on first use: what the kernel calls may stand below it in its module
+        if self._digest is None:  # on first use: the kernel may call functions defined below it
             self._digest = digest_of(self._dispatcher)
         arguments, _ = normalize_signature(sig)
         machine = (codegen.magic_tuple(), numba.__version__, sys.version_info)
@@ -106,7 +106,7 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
 
 
 def digest_of(kernel: Any) -> str:
-    """Return a digest of everything that the machine code of a kernel is made from, its argument types left out.
+    """Return a digest of everything that determines the machine code of a kernel, except its argument types.
 
     Args:
         kernel: A numba dispatcher.
@@ -136,9 +136,9 @@ def digest_of(kernel: Any) -> str:
 
 
 def _read_by(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
-    """Yield names and values of what a function takes from its module and its closure, in a fixed order.
+    """Yield the names and values that a function reads from its module and its closure, in a fixed order.
 
-    Of a module, what the function takes from it: ``samples.SAMPLES``, not ``samples``.
+    For a module, yields the members that the function reads: ``samples.SAMPLES``, not ``samples``.
     """
     names = dict.fromkeys(name for code in _codes(function.__code__) for name in code.co_names)
     for name in names:
@@ -164,7 +164,7 @@ def _codes(code: types.CodeType) -> Iterator[types.CodeType]:
 
 
 def _code(function: types.FunctionType) -> Iterator[bytes]:
-    """Yield what a function does: byte code, names and constants, without docstring and line numbers."""
+    """Yield byte code, names and constants of a function, without docstring and line numbers."""
     for code in _codes(function.__code__):
         constants = [one for one in code.co_consts if not isinstance(one, types.CodeType) and one != function.__doc__]
         yield repr((code.co_code, code.co_names, code.co_varnames, code.co_freevars, constants)).encode()
@@ -172,7 +172,7 @@ def _code(function: types.FunctionType) -> Iterator[bytes]:
 
 
 def _content_of(value: Any, where: str) -> bytes:
-    """Return bytes that differ where a value differs in a way that machine code may hold."""
+    """Return bytes that differ if two values would give different machine code."""
     if isinstance(value, enum.Enum):
         return repr((type(value).__qualname__, value.name, value.value)).encode()
     if isinstance(value, _SCALARS):
@@ -193,7 +193,7 @@ def _content_of(value: Any, where: str) -> bytes:
 
 
 def _fields_of(arguments: tuple[Any, ...]) -> Iterator[tuple[str, ...]]:
-    """Yield class and field names of the named tuples among argument types, which the types' own names leave out."""
+    """Yield the class and field names of named tuples among argument types; the types' own names omit them."""
     for argument in arguments:
         if isinstance(argument, numba.types.BaseTuple):
             yield from _fields_of(tuple(argument))

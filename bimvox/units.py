@@ -1,6 +1,6 @@
-"""Units of length that input files may be written in, and how numbers are named.
+"""The units of length of input files.
 
-Inside bimvox every length is in metres and every angle in radians; names carry their unit
+Inside bimvox, lengths are in metres and angles in radians, and names carry their unit
 (``_m _rad _s _ns _vox _kg``).
 """
 
@@ -19,13 +19,13 @@ METRES_PER_UNIT: dict[str, float] = {
 
 
 def metres_per(unit: str) -> float:
-    """Return how many metres one ``unit`` is.
+    """Return the length of one ``unit`` in metres.
 
     Raises:
-        InputError: If the unit is not known.
+        InputError: If the unit is unknown.
     """
     try:
         return METRES_PER_UNIT[unit]
     except KeyError:
         known = ", ".join(METRES_PER_UNIT)
-        raise InputError(f"unknown unit {unit!r}", hint=f"known units: {known}") from None
+        raise InputError(f"unknown unit {unit!r}", hint=f"use one of {known}") from None

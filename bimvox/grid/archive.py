@@ -1,4 +1,4 @@
-"""A Zarr store as one ZIP file: written member by member, the same byte for byte, and read without trusting it."""
+"""A Zarr store as one ZIP file: deterministic when written, and not trusted when read."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MEMBERS_LIMIT = 100_000
 _END = struct.Struct("<4s4H2LH")
 _END_64_LOCATOR = struct.Struct("<4sLQL")
 _END_64 = struct.Struct("<4sQ2H2L4Q")
-_HINT = "the file is truncated or not a bimvox grid; make it again with: bimvox voxelize MODEL"
+_HINT = "the file is truncated or not a bimvox grid: create it again with bimvox voxelize MODEL"
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _RLE_BLOCK = 1
 
@@ -33,11 +33,11 @@ BROKEN_ZIP = (
     ValueError,
     MemoryError,
 )
-"""What the zip reader raises on bytes that are no zip, or no longer one."""
+"""What the zip reader raises if the bytes are not a ZIP file, or a damaged one."""
 
 
 def write_archive(stream: BinaryIO, members: Iterable[tuple[str, bytes]]) -> None:
-    """Write a ZIP file of these members in their order: stored (chunks are compressed already), with a fixed date."""
+    """Write a ZIP file of these members in their order, stored (chunks are already compressed), with a fixed date."""
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_STORED) as archive:
         for name, data in members:
             info = zipfile.ZipInfo(name, _EPOCH)
@@ -47,14 +47,14 @@ def write_archive(stream: BinaryIO, members: Iterable[tuple[str, bytes]]) -> Non
 
 
 class Archive(Mapping[str, bytes]):
-    """The members of a ZIP file, each read when it is asked for; look at ``size_of`` before.
+    """The members of a ZIP file, each read on access; check ``size_of`` first.
 
     Args:
         stream: The file, which can seek.
         name: Its name, for messages.
 
     Raises:
-        GridFileError: If it is no ZIP file, is damaged, or its members could claim more memory than the file has bytes.
+        GridFileError: If it is not a ZIP file, is damaged, or its members claim more bytes than the file has.
     """
 
     def __init__(self, stream: BinaryIO, name: str) -> None:
@@ -68,14 +68,16 @@ class Archive(Mapping[str, bytes]):
         entries = [info for info in self._zip.infolist() if not info.is_dir()]
         for info in entries:
             if info.compress_type != zipfile.ZIP_STORED or info.compress_size != info.file_size or info.flag_bits & 1:
-                raise GridFileError(name, f"{info.filename}: must be stored in the ZIP, not compressed or encrypted")
+                raise GridFileError(
+                    name, f"{info.filename}: must be stored in the ZIP file, not compressed or encrypted"
+                )
             if "\\" in info.orig_filename or any(step in ("", ".", "..") for step in info.filename.split("/")):
-                raise GridFileError(name, f"{info.filename!r}: not the name of a member of a Zarr store")
+                raise GridFileError(name, f"{info.filename!r}: not a valid name in a Zarr store")
         if sum(info.file_size for info in entries) > size:
             raise GridFileError(name, "its members claim more bytes than the file has")
         self._entries = {info.filename: info for info in entries}
         if len(self._entries) < len(entries):
-            raise GridFileError(name, "the ZIP has two members of the same name")
+            raise GridFileError(name, "two members of the ZIP file have the same name")
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._entries)
@@ -94,12 +96,12 @@ class Archive(Mapping[str, bytes]):
             raise GridFileError(self._name, f"{key}: cannot be read from the ZIP ({error})", hint=_HINT) from error
 
     def size_of(self, key: str) -> int:
-        """Return the bytes of a member, without reading it."""
+        """Return the size of a member in bytes, without reading it."""
         return self._entries[key].file_size
 
 
 def _check_directory_size(stream: BinaryIO, size: int, name: str) -> None:
-    """Refuse a directory that would take much memory, where Python's reader would read it whole."""
+    """Refuse a directory that would take much memory; Python's reader reads it whole."""
     stream.seek(max(0, size - _END.size - _END_64_LOCATOR.size))
     tail = stream.read()
     if len(tail) < _END.size:
@@ -119,10 +121,10 @@ def _check_directory_size(stream: BinaryIO, size: int, name: str) -> None:
 
 
 def zstd_content_size(chunk: bytes) -> int:
-    """Return how many bytes a Zstandard chunk will take, from its header, before it is decompressed (RFC 8878).
+    """Return the decompressed size of a Zstandard chunk in bytes, from its header (RFC 8878).
 
     Raises:
-        ValueError: If it is not exactly one whole frame that states its size.
+        ValueError: If it is not exactly one complete frame that states its size.
     """
     if len(chunk) < 6 or chunk[:4] != _ZSTD_MAGIC:
         raise ValueError("not a Zstandard frame")

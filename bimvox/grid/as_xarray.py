@@ -24,7 +24,7 @@ def dataset_of(grid: VoxelGrid) -> xarray.Dataset:
     owners = grid.owners.dense()
     cells = np.arange(max(grid.shape))
     centres_m = grid.frame.centre_of(np.column_stack([cells, cells, cells]))
-    values = {"labels": grid.labels_of(owners), "owners": owners}
+    values = {"labels": grid.label_table[owners + 1], "owners": owners}
     coordinates = {name: centres_m[: grid.shape[axis], axis] for axis, name in enumerate(AXES)}
     return xarray.Dataset(
         {name: (AXES, array, dict(ARRAYS[name].attributes)) for name, array in values.items()},

@@ -1,4 +1,4 @@
-"""The attributes of a grid file's group: format, frame, source, and the table of parts."""
+"""The attributes of a grid file's group: format, frame, source and the table of parts."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from bimvox.grid.labels import Label
 from bimvox.grid.layout import FORMAT, VERSION, array_document
 from bimvox.grid.voxel_grid import Part, VoxelGrid
 
-_AGAIN = "make the grid again with: bimvox voxelize MODEL"
+_AGAIN = "create the grid again with bimvox voxelize MODEL"
 
 
 def group_document(grid: VoxelGrid, shapes: Mapping[str, tuple[int, ...]]) -> dict[str, Any]:
-    """Return the metadata of the group (``zarr.json``), with those of its arrays of these shapes."""
+    """Return the metadata of the group (``zarr.json``), including those of its arrays with these shapes."""
     attributes = {
         "Conventions": "CF-1.11",
         "format": FORMAT,
@@ -31,7 +31,7 @@ def group_document(grid: VoxelGrid, shapes: Mapping[str, tuple[int, ...]]) -> di
         "georeference": dict(sorted(grid.georeference.items())),
         "parts": [dataclasses.asdict(part) | {"label": int(part.label)} for part in grid.parts],
     }
-    # Not in the Zarr specification, yet what zarr and xarray look for first: one document to read instead of eleven.
+    # Not in the Zarr specification, but zarr and xarray look for it first: one document instead of eleven.
     consolidated = {
         "kind": "inline",
         "must_understand": False,
@@ -60,18 +60,24 @@ def checked_attributes(document: Mapping[str, Any], name: str) -> Attributes:
     """Return the attributes of a group's metadata.
 
     Raises:
-        GridFileError: Naming the key that is wrong.
+        GridFileError: If a key is wrong; the error names it.
     """
     attributes = document.get("attributes")
     if document.get("zarr_format") != 3 or document.get("node_type") != "group" or not isinstance(attributes, dict):
         raise GridFileError(name, "zarr.json: must be a Zarr v3 group with attributes")
     if attributes.get("format") != FORMAT:
-        raise GridFileError(name, f"format: must be {FORMAT!r}", hint="this Zarr file was not made by bimvox")
+        raise GridFileError(
+            name,
+            f"format: must be {FORMAT!r}",
+            hint="this Zarr file is not from bimvox; name a grid made by bimvox voxelize",
+        )
     version = attributes.get("version")
     if version != VERSION or isinstance(version, bool):
         older = isinstance(version, int) and version < VERSION
-        hint = f"it was made by an older bimvox; {_AGAIN}" if older else f"update bimvox, or {_AGAIN}"
-        raise GridFileError(name, f"version: {version!r} cannot be read, {VERSION} is known", hint=hint)
+        hint = f"it is from an older bimvox: {_AGAIN}" if older else f"update bimvox, or {_AGAIN}"
+        raise GridFileError(
+            name, f"version: {version!r} cannot be read; this bimvox reads version {VERSION}", hint=hint
+        )
     if attributes.get("unit") != "m":
         raise GridFileError(name, "unit: must be 'm'")
     size = attributes.get("voxel_size_m")
@@ -114,9 +120,9 @@ def _parts(attributes: Mapping[str, Any], name: str) -> tuple[Part, ...]:
         if unknown := sorted(set(row) - known):
             raise GridFileError(name, f"parts[{index}].{unknown[0]}: unknown key")
         if row.get("label") not in list(Label):
-            raise GridFileError(name, f"parts[{index}].label: {row.get('label')!r} is no label")
+            raise GridFileError(name, f"parts[{index}].label: {row.get('label')!r} is not a label")
     try:
-        # As JSON, because strict checking of Python values wants the dataclass and the enumeration themselves.
+        # As JSON: strict checking of Python values accepts only instances of the dataclass and the enumeration.
         parts = TypeAdapter(list[Part]).validate_json(json.dumps(rows), strict=True)
     except ValidationError as error:
         first = error.errors()[0]
@@ -126,7 +132,7 @@ def _parts(attributes: Mapping[str, Any], name: str) -> tuple[Part, ...]:
 
 
 def _is_number(value: Any) -> TypeGuard[float]:
-    """Whether it is a finite number; whole ones of JSON may be too large for a float."""
+    """Return whether a value is a finite number; whole numbers in JSON may be too large for a float."""
     if not isinstance(value, int | float) or isinstance(value, bool):
         return False
     return abs(value) < 1e300 and not math.isnan(value)

@@ -1,8 +1,7 @@
-"""A large grid of part numbers in bricks: memory follows what is there, not the box around it.
+"""The owners of a large grid in bricks: memory grows with the parts, not with the box around them.
 
-Bricks of 8 x 8 x 8 cells that hold one value throughout (air, the inside of a part) take four bytes; only the others
-are stored cell by cell. A value is one more than the index of the owning part, 0 for none, in the narrowest unsigned
-type that holds it.
+A brick of 8 x 8 x 8 cells with one value throughout (air, the inside of a part) takes four bytes; the others are stored
+cell by cell. A value is the index of the owner plus one, 0 for none, in the narrowest unsigned type that holds it.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.grid import brick_kernels as kernels
-from bimvox.grid.brick_kernels import BRICK as BRICK  # part of this module, too
+from bimvox.grid.brick_kernels import BRICK as BRICK  # re-exported
 
 NO_OWNER = -1
 """Owner of a cell that no part meets."""
@@ -29,7 +28,7 @@ class Bricks:
         shape: (X, Y, Z) cells.
         index: (ceil(X / 8), ceil(Y / 8), ceil(Z / 8)) int32. From 0: the row of ``cells``. Below 0: every cell of the
             brick has the owner ``-2 - index`` (so -1 is a brick of air).
-        cells: (N, 8, 8, 8) uint8, uint16 or uint32: owner + 1, 0 for none. Cells of a brick beyond the grid are 0.
+        cells: (N, 8, 8, 8) uint8, uint16 or uint32: owner + 1, 0 for none. Cells outside the grid are 0.
     """
 
     shape: tuple[int, int, int]
@@ -53,7 +52,7 @@ class Bricks:
         return self.index.nbytes + self.cells.nbytes
 
     def box(self, low: ArrayLike, high: ArrayLike) -> NDArray[np.int32]:
-        """Return the owners of the half-open box [low, high) as a dense int32 array; it must lie inside the grid."""
+        """Return the owners of the half-open box [low, high), which lies inside the grid, as a dense int32 array."""
         start, shape = self._inside(low, high)
         out = np.empty(shape, np.int32)
         kernels.read_owners(self.index, self.cells, start, out)
@@ -72,7 +71,7 @@ class Bricks:
         return self.mapped_box((0, 0, 0), self.shape, table)
 
     def dense(self) -> NDArray[np.int32]:
-        """Return all owners, (X, Y, Z) int32; needs four bytes a cell."""
+        """Return all owners, (X, Y, Z) int32; takes four bytes per cell."""
         return self.box((0, 0, 0), self.shape)
 
     def slabs(self) -> Iterator[tuple[int, NDArray[np.int32]]]:
@@ -99,7 +98,7 @@ class Bricks:
             yield low, out
 
     def at(self, cells: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Return the owners of single cells, (N, 3) int32 -> (N,) int32; they must lie inside the grid."""
+        """Return the owners of cells inside the grid: (N, 3) int32 -> (N,) int32."""
         if len(cells) and (cells.min() < 0 or np.any(cells.max(axis=0) >= self.shape)):
             raise IndexError(f"a cell is not inside {self.shape}")
         out = np.empty(len(cells), np.int32)
@@ -108,11 +107,11 @@ class Bricks:
 
     @property
     def highest(self) -> int:
-        """The highest owner of a cell, ``NO_OWNER`` where all is air."""
+        """The highest owner of a cell; ``NO_OWNER`` if all cells are air."""
         return max(int(self.cells.max(initial=0)) - 1, -2 - int(self.index.min(initial=-1)))
 
     def counts(self, parts: int) -> NDArray[np.int64]:
-        """Return how many cells every part owns, (parts + 1,) int64: that of part n at n + 1, air at 0."""
+        """Return the number of cells that each part owns, (parts + 1,) int64: part n at n + 1, air at 0."""
         counts = np.zeros(max(parts, self.highest + 1) + 1, np.int64)
         kernels.count_owners(self.index, self.cells, self.shape, counts)
         return counts
@@ -126,11 +125,11 @@ class Bricks:
 
 
 class BrickBuilder:
-    """Collects dense boxes of owners into bricks, so that the whole is never dense.
+    """Collects dense boxes of owners into bricks; the whole grid is never dense in memory.
 
     Args:
-        shape: (X, Y, Z) cells of the grid; all air at first.
-        parts: How many parts there are: the widest owner decides the type of the cells.
+        shape: (X, Y, Z) cells of the grid; initially all air.
+        parts: Number of parts, which decides the type of the cells.
     """
 
     def __init__(self, shape: tuple[int, ...], parts: int) -> None:
@@ -141,10 +140,10 @@ class BrickBuilder:
         self._clear()
 
     def enter(self, low: tuple[int, int, int], owners: NDArray[np.int32]) -> None:
-        """Enter a box that starts at the cell ``low`` and holds whole bricks, or ends with the grid; each brick once.
+        """Enter a box that starts at the cell ``low``; each brick only once.
 
         Raises:
-            ValueError: If an owner is none of the parts, or the box does not fit the bricks.
+            ValueError: If an owner is not one of the parts, or the box does not consist of whole bricks.
         """
         high = [start + size for start, size in zip(low, owners.shape, strict=True)]
         for start, stop, size in zip(low, high, self._shape, strict=True):
@@ -158,7 +157,7 @@ class BrickBuilder:
         self._rows = rows
 
     def bricks(self) -> Bricks:
-        """Return what was entered; the builder is empty afterwards."""
+        """Return the bricks; the builder is empty afterwards."""
         self._cells.resize((self._rows, BRICK, BRICK, BRICK), refcheck=False)
         made = Bricks(self._shape, self._index, self._cells)
         self._clear()

@@ -1,4 +1,4 @@
-"""What the tables of a grid must say about its cells, so that a file cannot contradict itself."""
+"""Checks that the tables of a grid agree with its cells."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bimvox.grid.voxel_grid import VoxelGrid
 
 
 def contradiction(grid: VoxelGrid) -> str | None:
-    """Return what is wrong in the tables of a grid, beginning with the table's name; None where all is well.
+    """Return what is wrong in the tables of a grid, beginning with the table's name; None if all agree.
 
     The table of shared cells is sorted by cell, then part; the owner of such a cell is one of its rows, none of which
     has a larger share. The boxes of a part hold as many cells as it owns and shares, and all those that it owns.

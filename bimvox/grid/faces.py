@@ -1,4 +1,4 @@
-"""The outer faces of the parts of a grid, in large rectangles."""
+"""The outer faces of a grid's parts, as large rectangles."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from bimvox.grid.voxel_grid import VoxelGrid
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartFaces:
-    """Closed surface of the cells of one part; large rectangles meet without shared vertices along their edges.
+    """The closed surface of one part's cells. Rectangles may meet along an edge without sharing all its vertices.
 
     Attributes:
-        part: Its index in the grid's table.
+        part: Index of the part in the grid's table.
         corners: (V, 3) int32, corners of cells: (i, j, k) is the lowest corner of that cell.
         quads: (Q, 4) int32 indices into ``corners``, counter-clockwise seen from outside.
     """
@@ -37,8 +37,8 @@ class PartFaces:
 def outer_faces(grid: VoxelGrid) -> Iterator[PartFaces]:
     """Yield the outer faces of every part, in the order of the table.
 
-    A part is drawn by the cells that it owns, so that no two parts' cells overlap; a part that owns none, because
-    others fill more of all its cells, by the cells that it meets.
+    A part is drawn by the cells that it owns, so that no two parts overlap. A part that owns no cell, because others
+    fill more of each, is drawn by the cells that it meets.
     """
     owners, corners = _rectangles(grid.shape, lambda low, high: grid.owners.box(low, high))
     order = np.argsort(owners, kind="stable")
@@ -62,7 +62,7 @@ def _met_faces(grid: VoxelGrid, part: int) -> PartFaces:
 
 
 def _joined(part: int, corners: NDArray[np.int32]) -> PartFaces:
-    """Give rectangles that meet in a corner the same vertex."""
+    """Merge the vertices of rectangles that meet in a corner."""
     if not len(corners):
         return PartFaces(part, np.empty((0, 3), np.int32), np.empty((0, 4), np.int32))
     low = corners.min(axis=(0, 1))
@@ -115,7 +115,7 @@ def _placed(rows: NDArray[np.int32], axis: int, plane: int, across: list[int], f
 
 @kernel
 def _expose(inside: NDArray[np.int32], outside: NDArray[np.int32], mask: NDArray[np.int32]) -> int:
-    """Set ``mask`` to the owner inside where another is outside, else -1; return how many cells that are."""
+    """Set ``mask`` to the owner inside if a different one is outside, otherwise to -1; return the number of faces."""
     count = 0
     for u in range(inside.shape[0]):
         for v in range(inside.shape[1]):
@@ -129,7 +129,7 @@ def _expose(inside: NDArray[np.int32], outside: NDArray[np.int32], mask: NDArray
 
 @kernel
 def _merge(mask: NDArray[np.int32], rows: NDArray[np.int32]) -> int:
-    """Cut ``mask`` into rectangles of one owner, greedily along v, then u; it is -1 throughout afterwards."""
+    """Cut ``mask`` into rectangles of one owner, greedily along v, then u; afterwards all of it is -1."""
     count = 0
     for u in range(mask.shape[0]):
         v = 0
@@ -149,7 +149,9 @@ def _merge(mask: NDArray[np.int32], rows: NDArray[np.int32]) -> int:
                         grows = False
                         break
                 u1 += grows
-            mask[u:u1, v:v1] = -1
+            for x in range(u, u1):
+                for y in range(v, v1):
+                    mask[x, y] = -1
             rows[count, 0], rows[count, 1], rows[count, 2], rows[count, 3], rows[count, 4] = owner, u, v, u1, v1
             count += 1
             v = v1

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-# Rounding noise, as a share of a cell: a coordinate this close below a cell border counts as on it, because sizes like
+# Rounding error, as a share of a cell: a coordinate this close below a cell border counts as on it, because sizes like
 # 0.1 m have no exact binary value.
 _SNAP = 1e-6
 
@@ -39,7 +39,7 @@ class GridFrame:
         return self.corner_of(np.asarray(cells, dtype=np.float64) + 0.5)
 
     def cells_over(self, low_m: ArrayLike, high_m: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the half-open cell box [low, high) that covers the metre box, borders not spilling over."""
+        """Return the half-open cell box [low, high) that covers a box in metres, without spilling over borders."""
         scaled = (np.asarray(high_m, dtype=np.float64) - np.array(self.origin_m)) / self.voxel_size_m
         low = self.cell_of(low_m)
         return low, np.maximum(np.ceil(scaled - _SNAP).astype(np.int64), low + 1)

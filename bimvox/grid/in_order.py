@@ -1,4 +1,4 @@
-"""Work done by several threads, its results in order."""
+"""Work by several threads, with the results in order."""
 
 from __future__ import annotations
 
@@ -12,15 +12,19 @@ R = TypeVar("R")
 
 
 def in_order(function: Callable[[T], R], items: Iterable[T], threads: int) -> Iterator[R]:
-    """Yield ``function`` of every item in their order, a few ahead of what is asked for, so that memory stays small."""
+    """Yield ``function`` of every item, in order; at most two results per thread wait in memory."""
     if threads <= 1:
         yield from map(function, items)
         return
     with ThreadPoolExecutor(threads) as pool:
         waiting: deque[Future[R]] = deque()
-        for item in items:
-            waiting.append(pool.submit(function, item))
-            if len(waiting) >= 2 * threads:
+        try:
+            for item in items:
+                waiting.append(pool.submit(function, item))
+                if len(waiting) >= 2 * threads:
+                    yield waiting.popleft().result()
+            while waiting:
                 yield waiting.popleft().result()
-        for last in waiting:
-            yield last.result()
+        finally:
+            for future in waiting:
+                future.cancel()

@@ -1,4 +1,4 @@
-"""What a cell is: one label per cell."""
+"""The labels of cells."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from enum import IntEnum
 class Label(IntEnum):
     """The label of a cell; fits uint8.
 
-    ``voxelize`` knows AIR, GROUND, STRUCTURE and COMPONENT; the areas (on the slab's layer) and obstructions are
-    painted when the site is built.
+    ``voxelize`` sets AIR, GROUND, STRUCTURE and COMPONENT; the areas (in the slab's layer) and obstructions are set
+    when the site is built.
     """
 
     AIR = 0

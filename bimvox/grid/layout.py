@@ -1,6 +1,6 @@
-"""What a grid file holds: the arrays of the Zarr group, as they are written and as they must be found.
+"""The layout of a grid file: the arrays of the Zarr group, as they are written and as they are checked.
 
-Zarr v3 with regular chunks, each one little-endian and compressed with Zstandard (https://zarr-specs.readthedocs.io).
+Zarr v3 with regular chunks, each little-endian and compressed with Zstandard (https://zarr-specs.readthedocs.io).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SUFFIX = ".zarr.zip"
 
 AXES = ("x", "y", "z")
 TABLE_ROWS_LIMIT = 100_000_000
-"""Most rows of the tables of shared cells and of boxes that are read."""
+"""Most rows of the tables of shared cells and boxes that are read."""
 
 _CELL_CHUNK = 64
 _ROW_CHUNK = 1 << 16
@@ -82,7 +82,7 @@ _FIXED = {"axis": 3, "corner": 6}
 
 
 def chunk_shape(rule: ArrayRule, shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the shape of an array's chunks: 64 cells each way, more along the others where the grid is thin."""
+    """Return the shape of an array's chunks: 64 cells each way, more along the others if the grid is thin."""
     if rule.dimensions != AXES:
         return (min(_ROW_CHUNK, max(shape[0], 1)), *shape[1:])
     edges = [_CELL_CHUNK] * 3
@@ -170,7 +170,9 @@ def read_json(archive: Archive, key: str, name: str) -> dict[str, Any]:
         GridFileError: If it is missing, far too long, or no JSON object.
     """
     if key not in archive:
-        raise GridFileError(name, f"{key}: missing", hint="this is no bimvox grid, or it was cut short")
+        raise GridFileError(
+            name, f"{key}: missing", hint="not a bimvox grid, or truncated: create it again with bimvox voxelize MODEL"
+        )
     if archive.size_of(key) > (_ARRAY_BYTES_LIMIT if "/" in key else _GROUP_BYTES_LIMIT):
         raise GridFileError(name, f"{key}: {archive.size_of(key):,} bytes are too many")
     try:
@@ -191,7 +193,7 @@ def check_arrays(archive: Archive, name: str, cell_limit: int) -> dict[str, tupl
     shapes = {key: _check_array(archive, key, name) for key in ARRAYS}
     cells = math.prod(shapes["labels"])
     if not 0 < cells <= cell_limit:
-        raise GridFileError(name, f"labels: {cells:,} cells are declared; 1 to {cell_limit:,} are allowed")
+        raise GridFileError(name, f"labels: declares {cells:,} cells; 1 to {cell_limit:,} are allowed")
     lengths = dict(_FIXED)
     for key, rule in ARRAYS.items():
         for dimension, length in zip(rule.dimensions, shapes[key], strict=True):
@@ -199,7 +201,7 @@ def check_arrays(archive: Archive, name: str, cell_limit: int) -> dict[str, tupl
                 raise GridFileError(name, f"{key}: {dimension} is {length}, elsewhere {lengths[dimension]}")
     for key, rule in ARRAYS.items():
         if rule.dimensions[0] not in AXES and shapes[key][0] > TABLE_ROWS_LIMIT:
-            raise GridFileError(name, f"{key}: {shapes[key][0]:,} rows; {TABLE_ROWS_LIMIT:,} are allowed")
+            raise GridFileError(name, f"{key}: {shapes[key][0]:,} rows; at most {TABLE_ROWS_LIMIT:,} are allowed")
     for key, shape in shapes.items():
         _check_chunks(archive, key, shape, name)
     return shapes
@@ -260,7 +262,7 @@ def _sizes(value: object, length: int, place: str, name: str) -> tuple[int, ...]
 
 
 def _refuse(constant: str) -> None:
-    raise ValueError(f"{constant} is no number")
+    raise ValueError(f"{constant} is not a number")
 
 
 def _short(value: object) -> str:

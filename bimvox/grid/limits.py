@@ -1,9 +1,9 @@
-"""How large a grid may be."""
+"""The limit on the size of a grid."""
 
 from __future__ import annotations
 
 CELL_LIMIT = 500_000_000
-"""Most cells that a grid is made with, or read with, unless the caller allows more.
+"""Most cells of a grid that is created or read, unless the caller allows more.
 
-In bricks an office takes about 0.4 bytes a cell, a grid that is different in every cell 1 to 4.
+In bricks an office takes about 0.4 bytes per cell; a grid that differs in every cell takes 1 to 4.
 """

@@ -1,4 +1,4 @@
-"""All the cells that a part meets: the ones it owns, and the ones it shares with a part that fills more of them."""
+"""All the cells that a part meets: those that it owns, and those that belong to a part that fills more of them."""
 
 from __future__ import annotations
 

@@ -11,7 +11,6 @@ Written and read chunk by chunk: the cells are never dense as a whole.
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Iterator, Mapping
 from typing import Any, BinaryIO
@@ -49,30 +48,23 @@ def write_grid(grid: VoxelGrid, stream: BinaryIO, *, threads: int = 1) -> None:
     """Write a grid as a ``.zarr.zip`` file; equal grids give equal bytes.
 
     Args:
-        grid: What to write.
-        stream: Where to.
-        threads: How many chunks are compressed at the same time; the bytes do not depend on it.
+        grid: The grid.
+        stream: Where to write it.
+        threads: Number of chunks compressed in parallel; the bytes do not depend on it.
     """
     write_archive(stream, _members(grid, threads))
 
 
-def grid_to_bytes(grid: VoxelGrid) -> bytes:
-    """Return a grid as the bytes of a ``.zarr.zip`` file; see :func:`write_grid`."""
-    stream = io.BytesIO()
-    write_grid(grid, stream)
-    return stream.getvalue()
-
-
 def read_grid(stream: BinaryIO, name: str, *, cell_limit: int = CELL_LIMIT) -> VoxelGrid:
-    """Return the grid that a ``.zarr.zip`` file holds, refusing damaged and hostile files before memory is spent.
+    """Return the grid of a ``.zarr.zip`` file; damaged and malicious files are refused before memory is allocated.
 
     Args:
         stream: The file, which can seek.
         name: Its name, for messages.
-        cell_limit: Largest number of cells to accept.
+        cell_limit: Most cells that are accepted.
 
     Raises:
-        GridFileError: Naming the key that is wrong.
+        GridFileError: If a key is wrong; the error names it.
     """
     archive = Archive(stream, name)
     attributes = checked_attributes(read_json(archive, "zarr.json", name), name)
@@ -96,11 +88,6 @@ def read_grid(stream: BinaryIO, name: str, *, cell_limit: int = CELL_LIMIT) -> V
     return grid
 
 
-def grid_from_bytes(data: bytes, name: str, *, cell_limit: int = CELL_LIMIT) -> VoxelGrid:
-    """Return the grid that the bytes of a ``.zarr.zip`` file hold; see :func:`read_grid`."""
-    return read_grid(io.BytesIO(data), name, cell_limit=cell_limit)
-
-
 def _members(grid: VoxelGrid, threads: int) -> Iterator[Member]:
     tables = _tables(grid)
     shapes = {key: tables[key].shape if key in tables else grid.shape for key in ARRAYS}
@@ -118,7 +105,7 @@ def _members(grid: VoxelGrid, threads: int) -> Iterator[Member]:
 
 
 def _cell_chunks(grid: VoxelGrid, low: tuple[int, ...], labels: str, owners: str) -> list[Member]:
-    """Return the chunks of labels and owners of one place, none where all is air."""
+    """Return the chunks of labels and owners at one place; none if all cells are air."""
     high = np.minimum(np.array(low) + chunk_shape(ARRAYS["owners"], grid.shape), grid.shape)
     values = grid.owners.box(low, high)
     if values.max() == NO_OWNER:
@@ -131,7 +118,7 @@ def _cell_chunks(grid: VoxelGrid, low: tuple[int, ...], labels: str, owners: str
 
 
 def _read_owners(archive: Archive, shape: tuple[int, ...], labels: NDArray[np.uint8], name: str) -> Bricks:
-    """Return the owners, chunk by chunk; the labels, which follow from them, must say the same."""
+    """Return the owners, chunk by chunk; the labels, which follow from them, must agree."""
     builder = BrickBuilder(shape, len(labels) - 1)
     sizes = chunk_shape(ARRAYS["owners"], shape)
     for (kinds, low), (owners, _) in zip(chunk_keys("labels", shape), chunk_keys("owners", shape), strict=True):
@@ -148,7 +135,7 @@ def _read_owners(archive: Archive, shape: tuple[int, ...], labels: NDArray[np.ui
             found = np.zeros(values.shape, np.uint8) if found is None else np.ascontiguousarray(found)
             agree = kernels.labels_agree(values, found, labels)
         if not agree:
-            raise GridFileError(name, f"{kinds}: labels are not those of the owners' parts")
+            raise GridFileError(name, f"{kinds}: the labels do not match the owners")
     return builder.bricks()
 
 
@@ -168,7 +155,7 @@ def _check_coordinates(archive: Archive, frame: GridFrame, shapes: Mapping[str, 
 
 
 def _tables(grid: VoxelGrid) -> dict[str, NDArray[Any]]:
-    """Return all arrays but those of the cells."""
+    """Return all arrays except labels and owners."""
     return {
         **{axis: _centres(grid.frame, n, grid.shape[n]) for n, axis in enumerate(AXES)},
         "shared_cells": grid.shared_cells,

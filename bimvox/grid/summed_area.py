@@ -30,14 +30,14 @@ def summed_area_table(occupied: NDArray[np.bool_]) -> NDArray[np.int32]:
 def update_table(
     table: NDArray[np.int32], top: NDArray[np.int32], counts: NDArray[np.uint16], x0: int, y0: int, z0: int
 ) -> None:
-    """Bring a summed-area table and the height map of its columns up to date, in place.
+    """Update a summed-area table and the height map of its columns, in place.
 
-    Only entries beyond the lowest changed cell differ: the fewer, the nearer it is to the grid's far corner.
+    Only entries beyond the lowest changed cell change: the nearer it is to the grid's far corner, the fewer.
 
     Args:
-        table: (X + 1, Y + 1, Z + 1) int32, right for all cells below (x0, y0, z0).
-        top: (X, Y) int32, right for all columns before x0 or before y0.
-        counts: (X, Y, Z) uint16, a cell is occupied where it is not 0.
+        table: (X + 1, Y + 1, Z + 1) int32, correct for all cells below (x0, y0, z0).
+        top: (X, Y) int32, correct for all columns before x0 or before y0.
+        counts: (X, Y, Z) uint16; a cell is occupied if its count is not 0.
         x0: No cell with a smaller x changed.
         y0: No cell with a smaller y changed.
         z0: No cell with a smaller z changed.
@@ -75,7 +75,7 @@ def box_sum(table: NDArray[np.int32], x0: int, y0: int, z0: int, x1: int, y1: in
 
 @kernel
 def top_of_columns(occupied: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """Return the (X, Y) int32 height map: one above the highest occupied cell of each column, 0 where it is empty."""
+    """Return the (X, Y) int32 height map: one above the highest occupied cell of each column, 0 if it is empty."""
     nx, ny, nz = occupied.shape
     top = np.zeros((nx, ny), np.int32)
     for i in range(nx):

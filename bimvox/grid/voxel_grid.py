@@ -1,4 +1,4 @@
-"""A voxelized building: labels, owners, and what each part fills."""
+"""A voxelized building: owners, labels, and the cells of each part."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ class Part:
         mass_kg: Its mass.
         mass_source: ``quantity``, ``density`` (of its material) or ``default`` (2400 kg/m3).
         fill: How its interior was found (``winding``, ``vote``, ``surface`` ...).
-        type_name: Name of its IFC type, or None.
-        storey: Name of its storey, or None.
-        material: Name of its material, or None.
+        type_name: Name of its IFC type, if any.
+        storey: Name of its storey, if any.
+        material: Name of its material, if any.
     """
 
     id: str
@@ -60,17 +60,17 @@ class VoxelGrid:
 
     Attributes:
         frame: Metres to cells.
-        owners: Index into ``parts`` of every cell, ``NO_OWNER`` where it is air. A cell met by several parts belongs to
-            the one that fills most of it (ties: the lower index). A cell's label is its owner's.
+        owners: Index into ``parts`` for every cell; ``NO_OWNER`` for air. A cell that several parts meet belongs to the
+            one that fills most of it (in a tie, to the lower index). A cell has its owner's label.
         parts: The table of parts.
-        shared_cells: (S, 3) int32, one row per (cell, part) overlap of every cell that several parts meet.
+        shared_cells: (S, 3) int32, for every cell that several parts meet, one row per part.
         shared_parts: (S,) int32, the part of that row.
-        shared_fractions: (S,) float32, the share of the cell that the part fills, 0..1.
-        boxes: (B, 6) int32, disjoint half-open boxes ``x0 y0 z0 x1 y1 z1`` of cells; the boxes of a part are all the
-            cells that it meets.
+        shared_fractions: (S,) float32, the share of the cell that this part fills, 0..1.
+        boxes: (B, 6) int32, disjoint half-open boxes ``x0 y0 z0 x1 y1 z1`` of cells; the boxes of a part cover all
+            the cells that it meets.
         box_parts: (B,) int32, the part of that row, ascending.
         source: Plain values about the source (``name``, ``sha256``, ``format``, ``unit`` ...).
-        origin_m: (3,) what was subtracted from the source's world coordinates, metres.
+        origin_m: (3,) offset subtracted from the source's world coordinates, metres.
         georeference: Map conversion of the source, if any, as plain values (``eastings_m``, ``crs`` ...).
     """
 
@@ -91,21 +91,17 @@ class VoxelGrid:
         """(X, Y, Z)."""
         return self.owners.shape
 
-    def labels_of(self, owners: NDArray[np.int32]) -> NDArray[np.uint8]:
-        """Return the labels of cells with these owners, same shape, uint8."""
-        return self.label_table[owners + 1]
-
     @property
     def label_table(self) -> NDArray[np.uint8]:
         """(parts + 1,) uint8: the label of a cell by its owner + 1, air first."""
         return np.array([Label.AIR, *(part.label for part in self.parts)], np.uint8)
 
     def fill_fraction(self, part: Part) -> float:
-        """Return the share of the cells that a part meets which its solid fills, 0..1."""
+        """Return the share of a part's cells that its solid fills, 0..1."""
         return min(1.0, part.solid_volume_m3 / (part.cells * self.frame.voxel_size_m**3)) if part.cells else 0.0
 
     def counts(self) -> dict[str, int]:
-        """Return the number of cells of every label, air included, by the label's name in lower case."""
+        """Return the number of cells by label name in lower case, including air."""
         cells = np.bincount(self.label_table, self.owners.counts(len(self.parts)), len(Label))
         return {label.name.lower(): int(cells[label]) for label in Label if cells[label] or label is Label.AIR}
 

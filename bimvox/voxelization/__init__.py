@@ -1,1 +1,1 @@
-"""Voxelizing: surface, interior and ownership of cells."""
+"""Voxelizing: the surface, the interior and the owners of cells."""

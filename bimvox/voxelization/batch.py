@@ -1,87 +1,44 @@
-"""Many parts in one call: what most parts need, without a step of the interpreter for each.
+"""Many parts in one compiled call.
 
-A part whose mesh is closed is filled by winding (``solid.py``), and that is done here for a whole batch. The parts that
-are left (open meshes, shells inside out, too large, coordinates that cannot be used) are told, and go one by one
-through ``part.voxelize_mesh``, which gives the same for every part that is done here.
+Parts with closed meshes are filled by winding (``solid.py``), a whole batch at a time. The batch tells which parts are
+left (open meshes, inverted shells, too large, unusable coordinates): these go one by one through
+``part.voxelize_mesh``, which gives the same result for every part that is done here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.voxelization.bits import set_run
+from bimvox.voxelization.bits import CellPlanes, set_run
 from bimvox.voxelization.columns import HEIGHT_LIMIT
-from bimvox.voxelization.lattice import cell_of_middle, lattice_bounds_of, part_triangles, tolerance_vox
+from bimvox.voxelization.lattice import cell_of_middle, part_triangles, tolerance_vox
+from bimvox.voxelization.meshes import Meshes
 from bimvox.voxelization.run_boxes import boxes_of_runs
-from bimvox.voxelization.runs import filled_of, longer_runs, longer_shares, write_runs
+from bimvox.voxelization.runs import Runs, filled_of, longer, write_runs
 from bimvox.voxelization.samples import sample_lines
 from bimvox.voxelization.solid import covers_once, wind
 from bimvox.voxelization.sweep import FULL
 
-_TRIANGLES = 1 << 14
-_COLUMNS = 1 << 17
-"""A batch is full when it has so many triangles, or columns of cells in its parts' boxes, but for repeats."""
+# The planes of a part with so many words are large.
 _LARGE_WORDS = 1 << 17
-"""Planes of so many words are large."""
-_PARTS = 1 << 12
-"""Or so many parts, repeats among them."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Meshes:
-    """Several meshes in one set of arrays.
-
-    Attributes:
-        vertices_m: (V, 3) float64.
-        faces: (F, 3) int32, into the vertices of their own mesh.
-        vertex_starts: (P + 1,) int64, the first vertex of each mesh, and the number of vertices.
-        face_starts: (P + 1,) int64, the first face of each mesh, and the number of faces.
-    """
-
-    vertices_m: NDArray[np.float64]
-    faces: NDArray[np.int32]
-    vertex_starts: NDArray[np.int64]
-    face_starts: NDArray[np.int64]
-
-    @classmethod
-    def of(cls, meshes: Sequence[TriangleMesh]) -> Meshes:
-        """Put meshes one after the other."""
-        vertices = [mesh.vertices_m for mesh in meshes]
-        faces = [mesh.faces for mesh in meshes]
-        starts = np.zeros((2, len(meshes) + 1), np.int64)
-        np.cumsum([len(rows) for rows in vertices], out=starts[0, 1:])
-        np.cumsum([len(rows) for rows in faces], out=starts[1, 1:])
-        return cls(
-            np.concatenate(vertices, dtype=np.float64, casting="unsafe").reshape(-1, 3),
-            np.concatenate(faces, dtype=np.int32, casting="unsafe").reshape(-1, 3),
-            starts[0],
-            starts[1],
-        )
-
-    def bounds(self, voxel_size_m: float, origin_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (P, 2, 3) float64 boxes around the meshes' triangles in cells; NaN where a mesh cannot be used."""
-        return lattice_bounds_of(
-            self.vertices_m, self.faces, self.vertex_starts, self.face_starts, float(voxel_size_m), origin_m
-        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Batch:
-    """The cells of several parts; ``PartVoxels`` of all of them in one set of arrays.
+    """The cells of several parts: their ``PartVoxels`` in one set of arrays.
 
     Attributes:
-        done: (P,) bool, whether a part is here; else its rows mean nothing.
+        done: (P,) bool, whether the part is here; otherwise its rows mean nothing.
         lows: (P, 3) int64 lattice cell of the lowest corner of its box.
         shapes: (P, 3) int64 cells of its box.
         counts: (P,) int64 number of its cells.
         volumes: (P,) float64 volume of its solid in cells.
-        columns: (N, 2) int32, the first run of each column, and one past its last, part after part.
+        columns: (N, 2) int32, first run of each column, and one past its last, part after part.
         column_starts: (P + 1,) int64 first column of each part.
         runs: (R, 3) int32.
         shares: (S,) uint16.
@@ -102,57 +59,67 @@ class Batch:
     box_starts: NDArray[np.int64]
 
     def boxes_of(self, part: int) -> NDArray[np.int32]:
-        """Return the boxes of a part, (B, 6), from its lowest corner."""
+        """Return the (B, 6) boxes of a part, in cells from its lowest corner."""
         return self.boxes[self.box_starts[part] : self.box_starts[part + 1]]
 
 
-def batches_of(
-    triangles: Sequence[int], lows: NDArray[np.int64], highs: NDArray[np.int64], kinds: Sequence[int] | None = None
-) -> list[range]:
-    """Cut a list of parts into batches, so that what is held at once does not grow with the model.
+class _Lattice(NamedTuple):
+    """The lattice, and which of its cells are asked for.
 
-    Args:
-        triangles: Number of each part's triangles.
-        lows: (P, 3) lowest cell of each part's box.
-        highs: (P, 3) one past its highest cell.
-        kinds: A number for each part; parts of one number repeat each other (``repeats.py``), and count once a batch.
+    Attributes:
+        voxel_size_m: Edge of a cell.
+        origin_m: (3,) float64.
+        tolerance: In cells.
+        clip: (2, 3) int64 half-open box of cells.
+        cell_limit: Parts with more cells in their box are left.
     """
-    sizes = highs - lows
-    columns = (sizes[:, 0].astype(np.float64) * sizes[:, 1]).tolist()
-    batches = []
-    first, faces, area = 0, 0, 0.0
-    seen: set[int] = set()
-    for part, count in enumerate(triangles):
-        if kinds is not None and kinds[part] in seen and part - first < _PARTS:
-            continue
-        if part > first and (faces + count > _TRIANGLES or area + columns[part] > _COLUMNS or part - first >= _PARTS):
-            batches.append(range(first, part))
-            first, faces, area = part, 0, 0.0
-            seen.clear()
-        if kinds is not None:
-            seen.add(kinds[part])
-        faces += count
-        area += columns[part]
-    batches.append(range(first, len(triangles)))
-    return batches
+
+    voxel_size_m: float
+    origin_m: NDArray[np.float64]
+    tolerance: float
+    clip: NDArray[np.int64]
+    cell_limit: float
+
+
+class _PartBox(NamedTuple):
+    """The cells of one part, each (3,) int64.
+
+    Attributes:
+        low: Lowest cell to look at.
+        high: One past the highest.
+        kept_low: Lowest cell to keep.
+        kept_high: One past the highest.
+        top: One past the highest cell of the part's whole range, from ``low``.
+    """
+
+    low: NDArray[np.int64]
+    high: NDArray[np.int64]
+    kept_low: NDArray[np.int64]
+    kept_high: NDArray[np.int64]
+    top: NDArray[np.int64]
+
+
+class _PartRows(NamedTuple):
+    """The arrays of a ``Batch`` with a row for each part; see there."""
+
+    done: NDArray[np.bool_]
+    lows: NDArray[np.int64]
+    shapes: NDArray[np.int64]
+    counts: NDArray[np.int64]
+    volumes: NDArray[np.float64]
+    column_starts: NDArray[np.int64]
+    box_starts: NDArray[np.int64]
 
 
 @leaf_kernel
-def _box_of_part(
-    bounds: NDArray[np.float64],
-    tolerance: float,
-    clip: NDArray[np.int64],
-    cell_limit: float,
-    low: NDArray[np.int64],
-    high: NDArray[np.int64],
-    kept_low: NDArray[np.int64],
-    kept_high: NDArray[np.int64],
-    top: NDArray[np.int64],
-) -> tuple[bool, bool]:
-    """Find the cells to look at and those to keep, as ``voxelize_mesh`` does; says if they can be, and if none is cut.
+def _find_box(bounds: NDArray[np.float64], lattice: _Lattice, box: _PartBox) -> tuple[bool, bool]:
+    """Write the cells to look at and to keep, as ``voxelize_mesh`` does.
 
-    ``top`` is one past the highest cell of the part's whole range, from ``low``.
+    Returns:
+        Whether there are no more than the limits allow, and whether none is cut off.
     """
+    low, high, kept_low, kept_high, top = box
+    clip, tolerance = lattice.clip, lattice.tolerance
     cells = 1.0
     whole = True
     nothing = False
@@ -174,7 +141,7 @@ def _box_of_part(
         cells *= float(high[axis] - low[axis])
         if high[axis] - low[axis] > HEIGHT_LIMIT:
             return False, whole
-    return cells <= cell_limit, whole
+    return cells <= lattice.cell_limit, whole
 
 
 @leaf_kernel
@@ -188,110 +155,100 @@ def _is_empty(plane: NDArray[np.uint64]) -> bool:
 
 
 @kernel
+def _grown(rows: NDArray[np.int32], used: int, count: int) -> NDArray[np.int32]:
+    """Return rows with room for ``count`` more than the ``used`` ones."""
+    if used + count <= rows.shape[0]:
+        return rows
+    more = np.empty((2 * (used + count), rows.shape[1]), np.int32)
+    for n in range(used):
+        for field in range(rows.shape[1]):
+            more[n, field] = rows[n, field]
+    return more
+
+
+@kernel
 def _wind_batch(
-    vertices_m: NDArray[np.float64],
-    faces: NDArray[np.int32],
-    vertex_starts: NDArray[np.int64],
-    face_starts: NDArray[np.int64],
+    meshes: Meshes,
     bounds: NDArray[np.float64],
-    voxel_size_m: float,
-    origin_m: NDArray[np.float64],
-    tolerance: float,
-    clip: NDArray[np.int64],
-    cell_limit: float,
+    lattice: _Lattice,
     samples: NDArray[np.float64],
     planes: NDArray[np.uint64],
-    done: NDArray[np.bool_],
-    lows: NDArray[np.int64],
-    shapes: NDArray[np.int64],
-    counts: NDArray[np.int64],
-    volumes: NDArray[np.float64],
-    column_starts: NDArray[np.int64],
-    box_starts: NDArray[np.int64],
+    rows: _PartRows,
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.uint16], NDArray[np.int32]]:
-    """Fill the arrays of a ``Batch`` that are given; returns its columns, runs, shares and boxes.
+    """Fill the rows of the parts; returns the columns, runs, shares and boxes of a ``Batch``.
 
     ``planes`` (3, A, B, W) are zeros for the planes of the only part, or empty.
     """
+    vertices_m, faces, vertex_starts, face_starts = meshes
+    done, lows, shapes, counts, volumes, column_starts, box_starts = rows
     columns = np.empty((1 << 12, 2), np.int32)
-    runs = np.empty((1 << 12, 3), np.int32)
-    shares = np.empty(1 << 14, np.uint16)
     boxes = np.empty((1 << 10, 6), np.int32)
     sums = np.zeros(3, np.int64)
+    room = Runs(columns[:0], np.empty((1 << 12, 3), np.int32), np.empty(1 << 14, np.uint16), sums)
     low, high = np.empty(3, np.int64), np.empty(3, np.int64)
     kept_low, kept_high = np.empty(3, np.int64), np.empty(3, np.int64)
     top = np.empty(3, np.int64)
+    box = _PartBox(low, high, kept_low, kept_high, top)
     used = found = 0
     for part in range(done.size):
         done[part] = False
         column_starts[part + 1], box_starts[part + 1] = used, found
         if not bounds[part, 0, 0] <= bounds[part, 1, 0]:
             continue
-        fits, whole = _box_of_part(
-            bounds[part], tolerance, clip, cell_limit, low, high, kept_low, kept_high, top
-        )  # fmt: skip
+        fits, whole = _find_box(bounds[part], lattice, box)
         if not fits:
             continue
         triangles = part_triangles(
             vertices_m[vertex_starts[part] : vertex_starts[part + 1]],
             faces[face_starts[part] : face_starts[part + 1]],
-            voxel_size_m,
-            origin_m,
+            lattice.voxel_size_m,
+            lattice.origin_m,
             low,
         )
         a, b, c = high[0] - low[0], high[1] - low[1], high[2] - low[2]
         words = (c + 63) // 64
         own_planes = planes if planes.shape[1:] == (a, b, words) else np.zeros((3, a, b, words), np.uint64)
-        met, inside, border = own_planes[0], own_planes[1], own_planes[2]
-        closes, starts, part_shares, least, most, volume = wind(
-            met, inside, border, c, triangles, samples, tolerance, top
-        )
+        cells = CellPlanes(own_planes[0], own_planes[1], own_planes[2], c)
+        closes, filled, least, most, volume = wind(cells, triangles, samples, lattice.tolerance, top)
         if not closes:
             continue
-        if whole and part_shares.size == 0 and _is_empty(inside) and _is_empty(border):
+        if whole and filled.shares.size == 0 and _is_empty(cells.inside) and _is_empty(cells.border):
             x, y, z = cell_of_middle(bounds[part], low, high)
-            set_run(border, x, y, z, z)
+            set_run(cells.border, x, y, z, z)
         for axis in range(3):
             lows[part, axis], shapes[part, axis] = kept_low[axis], kept_high[axis] - kept_low[axis]
             kept_low[axis] -= low[axis]
             kept_high[axis] -= low[axis]
         count = shapes[part, 0] * shapes[part, 1]
-        if used + count > columns.shape[0]:
-            longer = np.empty((2 * (used + count), 2), np.int32)
-            longer[:used] = columns[:used]
-            columns = longer
-        own = columns[used : used + count]
+        columns = _grown(columns, used, count)
+        room = Runs(columns[used : used + count], room.rows, room.shares, sums)
         sums[2] = 0
         column = 0
         while column < count:
-            column = write_runs(
-                met, inside, border, starts, part_shares, 0, kept_low, kept_high, column, own, runs, shares, sums
-            )
+            column = write_runs(filled, kept_low, kept_high, column, room)
             if column < count:
-                runs = longer_runs(runs, sums[0], 2 * sums[0] + shapes[part, 2] + 1)
-                shares = longer_shares(shares, sums[1], 2 * sums[1] + shapes[part, 2])
+                room = longer(room, shapes[part, 2])
         counts[part] = sums[2]
         if not covers_once(least, most):
-            full, filled = filled_of(own, runs, shares)
-            volume = full + filled / FULL
+            full, rest = filled_of(room.columns, room.rows, room.shares)
+            volume = full + rest / FULL
         volumes[part] = volume
-        cut = boxes_of_runs(own, runs, shapes[part, 0], shapes[part, 1])
-        if found + cut.shape[0] > boxes.shape[0]:
-            more = np.empty((2 * (found + cut.shape[0]), 6), np.int32)
-            more[:found] = boxes[:found]
-            boxes = more
-        boxes[found : found + cut.shape[0]] = cut
+        cut = boxes_of_runs(room.columns, room.rows, shapes[part, 0], shapes[part, 1])
+        boxes = _grown(boxes, found, cut.shape[0])
+        for n in range(cut.shape[0]):
+            for field in range(6):
+                boxes[found + n, field] = cut[n, field]
         used += count
         found += cut.shape[0]
         column_starts[part + 1], box_starts[part + 1] = used, found
         done[part] = True
-    return columns[:used], runs[: sums[0]], shares[: sums[1]], boxes[:found]
+    return columns[:used], room.rows[: sums[0]], room.shares[: sums[1]], boxes[:found]
 
 
 def _planes_for(
     bounds: NDArray[np.float64], tolerance: float, clip: tuple[NDArray[np.int64], NDArray[np.int64]]
 ) -> NDArray[np.uint64]:
-    """Return the planes of a batch's only part where it is large and not cut: NumPy gets them in large pages."""
+    """Return planes for a batch's only part if it is large and not cut off: NumPy allocates them in large pages."""
     low, high = np.floor(bounds[0, 0] + tolerance), np.ceil(bounds[0, 1] - tolerance)
     a, b, c = (int(n) for n in high - low) if len(bounds) == 1 and np.isfinite(bounds[0]).all() else (0, 0, 0)
     if a * b * ((c + 63) // 64) < _LARGE_WORDS or np.any(low < clip[0]) or np.any(high > clip[1]):
@@ -315,33 +272,22 @@ def wind_batch(
         bounds: (P, 2, 3) float64 boxes around them in cells, see ``Meshes.bounds``.
         voxel_size_m: Edge of a cell.
         origin_m: (3,) float64 anchor of the lattice.
-        clip: Half-open box of lattice cells (low, high) outside of which nothing is returned.
+        clip: Half-open box of lattice cells (low, high); nothing outside is returned.
         cell_limit: Parts with more cells in their box are left.
     """
     parts = len(bounds)
-    done = np.empty(parts, np.bool_)
-    lows, shapes = np.empty((parts, 3), np.int64), np.empty((parts, 3), np.int64)
-    counts, volumes = np.empty(parts, np.int64), np.empty(parts, np.float64)
-    column_starts, box_starts = np.zeros(parts + 1, np.int64), np.zeros(parts + 1, np.int64)
-    columns, runs, shares, boxes = _wind_batch(
-        meshes.vertices_m,
-        meshes.faces,
-        meshes.vertex_starts,
-        meshes.face_starts,
-        bounds,
-        float(voxel_size_m),
-        origin_m,
-        tolerance_vox(voxel_size_m),
-        np.stack(clip).astype(np.int64),
-        float(cell_limit),
-        sample_lines(),
-        _planes_for(bounds, tolerance_vox(voxel_size_m), clip),
-        done,
-        lows,
-        shapes,
-        counts,
-        volumes,
-        column_starts,
-        box_starts,
+    tolerance = tolerance_vox(voxel_size_m)
+    clip_box = np.stack(clip).astype(np.int64)
+    lattice = _Lattice(float(voxel_size_m), origin_m, tolerance, clip_box, float(cell_limit))
+    rows = _PartRows(
+        done=np.empty(parts, np.bool_),
+        lows=np.empty((parts, 3), np.int64),
+        shapes=np.empty((parts, 3), np.int64),
+        counts=np.empty(parts, np.int64),
+        volumes=np.empty(parts, np.float64),
+        column_starts=np.zeros(parts + 1, np.int64),
+        box_starts=np.zeros(parts + 1, np.int64),
     )
-    return Batch(done, lows, shapes, counts, volumes, columns, column_starts, runs, shares, boxes, box_starts)
+    planes = _planes_for(bounds, tolerance, clip)
+    columns, runs, shares, boxes = _wind_batch(meshes, bounds, lattice, sample_lines(), planes, rows)
+    return Batch(**rows._asdict(), columns=columns, runs=runs, shares=shares, boxes=boxes)

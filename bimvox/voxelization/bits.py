@@ -1,9 +1,11 @@
-"""Cells of a part as planes of bits: 64 cells of a column in one word, so that runs of cells cost as much as one cell.
+"""The cells of a part as planes of bits: 64 cells of a column in one word, so a run of cells costs as much as one.
 
 A plane is (A, B, ceil(C / 64)) uint64; cell (i, j, k) is bit k % 64 of word (i, j, k // 64).
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +27,25 @@ _BY_4 = np.uint64(4)
 _TOP_BYTE = np.uint64(56)
 
 
+class CellPlanes(NamedTuple):
+    """The cells of a part, sorted into three planes of bits; no cell is in two of them.
+
+    Attributes:
+        met: (A, B, W) uint64, cells that the surface meets.
+        inside: (A, B, W) uint64, cells inside the solid.
+        border: (A, B, W) uint64, cells that belong to the part by the half-open rule only (``borders.py``).
+        height: Cells of a column.
+    """
+
+    met: NDArray[np.uint64]
+    inside: NDArray[np.uint64]
+    border: NDArray[np.uint64]
+    height: int
+
+
 @inline_kernel
 def population(word: np.uint64) -> int:
-    """Return how many bits are set (Warren 2012, "Hacker's Delight", 5-1; compilers know it for one instruction)."""
+    """Return how many bits are set (Warren 2012, "Hacker's Delight", 5-1; compilers turn it into one instruction)."""
     pairs = word - (word >> ONE & _PAIRS)
     fours = (pairs & _FOURS) + (pairs >> _BY_2 & _FOURS)
     return int(np.int64((fours + (fours >> _BY_4) & _EIGHTS) * _BYTES >> _TOP_BYTE))
@@ -35,7 +53,7 @@ def population(word: np.uint64) -> int:
 
 @inline_kernel
 def lowest(word: np.uint64) -> int:
-    """Return the number of the lowest bit that is set; there must be one."""
+    """Return the index of the lowest set bit; the word must not be 0."""
     return population((word & (~word + ONE)) - ONE)
 
 
@@ -47,7 +65,7 @@ def stretch(first: int, stop: int) -> np.uint64:
 
 @inline_kernel
 def has(plane: NDArray[np.uint64], i: int, j: int, k: int) -> bool:
-    """Say whether a cell's bit is set."""
+    """Return whether a cell's bit is set."""
     return bool(plane[i, j, k >> 6] >> np.uint64(k & 63) & ONE)
 
 
@@ -68,8 +86,13 @@ def set_run(plane: NDArray[np.uint64], i: int, j: int, first: int, last: int) ->
 
 
 def empty_plane(a: int, b: int, c: int) -> NDArray[np.uint64]:
-    """Return a plane for (a, b, c) cells with no bit set; it takes memory only where it is written to."""
+    """Return a plane of zeros for (a, b, c) cells; pages take memory when they are first written to."""
     return np.zeros((a, b, (c + WORD - 1) // WORD), np.uint64)
+
+
+def empty_planes(a: int, b: int, c: int) -> CellPlanes:
+    """Return planes of zeros for (a, b, c) cells."""
+    return CellPlanes(empty_plane(a, b, c), empty_plane(a, b, c), empty_plane(a, b, c), c)
 
 
 @kernel

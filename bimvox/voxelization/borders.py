@@ -1,8 +1,8 @@
-"""Cells that a part is in by the half-open rule only: what lies in the skin between two cells, and marks neither.
+"""Cells that belong to a part by the half-open rule only.
 
-A sheet, or a plate thinner than twice the tolerance, can lie on a border between cells so that it reaches more than the
-tolerance into none of them. It belongs to the cell above (to the right, behind) then. The same goes for the stretch of
-a sheet that crosses a border at such a small angle that it stays in the skin for half a cell or more.
+A sheet, or a plate thinner than twice the tolerance, can lie on a border between cells and reach more than the
+tolerance into neither. It then belongs to the cell above (to the right, behind). The same holds where a sheet crosses
+a border at such a small angle that it stays within the tolerance for half a cell or more.
 """
 
 from __future__ import annotations
@@ -11,15 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.voxelization.surface import mark_triangle
+from bimvox.voxelization.bits import CellPlanes
+from bimvox.voxelization.surface import mark_scratch, mark_triangle
 
-# Of a sheet that rises by less than this many tolerances a cell, half a cell or more can lie in the skin.
+# If a sheet rises by less than this many tolerances per cell, half a cell or more can lie within the tolerance.
 _FLAT_RISE = 4.0
 
 
 @leaf_kernel
 def _clip(p: NDArray[np.float64], count: int, axis: int, bound: float, sign: float, out: NDArray[np.float64]) -> int:
-    """Cut a convex polygon to ``sign * p[axis] <= sign * bound`` (Sutherland and Hodgman 1974); returns its corners."""
+    """Clip a convex polygon to ``sign * p[axis] <= sign * bound`` (Sutherland and Hodgman 1974); return its corners."""
     kept = 0
     for n in range(count):
         m = (n + 1) % count
@@ -38,7 +39,7 @@ def _clip(p: NDArray[np.float64], count: int, axis: int, bound: float, sign: flo
 
 @leaf_kernel
 def _flat_axis(triangles: NDArray[np.float64], f: int, rise: float) -> int:
-    """Return the axis along which a triangle rises by no more than ``rise`` a cell; -1 if there is none."""
+    """Return the axis along which a triangle rises by less than ``rise`` per cell; -1 if there is none."""
     p = triangles[f]
     ux, uy, uz = p[1, 0] - p[0, 0], p[1, 1] - p[0, 1], p[1, 2] - p[0, 2]
     vx, vy, vz = p[2, 0] - p[0, 0], p[2, 1] - p[0, 1], p[2, 2] - p[0, 2]
@@ -53,36 +54,24 @@ def _flat_axis(triangles: NDArray[np.float64], f: int, rise: float) -> int:
 
 
 @leaf_kernel
-def _beside(border: float, top: int) -> float:
-    """Return the middle of the cell that what lies on a border belongs to."""
+def _cell_at(border: float, top: int) -> float:
+    """Return the middle of the cell that owns what lies on a border."""
     return border + 0.5 if border < top else border - 0.5
 
 
 @kernel
-def mark_borders(
-    met: NDArray[np.uint64],
-    inside: NDArray[np.uint64],
-    border: NDArray[np.uint64],
-    height: int,
-    triangles: NDArray[np.float64],
-    tolerance: float,
-    top: NDArray[np.int64],
-) -> None:
-    """Mark where a triangle lies in the skin between cells and no cell beside it is in the part.
+def mark_borders(cells: CellPlanes, triangles: NDArray[np.float64], tolerance: float, top: NDArray[np.int64]) -> None:
+    """Mark where a triangle lies on a border, within the tolerance, and no cell next to it is in the part.
 
     The order of the triangles does not matter.
 
     Args:
-        met: (A, B, W) plane of bits: cells that the surface meets, complete.
-        inside: (A, B, W) plane of bits: cells inside the solid, complete.
-        border: (A, B, W) plane of bits, changed in place.
-        height: Cells of a column.
+        cells: ``border`` is changed in place; ``met`` and ``inside`` are complete.
         triangles: (F, 3, 3) float64, in cells, relative to the lowest corner of the planes.
         tolerance: In cells.
         top: (3,) int64, one past the highest cell of the part's range.
     """
-    runs = np.empty((6, max(met.shape[0], met.shape[1])), np.int32)
-    terms = np.empty((3, 11), np.float64)
+    scratch = mark_scratch(cells.met)
     plane = np.empty(3, np.int64)
     p = np.empty((3, 3), np.float64)
     half_cut = np.empty((8, 3), np.float64)
@@ -97,9 +86,9 @@ def mark_borders(
             if abs(a - at) <= tolerance and abs(b - at) <= tolerance and abs(c - at) <= tolerance:
                 any_axis = True
                 plane[axis] = int(at)
-                p[0, axis] = p[1, axis] = p[2, axis] = _beside(at, top[axis])
+                p[0, axis] = p[1, axis] = p[2, axis] = _cell_at(at, top[axis])
         if any_axis:
-            mark_triangle(met, inside, border, height, p, tolerance, plane, runs, terms, True)
+            mark_triangle(cells, p, tolerance, plane, scratch, True)
             continue
         axis = _flat_axis(triangles, f, _FLAT_RISE * tolerance)
         if axis < 0:
@@ -111,10 +100,11 @@ def mark_borders(
                 continue
             corners = _clip(triangles[f], 3, axis, border_at + tolerance, 1.0, half_cut)
             corners = _clip(half_cut, corners, axis, border_at - tolerance, -1.0, cut)
-            plane[:] = -1
+            for other in range(3):
+                plane[other] = -1
             plane[axis] = border_at
             for n in range(1, corners - 1):
                 for c in range(3):
                     p[0, c], p[1, c], p[2, c] = cut[0, c], cut[n, c], cut[n + 1, c]
-                p[0, axis] = p[1, axis] = p[2, axis] = _beside(border_at, top[axis])
-                mark_triangle(met, inside, border, height, p, tolerance, plane, runs, terms, True)
+                p[0, axis] = p[1, axis] = p[2, axis] = _cell_at(float(border_at), top[axis])
+                mark_triangle(cells, p, tolerance, plane, scratch, True)

@@ -1,10 +1,8 @@
-"""A building as one labelled grid, streamed part by part."""
+"""Voxelize a building into one labelled grid, batch by batch."""
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,12 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 from bimvox.bim.building import Building, Element, Role
 from bimvox.errors import InputError, SelectionError
 from bimvox.grid.frame import GridFrame
+from bimvox.grid.in_order import in_order
 from bimvox.grid.labels import Label
 from bimvox.grid.limits import CELL_LIMIT
 from bimvox.grid.voxel_grid import Part, VoxelGrid
-from bimvox.voxelization.batch import Batch, Meshes, batches_of, wind_batch
+from bimvox.voxelization.batch import Batch, wind_batch
 from bimvox.voxelization.lattice import cell_range, require_size
 from bimvox.voxelization.limits import require_fit
+from bimvox.voxelization.meshes import Meshes, batches_of
 from bimvox.voxelization.ownership import Ownership
 from bimvox.voxelization.part import PartVoxels, lattice_bounds, voxelize_mesh
 from bimvox.voxelization.repeats import grouped, kinds_of, part_keys
@@ -40,10 +40,10 @@ class _Voxels:
     """The voxels of a batch of parts.
 
     Attributes:
-        batch: Those that winding fills, repeats left out.
-        places: (P,) int64, which part of ``batch`` each part is, or repeats.
+        batch: The parts that winding fills, without repeats.
+        places: (P,) int64, the part of ``batch`` that each part is, or repeats.
         lows: (P, 3) int64 lattice cell of the lowest corner of each part's box.
-        left: Those that need more than winding, by their number among the P.
+        left: The parts that need more than winding, by their number among the P.
     """
 
     batch: Batch
@@ -64,21 +64,21 @@ def voxelize_building(
 ) -> VoxelGrid:
     """Voxelize every element of a building into one labelled grid.
 
-    The lattice is anchored at 0 of the building's frame: the grid's origin is a whole number of cells from it. The
-    result does not depend on the number of threads.
+    The lattice is anchored at the origin of the building's frame: the grid's origin is a whole number of cells from it.
+    The result does not depend on the number of threads.
 
     Args:
         building: Its elements become the grid's parts, in the same order.
         voxel_size_m: Edge of a cell.
-        low_vox: (3,) lowest lattice cell of the grid; default: it covers the building.
+        low_vox: (3,) lowest lattice cell of the grid; if None, the grid covers the building.
         high_vox: (3,) one past the highest lattice cell; parts are clipped to the grid.
-        threads: Batches of parts voxelized at the same time.
-        progress: Called with ``"voxelize"``, parts done, parts in all.
+        threads: Batches of parts voxelized in parallel.
+        progress: Called with ``"voxelize"``, parts done, number of parts.
         cell_limit: Largest number of cells of the grid.
 
     Raises:
         SelectionError: If the building has no elements.
-        GridTooLargeError: If the grid would have more cells than ``cell_limit``; raised before it is allocated.
+        GridTooLargeError: If the grid would have more cells than ``cell_limit``, before it is allocated.
         InputError: If a mesh or the cell size cannot be used.
     """
     if not building.elements:
@@ -88,9 +88,12 @@ def voxelize_building(
     low = part_lows.min(axis=0) if low_vox is None else np.asarray(low_vox, dtype=np.int64)
     high = part_highs.max(axis=0) if high_vox is None else np.asarray(high_vox, dtype=np.int64)
     if np.any(high <= low):
-        raise SelectionError(f"the grid from cell {low.tolist()} to cell {high.tolist()} is empty")
+        raise SelectionError(
+            f"the grid from cell {low.tolist()} to cell {high.tolist()} is empty",
+            hint="the highest cell must lie beyond the lowest on every axis",
+        )
     require_fit(low, high, voxel_size_m, cell_limit)
-    # A part's box reaches one cell beyond the grid.
+    # A part's box reaches up to one cell beyond the grid.
     part_limit = int(np.prod((high - low + 2).astype(object)))
 
     elements = building.elements
@@ -124,7 +127,7 @@ def voxelize_building(
     parts: list[Part] = []
     boxes: list[NDArray[np.int32]] = []
     box_counts: list[NDArray[np.int64]] = []
-    for numbers, voxels in zip(batches, _in_order(voxelize, batches, threads), strict=True):
+    for numbers, voxels in zip(batches, in_order(voxelize, batches, threads), strict=True):
         _enter(ownership, numbers.start, voxels)
         parts += _parts_of(elements, numbers, voxels, voxel_size_m)
         rows, counts = _boxes_of(voxels, low)
@@ -133,7 +136,7 @@ def voxelize_building(
         if progress is not None:
             for n in numbers:
                 progress("voxelize", n + 1, len(elements))
-    # In this order: owners give back the memory that the others need.
+    # In this order: owners() frees the memory that shared() needs.
     owners = ownership.owners()
     cells, sharers, fractions = ownership.shared()
     source = building.source
@@ -162,7 +165,7 @@ def building_range(building: Building, voxel_size_m: float) -> tuple[NDArray[np.
     """Return the half-open range of lattice cells that covers every element: two (3,) int64.
 
     Raises:
-        InputError: Naming the element whose mesh cannot be used.
+        InputError: If the mesh of an element cannot be used; the error names the element.
     """
     bounds, _ = _bounds_of(building, voxel_size_m)
     low, high = cell_range(bounds[:, 0], bounds[:, 1], voxel_size_m)
@@ -196,11 +199,12 @@ def _bounds_of(building: Building, voxel_size_m: float) -> tuple[NDArray[np.floa
 
 
 def _refuse(element: Element, voxel_size_m: float) -> None:
-    """Raise what is wrong with a mesh that cannot be used."""
+    """Raise the error of an unusable mesh, with the element's name."""
     try:
         lattice_bounds(element.mesh, voxel_size_m, _ANCHOR)
     except InputError as error:
-        raise InputError(f"element {element.id}: {error.message}", hint=error.hint) from error
+        who = f"{element.name} ({element.id})" if element.name not in ("", element.id) else element.id
+        raise InputError(f"element {who}: {error.message}", hint=error.hint) from error
 
 
 def _metres(cell: NDArray[np.int64], voxel_size_m: float) -> tuple[float, float, float]:
@@ -209,7 +213,7 @@ def _metres(cell: NDArray[np.int64], voxel_size_m: float) -> tuple[float, float,
 
 
 def _enter(ownership: Ownership, first_index: int, voxels: _Voxels) -> None:
-    """Enter the parts of a batch in their order; ``first_index`` is the index of its first."""
+    """Add the parts of a batch in their order; ``first_index`` is the index of the first part."""
     start = 0
     for n, alone in voxels.left.items():
         ownership.add_batch(first_index, voxels.batch, voxels.places, voxels.lows, start, n)
@@ -219,7 +223,7 @@ def _enter(ownership: Ownership, first_index: int, voxels: _Voxels) -> None:
 
 
 def _boxes_of(voxels: _Voxels, low: NDArray[np.int64]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Return the boxes of a batch's parts in cells of the grid, (B, 6), and how many each part has."""
+    """Return the (B, 6) boxes of a batch's parts in cells of the grid, and the number of boxes of each part."""
     batch, places = voxels.batch, voxels.places
     counts = np.diff(batch.box_starts)[places]
     stops = np.cumsum(counts)
@@ -259,22 +263,3 @@ def _parts_of(elements: tuple[Element, ...], numbers: range, voxels: _Voxels, vo
             storey=element.storey,
             material=element.material,
         )
-
-
-def _in_order(voxelize: Callable[[range], _Voxels], batches: list[range], threads: int) -> Iterator[_Voxels]:
-    """Yield the voxels of each batch in order; at most two batches a thread wait in memory."""
-    if threads <= 1:
-        yield from map(voxelize, batches)
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        waiting: deque[Future[_Voxels]] = deque()
-        try:
-            for numbers in batches:
-                waiting.append(pool.submit(voxelize, numbers))
-                if len(waiting) >= 2 * threads:
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
-        finally:
-            for future in waiting:
-                future.cancel()

@@ -14,13 +14,13 @@ _STEP = np.uint64(0x9E3779B97F4A7C15)
 _S27 = np.uint64(27)
 _S30 = np.uint64(30)
 _S31 = np.uint64(31)
-# Positions are told apart by the steps of the lattice.
+# Positions differ by whole steps of the lattice.
 _STEPS = STEPS_PER_CELL
 
 
 @leaf_kernel
 def _mixed(value: np.uint64) -> np.uint64:
-    """Return a well spread 64-bit number (SplitMix64, Steele et al. 2014)."""
+    """Return a 64-bit hash (SplitMix64, Steele et al. 2014)."""
     value = value + _STEP
     value = (value ^ (value >> _S30)) * _MIX_A
     value = (value ^ (value >> _S27)) * _MIX_B
@@ -31,7 +31,7 @@ def _mixed(value: np.uint64) -> np.uint64:
 def corner_keys(triangles: NDArray[np.float64]) -> NDArray[np.uint64]:
     """Return a 64-bit key of each corner's position: (F, 3, 3) -> (F, 3) uint64; equal positions get equal keys.
 
-    Corners are told apart by position, so meshes need not be welded.
+    Corners are compared by position, so meshes need not be welded.
     """
     keys = np.empty((triangles.shape[0], 3), np.uint64)
     for f in range(triangles.shape[0]):
@@ -45,10 +45,10 @@ def corner_keys(triangles: NDArray[np.float64]) -> NDArray[np.uint64]:
 
 @kernel
 def edges_match(keys: NDArray[np.uint64]) -> bool:
-    """Say whether every directed edge has its opposite: the mesh is closed and consistently oriented.
+    """Return whether every directed edge has its opposite: the mesh is closed and consistently oriented.
 
-    Sums a pseudo-random number per edge, counted negative in the other direction: zero iff all edges cancel (but for a
-    chance of about 2^-64).
+    Sums a pseudo-random number per edge, negative in the other direction: zero if and only if all edges cancel (with an
+    error probability of about 2^-64).
 
     Args:
         keys: (F, 3) uint64, of the corners.
@@ -66,9 +66,9 @@ def edges_match(keys: NDArray[np.uint64]) -> bool:
 
 @kernel
 def openness(triangles: NDArray[np.float64]) -> float:
-    """Return how much of the surface is not faced by other surface: 0 for closed meshes, 1 for a flat sheet.
+    """Return the share of the surface that faces no other surface: 0 for a closed mesh, 1 for a flat sheet.
 
-    The length of the sum of the area vectors over the sum of their lengths (the sum is zero for a closed surface).
+    The length of the sum of the area vectors, over the sum of their lengths.
     """
     sum_x = sum_y = sum_z = whole = 0.0
     for f in range(triangles.shape[0]):
@@ -83,7 +83,7 @@ def openness(triangles: NDArray[np.float64]) -> float:
 
 @kernel
 def _shells(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the shell of each face, named by one of its vertices: faces that share a vertex share a shell."""
+    """Return the shell of each face, named by one of its vertices; faces that share a vertex are in one shell."""
     parent = np.arange(faces.max() + 1)
     for f in range(faces.shape[0]):
         root = faces[f, 0]
@@ -107,10 +107,10 @@ def _shells(faces: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def inverted_faces(triangles: NDArray[np.float64], keys: NDArray[np.uint64]) -> NDArray[np.bool_]:
-    """Return (F,) bool: faces of shells that are inside out.
+    """Return (F,) bool: the faces of inverted shells.
 
-    A shell of negative volume is taken for a cavity, and left, where the box around it lies inside the box around a
-    shell of larger, positive volume.
+    A shell of negative volume counts as a cavity, and is not inverted, if its box lies inside the box of a shell of
+    larger, positive volume.
     """
     faces = np.unique(keys, return_inverse=True)[1].reshape(-1, 3).astype(np.int64)
     shells = np.unique(_shells(faces), return_inverse=True)[1]

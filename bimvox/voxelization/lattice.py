@@ -1,8 +1,8 @@
-"""Metres to lattice coordinates: what "a cell" is to the voxelizer.
+"""Metres to lattice coordinates.
 
 The lattice is anchored in the world: cell (i, j, k) covers ``origin_m + h * [i, i + 1)`` and so on, whatever the
-bounds of the part. Coordinates are counted in cells and rounded to 2^-24 of a cell (6 nm at 0.1 m), so that moving a
-part by whole cells changes no bit of what the kernels see.
+bounds of the part. Coordinates are in cells, rounded to 2^-24 of a cell (6 nm at 0.1 m), so that moving a part by whole
+cells changes no bit of the kernels' input.
 """
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ from bimvox.compiled import kernel, leaf_kernel
 from bimvox.errors import InputError
 
 TOLERANCE_M = 1e-4
-"""A cell is met when the part reaches more than this far into it, so that faces lying on a border do not spill over."""
+"""A part meets a cell if it reaches into it by more than this, so that faces on a border do not spill over."""
 
 _TOLERANCE_LIMIT_VOX = 0.01
 STEPS_PER_CELL = float(2**24)
-"""Steps that lattice coordinates are rounded to."""
+"""Steps per cell that lattice coordinates are rounded to."""
 
 _LARGEST_VOX = float(2**28)
 
 
 def tolerance_vox(voxel_size_m: float) -> float:
-    """Return ``TOLERANCE_M`` in cells, but never more than a hundredth of a cell."""
+    """Return ``TOLERANCE_M`` in cells, at most a hundredth of a cell."""
     return min(TOLERANCE_M / voxel_size_m, _TOLERANCE_LIMIT_VOX)
 
 
 @leaf_kernel
 def rounded(point_m: float, origin_m: float, voxel_size_m: float) -> float:
-    """Return a coordinate in cells, rounded; NaN where it cannot be used."""
+    """Return a coordinate in cells, rounded; NaN if it is not finite or too far away."""
     vox = (point_m - origin_m) / voxel_size_m
     return float(np.rint(vox * STEPS_PER_CELL)) / STEPS_PER_CELL if abs(vox) < _LARGEST_VOX else np.nan
 
@@ -49,13 +49,13 @@ def _all_rounded(
 def require_size(voxel_size_m: float) -> None:
     """Raise InputError unless the cell size is a positive number."""
     if not (np.isfinite(voxel_size_m) and voxel_size_m > 0.0):
-        raise InputError(f"the voxel size must be a positive number of metres, not {voxel_size_m}")
+        raise InputError(f"the voxel size must be a positive number of metres, not {voxel_size_m}", hint="try 0.1")
 
 
 def _refuse(voxel_size_m: float) -> InputError:
     return InputError(
-        f"a vertex is not finite, or more than {_LARGEST_VOX:.0f} cells of {voxel_size_m:g} m from the origin",
-        hint="subtract the model's origin first, or choose a larger cell",
+        f"a vertex is not finite, or is more than {_LARGEST_VOX:,.0f} cells of {voxel_size_m:g} m from the origin",
+        hint="move the model near its origin, or choose a larger cell",
     )
 
 
@@ -83,15 +83,15 @@ def lattice_bounds_of(
     voxel_size_m: float,
     origin_m: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the (P, 2, 3) boxes around the triangles of several meshes; NaN for those that cannot be used.
+    """Return the (P, 2, 3) boxes around the triangles of several meshes in cells; NaN for an unusable mesh.
 
-    Vertices and faces of a mesh follow each other; see ``batch.Meshes``.
+    The arguments are those of ``meshes.Meshes``.
     """
     bounds = np.empty((face_starts.size - 1, 2, 3), np.float64)
     for mesh in range(bounds.shape[0]):
         points = _all_rounded(vertices_m[vertex_starts[mesh] : vertex_starts[mesh + 1]], origin_m, voxel_size_m)
-        bounds[mesh, 0] = np.inf
-        bounds[mesh, 1] = -np.inf
+        for axis in range(3):
+            bounds[mesh, 0, axis], bounds[mesh, 1, axis] = np.inf, -np.inf
         usable = face_starts[mesh] < face_starts[mesh + 1]
         for f in range(face_starts[mesh], face_starts[mesh + 1]):
             for corner in range(3):
@@ -101,8 +101,9 @@ def lattice_bounds_of(
                     bounds[mesh, 0, axis] = min(bounds[mesh, 0, axis], at)
                     bounds[mesh, 1, axis] = max(bounds[mesh, 1, axis], at)
                     usable = usable and at == at
-        if not usable:
-            bounds[mesh] = np.nan
+        for axis in range(3):
+            if not usable:
+                bounds[mesh, 0, axis] = bounds[mesh, 1, axis] = np.nan
     return bounds
 
 
@@ -132,7 +133,7 @@ def part_triangles(
 def cell_of_middle(
     bounds: NDArray[np.float64], low: NDArray[np.int64], high: NDArray[np.int64]
 ) -> tuple[int, int, int]:
-    """Return the cell in the middle of a (2, 3) box, relative to the cell ``low``, and below ``high``."""
+    """Return the cell in the middle of a (2, 3) box, relative to the cell ``low`` and below ``high``."""
     cell = np.empty(3, np.int64)
     for axis in range(3):
         middle = int(np.floor((bounds[0, axis] + bounds[1, axis]) / 2.0)) - low[axis]
@@ -146,8 +147,8 @@ def _triangles(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     triangles = np.empty((faces.shape[0], 3, 3), np.float64)
     bounds = np.empty((2, 3), np.float64)
-    bounds[0] = np.inf
-    bounds[1] = -np.inf
+    for axis in range(3):
+        bounds[0, axis], bounds[1, axis] = np.inf, -np.inf
     points = _all_rounded(vertices_m, origin_m, voxel_size_m)
     for f in range(faces.shape[0]):
         for corner in range(3):
@@ -158,7 +159,7 @@ def _triangles(
                 bounds[0, axis] = min(bounds[0, axis], at)
                 bounds[1, axis] = max(bounds[1, axis], at)
                 if at != at:
-                    bounds[:] = np.nan
+                    bounds[0, 0] = np.nan
                     return triangles, bounds
     return triangles, bounds
 
@@ -172,7 +173,7 @@ def lattice_triangles(
         InputError: If there are no triangles, or as ``to_lattice`` does.
     """
     if len(faces) == 0:
-        raise InputError("a mesh without triangles cannot be voxelized")
+        raise InputError("a mesh without triangles cannot be voxelized", hint="select elements with a body")
     require_size(voxel_size_m)
     triangles, bounds = _triangles(
         np.ascontiguousarray(vertices_m, np.float64),
@@ -188,9 +189,9 @@ def lattice_triangles(
 def cell_range(
     low_vox: ArrayLike, high_vox: ArrayLike, voxel_size_m: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the half-open range of cells that something with these bounds meets, borders not spilling over.
+    """Return the half-open range of cells that something with these bounds meets.
 
-    Something thinner than the tolerance on a border belongs to the cell above (the half-open rule).
+    Faces on a border do not spill over. Something thinner than the tolerance on a border belongs to the cell above.
 
     Args:
         low_vox: (..., 3) lowest corner in lattice coordinates.

@@ -1,4 +1,4 @@
-"""How many cells are allowed, and which cell size keeps to that."""
+"""The limit on the number of cells, and the cell sizes that keep to it."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from bimvox.errors import GridTooLargeError
 from bimvox.voxelization.lattice import cell_range
 
 DEFAULT_CELL_LIMIT = 20_000_000
-"""Largest grid that a default cell size leads to."""
+"""Most cells of a grid whose cell size is the default one."""
 
 _ROUND_SIZES_M = (0.05, 0.1, 0.2, 0.25, 0.5)
 
 
 def round_voxel_sizes_m() -> Iterator[float]:
-    """Yield the cell sizes that are offered, ascending: 0.05, 0.1, 0.2, 0.25, 0.5, then 1, 2, 4 ... metres."""
+    """Yield the offered cell sizes, ascending: 0.05, 0.1, 0.2, 0.25, 0.5, then 1, 2, 4 ... metres."""
     yield from _ROUND_SIZES_M
     size = 1.0
     while True:
@@ -39,10 +39,10 @@ def default_voxel_size_m(bounds_m: ArrayLike, cell_limit: int = DEFAULT_CELL_LIM
 
 
 def require_fit(low: ArrayLike, high: ArrayLike, voxel_size_m: float, cell_limit: int) -> None:
-    """Check the half-open cell box [low, high) against the limit, before anything is allocated.
+    """Check the half-open cell box [low, high) against the limit before anything is allocated.
 
     Raises:
-        GridTooLargeError: If it has more cells; says which cell size would fit.
+        GridTooLargeError: If it has more cells; the error names a cell size that fits.
     """
     low_vox, high_vox = np.asarray(low), np.asarray(high)
     a, b, c = (int(n) for n in high_vox - low_vox)

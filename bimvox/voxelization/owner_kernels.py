@@ -1,8 +1,8 @@
-"""Entering the cells of parts into bricks, compiled: what :class:`bimvox.voxelization.ownership.Ownership` calls."""
+"""The kernels that enter the cells of parts into bricks, for :class:`bimvox.voxelization.ownership.Ownership`."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,28 +12,129 @@ from bimvox.grid.bricks import BRICK
 from bimvox.voxelization.bits import NONE
 from bimvox.voxelization.sweep import FULL
 
-# Set in a cell's mark, beside its owner's share, once its first part has a row in the list of shared cells.
+# Set in a cell's mark, next to its owner's share, once its first part has a row in the list of shared cells.
 _LISTED = 1 << 15
 _SHARE = _LISTED - 1
 AIR = -1
-_DIGIT = 13
 _WORDS_OF_SHARES = BRICK * 2 // 8
 
 
+class OwnerBricks(NamedTuple):
+    """Bricks of 8 x 8 x 8 cells while parts are entered.
+
+    Attributes:
+        brick_at: (BX, BY, BZ) int32, the brick there; ``AIR``, or -2 - p if the brick lies wholly inside part p.
+        cells: (N,) unsigned, owner + 1 of every cell, 0 for air, brick after brick.
+        cell_words: The same memory as uint64.
+        marks: (N,) uint16, the owner's share, and whether the cell is in the list of shared cells.
+        mark_words: The same memory as uint64.
+        shape: Cells of the grid.
+    """
+
+    brick_at: NDArray[np.int32]
+    cells: NDArray[Any]
+    cell_words: NDArray[np.uint64]
+    marks: NDArray[np.uint16]
+    mark_words: NDArray[np.uint64]
+    shape: tuple[int, int, int]
+
+
+class SharedRows(NamedTuple):
+    """Room for the list of shared cells, a row for each cell and part.
+
+    Attributes:
+        ranks: (R,) int64, index of the cell in the grid.
+        parts: (R,) int32.
+        shares: (R,) uint16, in 2^-14.
+    """
+
+    ranks: NDArray[np.int64]
+    parts: NDArray[np.int32]
+    shares: NDArray[np.uint16]
+
+
+class EnterScratch(NamedTuple):
+    """Scratch for entering a part.
+
+    Attributes:
+        whole: (bricks of a stack + 1,) int32.
+        own: (2, 8) as ``OwnerBricks.cells``: the part's cells of a column in a brick, as owners and as a mask.
+        own_words: The same memory as uint64.
+        held: (8,) uint16, their shares.
+        held_words: The same memory as uint64.
+    """
+
+    whole: NDArray[np.int32]
+    own: NDArray[Any]
+    own_words: NDArray[np.uint64]
+    held: NDArray[np.uint16]
+    held_words: NDArray[np.uint64]
+
+
+class PartRuns(NamedTuple):
+    """The cells of one part, see ``PartVoxels``.
+
+    Attributes:
+        start: Cell of the grid at the lowest corner of its box.
+        size: Cells of its box.
+        columns: (size[0] * size[1], 2) int32.
+        runs: (R, 3) int32.
+        shares: (S,) uint16.
+    """
+
+    start: tuple[int, int, int]
+    size: tuple[int, int, int]
+    columns: NDArray[np.int32]
+    runs: NDArray[np.int32]
+    shares: NDArray[np.uint16]
+
+
+class PartQueue(NamedTuple):
+    """Parts of a batch, or repeats of them, in the order in which they are entered.
+
+    Attributes:
+        first_index: Index of the first part.
+        stop: One past the last part to enter.
+        low: (3,) int64 lattice cell of the grid's cell (0, 0, 0).
+        places: (P,) int64, the part of the batch that each part is like.
+        lows: (P, 3) int64 lattice cell of the lowest corner of each part's box.
+        shapes: (B, 3) int64; this and what follows as in ``Batch``.
+        counts: (B,) int64.
+        columns: (N, 2) int32.
+        column_starts: (B + 1,) int64.
+        runs: (R, 3) int32.
+        shares: (S,) uint16.
+    """
+
+    first_index: int
+    stop: int
+    low: NDArray[np.int64]
+    places: NDArray[np.int64]
+    lows: NDArray[np.int64]
+    shapes: NDArray[np.int64]
+    counts: NDArray[np.int64]
+    columns: NDArray[np.int32]
+    column_starts: NDArray[np.int64]
+    runs: NDArray[np.int32]
+    shares: NDArray[np.uint16]
+
+
+class _Alike(NamedTuple):
+    """The columns i0..i1, j0..j1 of the grid, half-open, inside one stack of bricks; all have runs first..stop."""
+
+    i0: int
+    i1: int
+    j0: int
+    j1: int
+    first: int
+    stop: int
+
+
 @inline_kernel
-def _enter_cell(
-    cells: NDArray[Any],
-    marks: NDArray[np.uint16],
-    at: int,
-    part: int,
-    share: int,
-    rank: int,
-    row_ranks: NDArray[np.int64],
-    row_parts: NDArray[np.int32],
-    row_shares: NDArray[np.uint16],
-    rows: int,
-) -> int:
+def _enter_cell(bricks: OwnerBricks, shared: SharedRows, at: int, rank: int, part: int, share: int, rows: int) -> int:
     """Enter one cell of a part; returns the number of rows of the list of shared cells."""
+    cells, marks = bricks.cells, bricks.marks
+    row_ranks, row_parts, row_shares = shared
     owner = int(np.int64(cells[at]))
     if owner == 0:
         cells[at] = part + 1
@@ -55,7 +156,7 @@ def _enter_cell(
 
 @inline_kernel
 def _open_brick(cells: NDArray[Any], marks: NDArray[np.uint16], brick: int, held: int) -> None:
-    """Write a brick cell by cell that was air, or wholly a part's, by now."""
+    """Write out cell by cell a brick that was air, or wholly inside a part."""
     if held != AIR:
         for at in range(brick * BRICK**3, (brick + 1) * BRICK**3):
             cells[at] = -held - 1
@@ -64,40 +165,24 @@ def _open_brick(cells: NDArray[Any], marks: NDArray[np.uint16], brick: int, held
 
 @inline_kernel
 def _enter_alike(
-    index: NDArray[np.int32],
-    cells: NDArray[Any],
-    cell_words: NDArray[np.uint64],
-    marks: NDArray[np.uint16],
-    mark_words: NDArray[np.uint64],
-    used: int,
-    shape: tuple[int, int, int],
-    floor: int,
-    bx: int,
-    by: int,
-    bz0: int,
-    i0: int,
-    i1: int,
-    j0: int,
-    j1: int,
-    run: int,
-    run_stop: int,
-    runs: NDArray[np.int32],
-    shares: NDArray[np.uint16],
+    bricks: OwnerBricks,
+    shared: SharedRows,
+    scratch: EnterScratch,
+    voxels: PartRuns,
     part: int,
-    row_ranks: NDArray[np.int64],
-    row_parts: NDArray[np.int32],
-    row_shares: NDArray[np.uint16],
+    alike: _Alike,
+    used: int,
     rows: int,
-    whole: NDArray[np.int32],
-    own: NDArray[Any],
-    own_words: NDArray[np.uint64],
-    held: NDArray[np.uint16],
-    held_words: NDArray[np.uint64],
 ) -> tuple[int, int]:
-    """Enter the columns (i0..i1, j0..j1) of a stack, all of which have the same runs; see ``enter``.
+    """Enter columns of a stack that all have the same runs; see ``enter``.
 
-    What a column has in a brick is written once, and entered in words where nobody has these cells yet.
+    The cells of a column in a brick are computed once, and entered as words where nobody has these cells yet.
     """
+    index, cells, cell_words, marks, mark_words, shape = bricks
+    whole, own, own_words, held, held_words = scratch
+    runs, shares, floor = voxels.runs, voxels.shares, voxels.start[2]
+    i0, i1, j0, j1, run, run_stop = alike
+    bx, by, bz0 = i0 // BRICK, j0 // BRICK, floor // BRICK
     per_column = own_words.shape[1]
     n = run
     bottom = 0
@@ -147,10 +232,8 @@ def _enter_alike(
                         rank = (x * shape[1] + y) * shape[2] + b * BRICK
                         for k in range(lowest_k, highest_k):
                             if own[1, k] != 0:
-                                rows = _enter_cell(
-                                    cells, marks, column * BRICK + k, part, int(np.int64(held[k])), rank + k,
-                                    row_ranks, row_parts, row_shares, rows,
-                                )  # fmt: skip
+                                share = int(np.int64(held[k]))
+                                rows = _enter_cell(bricks, shared, column * BRICK + k, rank + k, part, share, rows)
                         continue
                 for w in range(per_column):
                     cell_words[column * per_column + w] |= own_words[0, w]
@@ -161,7 +244,7 @@ def _enter_alike(
 
 @inline_kernel
 def _same_runs(columns: NDArray[np.int32], column: int, other: int, count: int) -> bool:
-    """Say whether so many columns from two of them on have the same runs, each the same as the other."""
+    """Return whether ``count`` columns from ``column`` on have the same runs as those from ``other`` on."""
     same = True
     for n in range(count):
         same = same and columns[column + n, 0] == columns[other + n, 0]
@@ -171,40 +254,33 @@ def _same_runs(columns: NDArray[np.int32], column: int, other: int, count: int) 
 
 @leaf_kernel
 def enter(
-    index: NDArray[np.int32],
-    cells: NDArray[Any],
-    cell_words: NDArray[np.uint64],
-    marks: NDArray[np.uint16],
-    mark_words: NDArray[np.uint64],
-    used: int,
-    shape: tuple[int, int, int],
-    start: tuple[int, int, int],
-    size: tuple[int, int, int],
-    columns: NDArray[np.int32],
-    runs: NDArray[np.int32],
-    shares: NDArray[np.uint16],
+    bricks: OwnerBricks,
+    shared: SharedRows,
+    scratch: EnterScratch,
+    voxels: PartRuns,
     part: int,
-    row_ranks: NDArray[np.int64],
-    row_parts: NDArray[np.int32],
-    row_shares: NDArray[np.uint16],
-    rows: int,
     first: int,
-    whole: NDArray[np.int32],
-    own: NDArray[Any],
-    own_words: NDArray[np.uint64],
-    held: NDArray[np.uint16],
-    held_words: NDArray[np.uint64],
+    used: int,
+    rows: int,
 ) -> tuple[int, int, int]:
-    """Enter one part, stack of bricks by stack of bricks, from number ``first`` of those under its box.
+    """Enter one part, stack of bricks by stack of bricks, from stack ``first`` under its box on.
 
-    ``cell_words`` and ``mark_words`` are the same memory as ``cells`` and ``marks``. Scratch: ``whole``, one number for
-    each brick of a stack, and one more; ``own`` (2, 8), the cells of a column in a brick that are the part's; ``held``
-    (8,), their shares; and their words.
+    Args:
+        bricks: Changed in place.
+        shared: Changed in place.
+        scratch: Scratch.
+        voxels: The part's cells.
+        part: The part's index.
+        first: First stack to enter.
+        used: Bricks used so far.
+        rows: Rows of shared cells so far.
 
     Returns:
-        The stack to go on with when there is more room (the number of stacks, when all are done), the bricks used and
-        the rows used.
+        The stack to continue with when there is more room (the number of stacks if done), the bricks used and the rows
+        used.
     """
+    index, cells, shape, whole = bricks.brick_at, bricks.cells, bricks.shape, scratch.whole
+    start, size, columns, runs, _ = voxels
     bx0, by0, bz0 = start[0] // BRICK, start[1] // BRICK, start[2] // BRICK
     nx = (start[0] + size[0] - 1) // BRICK - bx0 + 1
     ny = (start[1] + size[1] - 1) // BRICK - by0 + 1
@@ -219,7 +295,7 @@ def enter(
         bx, by = bx0 + stack // ny, by0 + stack % ny
         i0, i1 = max(bx * BRICK, start[0]), min(bx * BRICK + BRICK, start[0] + size[0])
         j0, j1 = max(by * BRICK, start[1]), min(by * BRICK + BRICK, start[1] + size[1])
-        if used + nz > room or rows + 2 * (i1 - i0) * (j1 - j0) * size[2] > row_ranks.size:
+        if used + nz > room or rows + 2 * (i1 - i0) * (j1 - j0) * size[2] > shared.ranks.size:
             return stack, used, rows
         # How many columns of the part fill each brick from bottom to top.
         for b in range(nz + 1):
@@ -260,11 +336,8 @@ def enter(
                 y1 = y + 1
                 while y1 < j1 and _same_runs(columns, row + y, row + y1, 1):
                     y1 += 1
-                used, rows = _enter_alike(
-                    index, cells, cell_words, marks, mark_words, used, shape, start[2], bx, by, bz0, x, x1, y, y1,
-                    columns[row + y, 0], columns[row + y, 1], runs, shares, part, row_ranks, row_parts, row_shares,
-                    rows, whole, own, own_words, held, held_words,
-                )  # fmt: skip
+                alike_columns = _Alike(x, x1, y, y1, int(columns[row + y, 0]), int(columns[row + y, 1]))
+                used, rows = _enter_alike(bricks, shared, scratch, voxels, part, alike_columns, used, rows)
                 y = y1
             x = x1
     return nx * ny, used, rows
@@ -272,176 +345,34 @@ def enter(
 
 @kernel
 def enter_batch(
-    index: NDArray[np.int32],
-    cells: NDArray[Any],
-    cell_words: NDArray[np.uint64],
-    marks: NDArray[np.uint16],
-    mark_words: NDArray[np.uint64],
-    used: int,
-    shape: tuple[int, int, int],
-    low: NDArray[np.int64],
-    places: NDArray[np.int64],
-    lows: NDArray[np.int64],
-    shapes: NDArray[np.int64],
-    counts: NDArray[np.int64],
-    columns: NDArray[np.int32],
-    column_starts: NDArray[np.int64],
-    runs: NDArray[np.int32],
-    shares: NDArray[np.uint16],
-    first_index: int,
+    bricks: OwnerBricks,
+    shared: SharedRows,
+    scratch: EnterScratch,
+    queue: PartQueue,
     part: int,
-    stop: int,
-    row_ranks: NDArray[np.int64],
-    row_parts: NDArray[np.int32],
-    row_shares: NDArray[np.uint16],
-    rows: int,
     stack: int,
-    whole: NDArray[np.int32],
-    own: NDArray[Any],
-    own_words: NDArray[np.uint64],
-    held: NDArray[np.uint16],
-    held_words: NDArray[np.uint64],
+    used: int,
+    rows: int,
 ) -> tuple[int, int, int, int]:
-    """Enter the parts ``part`` to ``stop`` of a batch, the first of them from ``stack`` on; see ``enter``.
+    """Enter the parts ``part`` to ``queue.stop``, the first of them from ``stack`` on; see ``enter``.
 
     Returns:
-        The part and the stack to go on with when there is more room (``stop``, when all are done), the bricks used and
+        The part and the stack to continue with when there is more room (``queue.stop`` if done), the bricks used and
         the rows used.
     """
-    while part < stop:
-        place = places[part]
-        if counts[place] > 0:
-            x, y = lows[part, 0] - low[0], lows[part, 1] - low[1]
+    low, lows, shapes, starts = queue.low, queue.lows, queue.shapes, queue.column_starts
+    while part < queue.stop:
+        place = queue.places[part]
+        if queue.counts[place] > 0:
+            x, y, z = lows[part, 0] - low[0], lows[part, 1] - low[1], lows[part, 2] - low[2]
             a, b, c = shapes[place, 0], shapes[place, 1], shapes[place, 2]
+            columns = queue.columns[starts[place] : starts[place + 1]]
+            voxels = PartRuns((x, y, z), (a, b, c), columns, queue.runs, queue.shares)
             stacks = ((x + a - 1) // BRICK - x // BRICK + 1) * ((y + b - 1) // BRICK - y // BRICK + 1)
-            stack, used, rows = enter(
-                index,
-                cells,
-                cell_words,
-                marks,
-                mark_words,
-                used,
-                shape,
-                (x, y, lows[part, 2] - low[2]),
-                (a, b, c),
-                columns[column_starts[place] : column_starts[place + 1]],
-                runs,
-                shares,
-                first_index + part,
-                row_ranks,
-                row_parts,
-                row_shares,
-                rows,
-                stack,
-                whole,
-                own,
-                own_words,
-                held,
-                held_words,
-            )
+            index = queue.first_index + part
+            stack, used, rows = enter(bricks, shared, scratch, voxels, index, stack, used, rows)
             if stack < stacks:
                 return part, stack, used, rows
             stack = 0
         part += 1
-    return stop, 0, used, rows
-
-
-@kernel
-def settle(
-    index: NDArray[np.int32],
-    cells: NDArray[Any],
-    shape: tuple[int, int, int],
-    out: NDArray[Any],
-    words: NDArray[np.uint64],
-    out_words: NDArray[np.uint64],
-) -> int:
-    """Copy the bricks that hold several owners to ``out``, in order, and turn the others into plain numbers.
-
-    ``words`` and ``out_words`` are the same memory as ``cells`` and ``out``, or empty where their types differ.
-    """
-    used = 0
-    per_brick = words.size // max(cells.size // BRICK**3, 1)
-    for bx in range(index.shape[0]):
-        x1 = min(BRICK, shape[0] - bx * BRICK)
-        for by in range(index.shape[1]):
-            y1 = min(BRICK, shape[1] - by * BRICK)
-            for bz in range(index.shape[2]):
-                brick = index[bx, by, bz]
-                if brick < 0:
-                    continue
-                z1 = min(BRICK, shape[2] - bz * BRICK)
-                base, to = brick * BRICK**3, used * BRICK**3
-                owner = cells[base]
-                others = 0
-                if x1 * y1 * z1 == BRICK**3 and per_brick > 0:
-                    base, to = brick * per_brick, used * per_brick
-                    first = words[base]
-                    differ = NONE
-                    for n in range(per_brick):
-                        differ |= words[base + n] ^ first
-                        out_words[to + n] = words[base + n]
-                    base = brick * BRICK**3
-                    for n in range(1, BRICK):
-                        others |= cells[base + n] ^ owner
-                    others |= int(differ != NONE)
-                elif x1 * y1 * z1 == BRICK**3:
-                    for n in range(BRICK**3):
-                        others |= cells[base + n] ^ owner
-                        out[to + n] = cells[base + n]
-                else:
-                    # Cells beyond the grid are nobody's.
-                    for n in range(BRICK**3):
-                        out[to + n] = 0
-                    for x in range(x1):
-                        for y in range(y1):
-                            for n in range((x * BRICK + y) * BRICK, (x * BRICK + y) * BRICK + z1):
-                                others |= cells[base + n] ^ owner
-                                out[to + n] = cells[base + n]
-                if others == 0:
-                    index[bx, by, bz] = -np.int64(owner) - 1
-                else:
-                    index[bx, by, bz] = used
-                    used += 1
-    return used
-
-
-@kernel
-def sorted_rows(
-    ranks: NDArray[np.int64], parts: NDArray[np.int32], shares: NDArray[np.uint16], shape: tuple[int, int, int]
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float32]]:
-    """Return cells (R, 3), parts and shares of rows by rank; rows of one rank stay in their order (radix sort)."""
-    count = ranks.size
-    order, other = np.arange(count), np.empty(count, np.int64)
-    sorted_ranks, other_ranks = ranks, np.empty(count, np.int64)
-    spare = np.empty(count, np.int64)
-    starts = np.empty((1 << _DIGIT) + 1, np.int64)
-    highest = shape[0] * shape[1] * shape[2]
-    shift = 0
-    while highest >> shift > 0:
-        starts[:] = 0
-        for n in range(count):
-            starts[(sorted_ranks[n] >> shift & (1 << _DIGIT) - 1) + 1] += 1
-        for n in range(1 << _DIGIT):
-            starts[n + 1] += starts[n]
-        for n in range(count):
-            rank = sorted_ranks[n]
-            digit = rank >> shift & (1 << _DIGIT) - 1
-            at = starts[digit]
-            other[at], other_ranks[at] = order[n], rank
-            starts[digit] = at + 1
-        order, other = other, order
-        # What was given is read only.
-        sorted_ranks, other_ranks = other_ranks, spare if shift == 0 else sorted_ranks
-        shift += _DIGIT
-    cells, owners = np.empty((count, 3), np.int32), np.empty(count, np.int32)
-    fractions = np.empty(count, np.float32)
-    i = j = base = 0
-    for n in range(count):
-        row, rank = order[n], sorted_ranks[n]
-        if not base <= rank < base + shape[2]:
-            column = rank // shape[2]
-            i, j, base = column // shape[1], column % shape[1], column * shape[2]
-        cells[n, 0], cells[n, 1], cells[n, 2] = i, j, rank - base
-        owners[n] = parts[row]
-        fractions[n] = np.float32(shares[row]) / np.float32(FULL)
-    return cells, owners, fractions
+    return queue.stop, 0, used, rows

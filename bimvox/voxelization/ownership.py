@@ -1,8 +1,7 @@
-"""Who owns a cell that several parts meet: the part that fills most of it.
+"""The owner of a cell that several parts meet: the part that fills most of it.
 
-Parts are entered one after the other, in the order of their indices, straight into bricks of 8 x 8 x 8 cells: a brick
-that lies wholly inside one part, and nothing else, never takes memory. While parts are entered every cell of the other
-bricks has its owner's share beside it.
+Parts are entered in the order of their indices, straight into bricks of 8 x 8 x 8 cells. A brick that lies wholly
+inside one part takes no memory. For the other bricks, each owner's share is kept until all parts are entered.
 """
 
 from __future__ import annotations
@@ -14,20 +13,30 @@ from numpy.typing import NDArray
 
 from bimvox.grid.bricks import BRICK, Bricks
 from bimvox.voxelization.batch import Batch
-from bimvox.voxelization.owner_kernels import AIR, enter, enter_batch, settle, sorted_rows
+from bimvox.voxelization.owner_kernels import (
+    AIR,
+    EnterScratch,
+    OwnerBricks,
+    PartQueue,
+    PartRuns,
+    SharedRows,
+    enter,
+    enter_batch,
+)
+from bimvox.voxelization.owner_settle import settle, sorted_rows
 from bimvox.voxelization.part import PartVoxels
 
-# Bricks, and rows of the list of shared cells, that there is room for from the start.
+# Initial room, in bricks and in rows of the list of shared cells.
 _RESERVED = 1 << 20
 
 
 class Ownership:
-    """Collects parts, in the order of their indices, into owners and the list of shared cells.
+    """Collects parts, in the order of their indices, into owners and a list of shared cells.
 
     Args:
         low: (3,) lattice cell of the grid's cell (0, 0, 0).
         high: (3,) one past its highest cell.
-        parts: Number of parts to come.
+        parts: Number of parts that will be added.
     """
 
     def __init__(self, low: NDArray[np.int64], high: NDArray[np.int64], parts: int) -> None:
@@ -36,7 +45,7 @@ class Ownership:
         self._shape = (x, y, z)
         self._parts = parts
         self._index = np.full((-(-x // BRICK), -(-y // BRICK), -(-z // BRICK)), AIR, np.int32)
-        # Zeros take no memory until they are written to.
+        # Zeros take no memory until they are first written to.
         reserved = min(self._index.size, _RESERVED) * BRICK**3
         self._cells: NDArray[Any] = np.zeros(reserved, np.uint16 if parts < 1 << 16 else np.uint32)
         self._marks = np.zeros(reserved, np.uint16)
@@ -49,42 +58,21 @@ class Ownership:
         self._rows = 0
 
     def add(self, index: int, voxels: PartVoxels) -> None:
-        """Enter the next part: it takes air, and cells of which it fills more than their owner so far."""
+        """Add the next part: it takes air, and cells of which it fills more than their owner so far."""
         if voxels.count == 0:
             return
         x, y, z = (int(n) for n in voxels.low - self._low)
-        a, b, _ = voxels.shape
+        a, b, c = voxels.shape
         stacks = ((x + a - 1) // BRICK - x // BRICK + 1) * ((y + b - 1) // BRICK - y // BRICK + 1)
         stack = 0
-        whole = np.empty(voxels.shape[2] // BRICK + 3, np.int32)
+        scratch = self._scratch(c)
+        runs = PartRuns((x, y, z), voxels.shape, voxels.columns, voxels.runs, voxels.shares)
         while stack < stacks:
             stack, self._used, self._rows = enter(
-                self._index,
-                self._cells,
-                self._cells.view(np.uint64),
-                self._marks,
-                self._marks.view(np.uint64),
-                self._used,
-                self._shape,
-                (x, y, z),
-                voxels.shape,
-                voxels.columns,
-                voxels.runs,
-                voxels.shares,
-                index,
-                self._row_ranks,
-                self._row_parts,
-                self._row_shares,
-                self._rows,
-                stack,
-                whole,
-                self._own,
-                self._own.view(np.uint64),
-                self._held,
-                self._held.view(np.uint64),
+                self._bricks(), self._shared_rows(), scratch, runs, index, stack, self._used, self._rows
             )
             if stack < stacks:
-                self._make_room(voxels.shape[2])
+                self._make_room(c)
 
     def add_batch(
         self,
@@ -95,57 +83,54 @@ class Ownership:
         first: int,
         stop: int,
     ) -> None:
-        """Enter some of the parts that a batch has, or repeats, in their order.
+        """Add some parts of a batch, or repeats of them, in their order.
 
         Args:
-            first_index: The index of the first of them all.
-            batch: What they look like.
-            places: (P,) which part of the batch each is like.
-            lows: (P, 3) lattice cell of the lowest corner of each one's box.
-            first: The first to be entered; it and those that follow are done.
+            first_index: Index of the part with number 0.
+            batch: The voxels of the parts.
+            places: (P,) for each part, the part of the batch that it is like.
+            lows: (P, 3) lattice cell of the lowest corner of each part's box.
+            first: Number of the first part to add.
             stop: One past the last.
         """
         heights = batch.shapes[places[first:stop], 2]
-        whole = np.empty(int(heights.max(initial=0)) // BRICK + 3, np.int32)
-        stack, begun = 0, first
-        while first < stop:
-            first, stack, self._used, self._rows = enter_batch(
-                self._index,
-                self._cells,
-                self._cells.view(np.uint64),
-                self._marks,
-                self._marks.view(np.uint64),
-                self._used,
-                self._shape,
-                self._low,
-                places,
-                lows,
-                batch.shapes,
-                batch.counts,
-                batch.columns,
-                batch.column_starts,
-                batch.runs,
-                batch.shares,
-                first_index,
-                first,
-                stop,
-                self._row_ranks,
-                self._row_parts,
-                self._row_shares,
-                self._rows,
-                stack,
-                whole,
-                self._own,
-                self._own.view(np.uint64),
-                self._held,
-                self._held.view(np.uint64),
+        scratch = self._scratch(int(heights.max(initial=0)))
+        queue = PartQueue(
+            first_index=first_index,
+            stop=stop,
+            low=self._low,
+            places=places,
+            lows=lows,
+            shapes=batch.shapes,
+            counts=batch.counts,
+            columns=batch.columns,
+            column_starts=batch.column_starts,
+            runs=batch.runs,
+            shares=batch.shares,
+        )
+        part, stack = first, 0
+        while part < stop:
+            part, stack, self._used, self._rows = enter_batch(
+                self._bricks(), self._shared_rows(), scratch, queue, part, stack, self._used, self._rows
             )
-            if first < stop:
-                self._make_room(int(heights[first - begun]))
+            if part < stop:
+                self._make_room(int(heights[part - first]))
+
+    def _bricks(self) -> OwnerBricks:
+        words, mark_words = self._cells.view(np.uint64), self._marks.view(np.uint64)
+        return OwnerBricks(self._index, self._cells, words, self._marks, mark_words, self._shape)
+
+    def _shared_rows(self) -> SharedRows:
+        return SharedRows(self._row_ranks, self._row_parts, self._row_shares)
+
+    def _scratch(self, height: int) -> EnterScratch:
+        """Return scratch for parts of up to this many cells along z."""
+        whole = np.empty(height // BRICK + 3, np.int32)
+        return EnterScratch(whole, self._own, self._own.view(np.uint64), self._held, self._held.view(np.uint64))
 
     def _make_room(self, height: int) -> None:
         """Make room for at least one more stack of bricks of a part of this height."""
-        # In place: a copy would take the memory twice.
+        # In place: a copy would need the memory twice.
         bricks = self._used + height // BRICK + 2
         if bricks * BRICK**3 > self._cells.size:
             bricks = max(bricks, self._used + self._used // 2) * BRICK**3
@@ -159,9 +144,9 @@ class Ownership:
             self._row_shares.resize(rows, refcheck=False)
 
     def owners(self) -> Bricks:
-        """Return the owners; parts can no longer be added."""
+        """Return the owners. No part can be added afterwards."""
         dtype = np.min_scalar_type(self._parts)
-        # What is written never overtakes what is read, and the marks are read no more.
+        # Writing never overtakes reading, and the marks are no longer needed.
         if dtype.itemsize <= self._marks.itemsize:
             out = self._marks.view(dtype)
         else:
@@ -181,8 +166,8 @@ class Ownership:
         return Bricks(self._shape, self._index, out.reshape(used, BRICK, BRICK, BRICK))
 
     def shared(self) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float32]]:
-        """Return the rows of the cells met by several parts, sorted by cell, then part: cells, parts, shares."""
-        # Rows of one cell are in the order of the parts already.
+        """Return the rows of the cells that several parts meet, by cell, then part: cells, parts, fractions."""
+        # The rows of a cell are in the order of the parts already.
         return sorted_rows(
             self._row_ranks[: self._rows], self._row_parts[: self._rows], self._row_shares[: self._rows], self._shape
         )

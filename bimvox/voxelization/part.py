@@ -22,21 +22,20 @@ from bimvox.voxelization.sweep import FULL
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartVoxels:
-    """The cells of one part, as runs along z: memory follows its surface.
+    """The cells of one part, as runs along z: memory grows with its surface.
 
     Attributes:
         low: (3,) int64 lattice cell of the lowest corner of its box.
         shape: (A, B, C) cells of its box.
-        columns: (A * B, 2) int32, first run of each column of the box, and one past its last. Columns side by side that
-            are alike have the same runs.
-        runs: (R, 3) int32 ``first stop share``: cells first <= k < stop of the column; the place in ``shares`` of the
+        columns: (A * B, 2) int32, first run of each column of the box, and one past its last. Neighbouring columns that
+            are equal have the same runs.
+        runs: (R, 3) int32 ``first stop share``: cells first <= k < stop of the column; the index in ``shares`` of the
             first of them, or -1 for cells inside the solid, which are full.
-        shares: (S,) uint16, share of the cell that the solid fills, in 2^-14. Measured on 16 lines a cell, exact along
-            z.
+        shares: (S,) uint16, filled share of a cell in 2^-14, measured on 16 lines a cell and exact along z.
         count: Number of cells.
         fill: How the interior was found: ``winding``, ``vote``, ``flood`` or ``surface``.
-        solid_volume_m3: Volume of the whole solid: exact for closed meshes that do not cover themselves, else the sum
-            of the fractions (inside the clip box).
+        solid_volume_m3: Volume of the whole solid: exact for a closed mesh that does not overlap itself, otherwise the
+            sum of the fractions (inside the clip box).
     """
 
     low: NDArray[np.int64]
@@ -50,7 +49,7 @@ class PartVoxels:
 
     @property
     def cells(self) -> NDArray[np.bool_]:
-        """(A, B, C) bool, made anew: cells that the part meets.
+        """(A, B, C) bool, computed on each call: cells that the part meets.
 
         Its surface reaches more than the tolerance into them, or they lie inside it.
         """
@@ -58,13 +57,13 @@ class PartVoxels:
 
     @property
     def fractions(self) -> NDArray[np.float32]:
-        """(A, B, C) float32, made anew: share of the cell that the solid fills, 0..1; 0 where ``cells`` is False."""
+        """(A, B, C) float32, computed on each call: filled share of the cell, 0..1; 0 where ``cells`` is False."""
         return dense_fractions(self.shape, self.columns, self.runs, self.shares)
 
     def boxes(self) -> NDArray[np.int32]:
-        """Return disjoint half-open boxes ``x0 y0 z0 x1 y1 z1`` whose union is the part's cells: (B, 6), from ``low``.
+        """Return (B, 6) disjoint half-open boxes ``x0 y0 z0 x1 y1 z1``, from ``low``, whose union is the part's cells.
 
-        They are those of ``bimvox.grid.boxes.boxes_of``, but for parts of very many runs (see ``run_boxes.py``).
+        The same as ``bimvox.grid.boxes.boxes_of`` gives, except for parts of very many runs (``run_boxes.py``).
         """
         return boxes_of_runs(self.columns, self.runs, self.shape[0], self.shape[1])
 
@@ -89,11 +88,11 @@ def voxelize_mesh(
     """Voxelize one mesh: its surface and its solid.
 
     The lattice is anchored in the world, not at the mesh: cell (i, j, k) covers ``origin_m + h * [i, i + 1)`` and so
-    on. The part's box spans the mesh's bounds. Nothing vanishes: a sheet, or a plate thinner than the tolerance, that
-    lies on a border between cells belongs to the cell above.
+    on. The part's box spans the mesh's bounds. A sheet, or a plate thinner than the tolerance, on a border between
+    cells belongs to the cell above, so nothing disappears.
 
     Args:
-        mesh: Triangles in metres; may be open, inverted, or run through itself.
+        mesh: Triangles in metres; may be open, inverted or self-intersecting.
         voxel_size_m: Edge of a cell, h.
         origin_m: (3,) anchor of the lattice.
         clip: Half-open box of lattice cells (low, high) outside of which nothing is returned.
@@ -113,7 +112,7 @@ def voxelize_mesh(
         kept_high = np.minimum(part_high, np.asarray(clip[1], dtype=np.int64))
         if (kept_high <= kept_low).any():
             kept_high = kept_low
-        # One cell more than kept: whether a border cell is in the part depends on the cell across the border.
+        # One more cell on each side: whether a border cell is in the part depends on the cell across the border.
         low, high = np.maximum(part_low, kept_low - 1), np.minimum(part_high, kept_high + 1)
         high = np.maximum(low, high)
     require_fit(low, high, voxel_size_m, cell_limit)
@@ -123,19 +122,10 @@ def voxelize_mesh(
     a, b, c = (int(n) for n in high - low)
     solid = fill_solid((a, b, c), triangles, tolerance_vox(voxel_size_m), part_high - low)
     if _marks_nothing(solid) and (low == part_low).all() and (high == part_high).all():
-        # Smaller than the tolerance, across a corner or an edge of cells: the cell of its middle.
+        # Smaller than the tolerance, across a corner or an edge of cells: the cell at its middle.
         i, j, k = cell_of_middle(bounds, low, high)
-        set_run(solid.border, i, j, k, k)
-    columns, runs, shares, count = runs_of(
-        solid.met,
-        solid.inside,
-        solid.border,
-        solid.starts,
-        solid.shares,
-        solid.border_share,
-        kept_low - low,
-        kept_high - low,
-    )
+        set_run(solid.filled.cells.border, i, j, k, k)
+    columns, runs, shares, count = runs_of(solid.filled, kept_low - low, kept_high - low)
     volume = solid.volume
     if volume is None:
         full, filled = filled_of(columns, runs, shares)
@@ -145,4 +135,5 @@ def voxelize_mesh(
 
 
 def _marks_nothing(solid: SolidFill) -> bool:
-    return len(solid.shares) == 0 and not solid.inside.any() and not solid.border.any()
+    cells = solid.filled.cells
+    return len(solid.filled.shares) == 0 and not cells.inside.any() and not cells.border.any()

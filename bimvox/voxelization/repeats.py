@@ -1,7 +1,7 @@
 """Parts that repeat each other: the same triangles, moved by whole cells.
 
-The lattice stands in the world, and coordinates are whole steps of it, so the cells of such parts are the same, moved
-by as many cells, to the last bit. They are found once: storeys, frames and columns on a grid repeat often.
+The lattice is anchored in the world and coordinates are whole steps of it, so the cells of such parts are the same to
+the last bit, moved by as many cells. They are computed once: storeys, frames and columns on a grid repeat often.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import inline_kernel, kernel
 from bimvox.voxelization.lattice import STEPS_PER_CELL, rounded
 
-# Odd numbers: the fractions of the golden ratio, of the square root of 2 and of 3, and the mixers of MurmurHash3.
+# Odd numbers: the fractions of the golden ratio, sqrt(2) and sqrt(3), and the mixers of MurmurHash3.
 _BY_A = np.uint64(0x9E3779B97F4A7C15)
 _BY_B = np.uint64(0x6A09E667F3BCC909)
 _BY_C = np.uint64(0xBB67AE8584CAA73B)
@@ -26,7 +26,7 @@ _STEPS = STEPS_PER_CELL
 
 @inline_kernel
 def _mixed(one: np.uint64, two: np.uint64, value: np.uint64) -> tuple[np.uint64, np.uint64]:
-    """Return both halves of a 128-bit key with a number stirred in."""
+    """Return both halves of a 128-bit key with a number mixed in."""
     one, two = (one ^ value) * _MIX_A, (two + value) * _MIX_B
     return one ^ (one >> _HIGH), two ^ (two >> _HIGH)
 
@@ -41,10 +41,10 @@ def part_keys(
     origin_m: NDArray[np.float64],
     lows: NDArray[np.int64],
 ) -> NDArray[np.uint64]:
-    """Return a 128-bit key of each mesh, (P, 2) uint64: of its triangles relative to the cell ``lows`` (P, 3).
+    """Return a 128-bit key of each mesh, (P, 2) uint64, from its triangles relative to the cell ``lows`` (P, 3).
 
-    Meshes of one key are the same, moved by whole cells, but for a chance of about 2^-128 a pair. The key is 0, 0 where
-    a vertex cannot be used. Vertices and faces of a mesh follow each other; see ``batch.Meshes``.
+    Meshes with equal keys are the same, moved by whole cells (with an error probability of about 2^-128 per pair). The
+    key is 0, 0 if a vertex is unusable. The first four arguments are those of ``meshes.Meshes``.
     """
     keys = np.zeros((lows.shape[0], 2), np.uint64)
     for mesh in range(lows.shape[0]):
@@ -64,11 +64,11 @@ def part_keys(
 
 
 def kinds_of(keys: NDArray[np.uint64], alone: NDArray[np.bool_]) -> list[int]:
-    """Return the first part that each part repeats, itself if there is none.
+    """Return the first part that each part repeats; the part itself if it repeats none.
 
     Args:
         keys: (P, 2) uint64, see ``part_keys``.
-        alone: (P,) bool, parts that count as no other's repeat (they are cut, each in its own way).
+        alone: (P,) bool, parts that repeat no other: the grid cuts them off, each differently.
     """
     firsts: dict[tuple[int, int], int] = {}
     unlike = (alone | ~np.any(keys, axis=1)).tolist()
@@ -77,7 +77,7 @@ def kinds_of(keys: NDArray[np.uint64], alone: NDArray[np.bool_]) -> list[int]:
 
 
 def grouped(kinds: Iterable[int]) -> tuple[list[int], NDArray[np.int64]]:
-    """Return which of some parts stand for the others, and for each part the place of its own in that list."""
+    """Return the numbers of the distinct parts, and for each part its position in that list."""
     places: dict[int, int] = {}
     stand: list[int] = []
     at: list[int] = []

@@ -1,7 +1,7 @@
 """The boxes of a part, from its runs, without touching every cell.
 
-Parts of a usual size are cut as ``bimvox.grid.boxes.boxes_of`` does it. That takes long where it does not pay, on
-terrain and the like; parts of very many runs are cut into boxes of whole runs, in time that follows the runs.
+Most parts are cut as in ``bimvox.grid.boxes.boxes_of``. That is slow for terrain and the like: parts of very many runs
+are cut into boxes of whole runs, in time proportional to the runs.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel, leaf_kernel
 
 MANY_RUNS = 1 << 15
-"""Parts of more runs are cut into boxes of whole runs."""
+"""Parts with more runs are cut into boxes of whole runs."""
 
 
 @leaf_kernel
 def _has(heads: NDArray[np.int32], spans: NDArray[np.int32], column: int, first: int, stop: int) -> bool:
-    """Say whether a column still has all the cells first <= k < stop."""
+    """Return whether a column still has all the cells first <= k < stop."""
     span = heads[column]
     while span >= 0 and spans[span, 1] <= first:
         span = spans[span, 2]
@@ -26,7 +26,7 @@ def _has(heads: NDArray[np.int32], spans: NDArray[np.int32], column: int, first:
 
 @leaf_kernel
 def _take(heads: NDArray[np.int32], spans: NDArray[np.int32], column: int, first: int, stop: int, count: int) -> int:
-    """Take the cells first <= k < stop, which it has, from a column; returns the number of spans."""
+    """Remove the cells first <= k < stop, which it has, from a column; return the number of spans."""
     before = -1
     span = heads[column]
     while spans[span, 1] <= first:
@@ -49,7 +49,7 @@ def _take(heads: NDArray[np.int32], spans: NDArray[np.int32], column: int, first
 
 @leaf_kernel
 def _find(starts: NDArray[np.int32], spans: NDArray[np.int32], column: int, first: int, stop: int) -> int:
-    """Return the span of a column that is first <= k < stop, exactly, and not used; -1 if there is none."""
+    """Return the unused span of a column that is exactly first <= k < stop; -1 if there is none."""
     for span in range(starts[column], starts[column + 1]):
         if spans[span, 0] == first and spans[span, 1] == stop and spans[span, 2] == 0:
             return span
@@ -58,7 +58,7 @@ def _find(starts: NDArray[np.int32], spans: NDArray[np.int32], column: int, firs
 
 @kernel
 def _count_runs(columns: NDArray[np.int32]) -> int:
-    """Return the number of runs of all columns, those that they share counted for each."""
+    """Return the number of runs of all columns; a run that several columns have counts for each."""
     count = 0
     for column in range(columns.shape[0]):
         count += columns[column, 1] - columns[column, 0]
@@ -72,7 +72,7 @@ def whole_run_boxes(columns: NDArray[np.int32], runs: NDArray[np.int32], rows: i
     Arguments and result as for ``greedy_boxes``.
     """
     starts = np.zeros(rows * width + 1, np.int32)
-    # First, stop, whether it is used.
+    # First, stop, whether the span is used.
     spans = np.zeros((_count_runs(columns), 3), np.int32)
     count = 0
     for column in range(rows * width):
@@ -122,7 +122,7 @@ def greedy_boxes(columns: NDArray[np.int32], runs: NDArray[np.int32], rows: int,
     Arguments and result as for ``boxes_of_runs``.
     """
     heads = np.full(rows * width, -1, np.int32)
-    # Spans of a column form a list: first, stop, next. Columns that follow along x lie side by side, as they are asked.
+    # Spans of a column form a list: first, stop, next. Columns along x are adjacent in memory, as they are read.
     spans = np.empty((_count_runs(columns) + 64, 3), np.int32)
     count = 0
     for j in range(width):
@@ -181,7 +181,7 @@ def boxes_of_runs(columns: NDArray[np.int32], runs: NDArray[np.int32], rows: int
 
     Args:
         columns: (rows * width, 2) int32 first run of each column, and one past its last.
-        runs: (R, 3) int32 runs, ascending in each column; those that touch are taken together.
+        runs: (R, 3) int32 runs, ascending in each column; runs that touch are joined.
         rows: Columns along x.
         width: Columns along y.
 

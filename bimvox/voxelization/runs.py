@@ -1,18 +1,52 @@
 """The cells of a part as runs along z: what its surface meets, with shares, and what lies inside.
 
-A run is a row ``first, stop, share``: the cells first <= k < stop of its column. ``share`` is the place in the list of
-shares of the first of them, or -1 for cells that lie inside, which are full. A column is a row ``first, stop``, too: of
-its runs. Columns side by side that are alike have the same runs.
+A run is a row ``first, stop, share``: the cells first <= k < stop of its column. ``share`` is the index of the first
+cell's share, or -1 for cells inside the solid, which are full. A column is a row ``first, stop`` of its runs.
+Neighbouring columns that are equal have the same runs.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, kernel, leaf_kernel
-from bimvox.voxelization.bits import EVERY, NONE, ONE, WORD, lowest, population, stretch
+from bimvox.voxelization.bits import EVERY, NONE, ONE, WORD, CellPlanes, lowest, population, stretch
 from bimvox.voxelization.sweep import FULL
+
+
+class FilledCells(NamedTuple):
+    """The cells of a part and how much of each is filled, in 2^-14.
+
+    Attributes:
+        cells: Cells inside the solid are full.
+        starts: (A * B + 1,) int64 first share of each column; equal columns may use the same shares.
+        shares: (S,) uint16 share of every cell that the surface meets, in order.
+        border_share: Share of the cells of ``cells.border``.
+    """
+
+    cells: CellPlanes
+    starts: NDArray[np.int64]
+    shares: NDArray[np.uint16]
+    border_share: int
+
+
+class Runs(NamedTuple):
+    """Room for runs.
+
+    Attributes:
+        columns: (N, 2) int32 first run of each column, and one past its last.
+        rows: (R, 3) int32 runs ``first, stop, share``.
+        shares: (S,) uint16.
+        sums: (3,) int64, used so far: runs, shares, cells.
+    """
+
+    columns: NDArray[np.int32]
+    rows: NDArray[np.int32]
+    shares: NDArray[np.uint16]
+    sums: NDArray[np.int64]
 
 
 @kernel
@@ -29,17 +63,9 @@ def share_starts(met: NDArray[np.uint64]) -> NDArray[np.int64]:
 
 
 @inline_kernel
-def _alike(
-    met: NDArray[np.uint64],
-    inside: NDArray[np.uint64],
-    border: NDArray[np.uint64],
-    starts: NDArray[np.int64],
-    i: int,
-    j: int,
-    x: int,
-    y: int,
-) -> bool:
-    """Say whether two columns have the same cells, and their shares in one place."""
+def _alike(filled: FilledCells, i: int, j: int, x: int, y: int) -> bool:
+    """Return whether two columns have the same cells and use the same shares."""
+    met, inside, border, starts = filled.cells.met, filled.cells.inside, filled.cells.border, filled.starts
     alike = starts[i * met.shape[1] + j] == starts[x * met.shape[1] + y]
     for w in range(met.shape[2]):
         alike = alike and met[i, j, w] == met[x, y, w] and inside[i, j, w] == inside[x, y, w]
@@ -56,39 +82,29 @@ def _cells_of(columns: NDArray[np.int32], runs: NDArray[np.int32], column: int) 
 
 
 @leaf_kernel
-def write_runs(
-    met: NDArray[np.uint64],
-    inside: NDArray[np.uint64],
-    border: NDArray[np.uint64],
-    starts: NDArray[np.int64],
-    shares: NDArray[np.uint16],
-    border_share: int,
-    low: NDArray[np.int64],
-    high: NDArray[np.int64],
-    column: int,
-    columns: NDArray[np.int32],
-    runs: NDArray[np.int32],
-    kept: NDArray[np.uint16],
-    sums: NDArray[np.int64],
-) -> int:
-    """Write the runs from number ``column`` on until there is no room; returns the first column not written.
+def write_runs(filled: FilledCells, low: NDArray[np.int64], high: NDArray[np.int64], column: int, room: Runs) -> int:
+    """Write the runs of the box [low, high) from ``column`` on while there is room; see ``runs_of``.
 
-    ``sums`` holds the runs, the shares and the cells so far. See ``runs_of``.
+    Returns:
+        The first column that is not written.
     """
+    met, inside, border = filled.cells.met, filled.cells.inside, filled.cells.border
+    starts, shares = filled.starts, filled.shares
+    columns, runs, kept, sums = room.columns, room.rows, room.shares, room.sums
     width = high[1] - low[1]
     w0, w1 = low[2] >> 6, (high[2] + WORD - 1) >> 6
     count, kept_count, total = sums[0], sums[1], sums[2]
     height = high[2] - low[2]
-    # Cells of the column before.
+    # Cells of the previous column.
     before = _cells_of(columns, runs, column - 1) if column > 0 else 0
     while column < columns.shape[0]:
         if count + height + 1 > runs.shape[0] or kept_count + height > kept.size:
             break
         i, j = low[0] + column // width, low[1] + column % width
         same = -1
-        if j > low[1] and _alike(met, inside, border, starts, i, j, i, j - 1):
+        if j > low[1] and _alike(filled, i, j, i, j - 1):
             same = column - 1
-        elif i > low[0] and _alike(met, inside, border, starts, i, j, i - 1, j):
+        elif i > low[0] and _alike(filled, i, j, i - 1, j):
             same = column - width
         if same >= 0:
             columns[column, 0], columns[column, 1] = columns[same, 0], columns[same, 1]
@@ -119,7 +135,7 @@ def write_runs(
                 length = min(lowest(rest) if rest != NONE else WORD, WORD - bit)
                 left &= ~stretch(bit, bit + length)
                 total += length
-                # A run goes on over the border of words.
+                # A run continues across the border between words.
                 joins = bit == 0 and count > first_run and runs[count - 1, 1] == base
                 if joins and (runs[count - 1, 2] >= 0) == on_surface:
                     runs[count - 1, 1] += length
@@ -133,7 +149,7 @@ def write_runs(
                             kept[kept_count] = shares[share]
                             share += 1
                         else:
-                            kept[kept_count] = border_share
+                            kept[kept_count] = filled.border_share
                         kept_count += 1
         before += total
         columns[column, 0], columns[column, 1] = first_run, count
@@ -143,65 +159,44 @@ def write_runs(
 
 
 @kernel
-def longer_runs(runs: NDArray[np.int32], used: int, size: int) -> NDArray[np.int32]:
-    """Return room for ``size`` runs that starts with the ``used`` ones of another array."""
-    longer = np.empty((size, 3), np.int32)
+def longer(room: Runs, height: int) -> Runs:
+    """Return the same content with room for twice as much and one more column of ``height`` cells."""
+    used, used_shares = room.sums[0], room.sums[1]
+    rows = np.empty((2 * used + height + 1, 3), np.int32)
     for n in range(used):
-        longer[n, 0], longer[n, 1], longer[n, 2] = runs[n, 0], runs[n, 1], runs[n, 2]
-    return longer
-
-
-@kernel
-def longer_shares(shares: NDArray[np.uint16], used: int, size: int) -> NDArray[np.uint16]:
-    """Return room for ``size`` shares that starts with the ``used`` ones of another array."""
-    longer = np.empty(size, np.uint16)
-    for n in range(used):
-        longer[n] = shares[n]
-    return longer
+        rows[n, 0], rows[n, 1], rows[n, 2] = room.rows[n, 0], room.rows[n, 1], room.rows[n, 2]
+    shares = np.empty(2 * used_shares + height, np.uint16)
+    for n in range(used_shares):
+        shares[n] = room.shares[n]
+    return Runs(room.columns, rows, shares, room.sums)
 
 
 @kernel
 def runs_of(
-    met: NDArray[np.uint64],
-    inside: NDArray[np.uint64],
-    border: NDArray[np.uint64],
-    starts: NDArray[np.int64],
-    shares: NDArray[np.uint16],
-    border_share: int,
-    low: NDArray[np.int64],
-    high: NDArray[np.int64],
+    filled: FilledCells, low: NDArray[np.int64], high: NDArray[np.int64]
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.uint16], int]:
     """Return the runs of the half-open box [low, high) of a part's cells.
 
-    Args:
-        met: (A, B, W) plane of bits: cells that the surface meets.
-        inside: (A, B, W) plane of bits: other cells, inside the solid.
-        border: (A, B, W) plane of bits: other cells, in the part by the half-open rule.
-        starts: (A * B + 1,) int64 first share of each column.
-        shares: (S,) uint16 share of every cell that is ``met``, in order.
-        border_share: Share of cells of ``border``.
-        low: (3,) int64.
-        high: (3,) int64.
-
     Returns:
-        (columns, 2) int32 first run of each column, and one past its last; (R, 3) int32 runs, (S,) uint16 shares, and
-        the number of cells.
+        (columns, 2) int32 first run of each column, and one past its last; (R, 3) int32 runs; (S,) uint16 shares; the
+        number of cells.
     """
     columns = np.empty((max(high[0] - low[0], 0) * max(high[1] - low[1], 0), 2), np.int32)
     height = high[2] - low[2]
-    runs = np.empty((columns.shape[0] + height + 1, 3), np.int32)
-    kept = np.empty(shares.size + height, np.uint16)
-    sums = np.zeros(3, np.int64)
+    room = Runs(
+        columns,
+        np.empty((columns.shape[0] + height + 1, 3), np.int32),
+        np.empty(filled.shares.size + height, np.uint16),
+        np.zeros(3, np.int64),
+    )
     column = 0
     while True:
-        column = write_runs(
-            met, inside, border, starts, shares, border_share, low, high, column, columns, runs, kept, sums
-        )
+        column = write_runs(filled, low, high, column, room)
         if column == columns.shape[0]:
             break
-        runs = longer_runs(runs, sums[0], 2 * sums[0] + height + 1)
-        kept = longer_shares(kept, sums[1], 2 * sums[1] + height)
-    return columns, runs[: sums[0]], kept[: sums[1]], sums[2]
+        room = longer(room, height)
+    sums = room.sums
+    return columns, room.rows[: sums[0]], room.shares[: sums[1]], sums[2]
 
 
 @kernel
@@ -221,7 +216,7 @@ def filled_of(columns: NDArray[np.int32], runs: NDArray[np.int32], shares: NDArr
 
 @kernel
 def dense_cells(shape: tuple[int, int, int], columns: NDArray[np.int32], runs: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Return the cells of runs as an array of booleans."""
+    """Return the cells of runs as an (A, B, C) bool array."""
     cells = np.zeros(shape, np.bool_)
     for column in range(columns.shape[0]):
         for n in range(columns[column, 0], columns[column, 1]):
@@ -234,7 +229,7 @@ def dense_cells(shape: tuple[int, int, int], columns: NDArray[np.int32], runs: N
 def dense_fractions(
     shape: tuple[int, int, int], columns: NDArray[np.int32], runs: NDArray[np.int32], shares: NDArray[np.uint16]
 ) -> NDArray[np.float32]:
-    """Return the filled share of every cell of runs, 0..1."""
+    """Return the filled share of every cell of runs, (A, B, C) float32, 0..1."""
     fractions = np.zeros(shape, np.float32)
     for column in range(columns.shape[0]):
         i, j = column // shape[1], column % shape[1]
@@ -246,10 +241,9 @@ def dense_fractions(
 
 
 @kernel
-def dense_shares(
-    met: NDArray[np.uint64], inside: NDArray[np.uint64], height: int, shares: NDArray[np.uint16]
-) -> NDArray[np.uint16]:
-    """Return the share of every cell, in 2^-14, from the shares of the surface cells in order."""
+def dense_shares(cells: CellPlanes, shares: NDArray[np.uint16]) -> NDArray[np.uint16]:
+    """Return the share of every cell, (A, B, C) uint16 in 2^-14, from the shares of the surface cells in order."""
+    met, inside, height = cells.met, cells.inside, cells.height
     dense = np.zeros((met.shape[0], met.shape[1], height), np.uint16)
     at = 0
     for i in range(met.shape[0]):

@@ -1,8 +1,8 @@
 """The interior of a part, however its mesh is made, and how it was found.
 
-A closed mesh is filled by winding along z. Where that does not close, the three axes vote: a cell is inside when most
-of the axes whose lines close there say so. Where they cannot tell, or where the mesh is more sheet than shell, what
-cannot be reached from outside without crossing a surface cell is inside.
+A closed mesh is filled by winding along z. Where lines do not close, the three axes vote: a cell is inside if most of
+the axes whose lines close there say so. If the vote is a tie, or the mesh is more a sheet than a shell, a cell is
+inside if it cannot be reached from outside without crossing a surface cell.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.voxelization.bits import empty_plane, pack, unpack
+from bimvox.voxelization.bits import CellPlanes, empty_plane, empty_planes, pack, unpack
 from bimvox.voxelization.borders import mark_borders
 from bimvox.voxelization.closure import corner_keys, edges_match, inverted_faces, openness
 from bimvox.voxelization.columns import fill_columns
-from bimvox.voxelization.runs import dense_shares, share_starts
+from bimvox.voxelization.runs import FilledCells, dense_shares, share_starts
 from bimvox.voxelization.samples import sample_lines
 from bimvox.voxelization.surface import mark_surface
 from bimvox.voxelization.sweep import FULL
 
-# A mesh that faces itself with less than half of its surface is a sheet: lines through it mean no inside and outside.
+# If less than half of a mesh's surface faces other surface, it is a sheet: lines through it tell nothing about inside.
 _SHEET_OPENNESS = 0.5
 _HALF = FULL // 2
 
@@ -34,37 +34,26 @@ class Fill(StrEnum):
     WINDING = "winding"
     """Signed winding closed on every line."""
     VOTE = "vote"
-    """Some lines did not close: the axes voted there."""
+    """Some lines did not close; the axes voted there."""
     FLOOD = "flood"
-    """What cannot be reached from outside."""
+    """Cells that cannot be reached from outside are inside."""
     SURFACE = "surface"
-    """The mesh encloses nothing: only its surface counts."""
+    """The mesh encloses nothing; the part is its surface."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SolidFill:
-    """How a part was filled, and its cells as planes of bits (see ``bits.py``); no cell is in two of them.
+    """The cells of a part, and how they were found.
 
     Attributes:
-        fill: By which means.
-        volume: Volume in cells by the divergence theorem, where the mesh is closed and nowhere covers itself, so that
-            it is exact; else None.
-        met: (A, B, W), cells that the surface meets.
-        inside: (A, B, W), cells inside the solid.
-        border: (A, B, W), cells in the part by the half-open rule only.
-        starts: (A * B + 1,) int64, first share of each column; columns that are alike may share theirs.
-        shares: (S,) uint16, in 2^-14: how much of each cell that the surface meets is filled, in order.
-        border_share: The same for the cells of ``border``.
+        fill: How the interior was found.
+        volume: Exact volume in cells by the divergence theorem; None if the mesh is open or overlaps itself.
+        filled: The cells, and the filled share of each.
     """
 
     fill: Fill
     volume: float | None
-    met: NDArray[np.uint64]
-    inside: NDArray[np.uint64]
-    border: NDArray[np.uint64]
-    starts: NDArray[np.int64]
-    shares: NDArray[np.uint16]
-    border_share: int
+    filled: FilledCells
 
 
 @kernel
@@ -104,7 +93,8 @@ def _reach_from_outside(barrier: NDArray[np.bool_]) -> NDArray[np.bool_]:
         i = at // nz // ny
         if size + 6 > stack.size:
             longer = np.empty(2 * stack.size, np.int64)
-            longer[:size] = stack[:size]
+            for n in range(size):
+                longer[n] = stack[n]
             stack = longer
         for axis in range(3):
             for step in (-1, 1):
@@ -131,7 +121,11 @@ def _vote(
     closed_xy: NDArray[np.bool_],
     outside: NDArray[np.bool_],
 ) -> tuple[bool, bool]:
-    """Let the axes decide every cell; returns whether all agreed, and whether the flood had to decide anything."""
+    """Let the axes decide every cell.
+
+    Returns:
+        Whether all axes agreed everywhere, and whether the flood decided any cell.
+    """
     agreed = True
     flooded = False
     at = 0
@@ -171,40 +165,48 @@ def _fill_along(
     """Return the filled shares found along one axis, which of its columns close, and how many lines leak."""
     order = [(1, 2, 0), (2, 0, 1), (0, 1, 2)][axis]
     turned = np.ascontiguousarray(met.transpose(order))
-    surface, inside = pack(turned), empty_plane(*turned.shape)
+    nothing = empty_plane(0, 0, 0)
+    cells = CellPlanes(pack(turned), empty_plane(*turned.shape), nothing, turned.shape[2])
     closed = np.ones(turned.shape[:2], np.bool_)
     corners = np.ascontiguousarray(triangles[:, :, order])
     starts = np.empty(closed.size + 1, np.int64)
-    shares, leaks, _, _ = fill_columns(
-        surface, inside, turned.shape[2], corners, inverted, sample_lines(), closed, starts, False
-    )
-    dense = dense_shares(surface, inside, turned.shape[2], shares)
+    shares, leaks, _, _ = fill_columns(cells, corners, inverted, sample_lines(), closed, starts, False)
+    dense = dense_shares(cells, shares)
     return dense.transpose(np.argsort(order)), closed, leaks
 
 
 @kernel
 def wind(
-    met: NDArray[np.uint64],
-    inside: NDArray[np.uint64],
-    border: NDArray[np.uint64],
-    height: int,
+    cells: CellPlanes,
     triangles: NDArray[np.float64],
     samples: NDArray[np.float64],
     tolerance: float,
     top: NDArray[np.int64],
-) -> tuple[bool, NDArray[np.int64], NDArray[np.uint16], int, int, float]:
-    """Mark the surface and, where every edge matches, fill by winding: whether that was all, and what came out."""
-    mark_surface(met, height, triangles, tolerance)
-    starts = np.empty(met.shape[0] * met.shape[1] + 1, np.int64)
+) -> tuple[bool, FilledCells, int, int, float]:
+    """Mark the surface and, if every edge matches, fill by winding.
+
+    Args:
+        cells: Planes of zeros, changed in place.
+        triangles: (F, 3, 3) float64, in cells, relative to the lowest corner of the planes.
+        samples: (2, 16) float64, see ``sample_lines``.
+        tolerance: In cells.
+        top: (3,) int64, one past the highest cell of the part's range.
+
+    Returns:
+        Whether the part is done; its cells; the lowest and highest winding; the volume in cells.
+    """
+    mark_surface(cells, triangles, tolerance)
+    starts = np.empty(cells.met.shape[0] * cells.met.shape[1] + 1, np.int64)
     if not edges_match(corner_keys(triangles)):
-        return False, starts, np.empty(0, np.uint16), 0, 0, 0.0
+        return False, FilledCells(cells, starts, np.empty(0, np.uint16), 0), 0, 0, 0.0
     inverted = np.zeros(triangles.shape[0], np.bool_)
-    closed = np.ones(met.shape[:2], np.bool_)
-    shares, leaks, least, most = fill_columns(met, inside, height, triangles, inverted, samples, closed, starts, True)
+    closed = np.ones(cells.met.shape[:2], np.bool_)
+    shares, leaks, least, most = fill_columns(cells, triangles, inverted, samples, closed, starts, True)
+    filled = FilledCells(cells, starts, shares, 0)
     if leaks > 0 or least < 0 < most:
-        return False, starts, shares, least, most, 0.0
-    mark_borders(met, inside, border, height, triangles, tolerance, top)
-    return True, starts, shares, least, most, abs(_signed_volume(triangles, inverted))
+        return False, filled, least, most, 0.0
+    mark_borders(cells, triangles, tolerance, top)
+    return True, filled, least, most, abs(_signed_volume(triangles, inverted))
 
 
 def fill_solid(
@@ -219,54 +221,50 @@ def fill_solid(
         top: (3,) int64, one past the highest cell of the part's range.
 
     Returns:
-        How it was filled. Cells of a flooded part that its surface meets count as half filled, those of a sheet as
-        empty.
+        The cells, and how they were found. Surface cells count as half filled if the part was flooded, and as empty if
+        it is a sheet.
     """
-    met, inside, border = empty_plane(*shape), empty_plane(*shape), empty_plane(*shape)
-    done, starts, shares, least, most, volume = wind(
-        met, inside, border, shape[2], triangles, sample_lines(), tolerance, top
-    )
+    cells = empty_planes(*shape)
+    done, filled, least, most, volume = wind(cells, triangles, sample_lines(), tolerance, top)
     if done:
-        exact = volume if covers_once(least, most) else None
-        return SolidFill(Fill.WINDING, exact, met, inside, border, starts, shares, 0)
+        return SolidFill(Fill.WINDING, volume if covers_once(least, most) else None, filled)
     keys = corner_keys(triangles)
     matched = bool(edges_match(keys))
     if not matched and openness(triangles) >= _SHEET_OPENNESS:
-        return _fill_by_flood(met, inside, border, shape[2], triangles, tolerance, top)
+        return _fill_by_flood(cells, triangles, tolerance, top)
     inverted = np.zeros(len(triangles), np.bool_)
-    closed = np.ones(met.shape[:2], np.bool_)
+    closed = np.ones(shape[:2], np.bool_)
     fill = Fill.WINDING
     for inside_out in (False, True):
         if inside_out:
             inverted = inverted_faces(triangles, keys)
             if not inverted.any():
                 break
-        inside[:] = 0
+        cells.inside[:] = 0
         closed[:] = True
         shares, leaks, least, most = fill_columns(
-            met, inside, shape[2], triangles, inverted, sample_lines(), closed, starts, False
+            cells, triangles, inverted, sample_lines(), closed, filled.starts, False
         )
         if not least < 0 < most:
             break
     if not matched or leaks:
-        fill, inside = _fill_by_vote(met, inside, shape[2], shares, triangles, inverted, closed, leaks, tolerance, top)
-    mark_borders(met, inside, border, shape[2], triangles, tolerance, top)
+        fill, inside = _fill_by_vote(cells, shares, triangles, inverted, closed, leaks, tolerance, top)
+        cells = cells._replace(inside=inside)
+    mark_borders(cells, triangles, tolerance, top)
     exact = None
     if matched and fill is Fill.WINDING and covers_once(least, most):
         exact = abs(_signed_volume(triangles, inverted))
-    return SolidFill(fill, exact, met, inside, border, starts, shares, 0)
+    return SolidFill(fill, exact, FilledCells(cells, filled.starts, shares, 0))
 
 
 @kernel
 def covers_once(least: int, most: int) -> bool:
-    """Say whether windings from ``least`` to ``most`` are those of a mesh that nowhere covers itself."""
+    """Return whether windings from ``least`` to ``most`` are those of a mesh that does not overlap itself."""
     return least == 0 <= most <= 1 or least == -1 <= most == 0
 
 
 def _fill_by_vote(
-    met: NDArray[np.uint64],
-    inside: NDArray[np.uint64],
-    height: int,
+    cells: CellPlanes,
     shares: NDArray[np.uint16],
     triangles: NDArray[np.float64],
     inverted: NDArray[np.bool_],
@@ -275,14 +273,14 @@ def _fill_by_vote(
     tolerance: float,
     top: NDArray[np.int64],
 ) -> tuple[Fill, NDArray[np.uint64]]:
-    surface = unpack(met, height)
+    surface = unpack(cells.met, cells.height)
     share_x, closed_yz, leaks_x = _fill_along(0, surface, triangles, inverted)
     share_y, closed_zx, leaks_y = _fill_along(1, surface, triangles, inverted)
-    along = np.stack([share_x, share_y, dense_shares(met, inside, height, shares)])
-    # Seen from outside, what lies on borders is surface, too.
-    nothing, border = np.zeros_like(met), np.zeros_like(met)
-    mark_borders(met, nothing, border, height, triangles, tolerance, top)
-    outside = _reach_from_outside(unpack(met | border, height))
+    along = np.stack([share_x, share_y, dense_shares(cells, shares)])
+    # Seen from outside, cells on borders are surface too.
+    shell = CellPlanes(cells.met, np.zeros_like(cells.met), np.zeros_like(cells.met), cells.height)
+    mark_borders(shell, triangles, tolerance, top)
+    outside = _reach_from_outside(unpack(shell.met | shell.border, cells.height))
     found = np.zeros_like(surface)
     agreed, flooded = _vote(surface, found, shares, along, closed_yz, closed_zx, closed_xy, outside)
     if agreed and not (leaks_x or leaks_y or leaks_z):
@@ -291,20 +289,15 @@ def _fill_by_vote(
 
 
 def _fill_by_flood(
-    met: NDArray[np.uint64],
-    inside: NDArray[np.uint64],
-    border: NDArray[np.uint64],
-    height: int,
-    triangles: NDArray[np.float64],
-    tolerance: float,
-    top: NDArray[np.int64],
+    cells: CellPlanes, triangles: NDArray[np.float64], tolerance: float, top: NDArray[np.int64]
 ) -> SolidFill:
-    mark_borders(met, inside, border, height, triangles, tolerance, top)
-    barrier = unpack(met | border, height)
+    mark_borders(cells, triangles, tolerance, top)
+    barrier = unpack(cells.met | cells.border, cells.height)
     enclosed = ~barrier & ~_reach_from_outside(barrier)
-    starts = share_starts(met)
+    starts = share_starts(cells.met)
     if not enclosed.any():
         shares = np.zeros(starts[-1], np.uint16)
-        return SolidFill(Fill.SURFACE, None, met, inside, border, starts, shares, 0)
+        return SolidFill(Fill.SURFACE, None, FilledCells(cells, starts, shares, 0))
     shares = np.full(starts[-1], _HALF, np.uint16)
-    return SolidFill(Fill.FLOOD, None, met, pack(enclosed), border, starts, shares, _HALF)
+    cells = cells._replace(inside=pack(enclosed))
+    return SolidFill(Fill.FLOOD, None, FilledCells(cells, starts, shares, _HALF))

@@ -1,36 +1,57 @@
 """Surface cells: every cell whose open box meets a triangle.
 
 Triangle against box by the separating axis theorem with its 13 axes (Akenine-Möller 2001, "Fast 3D triangle-box overlap
-testing"): three box normals, the triangle's normal, nine cross products of edges. All of them are linear in the cell's
-indices, so the cells of a triangle are found as runs along z instead of being tested one by one (compare Schwarz and
-Seidel 2010, "Fast parallel surface and solid voxelization on GPUs").
+testing"): three box normals, the triangle's normal, nine cross products of edges. All are linear in the cell's
+indices, so the cells of a triangle are found as runs along z instead of one by one (compare Schwarz and Seidel 2010,
+"Fast parallel surface and solid voxelization on GPUs").
 
-The box is the cell shrunk by the tolerance on every side, so that faces lying on a cell border do not spill. What then
-marks nothing because it lies in the skin between two cells follows the half-open rule: it belongs to the cell above (to
-the right, behind), unless one of the cells on either side of the border is in the part anyway, or the cell above is
+The box is the cell shrunk by the tolerance on every side, so that faces on a cell border do not spill over. What then
+marks no cell, because it lies within the tolerance of a border, follows the half-open rule: it belongs to the cell
+above (to the right, behind), unless a cell on either side of the border is in the part anyway, or the cell above is
 outside the part's range (``borders.py``).
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, kernel, leaf_kernel
-from bimvox.voxelization.bits import NONE, ONE, WORD, has, set_run, stretch
+from bimvox.voxelization.bits import NONE, ONE, WORD, CellPlanes, has, set_run, stretch
 
 _FAR = 1.0e9
 # Below this ratio of twice the area to the squared edge a normal is rounding noise: the triangle is its edges.
 _FLAT = 1.0e-12
 
 
+class MarkScratch(NamedTuple):
+    """Scratch of ``mark_triangle``.
+
+    Attributes:
+        runs: (6, max(A, B)) int32, first and last cell of the runs in the three projections.
+        terms: (3, 11) float64, the bounds that the edges set in them, see ``_edge_terms``.
+    """
+
+    runs: NDArray[np.int32]
+    terms: NDArray[np.float64]
+
+
+@kernel
+def mark_scratch(plane: NDArray[np.uint64]) -> MarkScratch:
+    """Return the scratch for marking the cells of a plane of bits."""
+    runs = np.empty((6, max(plane.shape[0], plane.shape[1])), np.int32)
+    return MarkScratch(runs, np.empty((3, 11), np.float64))
+
+
 @inline_kernel
 def _edge_terms(p: NDArray[np.float64], across: int, along: int, half: float, terms: NDArray[np.float64]) -> None:
-    """Write the bounds that the edges' axes set to cells along ``along``, linear in the place across.
+    """Write the bounds that the edges set on cells along ``along``, linear in the position across.
 
-    An axis is the edge turned by a quarter in the plane of the two coordinates, so it separates the 2-D projections:
-    cells k with ``terms[edge] + terms[edge + 6] * at < k + 0.5 < terms[edge + 3] + terms[edge + 6] * at``. Where the
-    edge runs along ``along`` the axis only bounds the place across: ``terms[9] < at < terms[10]``.
+    An edge's axis is the edge turned by a quarter in the plane of the two coordinates, so it separates the 2-D
+    projections: cells k with ``terms[edge] + terms[edge + 6] * at < k + 0.5 < terms[edge + 3] + terms[edge + 6] * at``.
+    An edge along ``along`` bounds only the position across: ``terms[9] < at < terms[10]``.
     """
     terms[9], terms[10] = -_FAR, _FAR
     for edge in range(3):
@@ -65,9 +86,9 @@ def _runs_across(
     lows: NDArray[np.int32],
     highs: NDArray[np.int32],
 ) -> None:
-    """Write the run of cells within first..last that no edge's axis separates, for each of the places place..stop.
+    """Write, for each position place..stop, the run of cells within first..last that no edge's axis separates.
 
-    No branches: compilers turn this into vector instructions.
+    Without branches, so that the compiler vectorizes it.
     """
     low_a, low_b, low_c = terms[0], terms[1], terms[2]
     high_a, high_b, high_c = terms[3], terms[4], terms[5]
@@ -86,7 +107,7 @@ def _runs_across(
         low, high = np.floor(low - 0.5) + 1.0, np.ceil(high - 0.5) - 1.0
         low = low if low > least else least
         high = high if high < most else most
-        # Nothing: one past the last cell, or one before the first.
+        # An empty run: one past the last cell, or one before the first.
         low = low if low <= most else most + 1.0
         high = high if high >= least else least - 1.0
         high = high if (after < at) & (at < before) else least - 1.0
@@ -96,29 +117,20 @@ def _runs_across(
 
 @inline_kernel
 def _side(cell: int, plane: int, size: int) -> tuple[int, int]:
-    """Return the half-open range of cells on both sides of a border, or the cell itself where there is no border."""
+    """Return the half-open range of the cells on both sides of a border; the cell itself if there is no border."""
     if plane < 0:
         return cell, cell + 1
     return max(plane - 1, 0), min(plane + 1, size)
 
 
 @inline_kernel
-def _mark_beside(
-    met: NDArray[np.uint64],
-    inside: NDArray[np.uint64],
-    border: NDArray[np.uint64],
-    i: int,
-    j: int,
-    low: int,
-    high: int,
-    height: int,
-    plane: NDArray[np.int64],
-) -> None:
-    """Mark the cells low..high of a column, but for those beside a cell that is in the part already."""
+def _mark_beside(cells: CellPlanes, i: int, j: int, low: int, high: int, plane: NDArray[np.int64]) -> None:
+    """Mark the cells low..high of a column, except those next to a cell that is in the part already."""
+    met, inside, border = cells.met, cells.inside, cells.border
     i0, i1 = _side(i, plane[0], met.shape[0])
     j0, j1 = _side(j, plane[1], met.shape[1])
     if plane[2] >= 0:
-        k0, k1 = _side(low, plane[2], height)
+        k0, k1 = _side(low, plane[2], cells.height)
         for x in range(i0, i1):
             for y in range(j0, j1):
                 for k in range(k0, k1):
@@ -136,21 +148,25 @@ def _mark_beside(
 
 @leaf_kernel
 def mark_triangle(
-    met: NDArray[np.uint64],
-    inside: NDArray[np.uint64],
-    border: NDArray[np.uint64],
-    height: int,
+    cells: CellPlanes,
     p: NDArray[np.float64],
     tolerance: float,
     plane: NDArray[np.int64],
-    runs: NDArray[np.int32],
-    terms: NDArray[np.float64],
+    scratch: MarkScratch,
     on_border: bool,
 ) -> None:
     """Mark the cells that one triangle meets; see ``mark_surface`` and ``borders.mark_borders``.
 
-    ``runs`` (6, max(A, B)) and ``terms`` (3, 11) are scratch.
+    Args:
+        cells: ``met`` is changed in place, or ``border`` if ``on_border``.
+        p: (3, 3) float64, the corners.
+        tolerance: In cells.
+        plane: (3,) int64, the border between cells that the triangle lies on, for each axis; -1 if it lies on none.
+        scratch: From ``mark_scratch``.
+        on_border: Whether to mark only cells on a border, with no cell of the part next to them.
     """
+    met, inside, border, height = cells.met, cells.inside, cells.border, cells.height
+    runs, terms = scratch.runs, scratch.terms
     i0 = max(int(np.floor(min(p[0, 0], p[1, 0], p[2, 0]) + tolerance)), 0)
     i1 = min(int(np.ceil(max(p[0, 0], p[1, 0], p[2, 0]) - tolerance)) - 1, met.shape[0] - 1)
     j0 = max(int(np.floor(min(p[0, 1], p[1, 1], p[2, 1]) + tolerance)), 0)
@@ -160,7 +176,7 @@ def mark_triangle(
     if i0 > i1 or j0 > j1 or k0 > k1:
         return
     half = 0.5 - tolerance
-    # Most triangles of a building lie across an axis: all but one of the tests are those of the bounds.
+    # Most triangles of a building are perpendicular to an axis: then the bounds replace all tests but one.
     if p[0, 2] == p[1, 2] and p[0, 2] == p[2, 2]:
         _edge_terms(p, 1, 0, half, terms[1])
         _runs_across(terms[1], j0, j1 + 1, i0, i1, runs[2], runs[3])
@@ -168,7 +184,7 @@ def mark_triangle(
         for k in range(k0, k1 + 1):
             bit = ONE << np.uint64(k & 63)
             if alone:
-                # As _mark_beside does it, for the border below or above only.
+                # As in _mark_beside, for the border below or above only.
                 first, stop = _side(k, plane[2], height)
                 for j in range(j0, j1 + 1):
                     for i in range(runs[2, j], runs[3, j] + 1):
@@ -181,7 +197,7 @@ def mark_triangle(
             for j in range(j0, j1 + 1):
                 for i in range(runs[2, j], runs[3, j] + 1):
                     if on_border:
-                        _mark_beside(met, inside, border, i, j, k, k, height, plane)
+                        _mark_beside(cells, i, j, k, k, plane)
                     else:
                         met[i, j, k >> 6] |= bit
         return
@@ -192,9 +208,9 @@ def mark_triangle(
             for j in range(j0, j1 + 1):
                 if runs[4, j] <= runs[5, j]:
                     if on_border:
-                        _mark_beside(met, inside, border, i, j, runs[4, j], runs[5, j], height, plane)
+                        _mark_beside(cells, i, j, int(np.int64(runs[4, j])), int(np.int64(runs[5, j])), plane)
                     else:
-                        set_run(met, i, j, runs[4, j], runs[5, j])
+                        set_run(met, i, j, int(np.int64(runs[4, j])), int(np.int64(runs[5, j])))
         return
     _edge_terms(p, 0, 2, half, terms[0])
     _runs_across(terms[0], i0, i1 + 1, k0, k1, runs[0], runs[1])
@@ -203,9 +219,9 @@ def mark_triangle(
             for j in range(j0, j1 + 1):
                 if runs[0, i] <= runs[1, i]:
                     if on_border:
-                        _mark_beside(met, inside, border, i, j, runs[0, i], runs[1, i], height, plane)
+                        _mark_beside(cells, i, j, int(np.int64(runs[0, i])), int(np.int64(runs[1, i])), plane)
                     else:
-                        set_run(met, i, j, runs[0, i], runs[1, i])
+                        set_run(met, i, j, int(np.int64(runs[0, i])), int(np.int64(runs[1, i])))
         return
     _edge_terms(p, 1, 0, half, terms[1])
     _edge_terms(p, 1, 2, half, terms[2])
@@ -222,11 +238,11 @@ def mark_triangle(
     reach = abs(radius * over)
     px, py, pz = p[0, 0], p[0, 1], p[0, 2]
     for j in range(j0, j1 + 1):
-        low_z, high_z = int(runs[4, j]), int(runs[5, j])
+        low_z, high_z = int(np.int64(runs[4, j])), int(np.int64(runs[5, j]))
         if low_z > high_z:
             continue
         for i in range(runs[2, j], runs[3, j] + 1):
-            low, high = max(low_z, int(runs[0, i])), min(high_z, int(runs[1, i]))
+            low, high = max(low_z, int(np.int64(runs[0, i]))), min(high_z, int(np.int64(runs[1, i])))
             if low > high:
                 continue
             if has_plane:
@@ -240,37 +256,31 @@ def mark_triangle(
             if low > high:
                 continue
             if on_border:
-                _mark_beside(met, inside, border, i, j, low, high, height, plane)
+                _mark_beside(cells, i, j, low, high, plane)
             else:
                 set_run(met, i, j, low, high)
 
 
 @leaf_kernel
-def mark_triangles(
-    met: NDArray[np.uint64],
-    height: int,
+def _mark_triangles(
+    cells: CellPlanes,
     triangles: NDArray[np.float64],
     tolerance: float,
     plane: NDArray[np.int64],
-    runs: NDArray[np.int32],
-    terms: NDArray[np.float64],
+    scratch: MarkScratch,
 ) -> None:
-    """As ``mark_surface``, with ``plane`` and the scratch arrays of ``mark_triangle``."""
     for f in range(triangles.shape[0]):
-        mark_triangle(met, met, met, height, triangles[f], tolerance, plane, runs, terms, False)
+        mark_triangle(cells, triangles[f], tolerance, plane, scratch, False)
 
 
 @kernel
-def mark_surface(met: NDArray[np.uint64], height: int, triangles: NDArray[np.float64], tolerance: float) -> None:
+def mark_surface(cells: CellPlanes, triangles: NDArray[np.float64], tolerance: float) -> None:
     """Set the bit of every cell whose open box, shrunk by ``tolerance``, meets a triangle.
 
     Args:
-        met: (A, B, W) plane of bits, changed in place.
-        height: Cells of a column.
-        triangles: (F, 3, 3) float64, in cells, relative to the lowest corner of the plane.
+        cells: ``met`` is changed in place.
+        triangles: (F, 3, 3) float64, in cells, relative to the lowest corner of the planes.
         tolerance: In cells.
     """
-    runs = np.empty((6, max(met.shape[0], met.shape[1])), np.int32)
-    terms = np.empty((3, 11), np.float64)
     plane = np.full(3, -1, np.int64)
-    mark_triangles(met, height, triangles, tolerance, plane, runs, terms)
+    _mark_triangles(cells, triangles, tolerance, plane, mark_scratch(cells.met))

@@ -1,45 +1,100 @@
-"""One column's crossings, put in order and turned into what each of its cells is filled.
+"""One column's crossings, sorted and turned into how much of each cell is filled.
 
-Where the crossings are in order as they are and the lines are inside at most one shell at a time, which is nearly
-always, the lines of a record are dealt with together. Else each line sorts its crossings (``sweep_lines``).
+Nearly always the records can be sorted as a whole and each line is inside at most one shell at a time: then the lines
+of a record are handled together. Otherwise each line sorts its own crossings (``sweep_lines``).
 
-A column whose crossings and surface cells are those of a column beside it, none of them higher or lower there, takes
-over what was found there: along floors, walls, beams and pipes nothing is computed twice.
+If a column has the same crossings, at the same heights, and the same surface cells as its neighbour, it takes over the
+neighbour's result: along floors, walls, beams and pipes nothing is computed twice.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, leaf_kernel
-from bimvox.voxelization.bits import NONE, ONE, WORD, lowest, population, stretch
-from bimvox.voxelization.lines import ALL, HEIGHT_BITS, LEAVES, UNIT, heights_of
+from bimvox.voxelization.bits import NONE, ONE, WORD, CellPlanes, lowest, population, stretch
+from bimvox.voxelization.faces import HEIGHT_BITS, UNIT, Faces, heights_of
+from bimvox.voxelization.lines import ALL, LEAVES, Records, Slab
 from bimvox.voxelization.samples import SAMPLES
 
 FULL = 1 << 14
-"""The share of a cell that is filled throughout; shares are counted in 2^-14 of a cell."""
+"""The share of a full cell; shares are counted in 2^-14 of a cell."""
 FEW = 48
-"""Room for records of a column; columns of more get room of their own."""
-# Up to so many are put in order as they are.
+"""Room for the records of a column; a column with more gets room of its own."""
+# Up to so many records are sorted as a whole.
 _ORDERED = 8
 
-# Faces that touch may be crossed in the wrong order by rounding: a winding that lasts no longer than this is not seen.
+# By rounding, faces that touch may be crossed in the wrong order: a winding over a shorter height than this is ignored.
 _NOISE = 4
-# Of a share, in units of ``change`` when all lines close.
+# One share in units of ``change`` when all lines close.
 _STEP = SAMPLES * UNIT // FULL
 _HALF_STEP = _STEP // 2
 
 
+class Changes(NamedTuple):
+    """How many lines get inside (or out, negative) along a column; zeros between columns.
+
+    Attributes:
+        change: (C + 2,) int64, change of the filled height in each cell, in 2^-16 of a cell, summed over the lines.
+        touched: (W,) uint64, bits of the cells whose ``change`` was written.
+    """
+
+    change: NDArray[np.int64]
+    touched: NDArray[np.uint64]
+
+
+class ColumnScratch(NamedTuple):
+    """Scratch for one column with up to N records.
+
+    Attributes:
+        masks: (N,) uint32, lines of each record.
+        heights: (N, 16) float64, heights of its lines in 2^-16 of a cell.
+        spans: (N, 4) int64, lowest height, highest height, index and sum of heights of each record; these are sorted.
+        keys: (16, N) int64, crossings of each line.
+        stored: (16,) int64, number of crossings of each line.
+        winding: (16,) int32.
+        changes: Changes along the column.
+    """
+
+    masks: NDArray[np.uint32]
+    heights: NDArray[np.float64]
+    spans: NDArray[np.int64]
+    keys: NDArray[np.int64]
+    stored: NDArray[np.int64]
+    winding: NDArray[np.int32]
+    changes: Changes
+
+
+class Found(NamedTuple):
+    """What the sweep finds, besides the cells inside.
+
+    Attributes:
+        closed: (A, B) bool, False for columns of which most lines do not close.
+        starts: (A * B + 1,) int64, first share of each column.
+        shares: (S,) uint16, room for shares.
+        sums: (4,) int64: shares so far, lines that do not close, lowest and highest winding.
+        sharing: Whether equal neighbouring columns use the same shares.
+    """
+
+    closed: NDArray[np.bool_]
+    starts: NDArray[np.int64]
+    shares: NDArray[np.uint16]
+    sums: NDArray[np.int64]
+    sharing: bool
+
+
 @inline_kernel
 def _mask(masks: NDArray[np.uint32], n: int) -> int:
-    """Return a record's lines as a whole number (Numba makes floats of mixed signs)."""
+    """Return a record's lines as an int (numba turns mixed signs into floats)."""
     return int(np.int64(masks[n]))
 
 
 @leaf_kernel
 def count_closing(masks: NDArray[np.uint32], count: int, winding: NDArray[np.int32]) -> tuple[int, int]:
-    """Return how many lines of a column close, and which, a bit each."""
+    """Return how many lines of a column close, and a bit for each that does."""
     for s in range(SAMPLES):
         winding[s] = 0
     for n in range(count):
@@ -56,8 +111,9 @@ def count_closing(masks: NDArray[np.uint32], count: int, winding: NDArray[np.int
 
 
 @inline_kernel
-def _enter_change(z: int, lines: int, change: NDArray[np.int64], touched: NDArray[np.uint64]) -> None:
-    """Enter that so many lines get in (or out, negative) at a height."""
+def _enter_change(z: int, lines: int, changes: Changes) -> None:
+    """Enter that so many lines get in (or out, negative) at height ``z``."""
+    change, touched = changes
     k = z >> HEIGHT_BITS
     above = z & (UNIT - 1)
     change[k] += lines * (UNIT - above)
@@ -68,21 +124,15 @@ def _enter_change(z: int, lines: int, change: NDArray[np.int64], touched: NDArra
 
 @inline_kernel
 def _enter_lines(
-    lines: int,
-    sign: int,
-    low: int,
-    high: int,
-    total: int,
-    heights: NDArray[np.float64],
-    change: NDArray[np.int64],
-    touched: NDArray[np.uint64],
+    lines: int, sign: int, low: int, high: int, total: int, heights: NDArray[np.float64], changes: Changes
 ) -> None:
     """Enter that these lines, a bit each, get in (or out, sign -1) at their heights."""
+    change, touched = changes
     k = low >> HEIGHT_BITS
     if k != high >> HEIGHT_BITS:
         for s in range(SAMPLES):
             if lines >> s & 1:
-                _enter_change(int(heights[s]), sign, change, touched)
+                _enter_change(int(heights[s]), sign, changes)
         return
     # All in one cell.
     count = SAMPLES
@@ -103,9 +153,9 @@ def _enter_lines(
 
 @inline_kernel
 def _orientation(masks: NDArray[np.uint32], spans: NDArray[np.int64], count: int) -> int:
-    """Return the winding inside a column, 1 or -1, whose lines are inside at most one shell at a time; else 0.
+    """Return the winding inside a column, 1 or -1; 0 if a line does not close or is inside two shells at once.
 
-    The records are in order. Lines that do not close give 0, too.
+    The records are sorted.
     """
     if count == 0:
         return 0
@@ -128,11 +178,7 @@ def _orientation(masks: NDArray[np.uint32], spans: NDArray[np.int64], count: int
 def _put_in_order(
     masks: NDArray[np.uint32], heights: NDArray[np.float64], spans: NDArray[np.int64], count: int
 ) -> bool:
-    """Order the records of a column by height, entering before leaving; False if no order is right for every line.
-
-    ``spans`` (count, 4) holds lowest and highest height, the record's number and the sum of its heights, and is what is
-    ordered.
-    """
+    """Sort ``spans`` by height, entering before leaving; return False if no order is right for every line."""
     for n in range(1, count):
         low, high, record, total = spans[n, 0], spans[n, 1], spans[n, 2], spans[n, 3]
         rank = 2 * low + int(_mask(masks, record) >> LEAVES != 0)
@@ -160,21 +206,16 @@ def _put_in_order(
 
 
 @leaf_kernel
-def sweep_lines(
-    masks: NDArray[np.uint32],
-    heights: NDArray[np.float64],
-    count: int,
-    used: int,
-    keys: NDArray[np.int64],
-    stored: NDArray[np.int64],
-    sums: NDArray[np.int64],
-    change: NDArray[np.int64],
-    touched: NDArray[np.uint64],
-) -> None:
-    """Sweep a column line by line, the crossings of each sorted by height, entering before leaving.
+def sweep_lines(scratch: ColumnScratch, count: int, used: int, sums: NDArray[np.int64]) -> None:
+    """Sweep the lines ``used`` of a column one by one, the crossings of each sorted by height, entering before leaving.
 
-    ``keys`` (16, count) and ``stored`` (16,) are scratch.
+    Args:
+        scratch: Holds the records; its changes are written.
+        count: Number of records.
+        used: A bit for each line.
+        sums: See ``Found``.
     """
+    masks, heights, keys, stored = scratch.masks, scratch.heights, scratch.keys, scratch.stored
     for s in range(SAMPLES):
         stored[s] = 0
     for n in range(count):
@@ -202,24 +243,21 @@ def sweep_lines(
             since = z
             lines_in = int(winding != 0) - int(before != 0)
             if lines_in != 0:
-                _enter_change(z, lines_in, change, touched)
+                _enter_change(z, lines_in, scratch.changes)
     sums[2], sums[3] = least, most
 
 
 @inline_kernel
 def fill_column(
-    met: NDArray[np.uint64],
-    inside: NDArray[np.uint64],
-    i: int,
-    j: int,
-    top: int,
-    change: NDArray[np.int64],
-    touched: NDArray[np.uint64],
-    closing: int,
-    shares: NDArray[np.uint16],
-    at: int,
+    cells: CellPlanes, i: int, j: int, changes: Changes, closing: int, shares: NDArray[np.uint16], at: int
 ) -> int:
-    """Turn ``change`` into bits of ``inside`` and shares; ``change`` and ``touched`` are zero again afterwards."""
+    """Turn changes into bits of ``inside`` and shares from ``at`` on; the changes are zero again afterwards.
+
+    Returns:
+        One past the last share.
+    """
+    met, inside, top = cells.met, cells.inside, cells.height
+    change, touched = changes
     whole = max(closing, 1) * UNIT
     run = 0
     for w in range(met.shape[2]):
@@ -248,22 +286,16 @@ def fill_column(
             filled |= stretch(start, WORD)
         inside[i, j, w] = filled
         touched[w] = NONE
-    # Of what ends on the very top, a rest went to the next cell.
+    # A crossing at the very top leaves a rest in the next cell.
     change[top] = change[top + 1] = 0
     touched[top >> 6] = touched[(top + 1) >> 6] = NONE
     return at
 
 
 @inline_kernel
-def _repeats(
-    column: int,
-    other: int,
-    head: NDArray[np.int32],
-    following: NDArray[np.int32],
-    record_face: NDArray[np.int32],
-    record_mask: NDArray[np.uint32],
-) -> bool:
-    """Say whether two columns have the same records."""
+def _repeats(records: Records, column: int, other: int) -> bool:
+    """Return whether two columns have the same records."""
+    head, following, record_face, record_mask = records
     n, m = head[column], head[other]
     while n >= 0 and m >= 0:
         if record_face[n] != record_face[m] or record_mask[n] != record_mask[m]:
@@ -274,7 +306,7 @@ def _repeats(
 
 @inline_kernel
 def _meets_the_same(met: NDArray[np.uint64], i: int, j: int, x: int, y: int) -> bool:
-    """Say whether the surface meets the same cells of two columns."""
+    """Return whether the surface meets the same cells of two columns."""
     same = True
     for w in range(met.shape[2]):
         same = same and met[i, j, w] == met[x, y, w]
@@ -283,45 +315,26 @@ def _meets_the_same(met: NDArray[np.uint64], i: int, j: int, x: int, y: int) -> 
 
 @leaf_kernel
 def sweep_columns(
-    met: NDArray[np.uint64],
-    inside: NDArray[np.uint64],
-    top: int,
-    planes: NDArray[np.float64],
-    samples: NDArray[np.float64],
-    sources: NDArray[np.int32],
-    i_low: int,
+    cells: CellPlanes,
+    faces: Faces,
+    slab: Slab,
+    records: Records,
     column: int,
-    columns: int,
-    head: NDArray[np.int32],
-    following: NDArray[np.int32],
-    record_face: NDArray[np.int32],
-    record_mask: NDArray[np.uint32],
-    masks: NDArray[np.uint32],
-    heights: NDArray[np.float64],
-    spans: NDArray[np.int64],
-    keys: NDArray[np.int64],
-    stored: NDArray[np.int64],
-    winding: NDArray[np.int32],
-    plain: NDArray[np.bool_],
-    change: NDArray[np.int64],
-    touched: NDArray[np.uint64],
-    closed: NDArray[np.bool_],
-    starts: NDArray[np.int64],
-    shares: NDArray[np.uint16],
-    sums: NDArray[np.int64],
-    sharing: bool,
+    scratch: ColumnScratch,
+    found: Found,
 ) -> int:
-    """Sweep the columns from ``column`` to ``columns``, counted from row ``i_low``.
-
-    ``sources`` holds the row that has the records of each row (``columns.py``); ``sums`` the number of shares so far,
-    the lines that do not close, and the lowest and highest winding seen. ``plain`` (2, width) says of which columns of
-    the row before (of this row, up to ``column``) the next one along x, or along y, may take over what was found. Such
-    columns have their shares in one place, if ``sharing``.
+    """Sweep the columns of a slab from ``column`` on.
 
     Returns:
-        The first column that there is no room for in the scratch arrays, or ``columns``.
+        The first column with too many records for the scratch; the number of columns if all are done.
     """
-    width = met.shape[1]
+    met, inside, top = cells.met, cells.inside, cells.height
+    planes, samples, sources, plain = faces.planes, slab.samples, slab.sources, slab.plain
+    i_low, width = slab.first_row, slab.width
+    columns = (slab.stop_row - i_low) * width
+    head, following, record_face, record_mask = records
+    masks, heights, spans, changes = scratch.masks, scratch.heights, scratch.spans, scratch.changes
+    starts, shares, sums, sharing = found.starts, found.shares, found.sums, found.sharing
     if column >= columns:
         return columns
     i, j = i_low + column // width, column % width - 1
@@ -335,17 +348,12 @@ def sweep_columns(
         x = y = -1
         if (
             plain[0, j]
-            and (sources[i] != i or _repeats(at, before + j, head, following, record_face, record_mask))
+            and (sources[i] != i or _repeats(records, at, before + j))
             and _meets_the_same(met, i, j, i - 1, j)
         ):
             x, y = i - 1, j
             plain_y = plain[1, j]
-        elif (
-            j > 0
-            and plain[1, j - 1]
-            and _meets_the_same(met, i, j, i, j - 1)
-            and _repeats(at, at - 1, head, following, record_face, record_mask)
-        ):
+        elif j > 0 and plain[1, j - 1] and _meets_the_same(met, i, j, i, j - 1) and _repeats(records, at, at - 1):
             x, y = i, j - 1
             plain_x = plain[0, j - 1]
         if x >= 0:
@@ -368,7 +376,7 @@ def sweep_columns(
             face = record_face[record]
             masks[count] = record_mask[record]
             low, high, total = heights_of(planes[face], samples, i, j, top, heights[count])
-            # Of level faces both are 0.
+            # Both are 0 for level faces.
             plain_x, plain_y = plain_x and planes[face, 0] == 0.0, plain_y and planes[face, 1] == 0.0
             spans[count, 0], spans[count, 1], spans[count, 2], spans[count, 3] = int(low), int(high), count, int(total)
             count += 1
@@ -388,15 +396,15 @@ def sweep_columns(
                     lines = _mask(masks, m) >> side * LEAVES & ALL
                     if lines != 0:
                         sign = turn * (1 - 2 * side)
-                        _enter_lines(lines, sign, spans[n, 0], spans[n, 1], spans[n, 3], heights[m], change, touched)
+                        _enter_lines(lines, sign, spans[n, 0], spans[n, 1], spans[n, 3], heights[m], changes)
         elif count > 0:
-            closing, used = count_closing(masks, count, winding)
+            closing, used = count_closing(masks, count, scratch.winding)
             sums[1] += SAMPLES - closing
             if 2 * closing < SAMPLES:
-                closed[i, j] = False
+                found.closed[i, j] = False
             else:
-                sweep_lines(masks, heights, count, used, keys, stored, sums, change, touched)
+                sweep_lines(scratch, count, used, sums)
         plain[0, j], plain[1, j] = plain_x and closing == SAMPLES, plain_y and closing == SAMPLES
-        sums[0] = fill_column(met, inside, i, j, top, change, touched, closing, shares, sums[0])
+        sums[0] = fill_column(cells, i, j, changes, closing, shares, sums[0])
         column += 1
     return columns

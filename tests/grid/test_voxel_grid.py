@@ -21,7 +21,7 @@ def test_counts_cover_every_cell_air_included() -> None:
 
 def test_labels_follow_from_owners() -> None:
     grid = grid_of([np.ones((1, 1, 2))], [part("wall", label=Label.STRUCTURE)])
-    assert grid.labels_of(np.array([[-1, 0]], np.int32)).tolist() == [[Label.AIR, Label.STRUCTURE]]
+    assert grid.label_table.tolist() == [Label.AIR, Label.STRUCTURE]
 
 
 def test_the_fill_fraction_is_the_solid_in_the_cells_that_a_part_meets() -> None:

@@ -4,9 +4,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bimvox_pipeline.voxelize import voxelize
+from grid_bytes import grid_from_bytes
 
 from bimvox.errors import FileError, InputError, SelectionError
-from bimvox.grid.storage import grid_from_bytes
 from bimvox.progress import SilentProgress
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"

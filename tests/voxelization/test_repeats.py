@@ -7,9 +7,9 @@ from reference import box_mesh, joined, moved, rotation, without_faces
 from bimvox.bim.building import Building, Element, Role, Source, TriangleMesh
 from bimvox.grid.voxel_grid import VoxelGrid
 from bimvox.voxelization import building as building_module
-from bimvox.voxelization.batch import Meshes, batches_of
 from bimvox.voxelization.building import voxelize_building
 from bimvox.voxelization.lattice import cell_range
+from bimvox.voxelization.meshes import Meshes, batches_of
 from bimvox.voxelization.part import voxelize_mesh
 from bimvox.voxelization.repeats import grouped, kinds_of, part_keys
 

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.grid.boxes import boxes_of
-from bimvox.voxelization.bits import pack
+from bimvox.voxelization.bits import CellPlanes, pack
 from bimvox.voxelization.run_boxes import greedy_boxes, whole_run_boxes
-from bimvox.voxelization.runs import dense_cells, dense_fractions, dense_shares, runs_of, share_starts
+from bimvox.voxelization.runs import FilledCells, dense_cells, dense_fractions, dense_shares, runs_of, share_starts
 from bimvox.voxelization.sweep import FULL
 
 AIR, SURFACE, INSIDE, BORDER = range(4)
@@ -24,15 +24,19 @@ def random_kinds(seed: int, height: int) -> np.ndarray:
     return kinds
 
 
+def cells_of(kinds: np.ndarray) -> CellPlanes:
+    return CellPlanes(*(pack(kinds == kind) for kind in (SURFACE, INSIDE, BORDER)), kinds.shape[2])
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1, 7, 63, 64, 65, 150]), st.data())
 def test_runs_are_the_cells_of_a_box_with_their_shares(seed: int, height: int, data: st.DataObject) -> None:
     kinds = random_kinds(seed, height)
     low = np.array([data.draw(st.integers(0, n - 1)) for n in kinds.shape])
     high = np.array([data.draw(st.integers(a + 1, n)) for a, n in zip(low, kinds.shape, strict=True)])
-    met, inside, border = (pack(kinds == kind) for kind in (SURFACE, INSIDE, BORDER))
+    cells = cells_of(kinds)
     shares = np.random.default_rng(seed).integers(0, FULL, size=np.count_nonzero(kinds == SURFACE)).astype(np.uint16)
-    columns, runs, kept, count = runs_of(met, inside, border, share_starts(met), shares, 99, low, high)
+    columns, runs, kept, count = runs_of(FilledCells(cells, share_starts(cells.met), shares, 99), low, high)
     window = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
     shape = tuple(int(n) for n in high - low)
     np.testing.assert_array_equal(dense_cells(shape, columns, runs), kinds[window] != AIR)
@@ -41,7 +45,7 @@ def test_runs_are_the_cells_of_a_box_with_their_shares(seed: int, height: int, d
     full[kinds == SURFACE] = shares
     np.testing.assert_array_equal(dense_fractions(shape, columns, runs, kept), full[window] / np.float32(FULL))
     dense = np.where(kinds == BORDER, 0, full)
-    np.testing.assert_array_equal(dense_shares(met, inside, height, shares), dense)
+    np.testing.assert_array_equal(dense_shares(cells, shares), dense)
     # Maximal: two runs that touch are of different kinds.
     for first, stop in columns:
         rows = runs[first:stop]
@@ -53,10 +57,10 @@ def test_runs_are_the_cells_of_a_box_with_their_shares(seed: int, height: int, d
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1, 5, 70]))
 def test_boxes_are_the_cells_without_overlap(seed: int, height: int) -> None:
     kinds = random_kinds(seed, height)
-    met, inside, border = (pack(kinds == kind) for kind in (SURFACE, INSIDE, BORDER))
+    cells = cells_of(kinds)
     shares = np.zeros(np.count_nonzero(kinds == SURFACE), np.uint16)
     whole = (np.zeros(3, np.int64), np.array(kinds.shape))
-    columns, runs, _, _ = runs_of(met, inside, border, share_starts(met), shares, 0, *whole)
+    columns, runs, _, _ = runs_of(FilledCells(cells, share_starts(cells.met), shares, 0), *whole)
     greedy = greedy_boxes(columns, runs, *kinds.shape[:2])
     np.testing.assert_array_equal(greedy, boxes_of(kinds != AIR))
     filled = np.zeros(kinds.shape, np.int64)
@@ -67,10 +71,8 @@ def test_boxes_are_the_cells_without_overlap(seed: int, height: int) -> None:
 
 @pytest.mark.parametrize("cut", [greedy_boxes, whole_run_boxes])
 def test_a_block_is_one_box(cut) -> None:
-    cells = np.ones((5, 6, 7), bool)
-    met = pack(cells)
-    shares = np.full(cells.size, FULL, np.uint16)
-    columns, runs, _, _ = runs_of(
-        met, pack(~cells), pack(~cells), share_starts(met), shares, 0, np.zeros(3, np.int64), np.array(cells.shape)
-    )
+    kinds = np.full((5, 6, 7), SURFACE)
+    cells = cells_of(kinds)
+    filled = FilledCells(cells, share_starts(cells.met), np.full(kinds.size, FULL, np.uint16), 0)
+    columns, runs, _, _ = runs_of(filled, np.zeros(3, np.int64), np.array(kinds.shape))
     assert cut(columns, runs, 5, 6).tolist() == [[0, 0, 0, 5, 6, 7]]

@@ -6,10 +6,10 @@ import pytest
 import trimesh
 from bimvox_pipeline.export.export import export
 from box_grids import grid_of, part, random_shares
+from grid_bytes import grid_to_bytes
 
 from bimvox.errors import FileError, GridFileError, InputError
 from bimvox.grid.frame import GridFrame
-from bimvox.grid.storage import grid_to_bytes
 from bimvox.progress import SilentProgress
 
 KEYS = {"out", "messages", "lifts", "cells", "parts", "seconds"}
