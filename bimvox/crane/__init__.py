@@ -1,1 +1,1 @@
-"""Cranes: geometry, kinematics, reach, load chart and the point-to-point time bound."""
+"""Cranes: machines, geometry, kinematics, reach, load chart, wind and the point-to-point time bound."""

@@ -1,4 +1,4 @@
-"""Limits of one axis."""
+"""Speed, acceleration and jerk limits of one axis."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class AxisLimits:
     Attributes:
         rate: Highest speed, unit/s.
         acceleration: Highest acceleration, unit/s^2.
-        jerk: Highest change of acceleration, unit/s^3.
+        jerk: Highest rate of change of the acceleration, unit/s^3.
     """
 
     rate: float

@@ -1,6 +1,6 @@
-"""The point-to-point bound: how long a lift takes at least, obstacles ignored.
+"""The point-to-point bound: the least time of a motion without obstacles.
 
-Closed form, no sampling: fast enough for millions of calls while an order is sought.
+Closed form, no sampling: fast enough for millions of calls during the search for an order.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def rest_to_rest_s(distance: float, limits: AxisLimits) -> float:
     The double-S profile: Biagiotti & Melchiorri, "Trajectory Planning for Automatic Machines and Robots" (2008), 3.4.
 
     Args:
-        distance: Way of the axis, in the axis's unit; the sign does not matter.
+        distance: Travel of the axis, in the axis's unit; the sign does not matter.
         limits: The axis's limits.
     """
     way, v, a, j = abs(distance), limits.rate, limits.acceleration, limits.jerk
@@ -37,19 +37,18 @@ def rest_to_rest_s(distance: float, limits: AxisLimits) -> float:
 def point_to_point_s(
     crane: TowerCrane, start: CranePose, end: CranePose, clearance_height_m: float, shaping_s: float = 0.0
 ) -> float:
-    """Return the synchronised point-to-point time: a lower bound for a motion that gets up to a clearance height.
+    """Return the synchronised point-to-point time: a lower bound for a motion that reaches a clearance height.
 
-    Definition: each axis on its own, from rest to rest; the hoist from the start up to the clearance height, where it
-    stops, and down to the end (a clearance height below the higher end costs nothing); the bound is the slowest axis,
-    because hoisting, slewing and trolleying may overlap. Slewing goes the shortest way round. What is in between is
-    ignored.
+    Each axis moves on its own from rest to rest. The hoist moves from the start up to the clearance height, stops, and
+    moves down to the end (a clearance height below the higher end costs nothing). The bound is the slowest axis,
+    because hoisting, slewing and trolleying may overlap. Slewing takes the shorter direction. Obstacles are ignored.
 
     Args:
         crane: The crane.
-        start: Where the hook starts, at rest.
-        end: Where it ends, at rest.
-        clearance_height_m: Height of the hook above the site's z = 0 that the motion has to get up to.
-        shaping_s: What slewing and trolleying take longer because they are shaped against swing: half a period.
+        start: Hook pose at the start, at rest.
+        end: Hook pose at the end, at rest.
+        clearance_height_m: Height of the hook above the site's z = 0 that the motion must reach.
+        shaping_s: Extra time of slewing and trolleying for shaping against swing: half a period.
     """
     turn = math.remainder(end.slew_rad - start.slew_rad, 2.0 * math.pi)
     low, high = sorted((start.height_m, end.height_m))
@@ -63,7 +62,7 @@ def point_to_point_s(
 
 
 def _radial_s(crane: TowerCrane, start_m: float, end_m: float) -> float:
-    """Time of the axis that changes the radius: the trolley, or the luffing axis."""
+    """Return the time of the axis that changes the radius: the trolley or the luffing axis."""
     if crane.luffing is None:
         return rest_to_rest_s(end_m - start_m, crane.trolley)
     start, end = luff_of_radius(crane.luffing, np.array([start_m, end_m])).tolist()

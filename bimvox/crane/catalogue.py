@@ -20,13 +20,13 @@ BUILT_IN: tuple[TowerCrane, ...] = tuple(crane for cranes in KINDS.values() for 
 
 
 def machines_called(name: str) -> tuple[TowerCrane, ...]:
-    """Return the built-in machines of a kind, or the one machine of a name.
+    """Return the built-in machines of a kind, or the machine with a name.
 
     Args:
         name: ``hammerhead``, ``luffing``, ``mobile``, or the name of a machine.
 
     Raises:
-        InputError: If there is neither.
+        InputError: If there is no such kind or machine.
     """
     if name in KINDS:
         return KINDS[name]
@@ -36,6 +36,6 @@ def machines_called(name: str) -> tuple[TowerCrane, ...]:
     known = [*KINDS, *(crane.name for crane in BUILT_IN)]
     near = difflib.get_close_matches(name, known, n=1)
     raise InputError(
-        f"no built-in crane is called {name!r}" + (f"; meant {near[0]}?" if near else ""),
-        hint=f"a kind ({', '.join(KINDS)}) or a machine: {', '.join(crane.name for crane in BUILT_IN)}",
+        f"no built-in crane is called {name!r}" + (f"; did you mean {near[0]!r}?" if near else ""),
+        hint=f"give a kind ({', '.join(KINDS)}) or a machine: {', '.join(crane.name for crane in BUILT_IN)}",
     )

@@ -1,10 +1,9 @@
-"""Whether two cranes come too near each other, over time (EN 17076: anti-collision).
+"""Conflicts of two cranes over time (EN 17076: anti-collision).
 
-A crane's track says, span by span of the site's clock, within which bounds its axes are, with the ways that they need
-to brake added: so two cranes whose spans are apart stay apart whatever moment they are stopped at, one or both. A span
-is not a point in time: everything that a part sweeps between the bounds counts. For two strips that turn about two axes
-the nearest approach is found by halving the ranges of their angles; a half is dropped as soon as no pose in it can be
-near. Nothing is sampled.
+A crane's track gives bounds of its axes for every span of the site's clock, including the braking distances. So two
+cranes whose spans are apart stay apart even if one or both stop at any moment. A span is not a point in time:
+everything that a part sweeps between the bounds counts. For two strips that turn about two axes, the least distance is
+found by halving the ranges of their angles; a half is discarded when no pose in it can be near. Nothing is sampled.
 """
 
 from __future__ import annotations
@@ -23,24 +22,24 @@ SPAN_NS = 500_000_000
 
 PARTS = ("jib", "counter-jib", "mast", "load", "rope")
 SLEW_LOW, SLEW_HIGH, RADIUS_LOW, RADIUS_HIGH, LOWEST, HOOK_LOW, HOOK_HIGH, LOAD_HALF, ROPE_HALF = range(9)
-"""Columns of a span: angles (rad), radii of the hook (m), the lowest of what hangs on it, heights of the hook, and the
-radii of the discs that hold the load and the rope on the plan, swing included (m)."""
+"""Columns of a span: angles (rad), radii of the hook (m), lowest point of the load, heights of the hook, and radii of
+the discs that contain the load and the rope on plan, including swing (m)."""
 COLUMNS = 9
 _LOWS = (SLEW_LOW, RADIUS_LOW, LOWEST, HOOK_LOW)
 
 _TOLERANCE_M = 0.05
-"""Poses this much further apart than they must be may count as too near."""
+"""Poses may count as too near if their distance is above the limit by no more than this."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CraneTrack:
-    """Where a crane may be, span by span. Before the first span it stands as in ``first``, after the last in ``last``.
+    """Bounds of a crane's position, span by span; before the first span it rests in ``first``, at the end in ``last``.
 
     Attributes:
-        start_ns: When the first span begins, on the site's clock.
-        spans: (N, 9) float64 bounds during ``start_ns + n * SPAN_NS`` and one span more; see ``SLEW_LOW``.
-        first: (9,) float64 where it stands before.
-        last: (9,) float64 where it stands after.
+        start_ns: Start of the first span, on the site's clock.
+        spans: (N, 9) float64 bounds from ``start_ns + n * SPAN_NS`` for one span; see ``SLEW_LOW``.
+        first: (9,) float64 position before the first span.
+        last: (9,) float64 position after the last span.
     """
 
     start_ns: int
@@ -50,11 +49,11 @@ class CraneTrack:
 
     @property
     def end_ns(self) -> int:
-        """When the last span ends."""
+        """End of the last span."""
         return self.start_ns + len(self.spans) * SPAN_NS
 
     def later(self, by_ns: int) -> CraneTrack:
-        """Return the same track, later on the clock."""
+        """Return the track shifted to a later time."""
         return replace(self, start_ns=self.start_ns + by_ns)
 
 
@@ -63,10 +62,10 @@ class Conflict:
     """Two cranes that come too near each other.
 
     Attributes:
-        time_ns: Start of the first span in which they do, on the site's clock.
-        parts: Which parts of the first and of the second crane (``PARTS``).
-        distance_m: How near they get on the plan.
-        needed_m: How far apart they must be.
+        time_ns: Start of the first such span, on the site's clock.
+        parts: Part of the first and of the second crane (``PARTS``).
+        distance_m: Their distance on plan.
+        needed_m: The required distance.
     """
 
     time_ns: int
@@ -76,7 +75,7 @@ class Conflict:
 
 
 def joined(tracks: Sequence[CraneTrack]) -> CraneTrack:
-    """Return tracks of one crane that follow each other as one; between them it stands where the one before ends."""
+    """Return consecutive tracks of one crane as one track; between them the crane rests where the previous one ends."""
     start_ns = tracks[0].start_ns
     count = max(-(-(track.end_ns - start_ns) // SPAN_NS) for track in tracks)
     spans = np.full((count, COLUMNS), -np.inf)
@@ -95,7 +94,7 @@ def joined(tracks: Sequence[CraneTrack]) -> CraneTrack:
 
 
 def standing(track: CraneTrack) -> CraneTrack:
-    """Return a crane that stands for ever where a track ends."""
+    """Return the track of a crane that rests where a track ends."""
     return CraneTrack(track.end_ns, track.last[None, :], track.last, track.last)
 
 
@@ -107,16 +106,16 @@ def first_conflict(
     *,
     from_ns: int | None = None,
 ) -> Conflict | None:
-    """Return where two cranes first come too near each other; None where they never do.
+    """Return the first conflict of two cranes; None if there is none.
 
-    Both stand where their tracks end from then on for ever, and where they begin until then.
+    Before and after its track, each crane rests at the track's first and last position.
 
     Args:
-        cranes: What they are.
-        a: Where the first one is.
-        b: Where the second one is.
-        separation_m: Distance that parts keep on the plan, wherever their heights are no further apart than this.
-        from_ns: Nothing before this moment is looked at; None: from the earlier start.
+        cranes: Their outlines.
+        a: Track of the first crane.
+        b: Track of the second crane.
+        separation_m: Distance that parts keep on plan if their heights differ by no more than this.
+        from_ns: The search starts at this time; None: at the earlier start.
     """
     begin_ns = min(a.start_ns, b.start_ns) if from_ns is None else from_ns
     end_ns = max(a.end_ns, b.end_ns, begin_ns + 1)
@@ -135,7 +134,7 @@ def first_conflict(
 
 
 def _spread(spans: NDArray[np.float64], at: int, rows: NDArray[np.float64]) -> None:
-    """Widen spans from ``at`` on so that they hold the rows as well."""
+    """Widen the spans from ``at`` on so that they include the rows."""
     own = spans[at : at + len(rows)]
     rows = rows[: len(own)]
     for column in range(COLUMNS):
@@ -144,7 +143,7 @@ def _spread(spans: NDArray[np.float64], at: int, rows: NDArray[np.float64]) -> N
 
 
 def _numbers(outline: CraneOutline) -> NDArray[np.float64]:
-    """The outline as the kernel takes it."""
+    """Return the outline as an array for the kernel."""
     return np.array([*outline.solids_m, float(outline.luffs)])
 
 
@@ -158,7 +157,7 @@ def _first_conflict(
     separation_m: float,
     tolerance_m: float,
 ) -> tuple[int, int, int, float, float]:
-    """Go over all pairs of spans that share a moment."""
+    """Return the first conflict over all pairs of spans that overlap in time."""
     start_a, start_b, begin, end, length = clock
     parts_a, parts_b = np.empty((5, 5)), np.empty((5, 5))
     last_a, last_b = -1, -1
@@ -181,7 +180,7 @@ def _first_conflict(
         next_a = start_a + at_a * length if at_a < rows_a.shape[0] - 1 else end
         next_b = start_b + at_b * length if at_b < rows_b.shape[0] - 1 else end
         time = min(max(next_a, time + 1), max(next_b, time + 1))
-    # Both stand from now on.
+    # Both rest from now on.
     at_a, at_b = rows_a.shape[0] - 1, rows_b.shape[0] - 1
     _parts_of(outline_a, rows_a[at_a], parts_a)
     _parts_of(outline_b, rows_b[at_b], parts_b)
@@ -193,7 +192,7 @@ def _first_conflict(
 
 @kernel
 def _parts_of(outline: NDArray[np.float64], row: NDArray[np.float64], parts: NDArray[np.float64]) -> None:
-    """The five parts in one span: inner and outer radius, half width, lowest, highest."""
+    """Write the five parts in one span: inner and outer radius, half width, lowest, highest."""
     luffs = outline[14] > 0.0
     end = min(outline[2], row[RADIUS_HIGH]) if luffs else outline[2]
     parts[0] = 0.0, end, outline[3], outline[4], outline[5]
@@ -214,13 +213,13 @@ def _pair(
     separation_m: float,
     tolerance_m: float,
 ) -> tuple[int, int, float, float]:
-    """The first pair of parts that is too near in one pair of spans, how near, and how far it must be apart."""
+    """Return the first pair of parts that is too near in a pair of spans, its distance and the required distance."""
     dx, dy = outline_b[0] - outline_a[0], outline_b[1] - outline_a[1]
     apart = np.sqrt(dx * dx + dy * dy)
     for one in range(5):
         for other in range(5):
             if (one == 2 and other > 1) or (other == 2 and one > 1):
-                continue  # masts stand still, and loads and ropes are kept off them as off everything that stands
+                continue  # masts do not move; the collision rule keeps loads and ropes away from them
             if (
                 parts_a[one, 3] - parts_b[other, 4] >= separation_m
                 or parts_b[other, 3] - parts_a[one, 4] >= separation_m
@@ -248,10 +247,10 @@ def _nearest(
     needed: float,
     tolerance: float,
 ) -> float:
-    """A distance of two turning strips below ``needed``, if they get so near; infinite where they do not.
+    """Return a distance of two turning strips below ``needed``; infinite if they never get so near.
 
-    Branch and bound over the rectangle of both angles: from its middle no point moves further than radius times half
-    the range.
+    Branch and bound over the rectangle of both angles: no point moves further from the middle pose than its radius
+    times half the range.
     """
     reach_a = max(abs(part_a[0]), abs(part_a[1]))
     reach_b = max(abs(part_b[0]), abs(part_b[1]))
@@ -292,7 +291,7 @@ def _nearest(
 
 @kernel
 def _segments_apart(ax: float, ay: float, bx: float, by: float, cx: float, cy: float, dx: float, dy: float) -> float:
-    """Distance of the segments a-b and c-d on the plan."""
+    """Return the distance of the segments a-b and c-d on plan."""
     ux, uy, vx, vy = bx - ax, by - ay, dx - cx, dy - cy
     cross = ux * vy - uy * vx
     if abs(cross) > 1e-12:
@@ -309,7 +308,7 @@ def _segments_apart(ax: float, ay: float, bx: float, by: float, cx: float, cy: f
 
 @kernel
 def _point_apart(px: float, py: float, ax: float, ay: float, ux: float, uy: float) -> float:
-    """Squared distance of a point from the segment from a along u."""
+    """Return the squared distance of a point from the segment that starts at a along u."""
     length = ux * ux + uy * uy
     along = 0.0 if length <= 0.0 else min(max(((px - ax) * ux + (py - ay) * uy) / length, 0.0), 1.0)
     x, y = px - ax - along * ux, py - ay - along * uy

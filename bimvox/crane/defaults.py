@@ -1,21 +1,19 @@
-"""Default machines: four hammerhead tower cranes with rates and load charts of data-sheet class.
+"""Default machines: four hammerhead tower cranes with typical rates and load charts.
 
-They are no maker's product: rates are the ones data sheets of that size give (hoist 43 m/min up to about 8 t, 27 m/min
-up to about 12 t, 67 m/min up to 5 t; trolley 76 m/min on two falls, 38 m/min on four; slewing 0.8 rpm); the charts
-follow a constant tipping moment, rounded down to 50 kg. The two large ones can be reeved with two falls too: half the
-load, twice as fast (``DEFAULT_REEVINGS``). Replace them by the real machine's data in the site file.
+They are not products of a manufacturer. The rates are typical of data sheets of that size (hoist 43 m/min up to about
+8 t, 27 m/min up to about 12 t, 67 m/min up to 5 t; trolley 76 m/min on two falls, 38 m/min on four; slewing 0.8 rpm).
+The charts follow a constant tipping moment, rounded down to 50 kg. The two large cranes can also be reeved with two
+falls: half the load, twice as fast (``DEFAULT_REEVINGS``). Replace them with the real machine's data in the site file.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import pi
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.rigging import reeving_of
 from bimvox.crane.tower_crane import Reeving, TowerCrane
-from bimvox.errors import InputError
 
 _PER_MIN = 1.0 / 60.0
 
@@ -32,7 +30,7 @@ HOOK_BLOCK_M = 2.0
 
 
 def _gears(*pairs: tuple[float, float]) -> tuple[tuple[float, float], ...]:
-    """From (kg, m/min) to (kg, m/s)."""
+    """Return gears in (kg, m/s) from (kg, m/min)."""
     return tuple((most_kg, round(rate * _PER_MIN, 4)) for most_kg, rate in pairs)
 
 
@@ -161,24 +159,4 @@ DEFAULT_REEVINGS: dict[str, tuple[Reeving, ...]] = {
     crane.name: (reeving_of(crane), *((_TWO_FALLS[crane.name],) if crane.name in _TWO_FALLS else ()))
     for crane in DEFAULT_CRANES
 }
-"""Per machine every reeving that it has, the one that carries most first."""
-
-
-def default_crane(
-    name: str, base_m: tuple[float, float, float] = (0.0, 0.0, 0.0), jib_height_m: float | None = None
-) -> TowerCrane:
-    """Return a default crane by name, put on its base.
-
-    Args:
-        name: One of the names in ``DEFAULT_CRANES``.
-        base_m: Foot of the slewing axis.
-        jib_height_m: Height of the rope exit above the site's z = 0; the machine's own where not given.
-
-    Raises:
-        InputError: If there is no such crane.
-    """
-    for crane in DEFAULT_CRANES:
-        if crane.name == name:
-            return replace(crane, base_m=base_m, jib_height_m=jib_height_m or crane.jib_height_m)
-    known = ", ".join(crane.name for crane in DEFAULT_CRANES)
-    raise InputError(f"no default crane is called {name!r}", hint=f"known cranes: {known}")
+"""Per machine all its reevings, the one that carries most first."""

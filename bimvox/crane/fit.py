@@ -1,4 +1,4 @@
-"""Choosing a crane and where it stands: the smallest default that carries every part where it is needed."""
+"""Choice of a crane and its base: the smallest default that carries every part where it is needed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MAST_CLEARANCE_M = 1.5
 
 _PITCH_M = 1.0
 _RING_M = 12.0
-_MOST_BASES = 400  # at which the jib is looked at, those used least first
+_MOST_BASES = 400  # bases at which the jib is checked, those with the lowest utilisation first
 
 
 def fit_crane(
@@ -34,33 +34,33 @@ def fit_crane(
     margin_m: float = 0.5,
     standing: BuiltHeights | None = None,
 ) -> TowerCrane:
-    """Return the first crane that serves every point, on the base where it is used least.
+    """Return the first crane that serves every point, on the base with the lowest utilisation; deterministic.
 
     Bases are tried on a lattice of 1 m in a ring around the building, clear of it and of the other areas by 1.5 m plus
-    half the mast. Of the bases that serve every point the one with the smallest largest radius, as a share of what is
-    allowed for that mass, is taken; ties go to the lowest y, then x. The same input gives the same crane.
+    half the mast. Of the bases that serve every point, the one is chosen whose largest radius, as a share of the radius
+    allowed for that mass, is smallest; ties go to the lowest y, then x.
 
-    A luffing tower crane gets a mast so high that its jib turns above everything. A mobile crane has to get its hook up
-    to the height at every point, and stands where its boom is over the most points with all of the site standing.
+    A luffing tower crane gets a mast so high that its jib slews above everything. A mobile crane must reach the height
+    at every point; it stands where the finished building blocks its boom at the fewest points.
 
     Args:
         points_m: (N, 2) hook positions on plan: targets and yard corners.
         masses_kg: (N,) mass to be carried there, without rigging.
         footprint_m: (K, 2) corners of the building's footprint, a simple polygon.
-        height_under_hook_m: Height above the site's z = 0 that the hook has to get up to.
-        keep_clear_m: Other (K, 2) polygons that the mast has to keep clear of (yards).
+        height_under_hook_m: Height above the site's z = 0 that the hook must reach.
+        keep_clear_m: Other (K, 2) polygons from which the mast keeps clear (yards).
         cranes: Machines to choose from, the preferred one first; their base and jib height are ignored.
-        margin_m: How far inside the radius limits every point must lie.
-        standing: How high the site is built over; None where no jib can touch anything.
+        margin_m: Distance by which every point must lie inside the radius limits.
+        standing: Heights of the finished building; None if no jib can touch anything.
 
     Raises:
-        InputError: If no crane serves every point; says which point stops the last one.
+        InputError: If no crane serves every point; names the point that the last one cannot serve.
     """
     points = np.asarray(points_m, dtype=np.float64).reshape(-1, 2)
     masses = np.broadcast_to(np.asarray(masses_kg, dtype=np.float64), len(points))
     areas = [np.asarray(area, dtype=np.float64) for area in (footprint_m, *keep_clear_m)]
     if not len(points):
-        raise InputError("no point for a crane to reach", hint="give at least one target")
+        raise InputError("there is no point for a crane to reach", hint="give at least one target")
     for machine in cranes:
         jib = machine.luffing
         crane = machine if jib is None else pivoted(machine, jib, height_under_hook_m)
@@ -84,7 +84,7 @@ def fit_crane(
 def _standing_best(
     crane: TowerCrane, bases: NDArray[np.float64], points: NDArray[np.float64], standing: BuiltHeights | None
 ) -> TowerCrane:
-    """The crane on the first of the bases ((B, 2)) from which its jib is over the most points."""
+    """Return the crane on the first of the (B, 2) bases at which the building blocks its jib at the fewest points."""
     best, fewest = replace(crane, base_m=(*bases[0].tolist(), 0.0)), len(points) + 1
     if crane.luffing is None or standing is None:
         return best
@@ -106,10 +106,10 @@ def _no_crane(
     radii: NDArray[np.float64],
     served: NDArray[np.bool_],
 ) -> InputError:
-    """Say why the largest crane will not do."""
+    """Return the error that explains why the largest crane does not suffice."""
     if not len(bases):
         return InputError(
-            f"no place for the mast of {crane.name} within {_RING_M:g} m of the building, clear of the yard",
+            f"there is no place for the mast of {crane.name} within {_RING_M:g} m of the building, clear of the yard",
             hint="give [crane] base_m in the site file, or move the yard",
         )
     best = int(np.argmax(served.sum(axis=1)))
@@ -119,14 +119,14 @@ def _no_crane(
     able = max(0.0, capacity_kg(crane.chart, radius) - crane.tackle_kg)
     reached = int(served[best].sum())
     return InputError(
-        f"no default crane serves every point: {crane.name} would carry {able:.0f} kg at {radius:.1f} m, where "
-        f"{masses[worst]:.0f} kg are needed at ({x:.1f}, {y:.1f}); it serves {reached} of {len(points)}",
-        hint="give a [crane] of your own in the site file, move the yard closer, or leave the heaviest parts out",
+        f"no default crane serves every point: {crane.name} carries {able:.0f} kg at {radius:.1f} m, but "
+        f"{masses[worst]:.0f} kg are needed at ({x:.1f}, {y:.1f}); it serves {reached} of {len(points)} points",
+        hint="describe your own [crane] in the site file, move the yard closer, or leave the heaviest parts out",
     )
 
 
 def _bases(areas: Sequence[NDArray[np.float64]], clear_m: float) -> NDArray[np.float64]:
-    """(B, 2) lattice points around the first area, at least ``clear_m`` from every area, by ascending y, then x."""
+    """Return (B, 2) lattice points around the first area, at least ``clear_m`` from all areas, by y, then x."""
     low = np.floor(areas[0].min(axis=0) - clear_m - _RING_M)
     high = np.ceil(areas[0].max(axis=0) + clear_m + _RING_M)
     y, x = np.meshgrid(
@@ -141,14 +141,14 @@ def _bases(areas: Sequence[NDArray[np.float64]], clear_m: float) -> NDArray[np.f
 
 
 def distance_to_polygon_m(points_m: NDArray[np.float64], polygon_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return each point's distance to a simple polygon, 0 inside: (N, 2), (K, 2) -> (N,)."""
+    """Return the (N,) distances of (N, 2) points to a simple polygon (K, 2), 0 inside."""
     start, end = polygon_m, np.roll(polygon_m, -1, axis=0)
     edge = end - start
     relative = points_m[:, None, :] - start[None]
     length_squared = np.maximum((edge**2).sum(axis=1), 1e-300)
     along = np.clip((relative * edge).sum(axis=2) / length_squared, 0.0, 1.0)
     nearest = np.sqrt(((relative - along[:, :, None] * edge) ** 2).sum(axis=2)).min(axis=1)
-    # Even-odd rule: an edge is crossed by the ray in +x where its ends lie on both sides of the point's y.
+    # Even-odd rule: the ray in +x crosses an edge if the edge's ends lie on both sides of the point's y.
     y = points_m[:, 1, None]
     crosses = (start[:, 1] > y) != (end[:, 1] > y)
     rise = np.where(edge[:, 1] == 0.0, 1.0, edge[:, 1])

@@ -1,4 +1,4 @@
-"""What a luffing jib adds to the choice of a base: how high its pivot stands, how high it gets, what it would touch."""
+"""The luffing jib in the choice of a base: height of its pivot, height of its hook, and what it would touch."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from bimvox.crane.tower_crane import TowerCrane
 
 
 class BuiltHeights(NamedTuple):
-    """How high a site is built over, when all of it stands.
+    """Height map of the finished building.
 
     Attributes:
         origin_m: Lowest corner on plan.
-        size_m: Edge of a column, and of a step in height.
+        size_m: Edge of a column, and height of a step.
         top: (X, Y) int32 height of each column, in steps above z = 0.
     """
 
@@ -43,9 +43,9 @@ def standing_of(boxes_m: ArrayLike, size_m: float = 0.5) -> BuiltHeights:
 
 
 def pivoted(crane: TowerCrane, jib: LuffingJib, height_under_hook_m: float) -> TowerCrane:
-    """Return a luffing tower crane on a mast so high that jib and counterweight turn above everything.
+    """Return a luffing tower crane on a mast so high that jib and counterweight slew above everything.
 
-    A mobile crane stays as it is.
+    A mobile crane is returned unchanged.
     """
     if crane.kind == "mobile":
         return crane
@@ -55,14 +55,14 @@ def pivoted(crane: TowerCrane, jib: LuffingJib, height_under_hook_m: float) -> T
 
 
 def highest_hooks_m(jib: LuffingJib, radii_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how high the hook gets at radii; nowhere high where the jib does not reach."""
+    """Return the highest hook at radii, metres; -inf beyond the jib's reach."""
     high = tip_height_m(jib, radii_m) - LUFFING_HOOK_ROOM_M
     low_m, far_m = jib.radii_m
     return np.where((radii_m >= low_m) & (radii_m <= far_m), high, -np.inf)
 
 
 def places_closed(crane: TowerCrane, jib: LuffingJib, points_m: NDArray[np.float64], standing: BuiltHeights) -> int:
-    """Return over how many points ((N, 2)) the jib could not be with all of the site standing."""
+    """Return at how many of (N, 2) points the finished building blocks the jib."""
     size = standing.size_m
     closed = jib_blocked(
         jib,

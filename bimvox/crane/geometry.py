@@ -1,4 +1,4 @@
-"""What the crane itself takes up on the site."""
+"""The space that the crane itself occupies on the site."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 def mast_box_m(crane: TowerCrane) -> Box:
     """Return the lowest and the highest corner of the mast, from its foot up to the jib, metres.
 
-    A luffing jib begins at its pivot; of a mobile crane it is the box of its undercarriage and outriggers.
+    A luffing crane's mast ends at the pivot; for a mobile crane it is the box of undercarriage and outriggers.
     """
     x, y, z = crane.base_m
     half = crane.mast_size_m / 2.0

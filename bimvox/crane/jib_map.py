@@ -1,8 +1,8 @@
-"""Over which columns a luffing jib may hold its hook: jib and counterweight meet nothing that stands.
+"""Hook columns at which a luffing jib and its counterweight are clear of everything.
 
-With the hook over a column, slewing and luff angle are known, and with them where the whole jib is. So what the jib may
-not touch is one more map of hook columns, beside reach and rope: along the ray from the slewing axis to the column the
-jib's underside has to be above everything; on the other side of the axis so has the counterweight's.
+The hook column determines slew and luff angle, and so the position of the whole jib. So the jib's collisions are one
+more map of hook columns, like reach and rope. Along the ray from the slewing axis to the column, the jib's underside
+must be above everything; on the other side of the axis, so must the counterweight's.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def jib_blocked(
     own_m: float,
     reach_m: tuple[float, float],
 ) -> NDArray[np.bool_]:
-    """Return the (X, Y) columns over which the hook may not be because jib or counterweight would meet something.
+    """Return the (X, Y) columns over which the hook may not be because jib or counterweight would hit something.
 
     Args:
         jib: The jib.
@@ -32,10 +32,10 @@ def jib_blocked(
         origin_m: Lowest corner of the grid.
         voxel_size_m: Edge of a cell.
         top: (X, Y) int32, one above the highest occupied cell of each column.
-        own_m: Half the edge of the mast or the undercarriage: what stands there is the crane itself.
+        own_m: Half the edge of the mast or the undercarriage; cells there are the crane itself.
         reach_m: Smallest and largest radius that matters.
     """
-    # Between columns the jib is over the cells around its ray: widened by its half width and a cell.
+    # The jib covers the cells around its ray: the map is widened by its half width and one cell.
     wide = 1 + 2 * int(np.ceil((jib.width_m / 2.0) / voxel_size_m + 1.0))
     tail_wide = 1 + 2 * int(np.ceil((jib.tail_width_m / 2.0) / voxel_size_m + 1.0))
     over = _without_own(top, base_m, origin_m, voxel_size_m, own_m)
@@ -57,7 +57,7 @@ def _without_own(
     voxel_size_m: float,
     own_m: float,
 ) -> NDArray[np.int32]:
-    """The height map without what stands where the crane does."""
+    """Return the height map without the crane itself."""
     low = [int(np.floor((base_m[i] - own_m - origin_m[i]) / voxel_size_m)) - 1 for i in (0, 1)]
     high = [int(np.ceil((base_m[i] + own_m - origin_m[i]) / voxel_size_m)) + 1 for i in (0, 1)]
     over = top.copy()
@@ -86,7 +86,7 @@ def _blocked(
             if radius < reach[0] - size or radius > reach[1] + size or radius < 1e-6:
                 continue
             ux, uy = dx / radius, dy / radius
-            # A column stands for hooks up to a cell further out, where the jib is lower.
+            # A column represents hooks up to one cell further out, where the jib is lower.
             share = min(max((radius + size - offset) / length, np.cos(highest)), np.cos(lowest))
             slope = np.sqrt(1.0 - share * share) / share
             steps = int(np.ceil((radius + size) / (0.5 * size)))

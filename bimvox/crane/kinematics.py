@@ -1,4 +1,4 @@
-"""Kinematics: hook in the site's frame <-> slewing, radius, height <-> the joints of the machine."""
+"""Kinematics: hook in the site frame <-> slew, radius, height <-> the joints of the machine."""
 
 from __future__ import annotations
 
@@ -7,41 +7,41 @@ from numpy.typing import ArrayLike, NDArray
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.luffing import luff_of_radius, radius_of_luff, tip_height_m
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.tower_crane import TowerCrane
 
 Axes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 """slew_rad, radius_m, height_m, of equal shape."""
 
 
 def pose_of(crane: TowerCrane, hook_m: ArrayLike) -> Axes:
-    """Return the axes that put the hook at points of the site (inverse kinematics).
+    """Return the axes that bring the hook to points of the site (inverse kinematics).
 
     Args:
         crane: The crane.
         hook_m: (..., 3) points, metres.
 
     Returns:
-        ``slew_rad`` in (-pi, pi], ``radius_m`` and ``height_m``, each of shape (...). On the slewing axis itself, where
-        any slewing angle would do, it is 0.
+        ``slew_rad`` in (-pi, pi], ``radius_m`` and ``height_m``, each of shape (...). On the slewing axis itself, the
+        slew angle is 0.
     """
     points = np.asarray(hook_m, dtype=np.float64)
     dx = points[..., 0] - crane.base_m[0]
     dy = points[..., 1] - crane.base_m[1]
-    # Adding 0.0 turns -0.0 into 0.0: arctan2 would make -pi of it.
+    # Adding 0.0 turns -0.0 into 0.0, for which arctan2 would give -pi.
     return np.arctan2(dy + 0.0, dx), np.hypot(dx, dy), points[..., 2].copy()
 
 
 def hook_of(crane: TowerCrane, slew_rad: ArrayLike, radius_m: ArrayLike, height_m: ArrayLike) -> NDArray[np.float64]:
-    """Return where the hook is (forward kinematics).
+    """Return the position of the hook (forward kinematics).
 
     Args:
         crane: The crane.
-        slew_rad: Angles of the jib.
-        radius_m: Trolley positions, broadcastable against the angles.
+        slew_rad: Slew angles.
+        radius_m: Radii, broadcastable against the angles.
         height_m: Hook heights, broadcastable against the angles.
 
     Returns:
-        (..., 3) float64 points in the site's frame, metres.
+        (..., 3) float64 points in the site frame, metres.
     """
     slew, radius = np.asarray(slew_rad, np.float64), np.asarray(radius_m, np.float64)
     height = np.asarray(height_m, np.float64)
@@ -52,35 +52,17 @@ def hook_of(crane: TowerCrane, slew_rad: ArrayLike, radius_m: ArrayLike, height_
     return points
 
 
-def crane_pose(crane: TowerCrane, hook_m: ArrayLike, near_slew_rad: float | None = None) -> CranePose:
-    """Return the pose that puts the hook at one point.
-
-    Args:
-        crane: The crane.
-        hook_m: (3,) point, metres.
-        near_slew_rad: Where given, the slewing angle is the one of its equals that lies nearest to this.
-    """
-    slew, radius, height = (float(axis) for axis in pose_of(crane, hook_m))
-    return CranePose(slew if near_slew_rad is None else nearest_turn(slew, near_slew_rad), radius, height)
-
-
-def hook_point(crane: TowerCrane, pose: CranePose) -> tuple[float, float, float]:
-    """Return where the hook is at one pose, metres."""
-    x, y, z = hook_of(crane, pose.slew_rad, pose.radius_m, pose.height_m).tolist()
-    return (x, y, z)
-
-
 def nearest_turn(slew_rad: float, near_rad: float) -> float:
-    """Return the angle equal to ``slew_rad`` up to whole turns that is nearest to ``near_rad``."""
+    """Return ``slew_rad`` plus the whole turns that bring it nearest to ``near_rad``."""
     return slew_rad + 2.0 * np.pi * round((near_rad - slew_rad) / (2.0 * np.pi))
 
 
 def unwrap_slew(slew_rad: ArrayLike, start_rad: float | None = None) -> NDArray[np.float64]:
-    """Return the angles along a path, each on the shortest way from the one before: no hidden turns.
+    """Return the angles along a path, unwrapped: each within half a turn of the previous one.
 
     Args:
         slew_rad: (N,) angles.
-        start_rad: Where given, the first angle is moved by whole turns to lie nearest to this.
+        start_rad: If given, the first angle is moved by whole turns to lie nearest to this.
     """
     angles = np.asarray(slew_rad, dtype=np.float64)
     unwrapped: NDArray[np.float64] = np.unwrap(angles)
@@ -97,7 +79,7 @@ def joint_names(crane: TowerCrane) -> tuple[str, str, str]:
 def joints_of(crane: TowerCrane, axes: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return joint positions: (N, 3) slew, radius, height -> slewing (rad), trolley (m) or luffing (rad), rope (m).
 
-    The rope is what hangs below the trolley's exit, or below the tip of a luffing jib.
+    The rope length is measured from the trolley's rope exit, or from the tip of a luffing jib.
     """
     slew, radius, height = np.asarray(axes, np.float64).T
     if crane.luffing is None:

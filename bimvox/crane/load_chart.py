@@ -1,4 +1,4 @@
-"""Load charts: what the crane may carry at a radius, interpolated on the safe side."""
+"""Load charts: capacity at a radius, interpolated on the safe side."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class LoadChart:
     capacity_kg: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        """Refuse a chart that cannot be read."""
+        """Raise an error for an invalid chart."""
         if len(self.radius_m) != len(self.capacity_kg) or not self.radius_m:
             raise InputError(
                 f"a load chart with {len(self.radius_m)} radii and {len(self.capacity_kg)} capacities",
@@ -54,11 +54,11 @@ def capacity_kg(chart: LoadChart, radius_m: float) -> float: ...
 @overload
 def capacity_kg(chart: LoadChart, radius_m: NDArray[np.float64]) -> NDArray[np.float64]: ...
 def capacity_kg(chart: LoadChart, radius_m: ArrayLike) -> float | NDArray[np.float64]:
-    """Return what the crane may carry, load and rigging together, at each radius.
+    """Return the capacity, load and rigging together, at each radius.
 
-    Between two radii of the chart the curve is the hyperbola a / r + b through both points: the moment that tips a
-    tower crane is mass times radius, so capacity falls that way, and the hyperbola sags below the straight chord.
-    Inside the first radius the first capacity holds; beyond the last one it is 0.
+    Between two radii of the chart the curve is the hyperbola a / r + b through both points: the tipping moment of a
+    tower crane is mass times radius, so capacity falls as 1 / r, and the hyperbola lies below the straight chord.
+    Inside the first radius the first capacity applies; beyond the last radius it is 0.
 
     Args:
         chart: The chart.
@@ -74,7 +74,7 @@ def capacity_kg(chart: LoadChart, radius_m: ArrayLike) -> float | NDArray[np.flo
     if len(at) > 1:
         i = np.clip(np.searchsorted(at, radius, side="left"), 1, len(at) - 1)
         near, far = at[i - 1], at[i]
-        # The hyperbola in share of the way from near to far: (1/r - 1/far) / (1/near - 1/far).
+        # Hyperbolic interpolation: 1 at near, 0 at far, (1/r - 1/far) / (1/near - 1/far) between.
         share = near * (far - radius) / (np.maximum(radius, near) * (far - near))
         inside = carries[i] + (carries[i - 1] - carries[i]) * np.clip(share, 0.0, 1.0)
         capacity = np.where((radius > at[0]) & (radius <= at[-1]), inside, capacity)
@@ -83,7 +83,7 @@ def capacity_kg(chart: LoadChart, radius_m: ArrayLike) -> float | NDArray[np.flo
 
 @lru_cache(maxsize=4096)
 def max_radius_m(chart: LoadChart, mass_kg: float) -> float:
-    """Return the largest radius at which the crane may carry a mass (load and rigging together); 0 if nowhere."""
+    """Return the largest radius at which the crane carries a mass (load and rigging together); 0 if there is none."""
     at, carries = chart.radius_m, chart.capacity_kg
     if mass_kg > carries[0]:
         return 0.0
@@ -94,7 +94,7 @@ def max_radius_m(chart: LoadChart, mass_kg: float) -> float:
         return at[i]
     share = (mass_kg - carries[i + 1]) / (carries[i] - carries[i + 1])
     radius = 1.0 / (1.0 / at[i + 1] + share * (1.0 / at[i] - 1.0 / at[i + 1]))
-    # Rounding must not hand out a radius whose own capacity is a hair too small.
+    # Rounding must not give a radius whose capacity is slightly below the mass.
     while capacity_kg(chart, radius) < mass_kg:
         radius = float(np.nextafter(radius, 0.0))
     return max(radius, at[i])
@@ -105,7 +105,7 @@ def utilisation(chart: LoadChart, radius_m: float, mass_kg: float) -> float: ...
 @overload
 def utilisation(chart: LoadChart, radius_m: NDArray[np.float64], mass_kg: float) -> NDArray[np.float64]: ...
 def utilisation(chart: LoadChart, radius_m: ArrayLike, mass_kg: float) -> float | NDArray[np.float64]:
-    """Return mass / capacity at each radius, 1 = fully used; infinite where nothing may be carried."""
+    """Return mass / capacity at each radius, 1 = fully used; infinite if the capacity is 0."""
     capacity = np.asarray(capacity_kg(chart, np.asarray(radius_m, dtype=np.float64)))
     share = np.full(capacity.shape, np.inf)
     np.divide(mass_kg, capacity, out=share, where=capacity > 0.0)

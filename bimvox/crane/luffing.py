@@ -1,10 +1,10 @@
-"""A jib that luffs: the second axis is its angle, and the rope has to give way as it rises.
+"""Luffing jib: the second axis is the luff angle, and the hoist compensates the height of the tip.
 
-Motions are planned in slewing, radius and height of the hook, whatever the machine. For a luffing jib of length L with
-its pivot at a radius o and a height h, radius and luff angle are one for one, ``r = o + L cos(phi)``; the rope below
-the tip is ``h + L sin(phi) - z``. So luffing takes winch: the hoist holds the hook level while the jib moves (level
-luffing). The winch's limits are shared once and for all, ``HOIST_SHARE`` for hoisting and the rest for luffing: then no
-way in which the two overlap can ask for more than the winch has.
+Motions are planned in slew, radius and height of the hook, whatever the machine. For a luffing jib of length L with its
+pivot at radius o and height h, radius and luff angle correspond one to one, ``r = o + L cos(phi)``; the rope below the
+tip is ``h + L sin(phi) - z``. So luffing uses the winch: the hoist keeps the hook level while the jib moves (level
+luffing). The winch's limits are divided in fixed shares, ``HOIST_SHARE`` for hoisting and the rest for luffing, so
+that no overlap of the two exceeds the winch.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from bimvox.crane.axis_limits import AxisLimits
 from bimvox.errors import InputError
 
 HOIST_SHARE = 0.6
-"""Of the winch's rate, acceleration and jerk for moving the hook up and down; the rest is for luffing."""
+"""Share of the winch's rate, acceleration and jerk for hoisting; the rest is for luffing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class LuffingJib:
     """A luffing jib, or the boom of a mobile crane.
 
     Attributes:
-        pivot_offset_m: Radius of the pivot, before (positive) or behind the slewing axis.
+        pivot_offset_m: Radius of the pivot, in front of (positive) or behind the slewing axis.
         pivot_height_m: Height of the pivot above the site's z = 0.
         length_m: From the pivot to the rope's exit at the tip.
         luff_rad: Smallest and largest angle to the horizontal.
@@ -39,7 +39,7 @@ class LuffingJib:
         width_m: Width of the jib.
 
     Raises:
-        InputError: If the angles make no sense, or the jib does not reach beyond its pivot.
+        InputError: If the luffing range is not valid, or the tip is behind the slewing axis.
     """
 
     pivot_offset_m: float
@@ -54,11 +54,12 @@ class LuffingJib:
     width_m: float
 
     def __post_init__(self) -> None:
-        """Refuse a jib that cannot be."""
+        """Raise an error for an invalid jib."""
         low, high = self.luff_rad
         if not 0.0 < low < high < np.pi / 2.0:
             raise InputError(
-                f"a luffing range of {low:g} to {high:g} rad", hint="between 0 and pi/2, smallest angle first"
+                f"luffing range of {low:g} to {high:g} rad",
+                hint="give two angles between 0 and pi/2, the smaller first",
             )
         if self.pivot_offset_m + self.length_m * cos(high) <= 0.0:
             raise InputError(
@@ -78,7 +79,7 @@ class LuffingJib:
 
 
 def luff_of_radius(jib: LuffingJib, radius_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the luff angles (rad) that put the hook at radii; beyond the jib's length the jib lies level."""
+    """Return the luff angles (rad) for radii of the hook; 0 beyond the jib's length."""
     share = (np.asarray(radius_m, np.float64) - jib.pivot_offset_m) / jib.length_m
     angle: NDArray[np.float64] = np.arccos(np.clip(share, -1.0, 1.0))
     return angle
@@ -97,10 +98,10 @@ def tip_height_m(jib: LuffingJib, radius_m: NDArray[np.float64]) -> NDArray[np.f
 
 
 def radius_limits(jib: LuffingJib, winch: AxisLimits, nearest_m: float, furthest_m: float) -> AxisLimits:
-    """Return limits on the radius under which neither the luffing axis nor the winch's share exceeds its own.
+    """Return limits of the radius that keep the luffing axis and the winch's luffing share within their limits.
 
     With x = r - o and s = sqrt(L^2 - x^2): phi' = -x'/s, phi'' = -x''/s - x x'^2/s^3 and so on, and the tip's height
-    T = h + s likewise. Each derivative's limit is split evenly over its terms, at the worst place between the radii.
+    T = h + s likewise. Each derivative's limit is split evenly over its terms, at the worst radius in the range.
 
     Args:
         jib: The jib.

@@ -1,9 +1,9 @@
-"""Default machines with a jib that luffs: two tower cranes and two mobile cranes on a fixed pad, of data-sheet class.
+"""Default luffing machines: two tower cranes and two mobile cranes on a fixed pad, with typical rates and load charts.
 
-They are no maker's product. Tower cranes: full luffing range in about two minutes, winch 60 m/min up to half of the
-greatest load, slewing 0.8 rpm; mobile cranes: boom up in about a minute, slewing 1.5 rpm, winch 30 m/min at the hook on
-four falls, wind up to 9 m/s as their charts say. Charts follow a constant tipping moment, cut off at the winch; a
-mobile crane's is for its full counterweight on fully extended outriggers, over the whole circle.
+They are not products of a manufacturer. Tower cranes: full luffing range in about two minutes, winch 60 m/min up to
+half the largest load, slewing 0.8 rpm. Mobile cranes: boom up in about a minute, slewing 1.5 rpm, winch 30 m/min at the
+hook on four falls, wind up to 9 m/s as in their charts. Charts follow a constant tipping moment up to the winch's
+limit. A mobile crane's chart is for full counterweight on fully extended outriggers, over 360 degrees.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.luffing import LuffingJib
 from bimvox.crane.rigging import with_luffing_jib
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import InputError
 
 _ANY = AxisLimits(1.0, 1.0, 1.0)  # follows from the jib
 
@@ -118,16 +117,3 @@ MOBILE_CRANES: tuple[TowerCrane, ...] = (
     ),
 )  # fmt: skip
 """Mobile cranes on a fixed pad, ascending by size."""
-
-
-def default_luffing_crane(name: str) -> TowerCrane:
-    """Return a default crane with a luffing jib by name, on the origin.
-
-    Raises:
-        InputError: If there is no such crane.
-    """
-    for crane in (*LUFFING_CRANES, *MOBILE_CRANES):
-        if crane.name == name:
-            return crane
-    known = ", ".join(crane.name for crane in (*LUFFING_CRANES, *MOBILE_CRANES))
-    raise InputError(f"no default crane is called {name!r}", hint=f"known cranes: {known}")

@@ -1,8 +1,8 @@
-"""How much room a crane takes up beside another one: its jib, counter-jib, mast, rope and load as simple solids.
+"""Outline of a crane for anti-collision: jib, counter-jib, mast, rope and load as simple solids.
 
-Everything that turns is a strip along a ray from the slewing axis, from one radius to another, of a half width and
-between two heights; what hangs on the rope is a disc on the plan. So two cranes are compared on the plan, part by part,
-wherever the heights of the parts come near each other. The solids hold the crane as it is drawn.
+Everything that slews is a strip along a ray from the slewing axis: two radii, a half width and two heights. The load on
+the rope is a disc on plan. Two cranes are compared on plan, part by part, if the heights of the parts are near each
+other. The solids contain the crane as it is rendered.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from bimvox.crane.tower_crane import TowerCrane
 
 COUNTER_JIB_SHARE = 0.28
-"""Length of a hammerhead's counter-jib as a share of its jib's."""
+"""Length of a hammerhead's counter-jib as a share of its jib length."""
 
 _UNDER_JIB_M = 0.5
 """Trolley and catwalk below the rope's exit."""
@@ -25,16 +25,16 @@ class CraneOutline:
     Attributes:
         name: Name of the crane, for messages.
         base_m: (x, y) of the slewing axis.
-        jib_end_m: Radius of the jib's end; of a luffing jib at its flattest.
+        jib_end_m: Radius of the jib's end; for a luffing jib at the smallest luff angle.
         jib_half_m: Half the jib's width.
-        jib_m: Lowest and highest of the jib, metres above z = 0; of a luffing jib from the pivot to the steepest tip.
+        jib_m: Lowest and highest point of the jib above z = 0; for a luffing jib from the pivot to the highest tip.
         tail_m: Length of the counter-jib, or of the counterweight behind the axis.
         tail_half_m: Half its width.
-        tail_height_m: Lowest and highest of it.
-        mast_half_m: Radius of the circle around the mast's section.
-        mast_height_m: Lowest and highest of the mast and its head.
-        rope_top_m: Where the rope leaves the jib; of a luffing jib the tip at its steepest.
-        luffs: Whether the jib luffs: it then ends over the hook.
+        tail_height_m: Its lowest and highest point.
+        mast_half_m: Radius of the circle around the mast section.
+        mast_height_m: Lowest and highest point of the mast and its head.
+        rope_top_m: Height of the rope exit; for a luffing jib the highest tip.
+        luffs: Whether the jib luffs; if so, it ends above the hook.
     """
 
     name: str
@@ -52,7 +52,7 @@ class CraneOutline:
 
     @property
     def solids_m(self) -> tuple[float, ...]:
-        """The 14 lengths above, in their order, from ``base_m`` to ``rope_top_m``: what compiled code takes."""
+        """The 14 lengths above, in their order, from ``base_m`` to ``rope_top_m``, for compiled code."""
         return (
             *self.base_m,
             self.jib_end_m,
@@ -112,7 +112,7 @@ def counter_jib_m(crane: TowerCrane) -> float:
 
 
 def tower_head_m(crane: TowerCrane) -> float:
-    """Return how high a hammerhead's tower head, to which the jib is tied, stands above its jib."""
+    """Return the height of a hammerhead's tower head above its jib, metres."""
     width = crane.mast_size_m
     return min(max(0.12 * crane.jib_length_m, 2.0 * width), 5.0 * width)
 
@@ -122,16 +122,3 @@ def highest_point_m(crane: TowerCrane) -> float:
     if crane.luffing is not None:
         return crane.luffing.highest_tip_m + crane.luffing.width_m / 2.0
     return crane.jib_height_m + tower_head_m(crane)
-
-
-def lowest_turning_m(crane: TowerCrane) -> float:
-    """Return the height of the lowest point of what turns with a crane, ropes and load aside."""
-    outline = outline_of(crane)
-    return min(outline.jib_m[0], outline.tail_height_m[0])
-
-
-def turning_radius_m(crane: TowerCrane) -> float:
-    """Return the radius of the circle that jib and counter-jib never leave."""
-    outline = outline_of(crane)
-    reaches = (outline.jib_end_m, outline.jib_half_m), (outline.tail_m, outline.tail_half_m)
-    return max(float((along**2 + half**2) ** 0.5) for along, half in reaches)

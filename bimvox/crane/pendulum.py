@@ -1,4 +1,4 @@
-"""The load as a pendulum: how long it is, and how long it takes to swing."""
+"""The load as a pendulum: its length and its period."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _SHORTEST_M = 0.5
 
 
 def pendulum_length_m(crane: TowerCrane, height_m: float, below_hook_m: float, radius_m: float | None = None) -> float:
-    """Return how far below the rope's exit the middle of a load hangs, half a metre at least.
+    """Return the distance from the rope exit down to the middle of the load, at least 0.5 m.
 
     Args:
         crane: The crane.
         height_m: Height of the hook above the site's z = 0.
         below_hook_m: From the hook down to the middle of the load.
-        radius_m: Radius of the hook, by which the tip of a luffing jib is high or low; None: as high as it gets.
+        radius_m: Radius of the hook, which determines the height of a luffing jib's tip; None: the highest tip.
     """
     exit_m = crane.jib_height_m
     if crane.luffing is not None and radius_m is not None:
@@ -30,12 +30,12 @@ def pendulum_length_m(crane: TowerCrane, height_m: float, below_hook_m: float, r
 
 
 def pendulum_lengths_m(crane: TowerCrane, axes: NDArray[np.float64], below_hook_m: float) -> NDArray[np.float64]:
-    """Return the same at poses of the hook: (N, 3) slew, radius, height -> (N,)."""
+    """Return the (N,) pendulum lengths at (N, 3) hook poses (slew, radius, height); see :func:`pendulum_length_m`."""
     exit_m = crane.jib_height_m if crane.luffing is None else tip_height_m(crane.luffing, axes[:, 1])
     lengths: NDArray[np.float64] = np.maximum(_SHORTEST_M, exit_m - axes[:, 2] + below_hook_m)
     return lengths
 
 
 def half_period_s(length_m: float) -> float:
-    """Return half the period of a pendulum of a length, for small angles."""
+    """Return half the period of a pendulum, for small angles."""
     return pi * sqrt(length_m / GRAVITY_M_S2)

@@ -1,6 +1,6 @@
-"""Reach: where the hook may be, as one map over the site's columns.
+"""Reach: where the hook may be, as a map over the site's columns.
 
-Rope, reach and capacity bind the hook, not the load's boxes: a column is admissible where its centre lies between the
+Rope, reach and capacity constrain the hook, not the load's boxes. A column is admissible if its centre lies between the
 smallest and the largest radius, and within the radius at which the load chart carries the mass.
 """
 
@@ -19,7 +19,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.working_range import columns_in_range
 
 HOOK_FORBIDDEN = np.int32(2**30)
-"""Entry of a hook floor where no hook may be."""
+"""Entry of a hook floor where the hook may not be."""
 
 # Rounding noise of a radius, metres: a column whose centre is exactly at the limit counts as within.
 _SLACK_M = 1e-9
@@ -29,7 +29,7 @@ LUFFING_HOOK_ROOM_M = 1.5
 
 
 class ColumnFrame(Protocol):
-    """What is needed of ``bimvox.grid.frame.GridFrame`` (grid and crane do not import each other)."""
+    """The part of ``bimvox.grid.frame.GridFrame`` that reach needs (grid and crane do not import each other)."""
 
     @property
     def origin_m(self) -> tuple[float, float, float]:
@@ -43,29 +43,10 @@ class ColumnFrame(Protocol):
 def allowed_radii_m(crane: TowerCrane, mass_kg: float) -> tuple[float, float]:
     """Return the smallest and the largest hook radius for a load of ``mass_kg``; largest < smallest if there is none.
 
-    The crane's rigging is counted with the load.
+    The crane's rigging counts as load.
     """
     carried = max_radius_m(crane.chart, mass_kg + crane.tackle_kg)
     return crane.min_radius_m, min(crane.jib_length_m, carried) if carried > 0.0 else -np.inf
-
-
-def hook_allowed(
-    crane: TowerCrane | None, frame: ColumnFrame, shape: tuple[int, int], mass_kg: float
-) -> NDArray[np.bool_]:
-    """Return the columns over which the hook may be with a load.
-
-    Args:
-        crane: The crane; without one every column is allowed.
-        frame: Metres to cells.
-        shape: (X, Y) number of columns.
-        mass_kg: The load's mass, without rigging.
-
-    Returns:
-        (X, Y) bool, measured at the centre of the column.
-    """
-    floor = hook_floor(crane, frame, np.zeros(shape, np.int32), mass_kg, rope=False)
-    allowed: NDArray[np.bool_] = floor != HOOK_FORBIDDEN
-    return allowed
 
 
 def hook_floor(
@@ -81,14 +62,14 @@ def hook_floor(
     Args:
         crane: The crane; without one nothing is forbidden and the floor is 0 everywhere.
         frame: Metres to cells.
-        top: (X, Y) int32 height map: one above the highest occupied cell of each column, 0 where it is empty.
+        top: (X, Y) int32 height map: one above the highest occupied cell of each column, 0 if it is empty.
         mass_kg: The load's mass, without rigging.
-        rope: Whether the column above the hook must be free: the floor is then ``top``, else 0.
-        mast_clearance_m: How much wider than the mast what stands for it in ``top`` is.
+        rope: Whether the column above the hook must be free: the floor is then ``top``, otherwise 0.
+        mast_clearance_m: Clearance by which the mast's cells in ``top`` are wider than the mast.
 
     Returns:
-        (X, Y) int32; ``HOOK_FORBIDDEN`` where the hook may not be: outside the crane's radii for this mass, or where
-        even the lowest place has no room for the slings under the jib.
+        (X, Y) int32; ``HOOK_FORBIDDEN`` where the hook may not be: outside the crane's radii for this mass, or if even
+        at the floor the slings do not fit under the jib.
     """
     if crane is None:
         return np.zeros(top.shape, np.int32)
@@ -126,11 +107,11 @@ def hook_top(
         crane: The crane, with the slings of the load.
         frame: Metres to cells.
         shape: (X, Y, Z) of the grid.
-        half_m: How far the load reaches from its hook on the plan: a luffing jib comes down towards the mast, and the
-            load hangs below it with all of that.
+        half_m: How far the load reaches from its hook on plan: a luffing jib descends towards the mast, and the whole
+            load must stay below it.
 
     Returns:
-        (X, Y) int32, or an array of size 0 where the hook can be as high as the grid is.
+        (X, Y) int32, or an array of size 0 if the hook can reach the top of the grid.
     """
     if crane.luffing is not None:
         return _below_the_jib(crane, crane.luffing, frame, shape, half_m)
@@ -143,9 +124,9 @@ def hook_top(
 def _below_the_jib(
     crane: TowerCrane, jib: LuffingJib, frame: ColumnFrame, shape: tuple[int, int, int], half_m: float
 ) -> NDArray[np.int32]:
-    """The highest load top below a luffing jib: its hook below the tip, its edge towards the mast below the jib.
+    """Return the highest load top under a luffing jib: the hook below the tip, the load's inner edge below the jib.
 
-    A column stands for hooks up to a cell away: the tip is taken at the radius where it is lowest.
+    A column represents hooks up to one cell away: the tip is taken at the radius where it is lowest.
     """
     size = frame.voxel_size_m
     x = frame.origin_m[0] - crane.base_m[0] + size * (np.arange(shape[0]) + 0.5)
@@ -171,7 +152,7 @@ def _hook_floor(
     highest: int,
     forbidden: np.int32,
 ) -> NDArray[np.int32]:
-    """All lengths in cells; ``from_axis`` is the grid's corner seen from the slewing axis."""
+    """Return the floor; all lengths in cells, ``from_axis`` is the grid's corner relative to the slewing axis."""
     floor = np.full(top.shape, forbidden, np.int32)
     if high < low:
         return floor

@@ -1,9 +1,9 @@
-"""The crane as it is rigged: which reeving, and how fast and how high the hook goes with a load.
+"""The crane as rigged: its reeving, and the speed and height of the hook with a load.
 
-One reeving is used for a whole job. Changing it takes the hook to the foot of the jib, a fitter to couple or uncouple
-the second sheave block and a test run: on site that is done between phases, never between the lifts of a cycle, and
-never with a load. So the reeving is a key of the site (``[crane] falls``): the load chart of that reeving holds for
-every lift, and there is no reeving to choose, or to get wrong, in between.
+One reeving is used for a whole job. To change it, the hook goes to the foot of the jib, a fitter couples or uncouples
+the second sheave block, and a test run follows. On site that is done between phases, never between the lifts of a cycle
+and never with a load. So the reeving is a key of the site (``[crane] falls``), and its load chart applies to every
+lift.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ def with_reeving(crane: TowerCrane, reeving: Reeving) -> TowerCrane:
 
 
 def reeving_of(crane: TowerCrane) -> Reeving:
-    """Return the reeving that a crane has now."""
+    """Return the current reeving of a crane."""
     return Reeving(crane.falls, crane.chart, crane.hook_block_kg, crane.trolley.rate, crane.gears)
 
 
 def winch_limits(crane: TowerCrane, load_kg: float) -> AxisLimits:
-    """Return the limits of the winch with a load: the rate of the first gear that takes it.
+    """Return the limits of the winch with a load: the rate of the first gear that carries it.
 
-    Above the last gear the winch's own rate holds, or the last gear's where that is slower.
+    Above the last gear, the lower of the winch's own rate and the last gear's rate applies.
 
     Args:
         crane: The crane.
@@ -53,18 +53,18 @@ def winch_limits(crane: TowerCrane, load_kg: float) -> AxisLimits:
 
 
 def hoist_limits(crane: TowerCrane, load_kg: float) -> AxisLimits:
-    """Return the limits of the hook's height with a load: the winch's, or for a luffing jib its share of it."""
+    """Return the limits of the hook's height with a load: the winch's, for a luffing jib its hoisting share."""
     winch = winch_limits(crane, load_kg)
     return winch if crane.luffing is None else hook_limits(winch)
 
 
 def rigged(crane: TowerCrane, load_kg: float, sling_rise_m: float = 0.0) -> TowerCrane:
-    """Return the crane as it is for one load: the hoist in its gear, the slings as high as that load needs.
+    """Return the crane as rigged for one load: the hoist in its gear, the slings as high as the load needs.
 
     Args:
         crane: The crane.
         load_kg: Mass of the load, without rigging and hook block; 0 for the empty hook.
-        sling_rise_m: How much higher than usual the slings are.
+        sling_rise_m: Additional height of the slings.
     """
     crane = replace(crane, hoist=hoist_limits(crane, load_kg), sling_m=crane.sling_m + sling_rise_m)
     if crane.luffing is None:
@@ -89,7 +89,7 @@ def with_luffing_jib(crane: TowerCrane, jib: LuffingJib) -> TowerCrane:
 
 
 def pose_limits(crane: TowerCrane) -> tuple[AxisLimits, AxisLimits, AxisLimits]:
-    """Return limits on slewing, radius and height that no motion of the crane exceeds, in any gear, at any radius."""
+    """Return limits of slew, radius and height that no motion of the crane exceeds, in any gear, at any radius."""
     if crane.luffing is None:
         return crane.slewing, crane.trolley, crane.hoist
     jib, winch = crane.luffing, crane.luffing.winch

@@ -1,4 +1,4 @@
-"""A crane: what it is, in numbers. The motion maths is in ``kinematics``."""
+"""The data of a crane. Its motion is computed in ``kinematics``."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from bimvox.errors import InputError
 
 @dataclass(frozen=True, slots=True)
 class Reeving:
-    """One way in which the hoist rope is reeved: what it carries, and how fast.
+    """One reeving of the hoist rope: its capacity and its speeds.
 
     Attributes:
         falls: Parts of rope that carry the hook (2 or 4).
         chart: Capacity over radius with this reeving: load, rigging and hook block together.
         hook_block_kg: Mass of its hook block.
-        trolley_rate_m_s: Highest speed of the trolley with it; None where it is the crane's.
+        trolley_rate_m_s: Highest speed of the trolley with it; None for the crane's own.
         gears: (mass, rate) pairs, masses ascending: up to that mass on the rope (kg) it hoists at that rate (m/s).
-            Above the last one, and where there are none, the crane's own hoist rate holds.
+            Above the last one, and without gears, the crane's own hoist rate applies.
 
     Raises:
-        InputError: If a number makes no sense, or a gear carries more at a higher rate.
+        InputError: If there are no falls, or if a gear carries more at a higher rate.
     """
 
     falls: int
@@ -35,9 +35,9 @@ class Reeving:
     gears: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse gears that cannot be read."""
+        """Raise an error for an invalid reeving."""
         if self.falls < 1:
-            raise InputError(f"a reeving of {self.falls} falls", hint="give 1, 2, 4 ...")
+            raise InputError(f"reeving of {self.falls} falls", hint="give 1, 2, 4 ...")
         for (less_kg, fast), (more_kg, slow) in pairwise(self.gears):
             if more_kg <= less_kg or slow > fast:
                 raise InputError(
@@ -49,7 +49,7 @@ class Reeving:
 
 @dataclass(frozen=True, slots=True)
 class CranePose:
-    """Where the three axes are.
+    """Positions of the three axes.
 
     Attributes:
         slew_rad: Angle of the jib from the site's +x axis, counter-clockwise.
@@ -64,7 +64,7 @@ class CranePose:
 
 @dataclass(frozen=True, slots=True)
 class TowerCrane:
-    """A crane in the site's frame: a hammerhead unless ``luffing`` says otherwise.
+    """A crane in the site frame: a hammerhead, or a luffing crane if it has ``luffing``.
 
     Attributes:
         name: Name of the machine.
@@ -74,21 +74,21 @@ class TowerCrane:
         jib_length_m: Largest hook radius.
         min_radius_m: Smallest hook radius.
         sling_m: Height of the slings: hook above the load's top.
-        rigging_mass_kg: Slings and spreader, counted with every load.
+        rigging_mass_kg: Mass of slings and spreader, added to every load.
         slewing: Limits of the slewing axis, rad.
         trolley: Limits of the trolley, m.
-        hoist: Limits of the hoist, m; its rate holds for every mass that no gear is for.
+        hoist: Limits of the hoist, m; its rate applies to masses above all gears.
         chart: Capacity over radius: load, rigging and hook block together.
         falls: Parts of rope that carry the hook.
-        hook_block_kg: Mass of the hook block; 0 where it is counted with the rigging.
-        gears: (mass, rate) pairs as in :class:`Reeving`: how fast up to which mass on the rope.
+        hook_block_kg: Mass of the hook block; 0 if it is part of the rigging mass.
+        gears: (mass, rate) pairs as in :class:`Reeving`.
         max_wind_m_s: Wind speed (gust of 3 s) up to which it works.
-        working_range: What its limiters are set to on this site.
-        slow_zones: Where it slows down.
+        working_range: Settings of its limiters on this site.
+        slow_zones: Areas in which it slows down.
         kind: ``hammerhead``, ``luffing`` or ``mobile``.
-        luffing: The jib, where it luffs. ``trolley`` and ``hoist`` are then limits on the hook's radius and height that
-            keep the luffing axis and the winch within theirs; ``jib_height_m`` is the tip's at the steepest,
-            ``jib_length_m`` and ``min_radius_m`` are its radii.
+        luffing: The luffing jib; None for a hammerhead. With it, ``trolley`` and ``hoist`` are limits of the hook's
+            radius and height that keep the luffing axis and the winch within their limits. ``jib_height_m`` is the
+            highest tip; ``jib_length_m`` and ``min_radius_m`` are the jib's radii.
     """
 
     name: str
@@ -114,11 +114,11 @@ class TowerCrane:
 
     @property
     def highest_hook_m(self) -> float:
-        """Highest hook above the site's z = 0, of the machine and its limiter."""
+        """Highest hook above the site's z = 0, by the machine and its limiter."""
         limit = self.working_range.highest_hook_m
         return self.jib_height_m if limit is None else min(limit, self.jib_height_m)
 
     @property
     def tackle_kg(self) -> float:
-        """Hook block and rigging: what hangs on the rope beside the load, and counts with it."""
+        """Mass of hook block and rigging, which hang on the rope in addition to the load."""
         return self.hook_block_kg + self.rigging_mass_kg

@@ -25,7 +25,7 @@ def urdf(crane: TowerCrane, prefix: str = "") -> str:
 
     Args:
         crane: The crane.
-        prefix: Put before the names of its links and joints, where it is not alone on its site; not before ``site``.
+        prefix: Prefix of the names of its links and joints, except ``site``, if the site has several cranes.
     """
     robot = _luffing_robot(crane, crane.luffing) if crane.luffing is not None else _hammerhead_robot(crane)
     _put_before(robot, prefix)
@@ -58,10 +58,10 @@ def _hammerhead_robot(crane: TowerCrane) -> ET.Element:
 
 
 def _luffing_robot(crane: TowerCrane, jib: LuffingJib) -> ET.Element:
-    """The URDF of a crane whose jib luffs.
+    """Return the URDF of a luffing crane.
 
-    Frames: ``site``, ``crane_base``, ``platform`` (turns), ``jib`` (at the pivot, x along the jib), ``tip`` (at its
-    end, turned back level by a joint that mimics the luffing), ``hook``.
+    Frames: ``site``, ``crane_base``, ``platform`` (slews), ``jib`` (at the pivot, x along the jib), ``tip`` (at its
+    end, kept level by a joint that mimics the luffing), ``hook``.
     """
     robot = ET.Element("robot", name=crane.name)
     ET.SubElement(robot, "link", name="site")
@@ -89,7 +89,7 @@ def _luffing_robot(crane: TowerCrane, jib: LuffingJib) -> ET.Element:
 
 
 def _put_before(robot: ET.Element, prefix: str) -> None:
-    """Prefix the names of links and joints wherever they stand."""
+    """Add the prefix to all names of links and joints."""
     for element in robot.iter():
         for key in ("name", "link", "joint"):
             names = element.tag in ("link", "joint") if key == "name" else element.tag in ("parent", "child", "mimic")

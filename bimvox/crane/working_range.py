@@ -1,7 +1,6 @@
-"""What the crane's own limiters are set to on a site: the working range, and where it slows down.
+"""Settings of the crane's limiters on a site: working range and slow zones.
 
-A hook column is within the range where its whole cell is: between columns the hook is over the cells around it, so it
-never leaves the range on its way from one to the other.
+A hook column is within the range if its whole cell is, so the hook never leaves the range between two columns.
 """
 
 from __future__ import annotations
@@ -17,10 +16,10 @@ from bimvox.errors import InputError
 
 @dataclass(frozen=True, slots=True)
 class WorkingRange:
-    """Limits that a limiter holds the hook to (EN 17076: working area limitation).
+    """Working area limitation of the hook (EN 17076).
 
     Attributes:
-        slew_rad: From where to where the jib may turn, counter-clockwise; None: all round.
+        slew_rad: First and last slew angle, counter-clockwise; None: the full circle.
         radius_m: Smallest and largest radius; None: the machine's.
         highest_hook_m: Highest hook above the site's z = 0; None: the machine's.
 
@@ -33,29 +32,30 @@ class WorkingRange:
     highest_hook_m: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse empty ranges."""
+        """Raise an error for an empty range."""
         if self.slew_rad is not None and not 0.0 < self.slew_rad[1] - self.slew_rad[0] <= 2.0 * pi:
             raise InputError(
-                f"a slewing range from {self.slew_rad[0]:g} to {self.slew_rad[1]:g} rad",
-                hint="it goes counter-clockwise from the first angle to the second, at most once round",
+                f"slewing range from {self.slew_rad[0]:g} to {self.slew_rad[1]:g} rad",
+                hint="it goes counter-clockwise from the first angle to the second, at most one full turn",
             )
         if self.radius_m is not None and not 0.0 <= self.radius_m[0] < self.radius_m[1]:
             raise InputError(
-                f"a radius range from {self.radius_m[0]:g} to {self.radius_m[1]:g} m", hint="near, then far"
+                f"radius range from {self.radius_m[0]:g} to {self.radius_m[1]:g} m",
+                hint="give the smallest radius, then the largest",
             )
 
 
 UNLIMITED = WorkingRange()
-"""No limiter is set."""
+"""No limiters."""
 
 
 @dataclass(frozen=True, slots=True)
 class SlowZone:
-    """An area over which all axes are driven slower.
+    """An area over which all axes are slower.
 
     Attributes:
         polygon: (x, y) corners, site metres.
-        share: Of the axes' highest rates, 0..1.
+        share: Share of the axes' highest rates, 0..1.
     """
 
     polygon: tuple[tuple[float, float], ...]
@@ -69,7 +69,7 @@ def columns_in_range(
     voxel_size_m: float,
     shape: tuple[int, int],
 ) -> NDArray[np.bool_]:
-    """Return the (X, Y) columns that lie within the range of slewing and radius with all four corners.
+    """Return the (X, Y) columns whose four corners are all within the range of slew and radius.
 
     Args:
         given: The range.

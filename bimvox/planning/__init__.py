@@ -1,1 +1,1 @@
-"""Planning: contact, order, yard, search, rollout, and the independent verifier."""
+"""Planning of lifts: erection sequence, yard, contact, insertion, search and policy roll-out."""

@@ -1,8 +1,8 @@
-"""The site while the building grows: one stage per lift.
+"""The site during erection: one stage per lift.
 
-A stage is what the planner may know when it plans a lift: the collision rule at that moment, where the transit starts,
-and the last moves, or why there are none. Everything that does not depend on obstructions (contacts, order, yard) is
-prepared once and kept by the replanner.
+A stage is what the planner knows when it plans a lift: the collision rule at that moment, the start of the transit,
+and the last moves, or the reason why there are none. Everything that does not depend on obstructions (contacts, order,
+yard) is prepared once; the replanner keeps it.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ from bimvox.site.site import GROUND_ID, Site
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Preparation:
-    """What a plan rests on, obstructions aside.
+    """The inputs of a plan that do not depend on obstructions.
 
     Attributes:
         contacts: Which parts touch, and how deep.
-        relations: What must stand before what.
-        sequence: The assembly order.
-        places: Per component its place in the yard, None where it has none.
+        relations: Which part must be set before which.
+        sequence: The erection sequence.
+        places: Per component its place in the yard, None if it has none.
     """
 
     contacts: Contacts
@@ -52,8 +52,8 @@ class Obstacle:
     """Why a lift cannot be planned.
 
     Attributes:
-        reason: One sentence.
-        blocked_by: Ids of what blocks it.
+        reason: One sentence; "it" is the part.
+        blocked_by: Ids of what blocks the lift.
     """
 
     reason: str
@@ -62,13 +62,13 @@ class Obstacle:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stage:
-    """The moment before a lift.
+    """The state of the site just before a lift.
 
     Attributes:
         component: The part.
-        place: Where it waits.
-        space: The collision rule for its transit now; its departure is cleared.
-        start_vox: Where its transit starts.
+        place: Its place in the yard.
+        space: The collision rule for its transit; the placements of its departure are cleared.
+        start_vox: Start of its transit.
         insertion: Its last moves.
     """
 
@@ -80,12 +80,12 @@ class Stage:
 
     @property
     def clearance_with_insertion(self) -> CollisionSpace:
-        """The collision rule with the placements of the last moves cleared: what the crane's motion is checked by."""
+        """The collision rule for the crane's motion: the placements of the last moves are cleared too."""
         return with_cleared(self.space, self.insertion.path_vox)
 
 
 def with_cleared(space: CollisionSpace, path_vox: NDArray[np.int32]) -> CollisionSpace:
-    """Return a collision rule with (N, 3) placements cleared beside those that are."""
+    """Return a collision rule with (N, 3) more placements cleared."""
     if not len(path_vox):
         return space
     low, high = path_vox.min(axis=0), path_vox.max(axis=0) + 1
@@ -100,10 +100,10 @@ def with_cleared(space: CollisionSpace, path_vox: NDArray[np.int32]) -> Collisio
 
 
 def prepare(site: Site, progress: Report | None = None) -> Preparation:
-    """Find contacts, order and yard places of a site.
+    """Return the contacts, the erection sequence and the yard places of a site.
 
     Raises:
-        SequenceError: If the site file's wishes leave no order.
+        SequenceError: If no order satisfies the site file's ``before`` and ``after``.
     """
     report = progress or (lambda stage, done, total: None)
     report("contacts", 0, len(site.components))
@@ -114,12 +114,12 @@ def prepare(site: Site, progress: Report | None = None) -> Preparation:
 
 
 class Assembly:
-    """Walks through the lifts in order, keeping what stands where.
+    """Steps through the lifts in order and keeps track of what occupies each cell.
 
     Args:
         site: The site.
-        preparation: What was prepared for it.
-        one_at_a_time: Whether every stage is done with before the next one begins; see ``Occupancy``.
+        preparation: Its preparation.
+        one_at_a_time: Whether each stage is discarded before the next one begins; see ``Occupancy``.
     """
 
     def __init__(self, site: Site, preparation: Preparation, *, one_at_a_time: bool = False) -> None:
@@ -135,11 +135,11 @@ class Assembly:
 
     @property
     def voxel_size_m(self) -> float:
-        """Edge of a cell."""
+        """Edge length of a cell."""
         return self._site.frame.voxel_size_m
 
     def begin(self, index: int) -> Stage | Obstacle:
-        """Take component ``index`` out of the yard and say what its lift looks like."""
+        """Take component ``index`` out of the yard and return the stage of its lift, or why it cannot be planned."""
         component, place = self._site.components[index], self._preparation.places[index]
         self.skip(index)
         obstacle = self.unsupported(index)
@@ -148,9 +148,9 @@ class Assembly:
         return self._stage(component, place)
 
     def unsupported(self, index: int) -> Obstacle | None:
-        """Say why component ``index`` cannot be lifted now whatever its way is: no place, or nothing to carry it.
+        """Return why component ``index`` cannot be lifted whatever its path: the crane, the yard or its supports.
 
-        Takes no look at any cell; None where its way decides.
+        Looks at no cells. None if only the path decides.
         """
         refused = refused_by_crane(self._site, self._site.components[index])
         if refused is not None:
@@ -161,22 +161,22 @@ class Assembly:
         missing = [j for j in relations.supports[index] if j not in self._standing]
         if missing:
             names = tuple(self._site.components[j].id for j in missing)
-            return Obstacle("what it rests on is not in place", names)
+            return Obstacle("the parts that support it are not in place", names)
         held_by = self._touched_before(index)
         if held_by and self._standing.isdisjoint(held_by):
             names = tuple(self._site.components[j].id for j in held_by)
-            return Obstacle("nothing carries it from below, and nothing that it touches is in place", names)
+            return Obstacle("nothing below supports it, and no part that it touches is in place", names)
         return None
 
     def skip(self, index: int) -> None:
-        """Take component ``index`` out of the yard without asking what its lift looks like."""
+        """Take component ``index`` out of the yard without preparing a stage."""
         place = self._preparation.places[index]
         if place is not None:
             self._receive(place.delivery)
             self._take_from_yard(index)
 
     def finish(self, index: int, *, placed: bool) -> None:
-        """The lift is done: the part stands in its place, or is back in the yard."""
+        """Finish the lift: the part is set, or it is back in the yard."""
         component = self._site.components[index]
         if placed:
             cells = target_cells(component)
@@ -192,14 +192,14 @@ class Assembly:
 
     def _no_place(self, component: Component) -> Obstacle:
         size = "x".join(f"{n * self._site.frame.voxel_size_m:g}" for n in component.shape.size_vox)
-        reason = f"the yard has no place for it ({size} m) within the crane's reach and capacity"
+        reason = f"the yard has no free place for it ({size} m) within the crane's reach and capacity"
         if (crane := self._site.crane_of(component)) is not None:
             low_m, high_m = allowed_radii_m(crane, component.mass_kg)
-            reason += f": {component.mass_kg:.0f} kg are carried from {low_m:.1f} to {high_m:.1f} m"
+            reason += f": the crane carries {component.mass_kg:.0f} kg at radii from {low_m:.1f} to {high_m:.1f} m"
         return Obstacle(reason)
 
     def space(self, index: int) -> CollisionSpace:
-        """Return the collision rule for the transit of component ``index`` now, its departure cleared."""
+        """Return the collision rule for the transit of component ``index`` now, with its departure cleared."""
         component, place = self._site.components[index], self._preparation.places[index]
         free = self._occupancy.space(component)
         transit = self._occupancy.transit(component, free)
@@ -217,9 +217,9 @@ class Assembly:
         return tuple(name for name, own in self._present.items() if mask[tuple(own.T)].any())
 
     def _touched_before(self, index: int) -> tuple[int, ...]:
-        """What a hung part could hold on to: of those it touches or is connected to, the ones before it in the order.
+        """Return the parts that could hold an unsupported part: those it touches or connects to that are set earlier.
 
-        Empty for parts that stand on something, and for the first of a group that hangs together on nothing.
+        Empty for supported parts, and for the first part of a group that nothing supports.
         """
         relations, contacts = self._preparation.relations, self._preparation.contacts
         holds_on_structure = any(n >= len(self._site.components) for n in contacts.neighbours[index])
@@ -236,7 +236,7 @@ class Assembly:
             return Obstacle("it cannot be raised from its place in the yard", in_the_way)
         turning = place.turning_cells(component)
         if len(turning) and ((turning < 0) | (turning >= self._site.shape)).any():
-            return Obstacle("it cannot be turned above its place in the yard: the site ends there")
+            return Obstacle("it cannot be turned above its place in the yard: it would leave the site")
         if in_the_way := self.who_is_at(turning):
             return Obstacle("it cannot be turned above its place in the yard", in_the_way)
         start = place.transit_start_vox
@@ -252,17 +252,16 @@ class Assembly:
         return Stage(component, place, with_cleared(transit, departure), start, insertion)
 
     def on_the_way(self, index: int, last_vox: NDArray[np.int32]) -> tuple[Stage, Obstacle | None]:
-        """Say what is left of the lift of component ``index``, which is under way already.
+        """Return the stage for the rest of the lift of component ``index``, which is already under way.
 
-        What is in the way at its place in the yard, or above it, does not count any more.
+        Anything in the way at or above its place in the yard no longer counts.
 
         Args:
             index: The component.
-            last_vox: (N, 3) the last moves that it had.
+            last_vox: (N, 3) its last moves so far.
 
         Returns:
-            What holds for the rest of its way, and what is in the way at its end, if anything is: then the last moves
-            are the given ones.
+            The stage, and what blocks the last moves, or None. If they are blocked, the stage keeps the given ones.
         """
         component, place = self._site.components[index], self._preparation.places[index]
         self.skip(index)
@@ -303,11 +302,11 @@ class Assembly:
         return Obstacle("the crane cannot pick it up from its place in the yard (reach, capacity, zone or boundary)")
 
     def _too_near(self, component: Component, departure: NDArray[np.int32]) -> Obstacle:
-        """Straight up from the yard it never gets as far from everything as it has to be in transit."""
+        """Straight up from the yard, the part never reaches the clearance that transit needs."""
         around = grown_cells(component.shape.cells, self._margin) + departure[-1]
         who = tuple(name for name in self.who_is_at(around) if name != GROUND_ID)
         margin_m = max(self._site.rules.transit_clearance_m, self._site.rules.rope_clearance_m)
-        return Obstacle(f"it finds no room of {margin_m:g} m on every side straight above its place in the yard", who)
+        return Obstacle(f"straight above its place in the yard it has less than {margin_m:g} m clearance", who)
 
     def _blocked_target(self, blocked: NoInsertion) -> Obstacle:
         solids = self._preparation.contacts.solids
@@ -335,9 +334,9 @@ class Assembly:
 
 
 def _departure(free: CollisionSpace, transit: CollisionSpace, start: IntVec) -> tuple[NDArray[np.int32], bool]:
-    """Return the (N, 3) placements straight up from the start that the transit's rule does not hold for yet.
+    """Return the (N, 3) placements straight up from the start that the transit's rule does not allow yet.
 
-    And whether one for which it holds comes after them.
+    The second value tells whether an allowed placement follows them.
     """
     x, y, z = start
     places: list[IntVec] = []
@@ -350,18 +349,18 @@ def _departure(free: CollisionSpace, transit: CollisionSpace, start: IntVec) -> 
 
 
 def replay(site: Site, preparation: Preparation, plan: LiftPlan) -> Iterator[tuple[Lift, CollisionSpace]]:
-    """Walk through a finished plan: every planned lift with the collision rule of its stage, last moves cleared.
+    """Yield every planned lift of a plan with the collision rule of its stage, last moves cleared.
 
     Args:
-        site: What was planned.
-        preparation: What was prepared for it.
+        site: The planned site.
+        preparation: Its preparation.
         plan: The plan.
 
     Yields:
-        Planned lifts in order; one stage's tables at a time.
+        Planned lifts in order; only one stage's tables are in memory at a time.
 
     Raises:
-        VerificationError: If a lift that the plan calls planned meets an obstacle.
+        VerificationError: If a planned lift meets an obstacle.
     """
     assembly = Assembly(site, preparation)
     for lift in plan.lifts:
@@ -369,7 +368,7 @@ def replay(site: Site, preparation: Preparation, plan: LiftPlan) -> Iterator[tup
         planned = lift.status is Status.PLANNED
         if planned:
             if isinstance(stage, Obstacle):
-                component = site.components[lift.component].id
+                component = site.components[lift.component].label
                 raise VerificationError(f"{component}: planned, but {stage.reason}", failures=stage.blocked_by)
             yield lift, stage.clearance_with_insertion
         assembly.finish(lift.component, placed=planned)

@@ -1,18 +1,17 @@
-"""The last moves: from the gate, the first placement that is free by cells and open to the sky, to the part's place.
+"""The last moves of a lift: from the gate to the part's place.
 
-Near its place a part meets cells that its neighbours share, so the broad phase alone would call every place blocked.
-Here the narrow phase decides: every placement of the insertion may hit nothing but neighbours by cells, and every move
-between two of them must not make the triangles meet deeper than the pair may touch (exact, not sampled). Straight down
-first; where that is blocked, the shortest way round within a small window.
+The gate is the first placement that is free by cells and open to the sky. Near its place a part meets cells that its
+neighbours share, so the broad phase alone would block every place. Here the narrow phase decides: a placement of the
+insertion may hit only neighbours by cells, and no move between placements may make the triangles overlap by more than
+the pair is allowed (exact, not sampled). Straight down is tried first, then the shortest detour in a small window.
 
-Where cells close the way, they may be too coarse: an opening somewhat larger than the part, not beside its place but
-above it, has its rim in cells that the part needs. Then the true triangles decide about everything that has them, for
-this lift: its neighbours may be touched by the tolerance, as always; to all else it keeps the tolerance as a distance.
-So the cells around the lift are refined once, as far as can be. What has no triangles (obstructions, the ground, parts
-in the yard) stays cells.
+If cells block the path, they may be too coarse: the rim of an opening above the place, somewhat larger than the part,
+lies in cells that the part needs. For such a lift the true triangles decide about everything that has triangles.
+Neighbours may be touched by the tolerance as usual; the part keeps the tolerance as a distance to everything else.
+Objects without triangles (obstructions, the ground, parts in the yard) stay cells.
 
-A placement that is free by cells may lie in a pocket: a room that neighbours close, with cells too coarse to show the
-way out. The last moves then go on through the pocket to a gate from which the load can be raised to the site's top.
+A placement that is free by cells may lie in a pocket: a room enclosed by neighbours whose cells are too coarse to show
+the way out. The last moves then continue through the pocket to a gate from which the load can be raised to the top.
 """
 
 from __future__ import annotations
@@ -34,13 +33,13 @@ from bimvox.site.component import Component, IntVec
 from bimvox.site.site import Site
 
 SIDEWAYS_VOX = 6
-"""How far around its place the last moves of a part are looked for."""
+"""How far around a part's place its last moves are searched."""
 _PLACEMENTS = 600
-"""Placements in contact that are looked at."""
+"""Most placements in contact that are searched."""
 _POCKET = 20_000
-"""Placements of pockets that are looked at."""
+"""Most placements in pockets that are searched."""
 _OPEN = 60_000
-"""A room of more placements than this counts as open."""
+"""A room with more placements than this counts as open."""
 _UNKNOWN, _ENCLOSED, _TO_THE_SKY = 0, 1, 2
 
 
@@ -50,8 +49,8 @@ class Insertion:
 
     Attributes:
         path_vox: (K + 1, 3) int32 placements from the gate to the target, both included.
-        enclosed: Whether they begin in a closed room: no gate was found, not by the true shapes either, and no transit
-            can get there.
+        enclosed: Whether they begin in an enclosed room: no gate was found, even with the true shapes, so no transit
+            can reach them.
     """
 
     path_vox: NDArray[np.int32]
@@ -59,7 +58,7 @@ class Insertion:
 
     @property
     def gate_vox(self) -> IntVec:
-        """The first placement that is free by cells and not enclosed: where transit ends."""
+        """The placement where the transit ends: free by cells and not enclosed."""
         x, y, z = (int(n) for n in self.path_vox[0])
         return (x, y, z)
 
@@ -71,12 +70,12 @@ class Insertion:
 
 @dataclass(frozen=True, slots=True)
 class NoInsertion:
-    """Why a part cannot come down to its place.
+    """Why a part cannot be set in its place.
 
     Attributes:
         reason: One sentence.
-        solids: Numbers of the neighbours that are in the way (see ``Contacts.solids``).
-        cells: (N, 3) int cells of the part that hit something else.
+        solids: Numbers of the solids that are in the way (see ``Contacts.solids``).
+        cells: Cells of the part that hit something else.
     """
 
     reason: str
@@ -93,19 +92,16 @@ def find_insertion(
     present: Collection[int],
     transit: CollisionSpace | None = None,
 ) -> Insertion | NoInsertion:
-    """Find the last moves of a component.
+    """Return the last moves of a component, or why there are none.
 
     Args:
         site: The site.
         contacts: Its contacts.
-        counts: (X, Y, Z) how many things occupy each cell now.
+        counts: (X, Y, Z) how many objects occupy each cell now.
         component: The part.
         space: The collision rule for it now, nothing cleared.
-        present: Numbers of the solids that stand now.
-        transit: The rule that holds up to the gate, where it is another one (see ``bimvox.site.margin``).
-
-    Returns:
-        The moves, or why there are none.
+        present: Numbers of the solids in place now.
+        transit: The rule up to the gate, if it differs (see ``bimvox.site.margin``).
     """
     by_cells = _Inserter(site, contacts, counts, component, space, present, transit or space)
     found = by_cells.find()
@@ -119,11 +115,11 @@ def find_insertion(
     if isinstance(found, Insertion):
         return found
     size_m = site.frame.voxel_size_m
-    return replace(found, reason=f"{found.reason}, by cells of {size_m:g} m and by the true shapes around it")
+    return replace(found, reason=f"{found.reason}; checked with cells of {size_m:g} m and the true shapes around it")
 
 
 class _Entangled:
-    """A neighbour that no way leads out of: the pair never shares more cells than in the finished building.
+    """A neighbour that no move separates from the part: they may share no more cells than in the finished building.
 
     Args:
         cells: (N, 3) of the neighbour.
@@ -137,7 +133,7 @@ class _Entangled:
         self.allowed = max(1, self._shared(own))
 
     def shared_at(self, own: NDArray[np.int32], place: IntVec) -> int:
-        """How many cells the two share with the part's cells ((M, 3), relative) at a placement."""
+        """Return how many cells the two share with the part's cells ((M, 3), relative) at a placement."""
         return self._shared(own + np.array(place, np.int32))
 
     def _shared(self, cells: NDArray[np.int32]) -> int:
@@ -164,7 +160,7 @@ class _Inserter:
         self.target = np.array(component.target_vox)
         self.near = tuple(n for n in contacts.neighbours[component.index] if n in present)
         others = set(present) - {*self.near, component.index} if by_shapes else set()
-        self.others = np.array(sorted(others), np.int64)  # whose true triangles decide, none of them a neighbour
+        self.others = np.array(sorted(others), np.int64)  # not neighbours; their true triangles decide
         self.gap_m = site.rules.contact_tolerance_m
         self.met_cells = False
         size = np.array(component.shape.size_vox)
@@ -181,7 +177,7 @@ class _Inserter:
         self.hook_m = site.frame.centre_of(hook)
         self.highest = site.shape[2] - int(transit.boxes[:, 5].max())
         if space.hook_ceiling.size:
-            # The sky begins where the crane can hold the part no higher.
+            # Counts as open where the crane cannot hold the part any higher.
             most = int(space.hook_ceiling[hook[0], hook[1]]) - int(component.hook_offset_vox[2])
             self.highest = min(self.highest, max(most, int(self.target[2])))
         origin = site.frame.origin_m
@@ -202,7 +198,10 @@ class _Inserter:
         return self._round_about() or straight
 
     def _straight_down(self) -> Insertion | NoInsertion:
-        """Straight down from the lowest gate; where there is none, from an enclosed room, to name its walls."""
+        """Return the moves straight down from the lowest gate; without a gate, from an enclosed room.
+
+        The enclosed room is returned so that its walls can be named.
+        """
         x, y, bottom = (int(n) for n in self.target)
         rise = self.highest - bottom
         blocked = {
@@ -219,7 +218,7 @@ class _Inserter:
                 hit = (*(n for n in self.near if blocked[n][k - 1]), *self._struck_on((x, y, bottom + k - 1), 2, 1))
             if hit:
                 return enclosed or NoInsertion(
-                    "no way leads into its place, straight down or from the side: it would run into its neighbours", hit
+                    "no path leads into its place, straight down or from the side: it would hit its neighbours", hit
                 )
             if free:
                 way = self._insertion([(x, y, z) for z in range(place[2], bottom - 1, -1)])
@@ -231,10 +230,10 @@ class _Inserter:
                 if wrong is not None:
                     return enclosed or wrong
             was_free = free
-        return enclosed or NoInsertion("no room above its place to lower it from", self.near)
+        return enclosed or NoInsertion("there is no room above its place to lower it from", self.near)
 
     def _round_about(self) -> Insertion | None:
-        """Breadth first from the target outward; a move out is the move in, reversed."""
+        """Search breadth-first from the target outward; a move out is the move in, reversed."""
         start = (int(self.target[0]), int(self.target[1]), int(self.target[2]))
         if self._wrong_at(start) is not None:
             return None
@@ -279,7 +278,7 @@ class _Inserter:
         return True
 
     def _is_gate(self, place: IntVec) -> bool:
-        """Whether a placement is free by cells and the load can be raised from it to the top, perhaps roundabout."""
+        """Whether a placement is free by cells and the load can be raised from it to the top, not always straight."""
         if self.rooms[place] == _UNKNOWN and placement_is_free(self.transit, *place):
             room, is_open = room_around(self.transit, place, self.highest, _OPEN)
             self.rooms[tuple(room.T)] = _TO_THE_SKY if is_open else _ENCLOSED
@@ -296,7 +295,7 @@ class _Inserter:
             return NoInsertion(f"it is blocked {where}", (), tuple((int(x), int(y), int(z)) for x, y, z in hit[:4096]))
         fuller = tuple(n for n, pair in self.entangled if pair.shared_at(self.own_cells, place) > pair.allowed)
         if fuller:
-            return NoInsertion("it would run deeper into parts than it is drawn into them", fuller)
+            return NoInsertion("it would overlap other parts by more than the model does", fuller)
         return self._rope_wrong_at(place)
 
     def _rope_wrong_at(self, place: IntVec) -> NoInsertion | None:
@@ -330,7 +329,7 @@ class _Inserter:
         ) or bool(self._struck_on(here, axis, int(move[axis])))
 
     def _struck_on(self, here: IntVec, axis: int, direction: int) -> tuple[int, ...]:
-        """Which of the others a unit move from a placement meets."""
+        """Return which of the others a unit move from a placement meets."""
         if not len(self.others):
             return ()
         own, offset_m = self.component.index, (np.array(here) - self.target) * self.step_m
@@ -346,7 +345,7 @@ class _Inserter:
         )
 
     def _over(self, point_m: NDArray[np.float64]) -> tuple[int, ...]:
-        """Which of the others may be over a point."""
+        """Return which of the others may be above a point."""
         if not len(self.others):
             return ()
         low, high = np.moveaxis(self.contacts.bounds_m[self.others], 1, 0)

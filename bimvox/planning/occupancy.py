@@ -1,4 +1,4 @@
-"""What stands where while the building grows: counts per cell, and the clearance of the next lift."""
+"""Which cells are occupied during erection, and the collision rule of the next lift."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from bimvox.site.site import Site
 
 
 class Occupancy:
-    """How many things occupy each cell at the current stage of assembly.
+    """How many objects occupy each cell at the current stage of erection.
 
-    Neighbouring parts share cells, so a cell is counted once for each of them.
+    Neighbouring parts share cells, so a cell counts each of them.
 
     Args:
-        site: The site; its fixed blockers are there from the start.
-        one_at_a_time: Whether a clearance is used only until the next one is asked for: its table is then brought up
-            to date in place, beyond the lowest cell that changed since the last one, and not made anew.
+        site: The site; its fixed blockers are present from the start.
+        one_at_a_time: Whether a collision rule is used only until the next one is requested. Its table is then updated
+            in place from the lowest changed cell on, instead of being built anew.
     """
 
     def __init__(self, site: Site, *, one_at_a_time: bool = False) -> None:
@@ -41,7 +41,7 @@ class Occupancy:
 
     @property
     def counts(self) -> NDArray[np.uint16]:
-        """(X, Y, Z) uint16. Changes are counted when someone looks: most stages pass without that."""
+        """(X, Y, Z) uint16. Changes are counted on demand, because most stages never look."""
         if self._waiting:
             cells = np.concatenate([cells for cells, _ in self._waiting])
             until = np.cumsum([len(cells) for cells, _ in self._waiting])
@@ -51,15 +51,15 @@ class Occupancy:
         return self._counts
 
     def add(self, cells: NDArray[np.int32]) -> None:
-        """Something now stands on ``cells`` ((N, 3) int32, each once)."""
+        """Add an object on ``cells`` ((N, 3) int32, each once)."""
         self._waiting.append((cells, True))
 
     def remove(self, cells: NDArray[np.int32]) -> None:
-        """It no longer stands there."""
+        """Remove an object from ``cells``."""
         self._waiting.append((cells, False))
 
     def any_at(self, cells: NDArray[np.int32]) -> bool:
-        """Return whether anything occupies one of the cells ((N, 3); those outside the grid are passed over)."""
+        """Return whether anything occupies one of the cells ((N, 3); cells outside the grid are ignored)."""
         counts = self.counts
         inside = ((cells >= 0) & (cells < counts.shape)).all(axis=1)
         return bool(counts[tuple(cells[inside].T)].any())
@@ -78,7 +78,7 @@ class Occupancy:
         )
 
     def transit(self, component: Component, space: CollisionSpace) -> CollisionSpace:
-        """Return the rule that holds for ``component`` between departure and gate: its margins kept."""
+        """Return the collision rule for ``component`` between departure and gate, with its margins."""
         grown, rope = in_transit(space, margin_vox(self._site)), rope_margin_vox(self._site)
         if rope == 0 or not self._site.rules.rope:
             return grown
@@ -123,10 +123,10 @@ def _count(
 
 
 def target_cells(component: Component) -> NDArray[np.int32]:
-    """(N, 3) int32 cells of a component at its place."""
+    """Return the (N, 3) int32 cells of a component at its place."""
     return component.shape.cells + np.array(component.target_vox, np.int32)
 
 
 def stored_cells(place: YardPlace) -> NDArray[np.int32]:
-    """(N, 3) int32 cells of a component in the yard."""
+    """Return the (N, 3) int32 cells of a component in the yard."""
     return place.shape.cells + np.array(place.cell_vox, np.int32)

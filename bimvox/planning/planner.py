@@ -1,11 +1,10 @@
-"""Planning every lift in order: policy first, then complete search, else a reason.
+"""The planner: every lift in order, by policy first, then by complete search, otherwise with a reason.
 
-A path that a policy proposes is taken only if it passes the same collision rule, move by move; where it fails, search
-gives a shortest path at once. Where search finds nothing, the set of placements that can be reached is the proof, and
-what closes it in is named.
+A path that a policy proposes is used only if every move passes the collision rule; otherwise search gives a shortest
+path. If search finds nothing, the set of reachable placements is the proof, and what encloses it is reported.
 
-What stands where before a lift depends on the order and on which lifts before it are possible, not on how they go. So
-the search runs lift by lift, and the policy is asked for the ways of many lifts at once.
+The state of the site before a lift depends on the order and on which earlier lifts are possible, not on their paths. So
+the search runs lift by lift, and the policy is asked for the paths of many lifts at once.
 """
 
 from __future__ import annotations
@@ -50,10 +49,10 @@ def plan_lifts(
         site: The site.
         preparation: Contacts, order and yard of its geometry.
         propose: The policy; None for search alone.
-        retrained: The policy after more training on this very site; asked where the first one fails.
-        previous: A plan of the same geometry with other obstructions; a lift whose path still holds is kept as it is.
+        retrained: The policy after more training on this site; asked if the first one fails.
+        previous: A plan of the same geometry with other obstructions; a lift whose path is still valid is kept.
         refused: Components whose lift was planned but not proven, with the reason: they are infeasible.
-        kept: Lifts by component that stay as they are whatever is in the way: of a plan that is being carried out.
+        kept: Lifts by component that stay as they are whatever is in the way, from a plan in execution.
         progress: Called with (stage, done, total).
 
     Returns:
@@ -103,12 +102,12 @@ def plan_lift(
     """Plan one lift.
 
     Args:
-        assembly: What stands where now; ``begin`` was called for this lift.
-        stage: What it said.
-        order: Position in the assembly order.
+        assembly: The state of the site now; ``begin`` was called for this lift.
+        stage: The result of ``begin``.
+        order: Position in the erection sequence.
         index: The component.
-        preparation: What was prepared for the site.
-        before: An earlier lift of the component, kept as it is where its path still holds.
+        preparation: The site's preparation.
+        before: An earlier lift of the component, kept if its path is still valid.
         propose: The policy; None for search alone.
     """
     lift = _searched(assembly, stage, order, index, preparation, before)
@@ -118,11 +117,11 @@ def plan_lift(
 
 
 def proposed_again(stage: Stage, lift: Lift, retrained: Propose) -> Lift:
-    """Return a planned lift with the way of a policy that was trained further; the lift itself where that is no better.
+    """Return a planned lift with the path of a retrained policy; the lift itself if that is invalid or longer.
 
     Args:
-        stage: What holds for it now.
-        lift: The lift; its path is taken as free.
+        stage: Its stage now.
+        lift: The lift; its path is assumed to be free.
         retrained: The policy.
     """
     (found,) = _proposed([(stage, lift)], [(retrained, Method.RETRAINED)])
@@ -132,7 +131,7 @@ def proposed_again(stage: Stage, lift: Lift, retrained: Propose) -> Lift:
 
 
 def _policies(propose: Propose | None, retrained: Propose | None = None) -> list[tuple[Propose, Method]]:
-    """Return whom to ask, in this order, and how a way of theirs is called."""
+    """Return the policies to ask, in this order, each with the method that its paths are recorded under."""
     both = ((propose, Method.POLICY), (retrained, Method.RETRAINED))
     return [(ask, method) for ask, method in both if ask is not None]
 
@@ -145,7 +144,7 @@ def _searched(
     preparation: Preparation,
     before: Lift | None,
 ) -> Lift:
-    """Return a lift with a shortest path, the earlier one where that still holds, or why there is none."""
+    """Return a lift with a shortest path, the earlier lift if that is still valid, or an infeasible one."""
     place = preparation.places[index]
     if isinstance(stage, Obstacle):
         return Lift(index, order, place, Status.INFEASIBLE, reason=stage.reason, blocked_by=stage.blocked_by)
@@ -168,7 +167,7 @@ def _searched(
 
 
 def _proposed(searched: Sequence[tuple[Stage, Lift]], policies: Sequence[tuple[Propose, Method]]) -> list[Lift]:
-    """Return lifts with the way of the first policy whose way holds; the search's where none does."""
+    """Return lifts with the path of the first policy whose path is valid; if none is, with the searched path."""
     lifts = [lift for _, lift in searched]
     left = list(range(len(lifts)))
     for ask, method in policies:
@@ -192,14 +191,14 @@ def _transit(stage: Stage, lift: Lift) -> Transit:
 
 
 def _whole_path(transit_vox: NDArray[np.int32], stage: Stage) -> NDArray[np.int32]:
-    """Return a transit with the last moves, read-only."""
+    """Return a transit followed by the last moves, read-only."""
     path: NDArray[np.int32] = np.concatenate([transit_vox, stage.insertion.path_vox[1:]]).astype(np.int32)
     path.flags.writeable = False
     return path
 
 
 def is_valid_transit(stage: Stage, path_vox: NDArray[np.int32]) -> bool:
-    """Return whether a path leads by unit moves over free placements from the transit start to the gate."""
+    """Return whether a path goes from the transit start to the gate by unit moves over free placements."""
     steps = np.abs(np.diff(path_vox.astype(np.int64), axis=0)).sum(axis=1)
     return bool(
         len(path_vox)
@@ -211,14 +210,14 @@ def is_valid_transit(stage: Stage, path_vox: NDArray[np.int32]) -> bool:
 
 
 def _still_holds(path_vox: NDArray[np.int32], stage: Stage) -> bool:
-    """Whether an earlier path ends in the same last moves, and its transit is still free."""
+    """Return whether an earlier path ends in the same last moves and its transit is still free."""
     last = stage.insertion.path_vox
     transit = path_vox[: len(path_vox) - len(last) + 1]
     return np.array_equal(path_vox[-len(last) :], last) and is_valid_transit(stage, transit)
 
 
 def _why_unreachable(assembly: Assembly, stage: Stage) -> Obstacle:
-    """Name what closes in the start or the place, whichever is the smaller room."""
+    """Return what encloses the start or the place, whichever is the smaller room."""
     from_start, from_gate = _smaller_room(stage.space, stage.start_vox, stage.insertion.gate_vox)
     where, room = (
         ("its place in the yard", from_start) if len(from_start) <= len(from_gate) else ("its place", from_gate)
@@ -227,14 +226,14 @@ def _why_unreachable(assembly: Assembly, stage: Stage) -> Obstacle:
     blocked = border[~which_free(stage.space, border)]
     cells = (blocked[:, None, :] + stage.component.shape.cells[None, :, :]).reshape(-1, 3)
     who = tuple(name for name in assembly.who_is_at(cells) if name != "ground")
-    by = f"at cells of {assembly.voxel_size_m:g} m"
+    by = f"checked with cells of {assembly.voxel_size_m:g} m"
     if stage.insertion.enclosed:
-        by += " and by the true shapes around its place"
-    return Obstacle(f"no way leads out of the room of {len(room)} placements around {where}, {by}", who)
+        by += " and the true shapes around its place"
+    return Obstacle(f"no path leads out of the free space around {where} ({len(room)} placements); {by}", who)
 
 
 def _smaller_room(space: CollisionSpace, start: IntVec, gate: IntVec) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return the placements around start and gate, the smaller room whole, the other one as far as it is no larger."""
+    """Return the rooms around start and gate, the smaller one complete, the other one up to the same size."""
     limit = _FIRST_LIMIT
     while True:
         rooms = reachable(space, start, limit), reachable(space, gate, limit)

@@ -1,4 +1,4 @@
-"""What the planner asks a policy: the ways of some lifts, all at once."""
+"""The interface between planner and policy: transits to be found, in batches."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from bimvox.site.component import IntVec
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Transit:
-    """A way to be found.
+    """A transit to be found.
 
     Attributes:
-        space: The collision rule at its stage of assembly.
+        space: The collision rule at its stage.
         start_vox: Reference cell of the transit start.
         goal_vox: Reference cell of the gate.
-        least_moves: The fewest moves possible, where known. A policy may stop looking once it has a way as short; what
-            it proposes must not depend on it otherwise.
+        least_moves: The fewest moves possible, if known. A policy may stop at a path of that length; otherwise its
+            proposal must not depend on it.
     """
 
     space: CollisionSpace
@@ -31,4 +31,4 @@ class Transit:
 
 
 Propose = Callable[[Sequence[Transit]], Sequence["NDArray[np.int32] | None"]]
-"""A policy: per way an (N, 3) int32 path from start to goal, or None where it did not arrive."""
+"""A policy: per transit an (N, 3) int32 path from start to goal, or None if it did not arrive."""

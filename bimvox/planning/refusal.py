@@ -1,6 +1,6 @@
-"""What the crane refuses before any way is looked for: too heavy, out of reach, too much sail for the wind.
+"""Lifts that the crane cannot do whatever the path: too heavy, out of reach, or too much sail area for the wind.
 
-The reason says the figure that decides, and the radius that governs.
+The reason gives the figure that decides and the governing radius.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _SLACK_M = 1e-6
 
 
 def refused_by_crane(site: Site, component: Component) -> str | None:
-    """Return why the crane may not lift a part to its place, whatever the way; None where it may.
+    """Return why the crane cannot lift a part to its place whatever the path; None if it can.
 
     Args:
         site: The site.
@@ -30,7 +30,8 @@ def refused_by_crane(site: Site, component: Component) -> str | None:
     reasons = {one.name: _by_wind(site, one, component) or _by_radius(site, one, component) for one in site.cranes}
     if reasons[crane.name] is None or not site.has_several_cranes:
         return reasons[crane.name]
-    return "; ".join(f"{name}: {reason or 'could take it, but it is not its part'}" for name, reason in reasons.items())
+    could = "could lift it, but the part is assigned to another crane"
+    return "; ".join(f"{name}: {reason or could}" for name, reason in reasons.items())
 
 
 def place_radius_m(site: Site, crane: TowerCrane, component: Component) -> float:
@@ -45,14 +46,14 @@ def _by_wind(site: Site, crane: TowerCrane, component: Component) -> str | None:
     if wind <= 0.0:
         return None
     if wind > crane.max_wind_m_s:
-        return f"the site is to work in wind of {wind:g} m/s, but {crane.name} only up to {crane.max_wind_m_s:g} m/s"
+        return f"the site's wind speed is {wind:g} m/s, but {crane.name} works only up to {crane.max_wind_m_s:g} m/s"
     permitted = permitted_wind_m_s(crane.max_wind_m_s, component.mass_kg + crane.tackle_kg, area, drag)
     if wind <= permitted:
         return None
     force_kn = wind_force_n(wind, area, drag) / 1000.0
     return (
-        f"its sail area of {area:.1f} m2 (drag {drag:g}, {component.mass_kg:.0f} kg) allows wind of "
-        f"{permitted:.1f} m/s, the site is to work in {wind:g} m/s, where it is {force_kn:.1f} kN"
+        f"its sail area of {area:.1f} m2 (drag {drag:g}, {component.mass_kg:.0f} kg) permits a wind speed of "
+        f"{permitted:.1f} m/s; at the site's {wind:g} m/s the wind force is {force_kn:.1f} kN"
     )
 
 
@@ -60,16 +61,16 @@ def _by_radius(site: Site, crane: TowerCrane, component: Component) -> str | Non
     radius = place_radius_m(site, crane, component)
     if not crane.min_radius_m - _SLACK_M <= radius <= crane.jib_length_m + _SLACK_M:
         return (
-            f"its place is at a radius of {radius:.1f} m, and the hook of {crane.name} reaches from "
+            f"its place is at a radius of {radius:.1f} m, but the hook of {crane.name} reaches from "
             f"{crane.min_radius_m:.1f} to {crane.jib_length_m:.1f} m"
         )
     _, furthest = allowed_radii_m(crane, component.mass_kg)
     if radius <= furthest + _SLACK_M:
         return None
     hung_kg = component.mass_kg + crane.tackle_kg
-    up_to = f"only up to {furthest:.1f} m" if furthest > 0.0 else "nowhere"
+    up_to = f"only up to {furthest:.1f} m" if furthest > 0.0 else "at no radius"
     return (
-        f"governing radius {radius:.1f} m, at its place: {hung_kg:.0f} kg with rigging and hook block, where "
+        f"governing radius {radius:.1f} m, at its place: {hung_kg:.0f} kg with rigging and hook block, but there "
         f"{crane.name} on {crane.falls} falls carries {capacity_kg(crane.chart, radius):.0f} kg; "
         f"it carries that mass {up_to}"
     )

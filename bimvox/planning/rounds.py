@@ -1,4 +1,4 @@
-"""Making and proving in rounds: what fails its proof is refused, and the rest is made and proven again."""
+"""Planning and proving in rounds: lifts that fail their proof are refused, and the rest is planned and proven again."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ from bimvox.records.proof import Verification
 T = TypeVar("T")
 
 Refused = Mapping[str, str]
-"""Ids of the components whose lifts are refused, and why."""
+"""Ids of the components whose lifts are refused, with the reason."""
 
 _ROUNDS = 12
 
 
 def proven_in_rounds(attempt: Callable[[Refused], T | Refused], left: str) -> T:
-    """Return what an attempt made and proved.
+    """Return the first result of an attempt that is proven.
 
     Args:
-        attempt: Makes all lifts but those that are refused and proves them; returns the result, or which of them to
-            refuse as well.
-        left: What becomes of the result where none is found, for the message.
+        attempt: Makes and proves all lifts except the refused ones; returns the result, or more lifts to refuse.
+        left: What is not done if no result is found ("nothing was ..."), for the message.
 
     Raises:
-        VerificationError: If there is no end of lifts that fail.
+        VerificationError: If lifts still fail after the last round.
     """
     refused: dict[str, str] = {}
     for _ in range(_ROUNDS):
@@ -34,30 +33,30 @@ def proven_in_rounds(attempt: Callable[[Refused], T | Refused], left: str) -> T:
             return found
         last = next(iter(found.items()))
         if found.keys() <= refused.keys():
-            break  # what is refused already, and made all the same: no further round is another one
+            break  # only lifts that are refused already: another round would give the same result
         refused |= found
     raise VerificationError(
-        f"lifts fail their proof again and again, so nothing was {left}; the last one {last[0]}: {last[1]}",
+        f"lifts still fail their proof, so nothing was {left}; the last one is {last[0]}: {last[1]}",
         failures=[f"{component}: {reason}" for component, reason in refused.items()],
-        hint="a finer [model] voxel_size_m, or other areas, may help",
+        hint="try a finer [model] voxel_size_m, or other areas",
     )
 
 
 def refusals(proof: Verification) -> dict[str, str]:
-    """Return the lifts that a proof failed about, with what failed.
+    """Return the lifts that fail a proof, each with the failed check.
 
     Raises:
-        VerificationError: If it failed about none of them.
+        VerificationError: If the proof failed without naming a lift.
     """
     reasons: dict[str, str] = {}
     for check in proof.checks:
         for component in sorted(check.culprits):
             said = next((f for f in check.failures if component in f), check.failures[0])
-            reasons.setdefault(component, f"its lift could not be proven ({check.name}: {said})")
+            reasons.setdefault(component, f"its lift could not be proven: {check.name}: {said}")
     if not proof.verified and not reasons:
         raise VerificationError(
-            f"the plan was not proven, so it was not written: {proof.failures[0]}",
+            f"the plan could not be proven, so it was not written: {proof.failures[0]}",
             failures=proof.failures,
-            hint="this is a fault of bimvox; please report it with the site file",
+            hint="this is a bug in bimvox; please report it with the site file",
         )
     return reasons

@@ -1,8 +1,8 @@
-"""Complete shortest-path search over the placements of a component: the guarantee behind the policy.
+"""Complete shortest-path search over the placements of a component: the fallback behind the policy.
 
-A* with unit moves and the Manhattan distance as heuristic. Along a move the estimate f = g + h either stays or grows by
-two, so two stacks (this f, the next f) replace the priority queue; the last pushed is the first taken, which follows a
-path to its end before trying its siblings (tie-breaking on depth).
+A* with unit moves and the Manhattan distance as heuristic. A move leaves the estimate f = g + h unchanged or raises it
+by two, so two stacks (this f, the next f) replace the priority queue. Last in, first out follows a path to its end
+before its siblings (tie-breaking on depth).
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from bimvox.site.component import IntVec
 
 _UNKNOWN, _FREE, _BLOCKED, _CLOSED = 0, 1, 2, 3
 _PATIENCE = 16_384
-"""Placements that a search looks at before it asks whether the goal is closed in."""
+"""Placements expanded before the search checks whether the goal is enclosed."""
 _ROOM = 65_536
-"""The largest room around a goal that is looked through for that."""
+"""The largest room around the goal that this check searches."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchResult:
-    """What a search found.
+    """The result of a search.
 
     Attributes:
-        path_vox: (N, 3) int32 reference cells from start to goal, a shortest path; None where there is none.
-        expanded: Number of placements that were looked at from.
+        path_vox: (N, 3) int32 reference cells of a shortest path from start to goal; None if there is no path.
+        expanded: Number of placements expanded.
     """
 
     path_vox: NDArray[np.int32] | None
@@ -38,40 +38,37 @@ class SearchResult:
 
 
 def shortest_path(space: CollisionSpace, start: IntVec, goal: IntVec) -> SearchResult:
-    """Find a shortest path of unit moves, or show that there is none.
+    """Return a shortest path of unit moves, or the result that there is none; deterministic.
 
-    There is none where every placement within reach of the start, or of the goal, was looked at: of the goal after a
-    while, because a room around it is mostly small, and the site around the start large.
+    There is no path if all placements reachable from the start, or all reachable from the goal, are known. The goal is
+    checked after a while: a room around it is usually small, and the site around the start is large.
 
     Args:
         space: The collision rule.
-        start: Reference cell to start from; must be free.
-        goal: Reference cell to reach.
-
-    Returns:
-        The path, one of the shortest, always the same one; or no path.
+        start: Reference cell of the start; must be free.
+        goal: Reference cell of the goal.
     """
     path, expanded = _a_star(space, np.array(start, np.int64), np.array(goal, np.int64), MOVES)
     return SearchResult(path if len(path) else None, int(expanded))
 
 
 def reachable(space: CollisionSpace, cell: IntVec, limit: int) -> NDArray[np.int32]:
-    """Return the placements that can be reached from ``cell``, at most ``limit`` of them: (N, 3) int32."""
+    """Return the placements reachable from ``cell``, at most ``limit`` of them: (N, 3) int32."""
     found: NDArray[np.int32] = _flood(space, np.array(cell, np.int64), MOVES, limit)
     return found
 
 
 def room_around(space: CollisionSpace, cell: IntVec, top: int, limit: int) -> tuple[NDArray[np.int32], bool]:
-    """Return placements that can be reached from a free one, upward first, until one at the height ``top`` is met.
+    """Return placements reachable from a free one, upward first, until one reaches the height ``top``.
 
     Args:
         space: The collision rule.
         cell: The placement to start from; must be free.
-        top: Height, z of the reference cell, that counts as outside.
-        limit: A room of more placements counts as open.
+        top: z of the reference cell that counts as outside.
+        limit: A room with this many placements counts as open.
 
     Returns:
-        (N, 3) int32 placements, and whether the room is open: the top was reached, or the limit.
+        (N, 3) int32 placements, and whether the room is open: it reached the top or the limit.
     """
     found, is_open = _room(space, np.array(cell, np.int64), MOVES, top, limit)
     return found, bool(is_open)
@@ -79,7 +76,7 @@ def room_around(space: CollisionSpace, cell: IntVec, top: int, limit: int) -> tu
 
 @kernel
 def _pushed(stack: NDArray[np.int64], size: int, value: int) -> NDArray[np.int64]:
-    """Put ``value`` at ``size``, growing the stack where it is full."""
+    """Return the stack with ``value`` at ``size``; a full stack grows."""
     if size == stack.shape[0]:
         grown = np.empty(2 * size, np.int64)
         grown[:size] = stack
@@ -235,7 +232,7 @@ def _room(
         size += 1
         if z >= top or size >= limit:
             return found[:size].copy(), True
-        # Pushed last is taken first: up.
+        # The last pushed is taken first: up.
         for up in range(2):
             for action in range(moves.shape[0]):
                 if (moves[action, 2] == 1) != (up == 1):

@@ -1,4 +1,4 @@
-"""Where a part is while it is tipped up from how it lies: turned by quarters first, then tipped about its foot."""
+"""Position of a part while it is upended: turned by quarters first, then tipped about its foot."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bimvox.site.site import Site
 
 
 def lying_width_vox(component: Component, place: YardPlace) -> int:
-    """Return how wide a part is across the axis about which it is tipped up."""
+    """Return the width of a part along the axis about which it is upended, cells."""
     across = (place.pose is StoredPose.LYING_Y) != bool(place.turn % 2)
     return component.shape.size_vox[1 if across else 0]
 
@@ -20,9 +20,9 @@ def lying_width_vox(component: Component, place: YardPlace) -> int:
 def from_box_to_origin_m(
     site: Site, component: Component, place: YardPlace, angle_rad: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """(N, 3) from the lowest corner of a stored part's box, tipped by angles, to the origin of the part's own frame.
+    """Return the (N, 3) vectors from the lowest corner of a stored part's box, tipped by (N,) angles, to its origin.
 
-    That is the same corner where it is not turned.
+    The origin of the part's own frame is that same corner if the part is not turned.
     """
     hook = np.array(component.hook_offset_vox[:2]) + 0.5
     turned = np.array(turned_hook(component.shape, component.hook_offset_vox, place.turn)[:2]) + 0.5

@@ -1,7 +1,7 @@
-"""How long the hook is on its way between two places: the point-to-point bound, looked up.
+"""Travel times of the hook between two places: the point-to-point bound, from a table.
 
-What stands in between is ignored: while an order is sought, millions of ways are asked for, and how high a load has to
-be raised over the building is nearly the same for all orders.
+Obstacles are ignored: the search for an order needs millions of travel times, and the height to which loads are raised
+over the building is nearly the same for all orders.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Travel:
 
     Args:
         crane: The crane.
-        longest_m: The longest way of the trolley and the hoist that is asked for.
+        longest_m: The longest travel of the trolley and the hoist that will be asked for.
     """
 
     def __init__(self, crane: TowerCrane, longest_m: float) -> None:

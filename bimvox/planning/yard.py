@@ -1,14 +1,16 @@
-"""The yard: where each part waits, in truckloads.
+"""Yard allocation: the place of each part in the yard, by deliveries (truckloads).
 
-Parts are placed in the order in which they are needed, each at a place that is free of its neighbours by a gap, of
-fixed things, and within the crane's reach with the part's mass: the one from which the crane is quickest, with the way
-from the part before it, and of equally good ones the first. When the next part finds no room, or would make the
-truckload too heavy, a new delivery begins. It arrives when it is needed: when every earlier lift is done. So every
-place of the yard is free again by then, but those that the site file gives to parts that are still to come, and no
-earlier arrival could bring more; what of an earlier delivery could not be lifted goes back with the truck. A scan over
-the yard's cells, not a rectangle packer, because yards are polygons with holes (mast, structure) and the crane's reach
-cuts them too. Obstructions are not looked at: they come and go, and a lift that one of them blocks is said to be
-blocked.
+Parts are placed in the order in which they are needed. A place keeps a gap to its neighbours, is clear of structures,
+and lies within the crane's reach for the part's mass. Of these the one with the least travel time is used, including
+the travel from the part before; of equally good ones the first.
+
+A new delivery begins if the next part finds no room or would overload the truck. It arrives when every earlier lift is
+finished. By then the yard is empty except for places that the site file gives to later parts, so an earlier arrival
+could bring no more. Parts of an earlier delivery that could not be lifted go back with the truck.
+
+The allocation scans the yard's cells instead of packing rectangles, because yards are polygons with holes (mast,
+structure) and the crane's reach cuts them too. Obstructions are ignored: they come and go, and a lift that one of them
+blocks is reported as blocked.
 """
 
 from __future__ import annotations
@@ -31,23 +33,23 @@ from bimvox.site.site import Site
 
 _GAP_VOX = 1
 _SAME_S = 2.0
-"""Ways that differ by less are equally good."""
+"""Travel times that differ by less are equally good, seconds."""
 
 
 Lying = tuple[StoredPose, int]
-"""How a part lies: its pose, and the quarter turns that it is turned by."""
+"""How a part lies: its pose, and its quarter turns."""
 
 
 def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple[YardPlace | None, ...]:
-    """Give every component its place in the yard.
+    """Return the place of every component in the yard.
 
     Args:
         site: The site.
-        order: Component indices in assembly order.
-        travels: How long each of the site's cranes is on its way; without them the first place that is free is taken.
+        order: Component indices in erection order.
+        travels: Travel times of each of the site's cranes; without them the first free place is used.
 
     Returns:
-        Per component (by index) its place; None where it does not fit even into the empty yard, turned or not.
+        Per component (by index) its place; None if it does not fit into the empty yard, turned or not.
     """
     empty = _open_yard(site)
     given = [index for index in order if site.components[index].start_vox is not None]
@@ -66,7 +68,7 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
             given.remove(index)
             load_kg.append(component.mass_kg)
             continue
-        # Turning takes time and room: only what fits in no other way is turned.
+        # Turning takes time and room: a part is turned only if it does not fit otherwise.
         tries = [(free, _preferred(component)), (fresh, _preferred(component))]
         tries += [(free, _turned(component)), (fresh, _turned(component))]
         for yard, choices in tries if load_kg else tries[::2]:
@@ -85,7 +87,7 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
 
 
 def storage_poses(component: Component) -> tuple[StoredPose, ...]:
-    """Return the poses in which a component may wait, the preferred one first."""
+    """Return the poses in which a component may be stored, the preferred one first."""
     if component.stored_pose is not None:
         return (component.stored_pose,)
     return (StoredPose.LYING_X, StoredPose.LYING_Y) if component.erected else (StoredPose.AS_BUILT,)
@@ -104,10 +106,10 @@ def _given(component: Component) -> Lying:
 
 
 def _risen(site: Site, order: tuple[int, ...], places: list[YardPlace | None]) -> tuple[YardPlace | None, ...]:
-    """Say of the parts that lie turned how far they are raised before they are turned: above all that is near.
+    """Return the places with the rise of turned parts: how far they are raised before they are turned.
 
-    Near is what stands or waits within the circle of their corners: structure, parts of the same delivery, parts of the
-    building that are set before.
+    They are raised above everything within the circle of their corners: structures, parts of the same delivery, and
+    parts of the building that are set earlier.
     """
     if not any(place is not None and place.turn for place in places):
         return tuple(places)
@@ -144,7 +146,7 @@ def _open_yard(site: Site) -> NDArray[np.bool_]:
 
 
 def _without_given(site: Site, empty: NDArray[np.bool_], given: list[int]) -> NDArray[np.bool_]:
-    """The empty yard without the places that the site file gives to parts still to be lifted."""
+    """Return the empty yard without the places that the site file gives to parts still to be lifted."""
     free = empty.copy()
     for index in given:
         component = site.components[index]
@@ -167,7 +169,7 @@ def _take(free: NDArray[np.bool_], cell: IntVec, footprint: tuple[int, int]) -> 
 
 
 class _Ways:
-    """How long the crane is on its way over each column of the yard."""
+    """Travel times of the crane to each column of the yard."""
 
     def __init__(self, site: Site, travel: Travel) -> None:
         self._travel = travel
@@ -177,9 +179,9 @@ class _Ways:
     def seconds(
         self, component: Component, before: Component | None, cells: NDArray[np.int64], top_vox: int
     ) -> NDArray[np.float64]:
-        """(N,) seconds from the part before to a hook over (N, 2) columns, and on to the component's place.
+        """Return the (N,) seconds from the part before to a hook over (N, 2) columns, and on to the component's place.
 
-        ``top_vox`` is the height at which the hook takes the part.
+        ``top_vox`` is the height at which the hook picks the part.
         """
         hook = self._axes(np.concatenate([cells, np.full((len(cells), 1), top_vox)], axis=1))
         seconds = self._travel.between_s(hook, self._over(component))
@@ -212,7 +214,7 @@ def _find(
             continue
         offset = np.array(turned_hook(shape, component.hook_offset_vox, turn)[:2])
         cells = np.argwhere(_fits(free, hook, size_x, size_y, int(offset[0]), int(offset[1])).T)[:, ::-1]
-        # In transit its clearance has to lie inside the site's boundary, and so has the circle in which it is turned.
+        # Its transit clearance must lie inside the site boundary, and so must its turning circle.
         low, high = np.full(2, margin), np.array(site.shape[:2]) - margin - np.array(shape.size_vox[:2])
         if turn:
             around = turning_columns(shape, component.hook_offset_vox)
@@ -225,7 +227,7 @@ def _find(
         cells = _on_its_side(site, component, cells, offset)
         best = 0
         if ways is not None:
-            # Steps of a few seconds, first come first of each: parts lie close together, and the yard stays whole.
+            # Rounded to a few seconds, the first of each: parts lie close together, the rest stays in one piece.
             seconds = ways.seconds(component, before, cells + offset, size_z + 1)
             best = int(np.argmin(np.floor(seconds / _SAME_S)))
         x, y = (int(n) for n in cells[best])
@@ -236,9 +238,9 @@ def _find(
 def _on_its_side(
     site: Site, component: Component, cells: NDArray[np.int64], offset: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Of places ((N, 2)) those nearer to the part's own crane than to any other, where there are such.
+    """Return those of (N, 2) places that are nearest to the part's own crane; all of them if there are none.
 
-    So the cranes fetch from different parts of the yard, and do not stand in each other's way there.
+    So the cranes pick in different areas of the yard and do not get in each other's way there.
     """
     if not site.has_several_cranes:
         return cells
@@ -252,7 +254,7 @@ def _on_its_side(
 def _fits(
     free: NDArray[np.bool_], hook: NDArray[np.bool_], size_x: int, size_y: int, offset_x: int, offset_y: int
 ) -> NDArray[np.bool_]:
-    """(X, Y) bool: lowest corners at which a footprint is free and the hook above it allowed."""
+    """Return the lowest corners at which a footprint is free and the hook above it is allowed, (X, Y) bool."""
     nx, ny = free.shape
     fits = np.zeros((nx, ny), np.bool_)
     taken = np.zeros((nx + 1, ny + 1), np.int32)

@@ -1,1 +1,1 @@
-"""Sites: components, obstructions, areas, the site file, and the one definition of collision."""
+"""The site: components, obstructions, areas, the site file, and the one definition of collision."""

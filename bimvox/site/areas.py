@@ -1,4 +1,4 @@
-"""Areas on plan: which columns of the grid a polygon takes."""
+"""Areas on plan: the grid columns that a polygon covers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bimvox.grid.frame import GridFrame
 
 Corners = Sequence[tuple[float, float]]
 
-# An edge that runs along a border of cells is not in the next column (metres).
+# An edge along a cell border does not count for the next column (metres).
 _TOLERANCE_M = 1e-4
 
 
@@ -27,7 +27,7 @@ def columns_centred_in(polygons: Sequence[Corners], frame: GridFrame, shape: tup
 
 
 def columns_met_by(polygons: Sequence[Corners], frame: GridFrame, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """Return the (X, Y) columns that have any part inside one of the polygons (site metres)."""
+    """Return the (X, Y) columns that overlap one of the polygons (site metres)."""
     i, j = np.indices(shape)
     low_m = frame.corner_of(np.stack([i, j, np.zeros_like(i)], axis=-1))[..., :2] + _TOLERANCE_M
     high_m = low_m + frame.voxel_size_m - 2 * _TOLERANCE_M

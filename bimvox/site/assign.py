@@ -1,9 +1,9 @@
-"""Which crane lifts which part, where a site has several.
+"""Assignment of parts to cranes on a site with several cranes.
 
-A crane can take a part that it carries to its place and from some column of the yard. Where more than one can, the plan
-is divided between them as by weighted bisectors: a part goes to the crane whose base is nearest to its place, each
-crane's distances made longer by a length of its own, chosen so that the most loaded crane has as little to do as
-possible. So each crane works in a part of the site of its own, and all have about the same work on every storey.
+A crane can lift a part if it carries it from some column of the yard to its place. If several cranes can, the site is
+divided between them by weighted bisectors: a part goes to the crane whose base is nearest to its place, with a length
+added to each crane's distances. The lengths minimise the work of the busiest crane. So each crane works in its own area
+of the site, and all have about the same work on every storey.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from bimvox.site.config import SiteConfig
 from bimvox.site.site import Rules
 
 _HANDLING_S = 70.0
-"""Hooking on and the trial lift: what every lift takes beside the crew's times of the rules and the crane's way."""
+"""Hooking on and the trial lift, in addition to the crew's times in the rules and the crane's travel."""
 _ROUNDS = 200
 _SLACK_M = 1e-6
 
@@ -36,21 +36,20 @@ def assigned(
     frame: GridFrame,
     rules: Rules,
 ) -> list[Component]:
-    """Return the components, each with the number of the crane that lifts it.
+    """Return the components, each with the index of the crane that lifts it.
 
-    A part that no crane can take is given to the one whose reach it exceeds least; planning says why it cannot be
-    lifted.
+    A part that no crane can lift goes to the crane whose reach it exceeds least; planning reports why it is infeasible.
 
     Args:
-        config: The site file; its ``[[component]] crane`` goes before everything.
-        components: All of them.
-        cranes: All of them.
+        config: The site file; its ``[[component]] crane`` takes precedence.
+        components: All components.
+        cranes: All cranes.
         yard: (X, Y) columns of the yard.
-        frame: Of the grid.
-        rules: The site's.
+        frame: Frame of the grid.
+        rules: Rules of the site.
 
     Raises:
-        ConfigError: If a part is given to a crane that the site does not have.
+        ConfigError: If a part is assigned to a crane that the site does not have.
     """
     named = _named(config, components, cranes)
     if len(cranes) < 2:
@@ -76,7 +75,7 @@ def assigned(
 
 
 def _balanced(can: NDArray[np.bool_], reach_m: NDArray[np.float64], work_s: NDArray[np.float64]) -> NDArray[np.int64]:
-    """(N,) crane of each part: the least ``reach + longer`` among those that can, ``longer`` evening out the work."""
+    """Return the (N,) crane of each part: the least ``reach + longer`` of those that can; ``longer`` balances work."""
     rows = np.arange(len(can))
     longer_m, step_m = np.zeros(can.shape[1]), float(reach_m.max(initial=1.0))
     best: tuple[float, NDArray[np.int64]] | None = None
@@ -93,7 +92,7 @@ def _balanced(can: NDArray[np.bool_], reach_m: NDArray[np.float64], work_s: NDAr
 
 
 def _named(config: SiteConfig, components: Sequence[Component], cranes: Sequence[TowerCrane]) -> dict[int, int]:
-    """Component -> crane, as the site file says."""
+    """Return crane by component, as the site file says."""
     names = [crane.name for crane in cranes]
     by_id = {name: component.index for component in components for name in (component.global_id, component.id)}
     found = {}
@@ -115,7 +114,7 @@ def _named(config: SiteConfig, components: Sequence[Component], cranes: Sequence
 def _excess_m(
     crane: TowerCrane, component: Component, place_m: NDArray[np.float64], start_m: NDArray[np.float64]
 ) -> float:
-    """By how much a part's place, or the nearest start, is beyond what the crane reaches with it; 0 where it is not."""
+    """Return by how much a part's place, or its nearest start, exceeds the crane's reach; 0 if it is within reach."""
     low_m, high_m = allowed_radii_m(crane, component.mass_kg)
     if high_m < low_m:
         return float(np.inf)
@@ -127,7 +126,7 @@ def _excess_m(
 
 
 def _work_s(crane: TowerCrane, radius_m: NDArray[np.float64], rules: Rules) -> NDArray[np.float64]:
-    """(N,) about how long a crane works on parts set at these radii: a quarter turn there and back, and the crew."""
+    """Return (N,) estimated seconds of work for parts set at these radii: a quarter turn and back, and the crew."""
     turn_s = rest_to_rest_s(np.pi / 2.0, crane.slewing)
     trolley_s = np.array([rest_to_rest_s(float(radius) / 2.0, crane.trolley) for radius in radius_m])
     work_s: NDArray[np.float64] = _HANDLING_S + rules.bracing_s + rules.release_s + 2.0 * np.maximum(turn_s, trolley_s)

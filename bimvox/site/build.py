@@ -1,4 +1,4 @@
-"""Building the site: everything that a plan depends on, as one value."""
+"""Construction of the site value from the site file and the building's parts."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from bimvox.site.site import GROUND_ID, Blocker, Rules, Site, SwingRule, mast_id
 from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
 
 Parts = Sequence[tuple[Element, "NDArray[np.int32]"]]
-"""Elements in the site's frame, each with the (N, 3) int32 cells of the site's grid that it meets."""
+"""Elements in the site frame, each with the (N, 3) int32 grid cells that it occupies."""
 
 
 def build_site(
@@ -82,13 +82,13 @@ def build_site(
             if len(cells):
                 blockers.append(Blocker(element.id, "structure", _frozen(cells), element.mesh))
             else:
-                notes.append(f"{element.id}: standing structure outside the site's extent, left out")
+                notes.append(f"{element.id}: existing structure outside the site's extent; it is left out")
         elif element.role is Role.GROUND:
             ignored += 1
     if not components:
         raise SelectionError("nothing to lift: no part of the model is a component", hint="see [model] select")
     if ignored:
-        notes.append(f"{ignored} terrain element(s) left out: the ground is taken as flat at z = 0")
+        notes.append(f"{ignored} terrain element(s) are left out: the ground is taken as flat at z = 0")
     check_cranes(config, cranes, rules.crane_separation_m)
     for number, one in enumerate(cranes):
         mast = _mast(one, rules, frame, shape, rasterise, several=len(cranes) > 1)
@@ -130,10 +130,10 @@ def build_site(
 
 
 def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Rasterise) -> Site:
-    """Return a site with these obstructions in place of the ones it had; its geometry digest stays the same.
+    """Return a site with these obstructions instead of its own; its geometry digest stays the same.
 
-    An obstruction outside the site is left out, one that sticks out is clipped, each with a note. An id that a part has
-    already gets ``obstruction:`` put before it, so that what blocks a lift is always told apart.
+    An obstruction outside the site is left out, and one that sticks out is clipped, each with a note. If a part has the
+    same id, the obstruction's id gets the prefix ``obstruction:``, so that the reason of a blocked lift is unambiguous.
     """
     fixed = [blocker for blocker in site.blockers if blocker.kind != "obstruction"]
     taken = {blocker.id for blocker in fixed} | {component.id for component in site.components}
@@ -146,7 +146,7 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
         if note:
             notes.append(note)
         if name != obstruction.id:
-            notes.append(f"obstruction {obstruction.id!r} has the id of a part; it is called {name!r}")
+            notes.append(f"obstruction {obstruction.id!r} has the id of a part; it is renamed {name!r}")
         if len(cells):
             added.append(Blocker(name, "obstruction", _frozen(cells)))
     return replace(
@@ -159,7 +159,7 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
 
 
 def with_digests(site: Site) -> Site:
-    """Return a site with its three digests computed anew from all that it holds."""
+    """Return a site with its three digests computed anew."""
     fixed = _with_fixed_digests(site)
     added = [blocker for blocker in site.blockers if blocker.kind == "obstruction"]
     return replace(fixed, digest=_digest(fixed.fixed_digest, added))
@@ -171,7 +171,7 @@ def _digest(fixed_digest: str, added: Sequence[Blocker]) -> str:
 
 def _with_fixed_digests(site: Site) -> Site:
     blockers = [blocker for blocker in site.blockers if blocker.kind != "obstruction"]
-    # The first crane and the others are hashed apart: a site with one crane keeps the digests that it always had.
+    # The other cranes are hashed separately, so that a site with one crane keeps the digests of earlier versions.
     first, others = next(iter(site.cranes), None), site.cranes[1:]
     lifted_by = [component.crane for component in site.components]
     geometry = digest_of(
@@ -187,7 +187,7 @@ def _with_fixed_digests(site: Site) -> Site:
         [(c.shape.cells, c.target_vox, c.hook_offset_vox, c.erected, c.mass_kg) for c in site.components],
         replace(first, name="") if first else None,
         *([[replace(crane, name="") for crane in others], lifted_by] if others else []),
-        # How densely a log is sampled, how long a crew takes and what a truck carries is nothing to a policy.
+        # A policy does not depend on log sampling, crew times or truck loads.
         replace(
             site.rules,
             sample_period_s=0.0,
@@ -224,13 +224,13 @@ def _with_fixed_digests(site: Site) -> Site:
         ],
         [(blocker.id, blocker.kind, blocker.mesh) for blocker in blockers],
         site.site_to_ifc,
-        site.source.get("sha256"),  # its name and the rest do not change a plan
+        site.source.get("sha256"),  # the file's name and the rest do not affect a plan
     )
     return replace(site, geometry_digest=geometry, fixed_digest=fixed)
 
 
 def _labels(slab: NDArray[np.uint8], shape: IntVec, blockers: Sequence[Blocker]) -> NDArray[np.uint8]:
-    """Paint what stands above the slab; the slab's layer keeps its areas, and an obstruction shows over structure."""
+    """Return the labels: blockers above the slab, obstructions over structures; the slab's layer keeps its areas."""
     labels = np.zeros(shape, np.uint8)
     for blocker in blockers[1:]:
         label = Label.OBSTRUCTION if blocker.kind == "obstruction" else Label.STRUCTURE
@@ -247,12 +247,12 @@ def _ground(shape: IntVec) -> Blocker:
 def _mast(
     crane: TowerCrane, rules: Rules, frame: GridFrame, shape: IntVec, rasterise: Rasterise, *, several: bool
 ) -> Blocker | None:
-    """The mast from its foot up through the grid's top; None where it stands outside the grid.
+    """Return the mast from its foot to the top of the grid; None if it stands outside the grid.
 
-    Of one of several cranes it ends at the crane's highest point: another one's jib may turn above it.
+    With several cranes it ends at the crane's highest point, because another crane's jib may turn above it.
     """
     low, high = mast_box_m(crane)
-    # Nothing is carried over a tower's mast. Over an undercarriage the boom itself leaves no room.
+    # Nothing is carried over a tower's mast. Above an undercarriage, the boom leaves no room.
     ends_m = highest_point_m(crane) if several else frame.origin_m[2] + shape[2] * frame.voxel_size_m
     top_m = high[2] if crane.luffing else max(high[2], ends_m)
     mast = Obstruction(mast_id(crane, several=several), Box(low, (high[0], high[1], top_m)))

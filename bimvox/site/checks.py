@@ -1,4 +1,4 @@
-"""What a site file may not ask for: said by the key, before anything is planned."""
+"""Checks of a site file against the building; errors name the key, before anything is planned."""
 
 from __future__ import annotations
 
@@ -18,37 +18,38 @@ from bimvox.site.site import Blocker
 def check_component(
     config: SiteConfig, element: Element, cells: NDArray[np.int32], frame: GridFrame, shape: IntVec
 ) -> None:
-    """Refuse a component that reaches out of the grid, or below the ground."""
+    """Raise an error for a component that reaches outside the grid or below the ground."""
     low_m, high_m = element.mesh.bounds_m
+    label = f"{element.name} ({element.id})" if element.name and element.name != element.id else element.id
     first, last = frame.cells_over(low_m + 1e-4, high_m - 1e-4)
     outside = (first[:2] < 0).any() or (last > np.array(shape)).any()
     if not len(cells) or outside:
         raise config.error(
             "grid" if config.grid else "areas",
-            f"component {element.id}, from {_shown(low_m)} to {_shown(high_m)} m, lies outside the site's extent",
+            f"component {label}, from {_shown(low_m)} to {_shown(high_m)} m, lies outside the site's extent",
             hint="widen [grid] low_m, high_m, or leave [grid] out",
         )
     if first[2] <= 0 or cells[:, 2].min() <= 0:
         depth_m = max(0.0, -float(low_m[2]))
         raise config.error(
             "model.ground_m",
-            f"component {element.id} reaches {depth_m:.3f} m below the ground (z = 0)",
+            f"component {label} reaches {depth_m:.3f} m below the ground (z = 0)",
             hint=f"lower ground_m by {np.ceil(depth_m / frame.voxel_size_m) * frame.voxel_size_m:g} m, "
-            "or leave ground_m out: the lowest point is then taken",
+            "or leave ground_m out: then the lowest point is used",
         )
 
 
 def check_mast(config: SiteConfig, key: str, mast: Blocker, components: Sequence[Component], shape: IntVec) -> None:
-    """Refuse a mast that stands where a component is to be set."""
+    """Raise an error for a mast at the place of a component."""
     there = np.zeros(shape, np.bool_)
     there[tuple(mast.cells.T)] = True
     for component in components:
         if there[tuple((component.shape.cells + np.array(component.target_vox)).T)].any():
-            raise config.error(f"{key}.base_m", f"the mast stands where component {component.id} is to be set")
+            raise config.error(f"{key}.base_m", f"the mast stands at the place of component {component.label}")
 
 
 def check_yard(config: SiteConfig, yard: NDArray[np.bool_], components: Sequence[Component], shape: IntVec) -> None:
-    """Refuse a site without a yard, and a component that is said to start outside it."""
+    """Raise an error for a site without a yard, and for a component whose ``start`` is outside the yard."""
     starts = [component for component in components if component.start_vox is not None]
     if not yard.any() and len(starts) < len(components):
         raise config.error(
@@ -63,18 +64,18 @@ def check_yard(config: SiteConfig, yard: NDArray[np.bool_], components: Sequence
         number = [entry.global_id for entry in config.component].index(_named(config, component))
         key = f"component[{number}].start"
         if (cells[:, 2] < 1).any():
-            raise config.error(key, f"{component.id} would lie in the ground", hint="z = 0 is the top of the ground")
+            raise config.error(key, f"{component.label} would lie in the ground", hint="z = 0 is the top of the ground")
         inside = ((cells >= 0) & (cells < np.array(shape))).all(axis=1)
         if not inside.all() or not yard[tuple(cells[:, :2].T)].all():
             raise config.error(
                 key,
-                f"{component.id} would lie outside the yard",
-                hint="start is the lowest corner of the part as it lies; move it, or enlarge [areas] yard",
+                f"{component.label} would lie outside the yard",
+                hint="start is the lowest corner of the part as stored; move it, or enlarge [areas] yard",
             )
 
 
 def _named(config: SiteConfig, component: Component) -> str:
-    """The name under which the site file lists a component."""
+    """Return the id under which the site file lists a component."""
     listed = {entry.global_id for entry in config.component}
     return component.id if component.id in listed else component.global_id
 

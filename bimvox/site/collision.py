@@ -1,12 +1,12 @@
-"""The one definition of collision: may the component's reference cell be here?
+"""The one definition of collision: whether a component's reference cell may be at a cell.
 
-Environment, search, policy and trajectory check all ask :func:`placement_is_free`. A placement is free when
+Environment, search, policy and trajectory check all call :func:`placement_is_free`. A placement is free if
 
-* every box of the shape lies inside the grid and holds no occupied cell (summed-area table), and
+* every box of the shape lies inside the grid and contains no occupied cell (summed-area table), and
 * the hook line above it is free and the hook is allowed there (one map of the lowest admissible hook cell per column:
-  rope, reach, capacity and zones bind the hook, not the boxes),
+  rope, reach, capacity and zones constrain the hook, not the boxes),
 
-or when the narrow phase has cleared it: the last moves, where the broad phase hits nothing but parts that the component
+or if the narrow phase has cleared it: in the last moves, where the broad phase hits only parts that the component
 touches in the finished building (see ``bimvox.planning.contact.pairs``).
 """
 
@@ -22,22 +22,22 @@ from bimvox.crane.reach import HOOK_FORBIDDEN as HOOK_FORBIDDEN
 from bimvox.grid.summed_area import box_sum
 
 NO_CEILING = np.zeros((0, 0), np.int32)
-"""``hook_ceiling`` where nothing but the grid's top limits the height."""
+"""``hook_ceiling`` if only the grid's top limits the height."""
 
 
 class CollisionSpace(NamedTuple):
-    """Everything that decides whether a component may be somewhere; a plain tuple, so that kernels take it.
+    """Everything that decides whether a placement is free; a named tuple, so that kernels accept it.
 
     Attributes:
         table: (X + 1, Y + 1, Z + 1) int32 summed-area table of the occupied cells.
         boxes: (B, 6) int32 half-open boxes of the shape, relative to the reference cell.
         hook_offset: (3,) int32 cell of the hook line's foot relative to the reference cell.
         hook_floor: (X, Y) int32 lowest cell at which the hook line's foot may be; ``HOOK_FORBIDDEN`` where it may not
-            be; zeros where no rope rule holds.
-        cleared_low: (3,) int32 lowest corner of the window of placements that the narrow phase looked at.
-        cleared: (A, B, C) bool, placements that it cleared; size 0 where there are none.
+            be; zeros without the rope rule.
+        cleared_low: (3,) int32 lowest corner of the window of placements that the narrow phase checked.
+        cleared: (A, B, C) bool placements that it cleared; size 0 if there are none.
         hook_ceiling: (X, Y) int32 highest cell at which the hook line's foot may be (limiters, long slings, a luffing
-            jib); size 0 where the jib is above all of the grid.
+            jib); size 0 if the jib is above the whole grid.
     """
 
     table: NDArray[np.int32]
@@ -50,12 +50,12 @@ class CollisionSpace(NamedTuple):
 
 
 NOTHING_CLEARED = (np.zeros(3, np.int32), np.zeros((0, 0, 0), np.bool_))
-"""``cleared_low`` and ``cleared`` where the narrow phase has nothing to say."""
+"""``cleared_low`` and ``cleared`` if the narrow phase cleared nothing."""
 
 
 @inline_kernel
 def _boxes_are_free_over(space: CollisionSpace, x: int, y: int, z: int, last_x: int, last_y: int, last_z: int) -> bool:
-    """Return whether all that the shape takes up from one reference cell to another is free, and inside the grid."""
+    """Return whether the shape's swept boxes from one reference cell to another are free and inside the grid."""
     table, boxes = space.table, space.boxes
     for b in range(boxes.shape[0]):
         x0, y0, z0 = x + boxes[b, 0], y + boxes[b, 1], z + boxes[b, 2]
@@ -98,9 +98,9 @@ def placement_is_free(space: CollisionSpace, x: int, y: int, z: int) -> bool:
 
 @leaf_kernel
 def range_is_free(space: CollisionSpace, around: tuple[int, int, int, int, int, int]) -> bool:
-    """Return whether everything that the component takes up in a range of placements is free, all of it at once.
+    """Return whether the union of a component's boxes over a range of placements is free.
 
-    Where it is not, single placements may be free all the same.
+    If it is not, single placements may still be free.
 
     Args:
         space: The collision rule.
@@ -118,7 +118,7 @@ def range_is_free(space: CollisionSpace, around: tuple[int, int, int, int, int, 
 
 @leaf_kernel
 def free_up_to(space: CollisionSpace, x: int, y: int, z: int) -> int:
-    """Return the lowest z, from the given one up, at which the component may not be in a column of placements."""
+    """Return the lowest z, from the given one up, at which a placement in this column is not free."""
     while z < space.table.shape[2] and placement_is_free(space, x, y, z):
         z += 1
     return z

@@ -1,4 +1,4 @@
-"""A prefabricated component: a rigid voxel shape, where it goes, and how it lies in the yard."""
+"""A prefabricated component: its rigid voxel shape, its place in the building, and its pose in the yard."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Shape:
 
     Attributes:
         cells: (N, 3) int32, all >= 0, in ascending order.
-        boxes: (B, 6) int32 half-open boxes ``x0 y0 z0 x1 y1 z1``, disjoint, their union is ``cells``.
+        boxes: (B, 6) int32 half-open, disjoint boxes ``x0 y0 z0 x1 y1 z1``; their union is ``cells``.
     """
 
     cells: NDArray[np.int32]
@@ -34,28 +34,28 @@ class Shape:
 
 
 class StoredPose(StrEnum):
-    """How a component lies in the yard, relative to how it is built in."""
+    """How a component lies in the yard, relative to its orientation in the building."""
 
     AS_BUILT = "as_built"
     LYING_X = "lying_x"
-    """Turned over so that its foot is at the lowest-index end and it lies along +x (the paper's column)."""
+    """Tipped over so that it lies along +x with its foot at the lowest-index end (the paper's column)."""
     LYING_Y = "lying_y"
     """The same along +y."""
 
 
 @dataclass(frozen=True, slots=True)
 class OrderHints:
-    """What the site file and the building's file wish about the order; geometry goes before it.
+    """What the site file and the building file ask of the order; geometry takes precedence.
 
     Attributes:
-        first: Whether the site file wants it first.
-        zone: Number of the assembly zone that it lies in, in the order in which the zones are worked on.
-        zone_name: What that zone is called.
-        task: Name of the task that sets it, where the building's file holds a schedule.
-        task_rank: Place of that task.
-        storey_rank: Number of its storey from below.
-        assembly: GlobalId of the assembly that it was taken out of.
-        connected: Ids of what the building's file says it is connected to.
+        first: Whether the site file asks for it first.
+        zone: Number of its assembly zone, in working order.
+        zone_name: Name of that zone.
+        task: Name of the task that sets it, if the building file holds a schedule.
+        task_rank: Position of that task in the schedule.
+        storey_rank: Number of its storey, counted from the lowest.
+        assembly: GlobalId of the assembly that it was part of.
+        connected: Ids of the parts to which the building file connects it.
     """
 
     first: bool = False
@@ -73,13 +73,13 @@ NO_HINTS = OrderHints()
 
 @dataclass(frozen=True, slots=True)
 class Lifting:
-    """How a component hangs.
+    """How a component hangs on its slings.
 
     Attributes:
-        points_m: (x, y, z) where the slings hold it, at its place in the building; metres in the site's frame.
-        source: ``anchors`` where the model has them, else ``centre_of_mass``: one point on its top above that.
-        sling_rise_vox: By how many cells the hook hangs higher above its top than the crane's usual slings put it, so
-            that the legs lean no more than the rules allow.
+        points_m: Lifting points (x, y, z) with the component at its place in the building; metres in the site frame.
+        source: ``anchors`` if the model has them, otherwise ``centre_of_mass``: one point on the top above it.
+        sling_rise_vox: Cells by which the hook hangs higher than with the crane's usual slings, so that the sling angle
+            stays within the rules.
     """
 
     points_m: tuple[tuple[float, float, float], ...] = ()
@@ -96,31 +96,31 @@ class Component:
 
     Attributes:
         index: Position in ``Site.components``.
-        id: Unique id; GlobalId where there is one.
+        id: Unique id; the GlobalId if there is one.
         global_id: IFC GlobalId, or the body's name.
         ifc_class: For example ``IfcBeam``.
         name: The source's name.
-        shape: Its cells as built in.
+        shape: Its cells in its orientation in the building.
         target_vox: Reference cell at its place in the building.
-        mesh: Its triangles at its place, metres in the site's frame.
+        mesh: Its triangles at its place, metres in the site frame.
         mass_kg: Its mass.
         hook_offset_vox: Cell of the hook line relative to the reference cell: x and y of the column above the centre of
             mass, z one above the shape's top.
-        erected: Whether it is stored lying down and erected before transit (columns).
-        start_vox: Reference cell in the yard as given by the site file, or None where the yard is to be packed.
+        erected: Whether it is stored lying down and upended before transit (columns).
+        start_vox: Reference cell in the yard from the site file; None if the planner places it.
         stored_pose: Pose in the yard for an explicit ``start_vox``.
-        stored_turn: Quarter turns, counter-clockwise, by which it lies turned in the yard against how it is built in;
-            None where the packer may choose.
-        lifting: Where the slings hold it, and how high they are.
-        sail_area_m2: The largest area that it shows the wind.
-        before: Ids of components that must come later than this one (the planner's own constraint).
-        after: Ids of components that must come earlier than this one.
+        stored_turn: Quarter turns, counter-clockwise, between its orientation in the building and in the yard; None if
+            the planner chooses.
+        lifting: Its lifting points and sling height.
+        sail_area_m2: The largest area that it presents to the wind.
+        before: Ids of components that must be set later than this one (a constraint of the site file).
+        after: Ids of components that must be set earlier than this one.
         type_name: Name of its IFC type, if any.
         storey: Name of the storey that holds it, if any.
         material: Name of its (main) material, if any.
-        mass_source: ``quantity``, ``density`` (of its material) or ``default`` (2400 kg/m3); empty where not known.
-        hints: What is wished about its place in the order.
-        crane: Which crane lifts it: number in ``Site.cranes``.
+        mass_source: ``quantity``, ``density`` (of its material) or ``default`` (2400 kg/m3); empty if not known.
+        hints: Wishes about its position in the order.
+        crane: Index in ``Site.cranes`` of the crane that lifts it.
     """
 
     index: int
@@ -147,3 +147,8 @@ class Component:
     lifting: Lifting = USUAL_LIFTING
     sail_area_m2: float = 0.0
     crane: int = field(default=0, metadata=SPARSE)
+
+    @property
+    def label(self) -> str:
+        """The component for people: its name, then its id in brackets; the id alone if there is no other name."""
+        return f"{self.name} ({self.id})" if self.name and self.name != self.id else self.id

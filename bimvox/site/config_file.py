@@ -1,4 +1,4 @@
-"""Reading a site file."""
+"""Reader of site files."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from bimvox.site.validation import first_finding
 
 
 def load_site_config(path: Path | str) -> SiteConfig:
-    """Read a site file.
+    """Return the content of a site file.
 
     Args:
         path: A TOML file.
 
     Returns:
-        What it says, with ``name`` set and ``model.path`` resolved against the file's folder.
+        The content with ``name`` set and ``model.path`` resolved against the file's folder.
 
     Raises:
-        ConfigError: If the file cannot be read, is not TOML (line and column), or has an unknown key, a value that is
-            not allowed, or a model file that does not exist (dotted key).
+        ConfigError: If the file cannot be read or is not TOML (line and column), or if a key is unknown, a value is
+            not allowed, or the model file does not exist (dotted key).
     """
     path = Path(path)
     try:
@@ -39,17 +39,17 @@ def load_site_config(path: Path | str) -> SiteConfig:
             path,
             "model.path",
             f"no such file: {model_path}",
-            hint="a relative path starts at the site file's folder",
+            hint="a relative path is relative to the site file's folder",
         )
     model = config.model.model_copy(update={"path": model_path})
     return config.model_copy(update={"model": model, "name": config.name or path.stem})
 
 
 def parse_site_config(text: str, path: Path | str) -> SiteConfig:
-    """Read the text of a site file, touching no file; ``path`` is for messages.
+    """Return the content of a site file's text without reading any file; ``path`` is for messages.
 
     Raises:
-        ConfigError: As :func:`load_site_config`, but for the model file.
+        ConfigError: As :func:`load_site_config`, except for the model file.
     """
     try:
         values = tomllib.loads(text)

@@ -1,8 +1,8 @@
-"""The states of a component on a site under construction, and the colours of things: one table for log and pictures.
+"""Construction states of a component and the colours of everything on a site: one table for log and pictures.
 
 The paper's states are orange, blue, green and pink, its obstructions black, its ground gray (Zhu, Pauwels and de Vries
-2021); the tones are from the palette of Okabe and Ito, so that they stay apart for colour-blind readers. Its
-construction area has the blue of the load in transit, which cannot be told apart in a picture: the area is pale here.
+2021). The tones are from the palette of Okabe and Ito, so that colour-blind readers can distinguish them. The paper
+paints the construction area in the same blue as the load in transit; here the area is pale to distinguish the two.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ Rgb = tuple[int, int, int]
 
 
 class ConstructionState(StrEnum):
-    """What has become of a component."""
+    """Construction state of a component."""
 
     UNBUILT = "unbuilt"
     IN_TRANSIT = "in_transit"

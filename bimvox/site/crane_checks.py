@@ -1,4 +1,4 @@
-"""What several cranes on one site may not be: said by the key, before anything is planned."""
+"""Checks of several cranes against each other; errors name the key, before anything is planned."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ def crane_key(number: int, count: int) -> str:
 
 
 def check_cranes(config: SiteConfig, cranes: Sequence[TowerCrane], separation_m: float) -> None:
-    """Refuse masts that stand in one another, and a jib that would meet another crane's mast.
+    """Raise an error for masts that overlap and for a jib that would hit another crane's mast.
 
-    A jib may pass another crane above its highest point, or stay short of it; it may not depend on where a jib happens
-    to point. Two jibs at the same height may reach into each other's circle: that room is shared in time.
+    A jib must pass above another crane's highest point or stay short of its mast, whatever the slew angles. Two jibs at
+    the same height may reach into each other's circle: the cranes share that space in time.
 
     Raises:
-        ConfigError: Naming both cranes.
+        ConfigError: Names both cranes.
     """
     for a, b in combinations(range(len(cranes)), 2):
         one, other = cranes[a], cranes[b]
@@ -34,8 +34,8 @@ def check_cranes(config: SiteConfig, cranes: Sequence[TowerCrane], separation_m:
         if all(low[i] - separation_m < high_b[i] and low_b[i] - separation_m < high[i] for i in (0, 1)):
             raise config.error(
                 f"crane[{b}].base_m",
-                f"{other.name} stands on {one.name}, or nearer than {separation_m:g} m to it",
-                hint="masts keep [rules] crane_separation_m between them",
+                f"the masts of {other.name} and {one.name} overlap or are closer than {separation_m:g} m",
+                hint="move one of them: masts keep [rules] crane_separation_m between them",
             )
     for a, b in permutations(range(len(cranes)), 2):
         own, mast = outline_of(cranes[a]), outline_of(cranes[b])
@@ -44,13 +44,13 @@ def check_cranes(config: SiteConfig, cranes: Sequence[TowerCrane], separation_m:
             ("jib", own.jib_end_m, own.jib_half_m, own.jib_m[0]),
             ("counter-jib", own.tail_m, own.tail_half_m, own.tail_height_m[0]),
         ):
-            # As cranes are kept apart over time: a strip with round ends.
+            # The same outline as for keeping cranes apart over time: a strip with round ends.
             needed_m = reach_m + half_m + mast.mast_half_m + separation_m + _SLACK_M
             if apart_m >= needed_m or lowest_m >= top_m + separation_m:
                 continue
             raise config.error(
                 f"crane[{a}].base_m",
-                f"the {what} of {own.name} would meet the mast of {mast.name}: it reaches {reach_m:.1f} m at "
-                f"{lowest_m:.1f} m height, the mast stands {apart_m:.1f} m away and is {top_m:.1f} m high",
+                f"the {what} of {own.name} would hit the mast of {mast.name}: it reaches {reach_m:.1f} m at a height "
+                f"of {lowest_m:.1f} m, but the mast is {apart_m:.1f} m away and {top_m:.1f} m high",
                 hint=f"put them {needed_m:.1f} m apart, or the {what} {separation_m:g} m above the other crane's top",
             )

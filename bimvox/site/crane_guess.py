@@ -1,7 +1,7 @@
-"""Which crane could serve a site: the smallest built-in machine, or else a larger one of the same build.
+"""The crane for a site without one: the smallest suitable built-in machine, otherwise a larger one of the same build.
 
 Hammerheads, unless another kind is asked for: the largest built-in one carries more at every radius than any built-in
-crane whose jib luffs, so where it will not do neither will they.
+luffing crane, so if it does not suffice, they do not either.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from bimvox.site.config import Polygon
 from bimvox.site.parts import centre_of_mass_m
 
 LARGER = "scaled"
-"""In the name of a machine that is larger than the built-in ones: none to be had off the shelf, check it."""
+"""Part of the name of a machine scaled up from a built-in one: not a real product, so the user must check it."""
 
 _TYPICAL = 75.0
 
@@ -37,23 +37,23 @@ def guess_crane(
     top_m: float,
     machines: Sequence[TowerCrane] = (),
 ) -> TowerCrane:
-    """Return a crane for a site.
+    """Return a crane for a site: the first machine that meets one of these requirements, tried in order.
 
-    It carries every part at its place, and the heaviest part at every corner of the yard; where that takes more than
-    the machines to choose from, the heaviest in the yard's middle and a typical one (third quartile) at the corners;
-    then, where no machine is asked for, a larger one of the same build; then one that serves all but the few parts with
-    the largest load moment; then, where every part is too heavy, the largest that reaches every place: the plan then
-    says of each what is missing.
+    1. Every part at its place, and the heaviest part at every corner of the yard.
+    2. The same, but the heaviest part only in the yard's middle, and a typical one (third quartile) at the corners.
+    3. If no machine is asked for: the same by a larger machine of the same build.
+    4. All but the few parts with the largest load moment.
+    5. If every part is too heavy: the reach to every place. The plan then reports what is missing for each part.
 
     Args:
-        components: What is lifted, in the site's frame.
+        components: The parts to be lifted, in the site frame.
         footprint_m: (2, 2) lowest and highest corner of the building on plan.
         yards: Polygons of the yard, site metres.
-        top_m: Height that the load's top must get up to.
-        machines: What was asked for, ascending by size; nothing: the built-in hammerheads.
+        top_m: Height that the load's top must reach.
+        machines: The machines asked for, ascending by size; empty for the built-in hammerheads.
 
     Raises:
-        InputError: If not even one part can be reached.
+        InputError: If no part can be reached.
     """
     site = _site(components, footprint_m, yards, top_m)
     first = machines or DEFAULT_CRANES
@@ -64,13 +64,13 @@ def guess_crane(
 def cranes_that_serve(
     components: Sequence[Element], footprint_m: NDArray[np.float64], yards: Sequence[Polygon], top_m: float
 ) -> tuple[str, ...]:
-    """Return the names of all built-in machines that carry every part to its place from a yard; see `guess_crane`."""
+    """Return the names of the built-in machines that carry every part from a yard to its place; see `guess_crane`."""
     site = _site(components, footprint_m, yards, top_m)
     return tuple(crane.name for crane in BUILT_IN if site.crane((crane,)) is not None)
 
 
 def _serving_most(site: _Site, machines: Sequence[TowerCrane]) -> TowerCrane:
-    """The first machine that serves all parts but as few as must be left out, or that reaches every place."""
+    """Return the first machine that serves all but the fewest parts, or that reaches every place."""
     left_out = 0
     while True:
         if site.crane(machines[-1:], left_out=left_out):
@@ -81,15 +81,15 @@ def _serving_most(site: _Site, machines: Sequence[TowerCrane]) -> TowerCrane:
             crane = replace(site, masses=np.zeros_like(site.masses)).crane(machines[-1:])
             if crane is None:
                 raise InputError(
-                    f"no crane reaches both the yard and a part's place (the largest looked at: {machines[-1].name})",
-                    hint="give [areas] yard closer to the building, or a [crane] of your own",
+                    f"no crane reaches both the yard and a part's place (the largest one tried: {machines[-1].name})",
+                    hint="put [areas] yard closer to the building, or describe your own [crane]",
                 )
             return crane
         left_out = min(max(1, 2 * left_out), len(site.masses) - 1)
 
 
 def _rounded(crane: TowerCrane) -> TowerCrane:
-    """The crane with rates that a planner can read; those of a hook under a luffing jib follow from the jib."""
+    """Return the crane with rounded rates; those of a hook under a luffing jib follow from the jib."""
     if crane.luffing is not None:
         return replace(crane, slewing=_short(crane.slewing))
     return replace(crane, slewing=_short(crane.slewing), trolley=_short(crane.trolley), hoist=_short(crane.hoist))
@@ -111,10 +111,10 @@ class _Site:
     Attributes:
         places: (N, 2) hook positions of the parts, metres.
         masses: (N,) their masses, kg.
-        footprint: (2, 2) the building's box on plan.
-        yards: (K, 2) corners of each.
-        top_m: Height that the load's top must get up to.
-        standing: How high the site is built over when all parts stand.
+        footprint: (2, 2) the building's bounding box on plan.
+        yards: (K, 2) corners of each yard.
+        top_m: Height that the load's top must reach.
+        standing: Heights of the finished building.
     """
 
     places: NDArray[np.float64]
@@ -125,7 +125,7 @@ class _Site:
     standing: BuiltHeights
 
     def crane(self, machines: Sequence[TowerCrane], *, strict: bool = False, left_out: int = 0) -> TowerCrane | None:
-        """The first machine that serves the site, or None where none does."""
+        """Return the first machine that serves the site; None if there is none."""
         places, masses = self._served(left_out)
         heaviest = float(masses.max())
         at_corner = heaviest if strict else float(np.percentile(masses, _TYPICAL))
@@ -149,7 +149,7 @@ class _Site:
             return None
 
     def _served(self, left_out: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Places and masses without the parts of the largest moment about the yard; per square metre the heaviest."""
+        """Return places and masses without the parts of the largest moment; only the heaviest per square metre."""
         moments = self.masses * np.hypot(*(self.places - np.mean(np.concatenate(self.yards), axis=0)).T)
         keep = np.sort(np.argsort(moments, kind="stable")[: len(moments) - left_out])
         rounded, which = np.unique(np.round(self.places[keep]), axis=0, return_inverse=True)
@@ -159,7 +159,7 @@ class _Site:
 
 
 def _larger(reach: float, capacity: float) -> TowerCrane:
-    """The largest built-in machine with its jib and its chart scaled."""
+    """Return the largest built-in machine with its jib and load chart scaled."""
     crane = DEFAULT_CRANES[-1]
     chart = LoadChart(
         tuple(round(radius * reach, 2) for radius in crane.chart.radius_m),
@@ -174,8 +174,8 @@ def _larger(reach: float, capacity: float) -> TowerCrane:
     )
 
 
-# Jib and capacity against the largest built-in machine, by ascending moment, up to about the largest tower cranes
-# built: 100 m of jib, 80 t at its end.
+# Jib and capacity relative to the largest built-in machine, by ascending moment, up to about the largest tower cranes
+# in existence: a jib of 100 m with 80 t at its end.
 _LARGER_CRANES = tuple(
     _larger(reach, capacity)
     for reach, capacity in sorted(
@@ -186,7 +186,7 @@ _LARGER_CRANES = tuple(
 
 
 def _short(axis: AxisLimits) -> AxisLimits:
-    """To four digits: enough for a crane, and a planner can read them."""
+    """Return the limits rounded to four digits: precise enough, and easy to read."""
     return AxisLimits(*(float(f"{value:.4g}") for value in (axis.rate, axis.acceleration, axis.jerk)))
 
 

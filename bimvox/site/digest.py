@@ -1,4 +1,4 @@
-"""Digests of values: equal content gives the same hash, on every machine."""
+"""Digests of values: equal content gives the same hash on every machine."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class _Hash(Protocol):
 def digest_of(*values: object) -> str:
     """Return the SHA-256 over plain values, arrays, dataclasses, and tuples, lists and mappings of them.
 
-    Every value is preceded by its type and length, so that no two different contents read the same.
+    Type and length precede every value, so that different contents never give the same bytes.
 
     Raises:
         TypeError: If a value is of another type.

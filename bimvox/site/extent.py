@@ -1,4 +1,4 @@
-"""How large the site's grid is."""
+"""The extent of the site's grid."""
 
 from __future__ import annotations
 
@@ -22,22 +22,21 @@ MAX_CELLS = 50_000_000
 MARGIN_VOX = 2
 _SPARE_M = 1.0
 HEADROOM_M = 3.0
-"""Free height between the building's top and the tallest part carried over it; practice keeps 2 to 3 m."""
+"""Free height between the building's top and the tallest part carried over it; 2 to 3 m is common practice."""
 
 
 def site_extent(config: SiteConfig, building: Building, *cranes: TowerCrane | None) -> tuple[GridFrame, IntVec]:
     """Return the frame and the shape of the site's grid.
 
-    Without a ``[grid]`` the grid covers the building, the areas and the masts with two cells around them, and reaches
-    up to where the tallest part passes over the building with 3 m to spare (see :func:`top_m`), no higher than the
-    cranes can hold a load, never below the building's own top; with the clearance in transit on every side of all that.
-    Its lattice is anchored at whole multiples of the cell size in the site's frame, to which an explicit extent is
-    widened; the slab is the layer k = 0 below z = 0.
+    Without ``[grid]``, the grid covers the building, the areas and the masts plus two cells. Its height lets the
+    tallest part pass over the building with 3 m to spare (see :func:`top_m`), but is at most the cranes' highest load
+    and at least the building's top. The transit clearance is added on every side. Cell corners lie at whole multiples
+    of the cell size in the site frame; an explicit extent is widened to them. The slab is the layer k = 0 below z = 0.
 
     Args:
         config: The site file, with ``model.voxel_size_m``.
-        building: In the site's frame.
-        cranes: The cranes; None and none stand for a site without one.
+        building: In the site frame.
+        cranes: The cranes; None values are ignored.
 
     Raises:
         ConfigError: If the explicit extent does not fit the cell size.
@@ -61,7 +60,7 @@ def site_extent(config: SiteConfig, building: Building, *cranes: TowerCrane | No
 
 
 def top_m(building: Building) -> float:
-    """Return the height that the load's top may need: building, headroom, and the tallest part on top of that."""
+    """Return the height that the load's top may need: building, plus headroom, plus the tallest part."""
     heights = [
         float(np.ptp(element.mesh.bounds_m[:, 2])) for element in building.elements if element.role is Role.COMPONENT
     ]
@@ -69,7 +68,7 @@ def top_m(building: Building) -> float:
 
 
 def _over_other_cranes(cranes: Sequence[TowerCrane], separation_m: float) -> list[float]:
-    """Heights to which hooks can be drawn up out of the way of a lower crane that turns under them."""
+    """Return the heights to which hooks can be hoisted to clear a lower crane that slews under them."""
     wanted = [
         (highest_point_m(lower) + separation_m + _SPARE_M, upper.highest_hook_m - upper.sling_m)
         for upper, lower in permutations(cranes, 2)
@@ -83,7 +82,7 @@ def _explicit(config: SiteConfig, size_m: float) -> tuple[NDArray[np.float64], N
     if len(low) == 3 and abs(low[2] + size_m) > 1e-6 * size_m:
         raise config.error(
             "grid.low_m",
-            f"its third value is {low[2]:g}, but the slab reaches from z = 0 one cell down to {-size_m:g}",
+            f"its third value is {low[2]:g}, but the slab reaches from z = 0 one cell down, to {-size_m:g}",
             hint=f"write low_m = [{low[0]:g}, {low[1]:g}, {-size_m:g}], or leave the third value out",
         )
     corner = np.floor(np.array(low[:2]) / size_m + 1e-6) * size_m

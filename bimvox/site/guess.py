@@ -1,4 +1,4 @@
-"""What a site file leaves out, guessed from the building: cell size, ground, areas, crane."""
+"""Defaults for the keys that a site file leaves out, from the building: cell size, ground, areas, crane."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from bimvox.site.yard_guess import yard_need, yards_beside
 
 VOXEL_SIZES_M = (0.1, 0.2, 0.25, 0.5, 1.0)
 PLANNING_CELLS = 2_500_000
-"""Cells of a site that plans quickly; the finest cell size that stays below it is taken."""
+"""Most cells of a site that plans quickly; the finest cell size below this limit is used."""
 
 _BORDER_M = 1.0  # of the construction area around the building
-_ON_GROUND_M = 1.0  # a slab whose underside is no higher above the lowest point lies on the ground
+_ON_GROUND_M = 1.0  # a slab lies on the ground if its underside is at most this far above the lowest point
 
 
 def guess_site(
@@ -70,7 +70,7 @@ def guess_site(
 
 
 def cranes_that_fit(config: SiteConfig, building: Building) -> tuple[str, ...]:
-    """Return the names of the built-in machines that would serve a complete site file's yard and parts."""
+    """Return the names of the built-in machines that serve the yard and the parts of a complete site file."""
     placed, lifted = _placed_and_lifted(config, building)
     size_m = config.model.voxel_size_m or VOXEL_SIZES_M[0]
     footprint = standing_bounds_m(placed.elements)[:, :2]
@@ -78,11 +78,10 @@ def cranes_that_fit(config: SiteConfig, building: Building) -> tuple[str, ...]:
 
 
 def cast_in_place(building: Building) -> tuple[str, ...]:
-    """Return the ids of slabs that lie on the ground and that none of the built-in cranes could lift anywhere.
+    """Return the ids of slabs on the ground that no built-in crane could lift at any radius, and of what is under them.
 
-    Such a slab is drawn in one piece because it is cast in one piece: it is there before the first lift. Left as a
-    lift, it would ask for an absurd crane, and everything that stands on it would wait for it. What lies under one
-    (footings) was there before it.
+    Such a slab is modelled in one piece because it is cast in situ, so it exists before the first lift. As a lift it
+    would need an absurd crane, and everything on it would wait. Parts under it (footings) exist before it.
     """
     ground_m = lowest_m(building)
     most_kg = max(crane.chart.capacity_kg[0] - crane.tackle_kg for crane in DEFAULT_CRANES)
@@ -100,21 +99,21 @@ def cast_in_place(building: Building) -> tuple[str, ...]:
 
 
 def _is_under(low_high: NDArray[np.float64], slab: NDArray[np.float64]) -> bool:
-    beside = (low_high[0, :2] >= slab[1, :2]).any() or (low_high[1, :2] <= slab[0, :2]).any()
-    return not beside and bool(low_high[1, 2] <= slab[1, 2] + 1e-3)
+    apart = (low_high[0, :2] >= slab[1, :2]).any() or (low_high[1, :2] <= slab[0, :2]).any()
+    return not apart and bool(low_high[1, 2] <= slab[1, 2] + 1e-3)
 
 
 def complete_config(config: SiteConfig, building: Building, machines: Sequence[TowerCrane] = ()) -> SiteConfig:
-    """Return a site file with everything filled in that it leaves out.
+    """Return a site file with all missing keys filled in.
 
     Args:
-        config: What the planner said; nothing of it is changed.
-        building: As read, before it is put on the site.
-        machines: Cranes to choose from where it has none; nothing: as `guess_crane` says.
+        config: The site file; its own values stay.
+        building: As read, before it is placed on the site.
+        machines: Cranes to choose from if the site file has none; empty: see `guess_crane`.
 
     Raises:
         SelectionError: If there is nothing to lift.
-        ConfigError: If what is there does not fit the building.
+        ConfigError: If the site file does not fit the building.
         InputError: If no crane can serve the site.
     """
     placed, lifted = _placed_and_lifted(config, building)
@@ -129,7 +128,7 @@ def complete_config(config: SiteConfig, building: Building, machines: Sequence[T
 
 
 def _placed_and_lifted(config: SiteConfig, building: Building) -> tuple[Building, list[Element]]:
-    """The building in the site's frame, and those of its elements that are lifted."""
+    """Return the building in the site frame, and the elements that are lifted."""
     lowest = config.model.ground_m
     ground_local_m = lowest_m(building) if lowest is None else lowest - float(building.origin_m[2])
     placed, _ = in_site_frame(building, ground_m=ground_local_m, yaw_rad=config.model.yaw_rad)
@@ -140,11 +139,11 @@ def _placed_and_lifted(config: SiteConfig, building: Building) -> tuple[Building
 
 
 def planning_voxel_size_m(config: SiteConfig, building: Building) -> float:
-    """Return the finest usual cell size at which the whole site stays below 2.5 million cells.
+    """Return the finest usual cell size at which the whole site has at most 2.5 million cells.
 
     Args:
-        config: The site file; its own cell size is not looked at.
-        building: In the site's frame.
+        config: The site file; its own cell size is ignored.
+        building: In the site frame.
     """
     cranes = cranes_of(config)
     grid = config.grid.model_copy(update={"low_m": config.grid.low_m[:2]}) if config.grid else None
@@ -191,7 +190,7 @@ def _best_with_crane(
     height_m: float,
     machines: Sequence[TowerCrane],
 ) -> tuple[tuple[Polygon, ...], TowerCrane]:
-    """The yard that needs the smallest crane; ties go to the earlier one."""
+    """Return the yard that needs the smallest crane, and that crane; ties go to the earlier yard."""
     best: tuple[float, tuple[Polygon, ...], TowerCrane] | None = None
     failed: InputError | None = None
     for yards in candidates:
@@ -210,14 +209,14 @@ def _best_with_crane(
 
 
 def _reached(crane: TowerCrane, yards: tuple[Polygon, ...], lifted: list[Element]) -> int:
-    """How many corners of a yard a given crane reaches with a typical part."""
+    """Return how many corners of a yard a given crane reaches with a typical part."""
     low_m, high_m = allowed_radii_m(crane, float(np.median([element.mass_kg for element in lifted])))
     radii = np.hypot(*(np.concatenate([np.array(yard) for yard in yards]) - np.array(crane.base_m[:2])).T)
     return int(((radii >= low_m) & (radii <= high_m)).sum())
 
 
 def _around(footprint: NDArray[np.float64]) -> Polygon:
-    """The building's box and 1 m around it, out to half metres."""
+    """Return the building's bounding box plus 1 m, rounded outwards to half metres."""
     x0, y0 = (float(value) for value in np.floor((footprint[0] - _BORDER_M) * 2 + 1e-6) / 2)
     x1, y1 = (float(value) for value in np.ceil((footprint[1] + _BORDER_M) * 2 - 1e-6) / 2)
     return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))

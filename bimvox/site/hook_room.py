@@ -1,6 +1,6 @@
-"""Where the hook may be, as one map over the columns: rope, reach, capacity, zones, limiters, the jib itself.
+"""Where the hook may be, as one map over the columns: rope, reach, capacity, zones, limiters and the jib itself.
 
-The one place that puts them together, for a load and for the empty hook.
+The only place that combines them, for a load and for the empty hook.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ class HookRoom(NamedTuple):
     """Lowest and highest cell at which the hook line's foot may be.
 
     Attributes:
-        floor: (X, Y) int32; ``HOOK_FORBIDDEN`` where no hook may be.
-        ceiling: (X, Y) int32, or of size 0 where only the grid's top limits the height.
+        floor: (X, Y) int32; ``HOOK_FORBIDDEN`` where the hook may not be.
+        ceiling: (X, Y) int32; size 0 if only the grid's top limits the height.
     """
 
     floor: NDArray[np.int32]
@@ -32,11 +32,11 @@ class HookRoom(NamedTuple):
 
 
 def hook_room(site: Site, crane: TowerCrane | None, top: NDArray[np.int32], component: Component | None) -> HookRoom:
-    """Return where the hook may be.
+    """Return the lowest and highest hook cell per column.
 
     Args:
         site: The site.
-        crane: The crane that the hook belongs to; None on a site without one.
+        crane: The crane of the hook; None on a site without a crane.
         top: (X, Y) int32, one above the highest occupied cell of each column.
         component: The load; None for the empty hook.
     """
@@ -60,7 +60,7 @@ def hook_room(site: Site, crane: TowerCrane | None, top: NDArray[np.int32], comp
 
 
 def _half_m(site: Site, component: Component | None) -> float:
-    """How far a load reaches from its hook on the plan."""
+    """Return how far a load reaches from its hook on plan, metres."""
     if component is None:
         return 0.0
     corners = component.shape.boxes[:, [0, 1, 3, 4]] - np.tile(np.array(component.hook_offset_vox[:2]) + 0.5, 2)
@@ -71,7 +71,7 @@ def _half_m(site: Site, component: Component | None) -> float:
 def _between(
     site: Site, crane: TowerCrane, floor: NDArray[np.int32], ceiling: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Raise the floor and lower the ceiling to what the limiters leave."""
+    """Return floor and ceiling within the limiters."""
     assert site.hook_heights is not None
     below_m = crane.sling_m + site.frame.origin_m[2]
     nz = site.shape[2]

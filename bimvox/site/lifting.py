@@ -1,7 +1,7 @@
-"""Where the slings hold a part, and how high above it the hook has to be.
+"""Lifting points of a part, and the height of the hook above it.
 
-The hook hangs above the centre of mass: a load that hangs from a hook turns until it does. The slings go to the part's
-own lifting anchors where the model has them, else to one point on its top above the centre of mass.
+The hook is above the centre of mass, because a hanging load turns until it is. The slings go to the part's lifting
+anchors if the model has them, otherwise to one point on its top above the centre of mass.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ _ABOVE = "centre_of_mass"
 
 
 def crane_for(site: Site, crane: TowerCrane, component: Component | None) -> TowerCrane:
-    """Return the crane as it is rigged for a component, or for the empty hook (None).
+    """Return the crane as rigged for a component, or for the empty hook (None).
 
-    The empty hook goes with the usual slings: longer ones are hooked back into their ring.
+    The empty hook has the usual slings: longer ones are hooked back into their ring.
     """
     if component is None:
         return rigged(crane, 0.0)
@@ -36,18 +36,18 @@ def crane_for(site: Site, crane: TowerCrane, component: Component | None) -> Tow
 def lifting_of(
     element: Element, hook_m: tuple[float, float], top_m: float, sling_m: float, angle_rad: float, step_m: float
 ) -> Lifting:
-    """Return where the slings hold a part, and how much higher than usual the hook has to be for them.
+    """Return the lifting points of a part, and how much higher than usual the hook must be for them.
 
-    Two legs opposite each other with ``angle_rad`` between them lean half of that each: a leg to an anchor at distance
-    d from the hook's vertical needs a height of ``d / tan(angle_rad / 2)``.
+    Two opposite legs with ``angle_rad`` between them lean by half of it each: a leg to an anchor at distance d from the
+    hook's vertical needs a height of ``d / tan(angle_rad / 2)``.
 
     Args:
-        element: The part in the site's frame.
+        element: The part in the site frame.
         hook_m: (x, y) of the hook.
-        top_m: Height of the part's top, up to whole cells, from which the usual slings are measured.
+        top_m: Height of the part's top, rounded up to whole cells; the usual slings are measured from it.
         sling_m: Height of the usual slings above it.
         angle_rad: Largest angle between two legs.
-        step_m: The hook is raised by whole multiples of this.
+        step_m: The hook is raised by whole multiples of this length.
     """
     points = element.lifting_points_m
     if not points:
@@ -63,11 +63,11 @@ def hung(
     """Return a component with its lifting points and slings.
 
     Args:
-        component: Made of the element.
-        element: In the site's frame.
-        crane: The crane; without one there are no slings to be higher than usual.
+        component: The component of the element.
+        element: In the site frame.
+        crane: The crane; without one the slings are not raised.
         angle_rad: Largest angle between two legs of a sling.
-        frame: The site's.
+        frame: Frame of the grid.
     """
     x, y, z = np.array(component.target_vox) + np.array(component.hook_offset_vox)
     hook = frame.corner_of([x + 0.5, y + 0.5, z])

@@ -1,4 +1,4 @@
-"""The crane of a site file whose jib luffs: a luffing tower crane, or a mobile crane on a fixed pad."""
+"""The luffing crane of a site file: a luffing tower crane, or a mobile crane on a fixed pad."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LENGTHS = (
 
 
 def luffing_machine(config: SiteConfig, given: CraneConfig) -> TowerCrane:
-    """Return the built-in machine that a site file names; the smallest of its kind where it names none.
+    """Return the built-in machine that a site file names; the smallest of its kind if it names none.
 
     Raises:
         ConfigError: If there is no machine of that name and kind.
@@ -37,17 +37,17 @@ def luffing_machine(config: SiteConfig, given: CraneConfig) -> TowerCrane:
     names = [crane.name for crane in machines]
     raise config.error(
         "crane.machine" if given.machine else "crane.name",
-        f"{named!r} is no built-in machine of kind {given.kind!r}, and not every key is given",
+        f"{named!r} is not a built-in machine of kind {given.kind!r}, and not every key is given",
         available=names,
-        hint=f"built-in machines: {', '.join(names)}; one of your own needs every key of [crane] and [crane.jib]",
+        hint=f"built-in machines: {', '.join(names)}; your own machine needs every key of [crane] and [crane.jib]",
     )
 
 
 def with_jib(config: SiteConfig, crane: TowerCrane, given: CraneConfig) -> TowerCrane:
-    """Return a crane with what a site file says of its jib, and everything that follows from it.
+    """Return a crane with the jib of a site file, and everything that follows from it.
 
     Raises:
-        ConfigError: If the jib makes no sense.
+        ConfigError: If the jib is not consistent.
     """
     jib = crane.luffing
     assert jib is not None
@@ -67,7 +67,7 @@ def with_jib(config: SiteConfig, crane: TowerCrane, given: CraneConfig) -> Tower
 
 
 def jib_config(jib: LuffingJib) -> LuffingConfig:
-    """Return the table of a site file that describes a jib in full."""
+    """Return the complete site-file table of a jib."""
     axis = LuffAxisConfig(
         rate_rad_s=jib.limits.rate, acceleration_rad_s2=jib.limits.acceleration, jerk_rad_s3=jib.limits.jerk
     )
@@ -75,7 +75,7 @@ def jib_config(jib: LuffingJib) -> LuffingConfig:
 
 
 def winch_config(jib: LuffingJib) -> TravelConfig:
-    """Return the table of a site file that describes its winch."""
+    """Return the site-file table of a jib's winch."""
     return TravelConfig(rate_m_s=jib.winch.rate, acceleration_m_s2=jib.winch.acceleration, jerk_m_s3=jib.winch.jerk)
 
 

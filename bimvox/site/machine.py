@@ -1,4 +1,4 @@
-"""The crane that a site file describes."""
+"""Cranes from a site file, and back."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _SLOW = 0.5
 
 
 def cranes_of(config: SiteConfig) -> tuple[TowerCrane, ...]:
-    """Return the cranes of a site file; none where it has none.
+    """Return the cranes of a site file; empty if it has none.
 
-    Keys that are left out come from the built-in machine of that name.
+    Missing keys come from the built-in machine of that name.
 
     Raises:
-        ConfigError: If the name is no built-in machine and a key is missing, or the machine makes no sense.
+        ConfigError: If a key is missing and the name is not a built-in machine, or if the machine is not consistent.
     """
     if len(config.cranes) < 2:
         crane = crane_of(config)
@@ -44,7 +44,7 @@ def cranes_of(config: SiteConfig) -> tuple[TowerCrane, ...]:
 
 
 def crane_of(config: SiteConfig) -> TowerCrane | None:
-    """Return the crane of a site file, the first of several, or None where it has none; as :func:`cranes_of`."""
+    """Return the (first) crane of a site file, None if it has none; see :func:`cranes_of`."""
     given = config.one_crane
     if given is None or given.kind == "none":
         return None
@@ -60,14 +60,14 @@ def crane_of(config: SiteConfig) -> TowerCrane | None:
         own_name = given.machine or (given.name and not near)
         raise config.error(
             f"crane.{missing[0]}",
-            f"is missing, and {named!r} is no built-in machine" if named else "is missing",
+            f"is missing, and {named!r} is not a built-in machine" if named else "is missing",
             available=names,
             hint=f'{"machine" if own_name else "name"} = "{near[0] if near else names[0]}" would fill in '
-            "what is missing; "
+            "the missing keys; "
             f"built-in machines: {', '.join(names)}",
         )
     if machine is not None and "base_m" not in values:
-        raise config.error("crane.base_m", "is missing", hint="say where the crane stands, or leave [crane] out")
+        raise config.error("crane.base_m", "is missing", hint="give the crane's position, or leave [crane] out")
     crane = replace(_reeved(config, machine, given), **values) if machine else TowerCrane(**values)
     if (chosen := _reeving_given(given)) is not None:
         crane = with_reeving(crane, chosen)
@@ -80,10 +80,10 @@ def crane_of(config: SiteConfig) -> TowerCrane | None:
 
 
 def _luffing(config: SiteConfig, given: CraneConfig, values: dict[str, Any]) -> TowerCrane:
-    """A crane whose jib luffs: radii, height and limits of the hook follow from the jib."""
+    """Return a luffing crane: radii, height and limits of the hook follow from the jib."""
     machine = luffing_machine(config, given)
     if "base_m" not in values:
-        raise config.error("crane.base_m", "is missing", hint="say where the crane stands")
+        raise config.error("crane.base_m", "is missing", hint="give the crane's position")
     own = {key: value for key, value in values.items() if key not in ("name", "trolley", "hoist")}
     crane = replace(machine, **own)
     if (chosen := _reeving_given(given)) is not None:
@@ -100,7 +100,7 @@ def _slow_zones(config: SiteConfig) -> tuple[SlowZone, ...]:
 
 
 def crane_config(crane: TowerCrane | None) -> CraneConfig:
-    """Return the table of a site file that describes a crane in full."""
+    """Return the complete site-file table of a crane."""
     if crane is None:
         return CraneConfig(kind="none")
     luffing = crane.luffing
@@ -142,7 +142,7 @@ def _travel(axis: AxisLimits) -> TravelConfig:
 
 
 def _values(given: CraneConfig) -> dict[str, Any]:
-    """The keys that the file gives, as ``TowerCrane`` takes them."""
+    """Return the given keys as values for ``TowerCrane``."""
     values: dict[str, Any] = {
         key: getattr(given, key)
         for key in ("jib_height_m", "jib_length_m", "min_radius_m", "mast_size_m", "sling_m", "rigging_mass_kg")
@@ -166,13 +166,13 @@ def _values(given: CraneConfig) -> dict[str, Any]:
     if chosen is not None:
         values["chart"] = chosen.chart
     elif given.chart is not None:
-        # A chart of one's own is one reeving of one's own: nothing of the built-in machine's comes with it.
+        # Your own chart is your own reeving: it takes nothing from the built-in machine's reeving.
         values = {"hook_block_kg": 0.0, "gears": (), **values, "chart": _chart(given.chart)}
     return values
 
 
 def _reeving_given(given: CraneConfig) -> Reeving | None:
-    """The reeving of the file that is used: the one with the falls asked for, else the one that carries most."""
+    """Return the reeving in use: the one with the given ``falls``, otherwise the one that carries most."""
     if given.reeving is None:
         return None
     one = next((r for r in given.reeving if r.falls == given.falls), None)
@@ -181,7 +181,7 @@ def _reeving_given(given: CraneConfig) -> Reeving | None:
 
 
 def _reeved(config: SiteConfig, machine: TowerCrane, given: CraneConfig) -> TowerCrane:
-    """A built-in machine with the falls asked for."""
+    """Return a built-in machine with the given ``falls``."""
     if given.falls is None or given.chart is not None or given.reeving is not None:
         return machine
     known = DEFAULT_REEVINGS[machine.name]
@@ -193,7 +193,7 @@ def _reeved(config: SiteConfig, machine: TowerCrane, given: CraneConfig) -> Towe
         "crane.falls",
         f"{machine.name} has no reeving of {given.falls} falls",
         available=[str(count) for count in falls],
-        hint=f"it has {' and '.join(map(str, sorted(falls)))}; another one needs a chart of its own",
+        hint=f"it has {' and '.join(map(str, sorted(falls)))}; another reeving needs its own chart",
     )
 
 

@@ -1,8 +1,7 @@
-"""The clearance in transit: what is kept around a part on its way, as whole cells on every side of it.
+"""The transit clearance of a part, as whole cells on every side.
 
-Between its departure, straight up from the yard, and its gate a part keeps this distance from everything, the ground
-and the site's boundary included. Its rope keeps
-``rope_clearance_m`` from everything that is higher than its end.
+Between its departure, straight up from the yard, and its gate a part keeps this distance from everything, including the
+ground and the site boundary. Its rope keeps ``rope_clearance_m`` from everything higher than its lower end.
 """
 
 from __future__ import annotations
@@ -16,12 +15,12 @@ from bimvox.site.site import Site
 
 
 def margin_vox(site: Site) -> int:
-    """Return the clearance in transit, up to whole cells."""
+    """Return the transit clearance, rounded up to whole cells."""
     return int(np.ceil(site.rules.transit_clearance_m / site.frame.voxel_size_m - 1e-9))
 
 
 def rope_margin_vox(site: Site) -> int:
-    """Return the clearance of hook and rope in transit, up to whole cells."""
+    """Return the transit clearance of hook and rope, rounded up to whole cells."""
     return int(np.ceil(site.rules.rope_clearance_m / site.frame.voxel_size_m - 1e-9))
 
 
@@ -34,7 +33,7 @@ def in_transit(space: CollisionSpace, margin: int) -> CollisionSpace:
 
 
 def grown_cells(cells: NDArray[np.int32], margin: int) -> NDArray[np.int32]:
-    """Return the cells ((N, 3) int32) of a part and those around it, up to ``margin`` cells away on each axis."""
+    """Return the cells ((N, 3) int32) of a part and all cells up to ``margin`` cells away on each axis."""
     if margin == 0:
         return cells
     low = cells.min(axis=0) - margin

@@ -1,4 +1,4 @@
-"""What the site file and the building's file wish about the order of a part."""
+"""Order hints of the components, from the site file and the building file."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def order_hints(
 
     Args:
         config: The site file.
-        elements: The components, in the site's frame.
-        first: Ids of those that the site file wants first.
-        connections: Pairs of ids that the building's file says are connected.
+        elements: The components, in the site frame.
+        first: Ids of those that the site file asks for first.
+        connections: Pairs of ids that the building file connects.
     """
     zones = [zone for zone in config.zone if zone.kind == "assembly"]
     polygons = [shapely.Polygon(zone.polygon) for zone in zones]

@@ -1,4 +1,4 @@
-"""From elements and their cells to components: shape, place, hook, storage, and what the site file says of them."""
+"""Components from elements, their cells and the site file: shape, place, hook and storage."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _SLENDER = 2.0
 
 
 def entries_by_id(config: SiteConfig, elements: Iterable[Element]) -> dict[str, ComponentConfig]:
-    """Return the site file's ``[[component]]`` tables by element id, their before and after as element ids.
+    """Return the site file's ``[[component]]`` tables by element id, with before and after as element ids.
 
     Raises:
-        ConfigError: If an id names no component, or more than one, or before and after contradict each other.
+        ConfigError: If an id matches no component or several, or if before and after contradict each other.
     """
     components = [element for element in elements if element.role is Role.COMPONENT]
     entries: dict[str, ComponentConfig] = {}
@@ -42,22 +42,20 @@ def entries_by_id(config: SiteConfig, elements: Iterable[Element]) -> dict[str, 
     try:
         sorter.prepare()
     except graphlib.CycleError as error:
-        raise config.error(
-            "component", f"before and after go round in a circle: {' -> '.join(error.args[1])}"
-        ) from None
+        raise config.error("component", f"before and after form a cycle: {' -> '.join(error.args[1])}") from None
     pinned = {element_id for element_id, entry in entries.items() if entry.pinned}
     for number, (_, entry) in enumerate(entries.items()):
         for name in (*entry.before, *entry.after):
             if name in pinned:
-                raise config.error(f"component[{number}]", f"{name!r} is pinned, so it has no place in the order")
+                raise config.error(f"component[{number}]", f"{name!r} is pinned, so it is not part of the order")
     return entries
 
 
 def first_ids(config: SiteConfig, elements: Iterable[Element]) -> frozenset[str]:
-    """Return the element ids of the components that the site file wants first.
+    """Return the element ids of the components that the site file asks for first.
 
     Raises:
-        ConfigError: If an id names no component, or more than one.
+        ConfigError: If an id matches no component or several.
     """
     components = [element for element in elements if element.role is Role.COMPONENT]
     return frozenset(
@@ -76,12 +74,12 @@ def component_of(
     """Return the component of an element.
 
     Args:
-        index: Its position among the site's components.
-        element: In the site's frame.
-        cells: (N, 3) int32 cells of the site's grid that it meets, N >= 1.
-        entry: What the site file says of it.
-        frame: The site's.
-        hints: What is wished about its order.
+        index: Its position in the site's components.
+        element: In the site frame.
+        cells: (N, 3) int32 grid cells that it occupies, N >= 1.
+        entry: Its table in the site file.
+        frame: Frame of the grid.
+        hints: Its order hints.
     """
     shape, target_vox = shape_of(cells)
     pose = entry.pose if entry else None
@@ -118,16 +116,16 @@ def component_of(
 
 
 def is_erected(element: Element) -> bool:
-    """Return whether a part is delivered lying down: columns, members, piles and mesh bodies that stand slender.
+    """Return whether a part is delivered lying down: slender columns, members, piles and mesh bodies.
 
-    Slender is at least twice as high as the larger side of its plan.
+    Slender: at least twice as high as the longer side on plan.
     """
     size = np.ptp(element.mesh.bounds_m, axis=0)
     return element.ifc_class in _UPRIGHT_CLASSES and bool(size[2] >= _SLENDER * max(size[0], size[1]) - 1e-9)
 
 
 def centre_of_mass_m(mesh: TriangleMesh) -> NDArray[np.float64] | None:
-    """Return the (3,) centroid of the volume that a mesh encloses, or None where it encloses none.
+    """Return the (3,) centroid of the volume that a mesh encloses; None if it encloses none.
 
     Signed tetrahedra from a point near the mesh (divergence theorem); exact for closed meshes of either orientation.
     """
@@ -144,7 +142,7 @@ def centre_of_mass_m(mesh: TriangleMesh) -> NDArray[np.float64] | None:
 def _hook_offset(
     mesh: TriangleMesh, target_vox: IntVec, size_vox: IntVec, frame: GridFrame, cells: NDArray[np.int32]
 ) -> IntVec:
-    """The column above the centre of mass, inside the bounding box, one cell above the top."""
+    """Return the column above the centre of mass, inside the bounding box, one cell above the top."""
     centre_m = centre_of_mass_m(mesh)
     if centre_m is None:
         column = np.floor(cells.mean(axis=0) + 0.5).astype(np.int64)
@@ -155,7 +153,7 @@ def _hook_offset(
 
 
 def _find(config: SiteConfig, key: str, name: str, components: Sequence[Element]) -> str:
-    """Return the id of the one component that is called ``name``."""
+    """Return the id of the one component with the id or GlobalId ``name``."""
     if any(element.id == name for element in components):
         return name
     found = [element.id for element in components if element.global_id == name]

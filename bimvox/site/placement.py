@@ -1,4 +1,4 @@
-"""Putting a building on its site: from the model's coordinates to the site's frame."""
+"""Placement of a building on its site: from model coordinates to the site frame."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from bimvox.site.config import SiteConfig
 
 
 def place_building(config: SiteConfig, building: Building) -> tuple[Building, NDArray[np.float64]]:
-    """Put a building on its site.
+    """Return a building in the site frame.
 
     Args:
         config: The site file, with ``model.ground_m``.
         building: As read.
 
     Returns:
-        The building in the site's frame (z = 0 is the top of the ground), and ``site_to_ifc``, (4, 4) float64: site
-        metres to the model's own coordinates in metres.
+        The building in the site frame (z = 0 is the top of the ground), and ``site_to_ifc``, (4, 4) float64: site
+        metres to model coordinates in metres.
     """
     if config.model.ground_m is None:
         raise config.error("model.ground_m", "is missing")
@@ -34,18 +34,18 @@ def place_building(config: SiteConfig, building: Building) -> tuple[Building, ND
 
 
 def ground_height_m(building: Building, voxel_size_m: float) -> float:
-    """Return the height in the model of the lowest point of components and structure, down to a whole cell."""
+    """Return the lowest point of components and structure in the model, metres, rounded down to a whole cell."""
     lowest = lowest_m(building) + float(building.origin_m[2])
     return float(np.round(np.floor(lowest / voxel_size_m + 1e-6) * voxel_size_m, 9)) + 0.0
 
 
 def standing(elements: Iterable[Element]) -> list[Element]:
-    """Return components and structure: what stands on the site while it is built."""
+    """Return the elements that are components or structure."""
     return [element for element in elements if element.role in (Role.COMPONENT, Role.STRUCTURE)]
 
 
 def standing_bounds_m(elements: Iterable[Element]) -> NDArray[np.float64]:
-    """Return the (2, 3) box around components and structure.
+    """Return the (2, 3) bounding box of components and structure.
 
     Raises:
         SelectionError: If there are none.
@@ -59,10 +59,10 @@ def standing_bounds_m(elements: Iterable[Element]) -> NDArray[np.float64]:
 
 
 def dominant_yaw_rad(building: Building) -> float:
-    """Return the angle that the building's walls are turned by, in (-pi/4, pi/4]; 0 where there is no clear answer.
+    """Return the yaw of the building's walls, in (-pi/4, pi/4]; 0 if there is no clear answer.
 
-    Vertical faces vote by area for the direction of their normal, taken modulo a right angle: the mean of
-    ``exp(4 i angle)``, then the area-weighted median within two degrees of it, which stray directions do not pull.
+    Vertical faces vote by area for the direction of their normal modulo a right angle: the mean of ``exp(4 i angle)``,
+    then the area-weighted median within two degrees of it, which outliers do not affect.
     """
     elements = standing(building.elements)
     if not elements:

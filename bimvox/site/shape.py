@@ -1,4 +1,4 @@
-"""Shapes: making them from cells, and turning them for the yard."""
+"""Shapes from cells, and shapes turned for the yard."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def turned_hook(shape: Shape, hook_offset_vox: IntVec, turn: int) -> IntVec:
 
 
 def turning_columns(shape: Shape, hook_offset_vox: IntVec) -> NDArray[np.int32]:
-    """Return the (N, 2) columns, relative to the reference cell, over which a part turns about its hook: a disc."""
+    """Return the (N, 2) columns, relative to the reference cell, that a part sweeps turning about its hook: a disc."""
     x, y, _ = hook_offset_vox
     corners = shape.boxes[:, [0, 1, 3, 1, 0, 4, 3, 4]].reshape(-1, 2) - np.array([x + 0.5, y + 0.5])
     radius = float(np.hypot(*corners.T).max())
@@ -56,10 +56,10 @@ def turning_columns(shape: Shape, hook_offset_vox: IntVec) -> NDArray[np.int32]:
 
 
 def stored_shape(shape: Shape, pose: StoredPose, turn: int = 0) -> Shape:
-    """Return the shape as it lies in the yard.
+    """Return the shape in its pose in the yard.
 
-    A lying component has its foot (lowest z as built in) at the lowest-index end of the axis it lies along. It may be
-    turned by quarters: standing, before it is laid down.
+    A lying component has its foot (lowest z in the building) at the lowest-index end of the axis it lies along. Quarter
+    turns apply to the upright part, before it is laid down.
     """
     shape = turned_shape(shape, turn)
     if pose is StoredPose.AS_BUILT:
@@ -71,10 +71,10 @@ def stored_shape(shape: Shape, pose: StoredPose, turn: int = 0) -> Shape:
 
 
 def erection_size_vox(shape: Shape, pose: StoredPose) -> IntVec:
-    """Return the box, from the stored reference cell up, that a component sweeps while it is erected and raised.
+    """Return the box, from the stored reference cell up, that a component sweeps while it is upended and raised.
 
-    A rectangle of L by w stays within sqrt(L^2 + w^2) in both directions when it is turned through a quarter with its
-    lowest and its foot-side corner held; one cell more in z for the raise by one voxel before transit.
+    A rectangle of L by w that turns through a quarter about its lowest corner at the foot stays within
+    sqrt(L^2 + w^2) in both directions. One more cell in z allows for the raise by one voxel before transit.
     """
     size_x, size_y, size_z = shape.size_vox
     if pose is StoredPose.AS_BUILT:

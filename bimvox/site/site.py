@@ -1,4 +1,4 @@
-"""A site: the grid, what stands on it, what is to be lifted, the crane and the rules. A change makes a new one."""
+"""The site: grid, fixed objects, components, cranes and rules. A change makes a new site."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def mast_id(crane: TowerCrane, *, several: bool) -> str:
 
 
 def is_mast_of(crane: TowerCrane, name: str) -> bool:
-    """Whether a blocker is a crane's own mast."""
+    """Return whether a blocker is a crane's own mast."""
     return name in (mast_id(crane, several=False), mast_id(crane, several=True))
 
 
 class SwingRule(StrEnum):
-    """Whether the crane's moves are shaped so that loads hang at rest when they end."""
+    """Whether the crane's moves are shaped so that loads do not swing when they end."""
 
     SHAPED = "shaped"
     OFF = "off"
@@ -42,26 +42,24 @@ class Rules:
     """The rules of a site.
 
     Attributes:
-        clearance_m: Distance kept from obstructions and the crane's mast: their cells are grown by whole cells.
-        contact_tolerance_m: How deep the real triangles of neighbours may touch on the last moves.
+        clearance_m: Distance kept from obstructions and the crane's mast, rounded up to whole cells.
+        contact_tolerance_m: How deep the real triangles of neighbours may overlap during the last moves.
         support_gap_m: How far below a part its support may be (grout joints, bearings).
         rope: Whether a hoist rope above the load must be kept free (only with a crane).
         sample_period_s: Spacing of the timed trajectory in the log.
-        bracing_s: Time to align, fix and brace a part while it hangs on the hook. This and the next are nominal values
-            for a practised crew, not measured ones.
-        release_s: Time to take the slings off.
+        bracing_s: Time to align, fix and brace a part on the hook. This and ``release_s`` are nominal values for a
+            practised crew, not measured ones.
+        release_s: Time to remove the slings.
         turn_s: Time to turn a hanging part by a quarter.
-        rope_clearance_m: Distance kept by hook and rope, in plan, from everything higher, between departure and gate.
-        wind_speed_m_s: Wind (gust of 3 s, at the height of the jib) in which the site must be able to work; 0: none.
+        rope_clearance_m: Distance on plan of hook and rope from everything higher, between departure and gate.
+        wind_speed_m_s: Wind (gust of 3 s at jib height) in which every lift must be possible; 0: no wind.
         drag_coefficient: c_w of the parts: 1.1 for a cube to 2.0 for a long plate.
         sling_angle_rad: Largest angle between two legs of a sling.
-        critical_share: Share of the capacity from which a lift is critical: 29 CFR 1926.751 (OSHA) counts a lift above
-            75 percent so.
-        crane_separation_m: Distance that two cranes with all that hangs on them keep, in plan and in height.
-        transit_clearance_m: Distance kept from everything between departure and gate, up to whole cells.
-        swing: Whether the swing of loads is shaped, proven and kept small at the set point, or not looked at.
-        truckload_kg: The most that a delivery may weigh, but for a part that is heavier by itself; 0 for what the yard
-            holds.
+        critical_share: Share of the capacity above which a lift is critical; 75 percent in 29 CFR 1926.751 (OSHA).
+        crane_separation_m: Distance between two cranes and their loads, on plan or in height.
+        transit_clearance_m: Distance from everything between departure and gate, rounded up to whole cells.
+        swing: Whether the swing of loads is shaped, proven and kept small at the set point, or ignored.
+        truckload_kg: Largest mass of a delivery, except for a single heavier part; 0: as much as the yard holds.
     """
 
     clearance_m: float = 0.0
@@ -85,15 +83,13 @@ class Rules:
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Blocker:
-    """One fixed thing that can be in the way.
+    """One fixed object that can be in the way.
 
     Attributes:
-        id: ``ground``, ``crane`` (``crane:NAME`` for each of several), the id of a structure element, or the id of an
-            obstruction.
+        id: ``ground``, ``crane`` (``crane:NAME`` for each of several), or the id of a structure or an obstruction.
         kind: ``ground``, ``crane``, ``structure`` or ``obstruction``.
-        cells: (N, 3) int32 cells that it occupies, inside the grid; for obstructions and the mast grown by the rules'
-            clearance.
-        mesh: Its triangles in the site's frame where neighbours may touch it (structure), else None.
+        cells: (N, 3) int32 cells that it occupies, inside the grid; obstructions and masts include the clearance.
+        mesh: Its triangles in the site frame, if neighbours may touch it (structure); otherwise None.
     """
 
     id: str
@@ -104,7 +100,7 @@ class Blocker:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HookHeights:
-    """Between which heights the hook has to be over each column (working-range limiters).
+    """Limits of the hook's height over each column (working-range limiters).
 
     Attributes:
         low_m: (X, Y) float64 lowest hook above the site's z = 0; -inf where there is no limit.
@@ -124,21 +120,21 @@ class Site:
         frame: Metres to cells; site metres, z = 0 at the top of the ground; the ground slab is layer k = 0.
         labels: (X, Y, Z) uint8 ``Label`` of everything but components: ground and areas on the slab, structure,
             obstructions.
-        blockers: Everything fixed; ``blockers[0]`` is the ground.
-        components: What is to be lifted.
+        blockers: All fixed objects; ``blockers[0]`` is the ground.
+        components: The parts to be lifted.
         cranes: The cranes; ``Component.crane`` and ``LiftMotion.crane`` are indices into it. Empty on the paper's site.
         rules: The rules.
         yard: (X, Y) bool, columns whose slab cell is yard.
-        site_to_ifc: (4, 4) float64 transform from the site's frame to the model's own coordinates.
-        prohibited: (X, Y) bool, columns above which a zone forbids the hook; None where there is no zone.
-        no_load: (X, Y) bool, columns above which a zone forbids the load; None where there is no such zone.
-        hook_heights: Limits of the hook's height over columns; None where there are none.
+        site_to_ifc: (4, 4) float64 transform from the site frame to model coordinates.
+        prohibited: (X, Y) bool, columns above which a zone forbids the hook; None if there is no such zone.
+        no_load: (X, Y) bool, columns above which a zone forbids the load; None if there is no such zone.
+        hook_heights: Limits of the hook's height over columns; None if there are none.
         source: Plain values about the model (``name``, ``sha256`` ...).
-        notes: What a reader should know about the site, one sentence each.
-        obstruction_notes: The same about the obstructions (clipped, outside).
+        notes: Remarks on the site, one sentence each.
+        obstruction_notes: Remarks on the obstructions (clipped, outside).
         geometry_digest: Hash of grid, component shapes and crane: the policy's key.
-        fixed_digest: Hash of all that a plan depends on but the obstructions.
-        digest: Hash of all that a plan depends on, obstructions included: the plan's key.
+        fixed_digest: Hash of everything that a plan depends on, except obstructions.
+        digest: Hash of everything that a plan depends on, including obstructions: the plan's key.
     """
 
     name: str

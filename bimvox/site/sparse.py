@@ -1,6 +1,6 @@
-"""Fields that are written down, and hashed, only where they differ from their default.
+"""Fields that are written and hashed only if they differ from their default.
 
-A type that grows such a field keeps the bytes and the digests of everything that does not use it.
+A new field of this kind changes neither the bytes nor the digests of values that do not use it.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from functools import cache
 from typing import Any
 
 SPARSE = {"sparse": True}
-"""``metadata`` of such a field; its default must compare by value."""
+"""``metadata`` of a sparse field; its default must compare by value."""
 
 
 def names_to_write(value: Any) -> tuple[str, ...]:
-    """Return the names of a dataclass's fields without the sparse ones that have their default."""
+    """Return the names of a dataclass's fields, without sparse ones at their default."""
     names, sparse = _names_of(type(value))  # type: ignore[arg-type]  # a class is hashable
     if not sparse:
         return names

@@ -1,7 +1,4 @@
-"""What is wrong with a file, said by the key: pydantic's findings in the words of the file.
-
-Used by the site file and the obstruction file.
-"""
+"""Findings of pydantic in the words of the file, by key; for the site file and the obstruction file."""
 
 from __future__ import annotations
 
@@ -14,7 +11,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 STRICT = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
-"""Configuration of every file schema: no unknown key, no NaN; with the types below no silent conversion either."""
+"""Configuration of every file schema: no unknown keys, no NaN; with the types below, no silent conversion either."""
 
 Number = Annotated[float, Field(strict=True)]
 Positive = Annotated[float, Field(strict=True, gt=0.0)]
@@ -28,7 +25,7 @@ Point3 = tuple[Number, Number, Number]
 
 ONE = "one table"
 SEVERAL = "an array of tables"
-"""Tags of a key that takes one table or several: no part of the file, so no part of a place in it."""
+"""Tags of a key that takes one table or several; they do not occur in the file, so they are not part of a key."""
 
 _EXPECTED = {
     "string_type": "a text in quotes",
@@ -47,12 +44,12 @@ _EXPECTED = {
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that is wrong in a file.
+    """One error in a file.
 
     Attributes:
-        key: Dotted place, list positions in brackets, counted from 0: ``component[2].start``. Empty for the whole file.
+        key: Dotted key, list positions in brackets, counted from 0: ``component[2].start``. Empty for the whole file.
         message: What is wrong there and what was expected.
-        available: The known keys, where the key is unknown.
+        available: The known keys, if the key is unknown.
         hint: What to do about it, if that is not obvious.
     """
 
@@ -63,7 +60,7 @@ class Finding:
 
 
 def first_finding(error: ValidationError, schema: type[BaseModel]) -> Finding:
-    """Return the first thing that is wrong, unknown keys first: a misspelt key often causes the other findings."""
+    """Return the first error, unknown keys first: a misspelt key often causes the other errors."""
     details = error.errors(include_url=False)
     chosen = next((d for d in details if d["type"] == "extra_forbidden"), details[0])
     more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
@@ -88,13 +85,13 @@ def first_finding(error: ValidationError, schema: type[BaseModel]) -> Finding:
 
 
 def nearest(word: str, known: Sequence[str]) -> str | None:
-    """Return the known word that is most like ``word``, or None where none is."""
+    """Return the known word that is most similar to ``word``; None if none is similar."""
     found = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
     return found[0] if found else None
 
 
 def dotted(loc: Sequence[int | str]) -> str:
-    """Return a place as the file's reader would write it: ``component[2].start``."""
+    """Return a location as a dotted key: ``component[2].start``."""
     text = ""
     for step in loc:
         text += f"[{step}]" if isinstance(step, int) else f".{step}" if text else step
@@ -102,7 +99,7 @@ def dotted(loc: Sequence[int | str]) -> str:
 
 
 def _known_keys(schema: type[BaseModel], loc: Sequence[int | str]) -> tuple[str, ...]:
-    """Names that the schema allows at a place."""
+    """Return the names that the schema allows at a location."""
     here: Any = schema
     for step in loc:
         if isinstance(step, str):
@@ -115,7 +112,7 @@ def _known_keys(schema: type[BaseModel], loc: Sequence[int | str]) -> tuple[str,
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:
-    """The schema inside ``X``, ``X | None`` or ``tuple[X, ...]``."""
+    """Return the schema inside ``X``, ``X | None`` or ``tuple[X, ...]``."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     if get_origin(annotation) is Annotated:

@@ -1,4 +1,4 @@
-"""Where a yard could be: a rectangle beside the building, large enough for a truckload or two."""
+"""Candidate yards: rectangles next to the building, large enough for a truckload or two."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from bimvox.site.config import Polygon
 from bimvox.site.parts import is_erected
 
 TYPICAL_PARTS = 25
-"""Parts that the yard should hold at once: parts come in truckloads, not all together."""
+"""Parts that the yard should hold at once, because parts come in truckloads."""
 
-_PACKING = 1.3  # rows of unequal parts leave about a quarter of a yard unused
+_PACKING = 1.3  # rows of unequal parts leave about a quarter of the yard unused
 _WAY_M = 1.0  # between the construction area and the yard
 
 
 @dataclass(frozen=True, slots=True)
 class YardNeed:
-    """What a yard must hold.
+    """Least size of a yard.
 
     Attributes:
-        width_m: Along x, at least.
-        depth_m: Along y, at least.
-        longest_m: The larger of both sides, at least.
-        area_m2: In all, at least.
+        width_m: Least size along x.
+        depth_m: Least size along y.
+        longest_m: Least length of the longer side.
+        area_m2: Least area.
     """
 
     width_m: float
@@ -37,10 +37,10 @@ class YardNeed:
 
 
 def yard_need(components: Sequence[Element], voxel_size_m: float) -> YardNeed:
-    """Return what a yard for these parts must hold: the largest part, and about 25 typical ones.
+    """Return the least size of a yard for these parts: it holds the largest part, and about 25 typical ones.
 
-    Parts lie as they are built in, columns along the longer side; three cells are added to each for the gap and for
-    cells that it fills in part.
+    Parts have their orientation in the building; columns lie along the longer side. Three cells are added to each for
+    the gap and for partly filled cells.
     """
     pad_m = 3 * voxel_size_m
     sizes = np.array([np.ptp(element.mesh.bounds_m, axis=0) for element in components])
@@ -60,11 +60,11 @@ def yard_need(components: Sequence[Element], voxel_size_m: float) -> YardNeed:
 
 
 def yards_beside(construction_m: NDArray[np.float64], need: YardNeed) -> list[Polygon]:
-    """Return a yard on each side of the construction area's box, the longer sides first: -y, +y, -x, +x or so.
+    """Return a yard on each side of the construction area's box, the longer sides first.
 
     Args:
         construction_m: (2, 2) lowest and highest corner of the construction area.
-        need: What it must hold.
+        need: Least size.
     """
     low, high = construction_m
     size = high - low
@@ -73,10 +73,10 @@ def yards_beside(construction_m: NDArray[np.float64], need: YardNeed) -> list[Po
 
 
 def _beside(low: NDArray[np.float64], high: NDArray[np.float64], axis: int, direction: int, need: YardNeed) -> Polygon:
-    """The yard beyond the side at the ``direction`` end of ``axis``, centred along that side."""
+    """Return the yard outside the box at the ``direction`` end of ``axis``, centred along that side."""
     along = 1 - axis
     least = (need.width_m, need.depth_m)
-    # No larger than the construction area: where parts are as large as whole floors, fewer of them come at a time.
+    # At most the size of the construction area: fewer parts come at a time if they are as large as whole floors.
     area_m2 = min(need.area_m2, float(np.prod(high - low)))
     length = max(least[along], need.longest_m, min(high[along] - low[along], area_m2 / least[axis]))
     depth = max(least[axis], area_m2 / length)
@@ -92,5 +92,5 @@ def _beside(low: NDArray[np.float64], high: NDArray[np.float64], axis: int, dire
 
 
 def _half_up(value: float) -> float:
-    """Round up to half a metre."""
+    """Return a value rounded up to half a metre."""
     return float(np.ceil(value * 2 - 1e-6) / 2)

@@ -1,8 +1,8 @@
-"""Zones of a site as maps of columns, and what they leave of the room for the hook.
+"""Zones of a site as maps of columns, and the hook positions that they leave.
 
-A zone forbids the hook (``prohibited``), what hangs on it (``no_load``), or both (``public``); or it limits the hook's
-height (``limiter``). All of them end in one map for the one rule of collision: over which columns the hook may be with
-this load, and how low and how high.
+A zone forbids the hook (``prohibited``), the load (``no_load``) or both (``public``), or it limits the hook's height
+(``limiter``). All of them become one map for the collision rule: the columns over which the hook may be with this load,
+and its lowest and highest position.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ NO_LOAD = frozenset(("no_load", "public"))
 def columns_without(
     kinds: frozenset[str], zones: Sequence[ZoneConfig], frame: GridFrame, shape: tuple[int, int]
 ) -> NDArray[np.bool_] | None:
-    """Return the (X, Y) columns that zones of these kinds take any part of; None where there is no such zone."""
+    """Return the (X, Y) columns that zones of these kinds overlap; None if there is no such zone."""
     polygons = [zone.polygon for zone in zones if zone.kind in kinds]
     return columns_met_by(polygons, frame, shape) if polygons else None
 
 
 def hook_heights(zones: Sequence[ZoneConfig], frame: GridFrame, shape: tuple[int, int]) -> HookHeights | None:
-    """Return the limits of the hook's height per column; None where no zone gives any."""
+    """Return the limits of the hook's height per column; None if no zone gives any."""
     limiters = [zone for zone in zones if zone.kind == "limiter"]
     if not limiters:
         return None

@@ -3,11 +3,11 @@ from math import pi
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from named_cranes import default_crane
 from ruckig import InputParameter, Ruckig, Trajectory
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.bound import point_to_point_s, rest_to_rest_s
-from bimvox.crane.defaults import default_crane
 from bimvox.crane.tower_crane import CranePose
 
 CRANE = default_crane("hammerhead-45")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from named_cranes import default_crane, default_luffing_crane
 
 from bimvox.crane.conflict import (
     COLUMNS,
@@ -24,9 +25,7 @@ from bimvox.crane.conflict import (
     joined,
     standing,
 )
-from bimvox.crane.defaults import default_crane
-from bimvox.crane.luffing_defaults import default_luffing_crane
-from bimvox.crane.outline import highest_point_m, lowest_turning_m, outline_of, turning_radius_m
+from bimvox.crane.outline import highest_point_m, outline_of
 
 SEPARATION_M = 2.0
 
@@ -98,7 +97,8 @@ def test_what_is_swept_between_two_poses_counts_not_only_the_poses():
 
 def test_an_upper_jib_passes_over_a_lower_crane_and_its_rope_does_not():
     low, high = hammerhead(), hammerhead(45.0, jib_height_m=60.0)
-    assert highest_point_m(low) + SEPARATION_M <= lowest_turning_m(high)
+    outline = outline_of(high)
+    assert highest_point_m(low) + SEPARATION_M <= min(outline.jib_m[0], outline.tail_height_m[0])
     over = track(row((np.pi, np.pi), radius=(10.0, 10.0), hook=(50.0, 50.0), lowest=45.0))
     lower = track(row((0.0, 0.0), radius=(20.0, 20.0)))
     assert conflict((low, high), lower, over) is None
@@ -201,11 +201,7 @@ def test_joined_tracks_hold_every_one_of_them(late_ns):
         assert between[SLEW_HIGH] == pytest.approx(0.4)
 
 
-def test_the_turning_circle_holds_jib_and_counter_jib():
-    crane = hammerhead()
-    outline = outline_of(crane)
-    assert turning_radius_m(crane) >= np.hypot(outline.jib_end_m, outline.jib_half_m)
+def test_the_outline_of_a_luffing_crane_luffs_and_rises_above_its_pivot():
     luffing = default_luffing_crane("luffing-40")
     assert outline_of(luffing).luffs
     assert highest_point_m(luffing) > luffing.luffing.pivot_height_m
-    assert turning_radius_m(luffing) >= luffing.luffing.tail_radius_m

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bimvox.crane.defaults import DEFAULT_CRANES, HOOK_BLOCK_M, default_crane
+from bimvox.crane.defaults import DEFAULT_CRANES, HOOK_BLOCK_M
 from bimvox.crane.fit import MAST_CLEARANCE_M, distance_to_polygon_m, fit_crane
 from bimvox.crane.geometry import mast_box_m
 from bimvox.crane.load_chart import capacity_kg
@@ -55,10 +55,5 @@ def test_distance_to_a_polygon_is_that_of_shapely(x, y):
     assert found == pytest.approx(Polygon(corners).distance(Point(x, y)), abs=1e-9)
 
 
-def test_default_cranes_are_found_by_name():
+def test_default_cranes_ascend_by_size():
     assert [crane.jib_length_m for crane in DEFAULT_CRANES] == [30.0, 45.0, 65.0, 75.0]
-    crane = default_crane("hammerhead-65", (1.0, 2.0, 0.0), 50.0)
-    assert (crane.base_m, crane.jib_height_m) == ((1.0, 2.0, 0.0), 50.0)
-    with pytest.raises(InputError, match="'hammerhead-66'") as caught:
-        default_crane("hammerhead-66")
-    assert "hammerhead-65" in str(caught.value)

@@ -2,10 +2,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from named_cranes import default_luffing_crane
 
 from bimvox.crane.fit import fit_crane
 from bimvox.crane.fit_luffing import highest_hooks_m, pivoted, places_closed, standing_of
-from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES, default_luffing_crane
+from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES
 from bimvox.errors import InputError
 
 BUILDING = np.array([[0.0, 0.0], [16.0, 0.0], [16.0, 8.0], [0.0, 8.0]])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from named_cranes import crane_pose, default_crane, hook_point
 
-from bimvox.crane.defaults import default_crane
-from bimvox.crane.kinematics import crane_pose, hook_of, hook_point, nearest_turn, pose_of, unwrap_slew
+from bimvox.crane.kinematics import hook_of, nearest_turn, pose_of, unwrap_slew
 from bimvox.crane.tower_crane import CranePose
 
 CRANE = default_crane("hammerhead-45", (12.5, -7.25, 0.5))

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from named_cranes import default_crane
 
-from bimvox.crane.defaults import default_crane
 from bimvox.crane.load_chart import capacity_kg
-from bimvox.crane.reach import HOOK_FORBIDDEN, allowed_radii_m, hook_allowed, hook_floor
+from bimvox.crane.reach import HOOK_FORBIDDEN, allowed_radii_m, hook_floor
 from bimvox.grid.frame import GridFrame
 
 
@@ -25,6 +25,10 @@ def brute_force(crane, frame, top, mass_kg, rope):
         ):
             floor[i, j] = lowest
     return floor
+
+
+def hook_allowed(crane, frame, shape, mass_kg):
+    return hook_floor(crane, frame, np.zeros(shape, np.int32), mass_kg, rope=False) != HOOK_FORBIDDEN
 
 
 @settings(max_examples=40, deadline=None)

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from named_cranes import default_crane
 
-from bimvox.crane.defaults import DEFAULT_CRANES, DEFAULT_REEVINGS, default_crane
+from bimvox.crane.defaults import DEFAULT_CRANES, DEFAULT_REEVINGS
 from bimvox.crane.load_chart import LoadChart, capacity_kg
 from bimvox.crane.rigging import hoist_limits, reeving_of, rigged, with_reeving
 from bimvox.crane.tower_crane import Reeving

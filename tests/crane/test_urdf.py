@@ -3,8 +3,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from named_cranes import default_crane
 
-from bimvox.crane.defaults import DEFAULT_CRANES, default_crane
+from bimvox.crane.defaults import DEFAULT_CRANES
 from bimvox.crane.kinematics import hook_of, joint_names, joints_of
 from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES
 from bimvox.crane.urdf import urdf

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from named_cranes import default_crane
 
-from bimvox.crane.defaults import default_crane
 from bimvox.crane.reach import HOOK_FORBIDDEN, hook_floor, hook_top
 from bimvox.crane.working_range import WorkingRange, columns_in_range
 from bimvox.errors import InputError

@@ -7,9 +7,9 @@ import pytest
 from box_sites import test_crane as some_crane
 from google.protobuf import descriptor_pool, timestamp_pb2
 from google.protobuf.descriptor_pb2 import FileDescriptorProto
+from named_cranes import default_luffing_crane
 
 from bimvox.crane.kinematics import joints_of
-from bimvox.crane.luffing_defaults import default_luffing_crane
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.crane_command import (
     FIELDS,

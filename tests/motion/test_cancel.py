@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from named_cranes import default_crane
 
-from bimvox.crane.defaults import default_crane
 from bimvox.crane.tower_crane import CranePose
 from bimvox.motion.cancel import cancelled
 from bimvox.motion.move import Move

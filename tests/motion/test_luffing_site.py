@@ -6,10 +6,10 @@ from math import radians
 import numpy as np
 import pytest
 from box_sites import box_cells, box_mesh, box_site
+from named_cranes import default_luffing_crane
 from planned_sites import PORTAL, failures, planned
 
 from bimvox.crane.kinematics import joints_of
-from bimvox.crane.luffing_defaults import default_luffing_crane
 from bimvox.crane.rigging import winch_limits, with_luffing_jib
 from bimvox.proof.axes import check_limits
 from bimvox.records.lift import Status

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from named_cranes import crane_pose, default_crane
 
 from bimvox.crane.bound import rest_to_rest_s
-from bimvox.crane.defaults import default_crane
-from bimvox.crane.kinematics import crane_pose, hook_of
+from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import CranePose
 from bimvox.motion.move import Line, Move, axes_along, axes_of, move_time_s, share_limits
 from bimvox.motion.profile import profile_of

@@ -8,10 +8,10 @@ from box_sites import box_site, test_crane
 from crane_rooms import crane_room
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from named_cranes import default_crane
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.bound import point_to_point_s
-from bimvox.crane.defaults import default_crane
 from bimvox.crane.pendulum import GRAVITY_M_S2, half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import PlanningError

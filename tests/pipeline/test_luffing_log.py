@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from bimvox_pipeline.verify import verify
 from box_sites import box_site
+from named_cranes import default_luffing_crane
 from planned_sites import PORTAL, planned
 
 from bimvox.crane.kinematics import joints_of
-from bimvox.crane.luffing_defaults import default_luffing_crane
 from bimvox.crane.rigging import with_luffing_jib
 from bimvox.export.animation import to_animated_glb
 from bimvox.export.ros2 import write_ros2_bag

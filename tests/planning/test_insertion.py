@@ -118,7 +118,7 @@ def test_an_opening_that_is_too_narrow_is_named_at_cells_and_by_shape():
         site = box_site([PART], structure=slab_with_an_opening(east=east))
         (lift,) = plan_lifts(site, prepare(site)).lifts
         assert lift.status is Status.INFEASIBLE
-        assert "cells of 0.5 m and by the true shapes around" in lift.reason
+        assert "cells of 0.5 m and the true shapes around" in lift.reason
         assert "east" in lift.blocked_by
 
 

@@ -54,7 +54,7 @@ def test_no_room_above_the_yard_is_named():
     site = box_site(parts, structure=posts, rules=Rules(rope=False, transit_clearance_m=0.5))
     lift = plan_lifts(site, prepare(site)).lifts[0]
     assert lift.status is Status.INFEASIBLE
-    assert "no room of 0.5 m" in lift.reason
+    assert "less than 0.5 m clearance" in lift.reason
     assert "post" in lift.blocked_by
 
 

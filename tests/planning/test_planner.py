@@ -151,7 +151,7 @@ def test_a_walled_in_target_names_the_walls():
     plan = plan_of(with_obstructions(site, *walls))
     assert plan.lifts[0].status is Status.INFEASIBLE
     assert set(plan.lifts[0].blocked_by) == {"south", "north", "west", "east"}
-    assert "no way" in plan.lifts[0].reason
+    assert "no path" in plan.lifts[0].reason
 
 
 def test_replanning_keeps_what_is_not_affected_bit_for_bit():
@@ -263,7 +263,7 @@ def test_a_place_that_the_site_file_gives_is_free_once_its_part_is_lifted():
 def test_a_part_too_big_for_the_yard_is_named():
     site = box_site([("long", (1, 1, 0), (12, 2, 1)), ("short", (1, 4, 0), (2, 5, 1))], yard=((30, 0), (40, 30)))
     plan = plan_of(site)
-    assert "yard has no place" in lift_of(plan, "long").reason
+    assert "yard has no free place" in lift_of(plan, "long").reason
     assert lift_of(plan, "short").status is Status.PLANNED
 
 

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lift_sites import clearance_of, random_occupancy
@@ -21,8 +20,6 @@ from bimvox.planning.rollout import (
     roll_out,
     roll_out_all,
     roll_out_starts,
-    shortest_of_visited,
-    without_loops,
 )
 from bimvox.site.collision import placement_is_free
 
@@ -177,50 +174,3 @@ def test_a_large_site_takes_fewer_lifts_at_once():
     assert lifts_at_once((200, 200, 60)) == LIFTS_AT_ONCE
     assert 1 <= lifts_at_once((400, 400, 100)) < LIFTS_AT_ONCE
     assert lifts_at_once((4000, 4000, 1000)) == 1
-
-
-@pytest.mark.parametrize(
-    ("path", "expected"),
-    [
-        ([0, 1, 2, 3], [0, 1, 2, 3]),
-        ([0, 1, 2, 1, 2, 3], [0, 1, 2, 3]),
-        ([0, 1, 0, 1, 0], [0]),
-        ([0, 1, 2, 3, 2, 1, 4], [0, 1, 4]),
-        ([5], [5]),
-    ],
-)
-def test_loops_are_cut_out(path, expected):
-    cells = np.array([[n, 0, 0] for n in path], np.int32)
-    assert without_loops(cells)[:, 0].tolist() == expected
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.lists(st.integers(0, 5), min_size=0, max_size=60))
-def test_cutting_loops_keeps_ends_and_steps(actions):
-    from bimvox.env.actions import MOVES
-
-    walk = np.concatenate([np.zeros((1, 3), np.int32), MOVES[actions].reshape(-1, 3)]).cumsum(axis=0).astype(np.int32)
-    cut = without_loops(walk)
-    assert len(np.unique(cut, axis=0)) == len(cut)
-    assert (np.abs(np.diff(cut, axis=0)).sum(axis=1) == 1).all()
-    np.testing.assert_array_equal(cut[[0, -1]], walk[[0, -1]])
-    assert {tuple(c) for c in cut.tolist()} <= {tuple(c) for c in walk.tolist()}
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.lists(st.integers(0, 5), min_size=0, max_size=60))
-def test_the_way_over_visited_cells_is_as_short_as_can_be(actions):
-    import networkx
-
-    from bimvox.env.actions import MOVES
-
-    walk = np.concatenate([np.zeros((1, 3), np.int32), MOVES[actions].reshape(-1, 3)]).cumsum(axis=0).astype(np.int32)
-    short = shortest_of_visited(walk)
-    cells = [tuple(cell) for cell in walk.tolist()]
-    graph = networkx.Graph()
-    graph.add_nodes_from(cells)
-    graph.add_edges_from((a, b) for a in cells for b in cells if np.abs(np.subtract(a, b)).sum() == 1)
-    assert len(short) == networkx.shortest_path_length(graph, cells[0], cells[-1]) + 1
-    assert (np.abs(np.diff(short, axis=0)).sum(axis=1) == 1).all()
-    np.testing.assert_array_equal(short[[0, -1]], walk[[0, -1]])
-    assert {tuple(c) for c in short.tolist()} <= set(cells)

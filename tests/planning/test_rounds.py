@@ -24,12 +24,16 @@ def test_a_lift_that_is_made_though_it_is_refused_ends_the_rounds_and_is_named()
         asked.append(len(refused))
         return {"hanging": "it meets box 29"}
 
-    with pytest.raises(VerificationError, match="nothing was changed; the last one hanging: it meets box 29") as caught:
+    with pytest.raises(
+        VerificationError, match="nothing was changed; the last one is hanging: it meets box 29"
+    ) as caught:
         proven_in_rounds(attempt, "changed")
     assert asked == [0, 1]
     assert caught.value.failures == ("hanging: it meets box 29",)
 
 
 def test_lifts_that_fail_one_after_the_other_without_end_are_given_up():
-    with pytest.raises(VerificationError, match="again and again, so nothing was written; the last one part 11"):
+    with pytest.raises(
+        VerificationError, match="lifts still fail their proof, so nothing was written; the last one is part 11"
+    ):
         proven_in_rounds(lambda refused: {f"part {len(refused)}": "it fails"}, "written")

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from named_cranes import default_crane, default_luffing_crane
 from two_cranes import shifted, two_crane_plan, waiting
 
 from bimvox.crane.conflict import (
@@ -21,8 +22,6 @@ from bimvox.crane.conflict import (
     first_conflict,
     joined,
 )
-from bimvox.crane.defaults import default_crane
-from bimvox.crane.luffing_defaults import default_luffing_crane
 from bimvox.crane.outline import outline_of
 from bimvox.cranes.track import REACTION_S, approach_track, carrying_track
 from bimvox.proof.crane_distance import least_distances, stopping_swing

@@ -1,7 +1,7 @@
 import numpy as np
 from crane_rooms import FRAME, SHAPE
+from named_cranes import default_crane
 
-from bimvox.crane.defaults import default_crane
 from bimvox.crane.kinematics import hook_of
 from bimvox.proof.moment import NO_SOLID, Thing
 from bimvox.proof.placements import Placements

@@ -47,7 +47,7 @@ def test_the_upper_jib_may_pass_over_the_lower_crane_but_not_the_lower_meet_the_
 def test_masts_on_one_another_are_refused():
     with pytest.raises(ConfigError) as caught:
         check(LOW, beside(3.0))
-    assert "stands on low" in str(caught.value)
+    assert "masts of" in str(caught.value) and "low" in str(caught.value)
 
 
 def test_the_key_of_a_crane_has_its_number_where_there_are_several():

@@ -118,7 +118,7 @@ def test_entries_are_found_by_id_or_global_id():
                 ComponentConfig(global_id="beam-0", before=("slab",)),
             ),
             "component",
-            "circle",
+            "cycle",
         ),
         (
             (ComponentConfig(global_id="slab", after=("beam-0",)), ComponentConfig(global_id="beam-0", pinned=True)),

@@ -9,11 +9,12 @@ from box_sites import box_site, test_crane
 from crane_rooms import FRAME, crane_room
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from named_cranes import default_crane
 from ruckig import ControlInterface, InputParameter, Ruckig
 from ruckig import Trajectory as RuckigTrajectory
 
 from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.defaults import SLEWING, default_crane
+from bimvox.crane.defaults import SLEWING
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import InputError, PlanningError
 from bimvox.motion.drive import drive_path

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from named_cranes import default_crane
 
-from bimvox.crane.defaults import default_crane
 from bimvox.crane.reach import hook_floor
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame

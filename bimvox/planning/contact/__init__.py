@@ -1,1 +1,1 @@
-"""Contact: which parts touch, and how deep a pair may overlap on the way in."""
+"""Contact: which parts touch, and how deep a pair may overlap during insertion."""

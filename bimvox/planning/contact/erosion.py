@@ -1,10 +1,10 @@
-"""The contact tolerance as a shape: a part with its surface moved inward.
+"""Erosion of a mesh by the contact tolerance: the surface is moved inward.
 
-Two parts touch no deeper than ``depth_m`` when one of them, its surface moved inward by that much, does not meet the
-other. Of a pair the thicker one is moved, no further than it bears (a thin plate would be turned inside out), and the
-other one makes up for the rest as far as it bears that. Every vertex moves so that each face around it shifts by
-``depth_m`` along its normal (a mitred offset): for a vertex with unit normals n_f, the least-squares solution of
-``n_f . d = -depth_m``, exact where up to three planes meet.
+Two parts overlap by at most ``depth_m`` if one of them, its surface moved inward by that much, does not meet the other.
+The thicker part of the pair is eroded, up to a share of its thickness (a thin plate would turn inside out); the other
+part takes the rest, up to the same share. Every vertex moves so that each face around it shifts by ``depth_m`` along
+its normal (a mitred offset): for a vertex with unit normals n_f, the least-squares solution of ``n_f . d = -depth_m``,
+exact if at most three planes meet.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 
 _SHARE_OF_THICKNESS = 0.45
-_LONGEST_MITRE = 3.0  # sharp edges would throw their vertices far away; a spike that long is none of the real surface
+_LONGEST_MITRE = 3.0  # times the depth; without a limit, sharp edges would move their vertices far away
 
 
 def thickness_m(mesh: TriangleMesh) -> float:
@@ -34,13 +34,13 @@ def pair_depths_m(
 ) -> tuple[float, float]:
     """Return how far the surfaces of two numbered solids are moved inward to test their contact.
 
-    The same for either order of the two; of equally thick ones the lower number goes first.
+    Symmetric in the two solids; of equally thick ones, the lower number is eroded first.
 
     Args:
         first: One solid.
         second: The other.
-        thicknesses_m: Of both solids by their numbers, see :func:`thickness_m`.
-        tolerance_m: How deep the two may touch.
+        thicknesses_m: Thickness by solid number, see :func:`thickness_m`.
+        tolerance_m: How deep the two may overlap.
     """
     if (thicknesses_m[first], -first) < (thicknesses_m[second], -second):
         other_m, own_m = pair_depths_m(second, first, thicknesses_m, tolerance_m)
@@ -53,9 +53,9 @@ def eroded_triangles_m(mesh: TriangleMesh, depth_m: float) -> NDArray[np.float64
     """Return the mesh's triangles with the surface moved inward.
 
     Args:
-        mesh: A closed mesh for an exact result; its orientation does not matter. Where parts are thinner than twice the
-            depth, faces pass each other, and the result still lies within ``depth_m`` of the true surface.
-        depth_m: How far, metres.
+        mesh: Closed for an exact result; its orientation does not matter. If the mesh is thinner than twice the depth,
+            faces pass each other; the result still lies within ``depth_m`` of the true surface.
+        depth_m: Depth, metres.
 
     Returns:
         (F, 3, 3) float64 triangles.

@@ -1,13 +1,12 @@
-"""Which parts touch in the finished building, and how deep each pair may touch on the way in.
+"""Which parts touch in the finished building, and how deep each pair may overlap during insertion.
 
-Neighbouring parts touch, and conservatively voxelized neighbours share cells, along the whole descent too. Where the
-broad phase (boxes against the summed-area table) hits nothing but neighbours, the real triangles decide: one part with
-its surface moved inward by the tolerance against the other's true surface. Of a pair it is the thicker one that
-is moved inward, as far as it bears, and the other for the rest.
+Neighbouring parts touch, and conservatively voxelized neighbours share cells, along the whole descent too. If the broad
+phase (boxes against the summed-area table) hits only neighbours, the real triangles decide: one part, its surface moved
+inward by the tolerance, against the other's true surface (see :mod:`bimvox.planning.contact.erosion`).
 
-Where the author drew two parts into each other deeper than that, the pair may overlap as deep as drawn and no deeper:
-the shortest straight way along an axis that takes one out of the other is its depth, and on the way in the part, moved
-aside by just that way, must be clear. Such a pair is listed as a modelled clash.
+If two parts overlap by more than that in the model, the pair may overlap by no more than the model does. The shortest
+straight move along an axis that separates them is their depth. During insertion, the part shifted by that move must be
+clear. Such a pair is listed as a modelled clash.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ _WAYS_TRIED = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solid:
-    """One thing that can touch: a component at its place, or fixed structure.
+    """A component at its place, or a fixed structure.
 
     Attributes:
         id: Component or structure id.
@@ -50,10 +49,10 @@ class Solid:
 
 
 class Contacts:
-    """Neighbours, and the depth to which each pair may touch.
+    """The neighbours of every component, and how deep each pair may overlap.
 
-    Solids are numbered: components by their index, then structure. Everything here depends on the finished building
-    alone, not on obstructions, so a replanner keeps it.
+    Solids are numbered: components by their index, then structures. Everything here depends on the finished building
+    alone, not on obstructions, so the replanner keeps it.
 
     Args:
         site: The site.
@@ -61,7 +60,7 @@ class Contacts:
     Attributes:
         solids: Components first, in the order of ``site.components``.
         neighbours: Per component, the numbers of the solids that share or touch cells with it in the finished building.
-        clashes: Pairs that are drawn into each other.
+        clashes: Pairs that overlap in the model.
     """
 
     def __init__(self, site: Site) -> None:
@@ -83,15 +82,15 @@ class Contacts:
         self.clashes: tuple[ModelledClash, ...] = self._find_clashes()
 
     def triangles_m(self, solid: int) -> NDArray[np.float64]:
-        """(F, 3, 3) float64 true triangles of a solid."""
+        """Return the true triangles of a solid, (F, 3, 3) float64."""
         return self._triangles[solid]
 
     def way_out_m(self, moving: int, fixed: int) -> NDArray[np.float64] | None:
-        """Return the way that takes one solid out of another that it is drawn into.
+        """Return the move that separates two solids that overlap in the model.
 
         Returns:
-            (3,) zeros where they are not drawn into each other; None where no way within 2 m leads out, so that the
-            pair cannot be tested.
+            (3,) metres, zeros if they do not overlap; None if no move of at most 2 m separates them, so that the pair
+            cannot be tested.
         """
         if (moving, fixed) in self._ways_out_m:
             return self._ways_out_m[moving, fixed]
@@ -99,7 +98,7 @@ class Contacts:
         return None if back is None else -back
 
     def eroded_m(self, solid: int, depth_m: float) -> NDArray[np.float64]:
-        """(F, 3, 3) float64 triangles of a solid with its surface moved inward."""
+        """Return the triangles of a solid with its surface moved inward, (F, 3, 3) float64."""
         if depth_m <= 0.0:
             return self._triangles[solid]
         key = (solid, round(depth_m, 6))
@@ -108,7 +107,7 @@ class Contacts:
         return self._eroded[key]
 
     def pair_m(self, first: int, second: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the triangles of two solids with which their contact is tested: moved inward by the tolerance."""
+        """Return the eroded triangles of two solids that test their contact."""
         depths_m = pair_depths_m(first, second, self._thickness_m, self._tolerance_m)
         return self.eroded_m(first, depths_m[0]), self.eroded_m(second, depths_m[1])
 
@@ -122,11 +121,11 @@ class Contacts:
         step_m: float,
         count: int,
     ) -> NDArray[np.bool_]:
-        """Return which steps of a straight move make a component meet another solid deeper than the pair may touch.
+        """Return the steps of a straight move in which a component overlaps another solid by more than is allowed.
 
         Args:
             moving: Number of the component.
-            offset_m: (3,) where it is, relative to its place in the building.
+            offset_m: (3,) its position relative to its place in the building.
             fixed: Number of the other solid, at its place.
             axis: 0, 1 or 2.
             direction: +1 or -1.
@@ -145,10 +144,10 @@ class Contacts:
     def strikes_on_move(
         self, moving: int, offset_m: NDArray[np.float64], fixed: int, axis: int, direction: int, step_m: float
     ) -> bool:
-        """Return whether a straight move takes a component nearer to another solid than the tolerance.
+        """Return whether a straight move brings a component closer to another solid than the tolerance.
 
-        For what is no neighbour: the true triangles of both, the part where it is and moved aside by the tolerance
-        along every axis (surfaces that lie in one plane do not cross: moved aside they do).
+        For solids that are not neighbours. Tests the true triangles of both, with the part at its position and shifted
+        by the tolerance along every axis: coplanar surfaces do not cross, but shifted they do.
         """
         part, other = self._triangles[moving] + offset_m, self._triangles[fixed]
         aside = [np.zeros(3)]
@@ -157,7 +156,7 @@ class Contacts:
 
     @cached_property
     def bounds_m(self) -> NDArray[np.float64]:
-        """(N, 2, 3) float64 boxes around all solids."""
+        """Bounding boxes of all solids, (N, 2, 3) float64."""
         return np.stack([np.stack([t.min(axis=(0, 1)), t.max(axis=(0, 1))]) for t in self._triangles])
 
     def _find_neighbours(self) -> tuple[tuple[int, ...], ...]:
@@ -175,7 +174,7 @@ class Contacts:
         return tuple(found)
 
     def _key(self, cells: NDArray[np.int32]) -> NDArray[np.int64]:
-        """One number a cell; one cell of margin all round, so that grown shapes do not wrap."""
+        """Return one number per cell; a margin of one cell all round keeps grown shapes from wrapping."""
         _, ny, nz = self._shape
         x, y, z = (cells.astype(np.int64) + 1).T
         key: NDArray[np.int64] = (x * (ny + 2) + y) * (nz + 2) + z
@@ -199,7 +198,7 @@ class Contacts:
         return tuple(clashes)
 
     def _bvh_of(self, triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
-        """Made once for each solid's two sets of triangles, which are kept as long as this object."""
+        """Return the collision object of triangles; cached by their identity, as they live as long as this object."""
         if id(triangles_m) not in self._bvhs:
             self._bvhs[id(triangles_m)] = collision_object(triangles_m)
         return self._bvhs[id(triangles_m)]
@@ -211,7 +210,7 @@ class Contacts:
     def _way_out_as_drawn_m(
         self, first: int, second: int, part: fcl.CollisionObject, other: fcl.CollisionObject
     ) -> NDArray[np.float64] | None:
-        """The shortest straight way along an axis that takes one part out of the other; None beyond the reach."""
+        """Return the shortest straight move along an axis that separates two parts; None beyond the reach."""
         (low, high), (other_low, other_high) = self.bounds_m[first], self.bounds_m[second]
         shortest_m, way_m = _DEPTH_REACH_M, None
         for axis in range(3):
@@ -221,7 +220,7 @@ class Contacts:
                 blocked = blocked_steps(
                     self._triangles[first], self._triangles[second], axis, direction, _DEPTH_STEP_M, count
                 )
-                # Parts are hollow (channels, frames): a way out may end between two contacts.
+                # Parts can be hollow (channels, frames): a separating move may end between two contacts.
                 ends = np.flatnonzero(blocked[:-1] & ~blocked[1:]) + 1
                 for step in ends[:_WAYS_TRIED]:
                     out_m = float(step) * _DEPTH_STEP_M
@@ -245,7 +244,7 @@ def _clash(first: str, second: str, way_m: NDArray[np.float64] | None) -> Modell
 
 
 def _grown(cells: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Cells of a shape and all cells that touch it, corners included."""
+    """Return the cells of a shape and all cells that touch it, corners included."""
     low = cells.min(axis=0) - 1
     dense = np.zeros(cells.max(axis=0) - low + 2, np.bool_)
     dense[tuple((cells - low).T)] = True

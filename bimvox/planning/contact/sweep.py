@@ -1,9 +1,9 @@
-"""Exact swept contact: which part of a straight move makes one set of triangles meet another.
+"""Exact swept contact: the steps of a straight move in which one set of triangles meets another.
 
-A part moves by t along an axis. Seen along that axis, two triangles meet only where their projections overlap, and
-there the distance between them is a linear function: over the overlap polygon it takes every value between its least
-and its greatest at a corner. So the t at which the two touch is one closed interval per pair of triangles, found
-without sampling. Faces parallel to the move have no projection; solids cannot meet through them alone.
+A part moves by t along an axis. Seen along that axis, two triangles can meet only where their projections overlap.
+There the distance between them is linear: over the overlap polygon its least and greatest values are at corners. So
+the pair touches in one closed interval of t, found without sampling. Faces parallel to the move have no projection;
+solids cannot meet through them alone.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def blocked_steps(
     if not len(moving_m) or not len(fixed_m):
         return blocked
     moving, fixed = _seen_along(moving_m, axis, direction), _seen_along(fixed_m, axis, direction)
-    # Only triangles within the other part's outline can matter, and only those ahead of the move.
+    # Only triangles within the other part's outline and ahead of the move matter.
     low = np.maximum(moving[:, :, :2].min(axis=(0, 1)), fixed[:, :, :2].min(axis=(0, 1)))
     high = np.minimum(moving[:, :, :2].max(axis=(0, 1)), fixed[:, :, :2].max(axis=(0, 1)))
     if (low >= high).any():
@@ -58,9 +58,9 @@ def blocked_steps(
 
 
 def rope_meets(triangles_m: NDArray[np.float64], foot_m: NDArray[np.float64]) -> bool:
-    """Return whether a rope going straight up from a point, (3,) metres, meets one of (F, 3, 3) triangles.
+    """Return whether a rope straight up from a point, (3,) metres, meets any of (F, 3, 3) triangles.
 
-    The rope is a square column of 24 mm, as exact as any other move: a thin square moved up.
+    The rope is a square column of 24 mm, tested as a thin square that moves up.
     """
     x, y, z = foot_m
     a, b, c, d = ((x + sx * _HALF_ROPE_M, y + sy * _HALF_ROPE_M, z) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
@@ -68,7 +68,7 @@ def rope_meets(triangles_m: NDArray[np.float64], foot_m: NDArray[np.float64]) ->
 
 
 def crossings_above(triangles_m: NDArray[np.float64], point_m: NDArray[np.float64]) -> int:
-    """Return how many of (F, 3, 3) triangles a vertical line going up from a point, (3,) metres, meets."""
+    """Return how many of (F, 3, 3) triangles a line straight up from a point, (3,) metres, crosses."""
     a, b, c = (triangles_m[:, n, :2] - point_m[:2] for n in range(3))
     ab, bc, ca = (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((a, b), (b, c), (c, a)))
     total = ab + bc + ca
@@ -81,7 +81,7 @@ def crossings_above(triangles_m: NDArray[np.float64], point_m: NDArray[np.float6
 
 
 def _seen_along(triangles_m: NDArray[np.float64], axis: int, direction: int) -> NDArray[np.float64]:
-    """Put the axis of the move last, pointing the way of the move."""
+    """Return the triangles with the axis of the move last, positive in the direction of the move."""
     turned = np.ascontiguousarray(triangles_m[:, :, [(axis + 1) % 3, (axis + 2) % 3, axis]])
     if direction < 0:
         turned[:, :, 2] *= -1.0
@@ -152,7 +152,7 @@ def _span(triangle: NDArray[np.float64], axis: int) -> tuple[float, float]:
 
 @kernel
 def _plane(triangle: NDArray[np.float64]) -> tuple[float, float, float, float]:
-    """Return (p, q, r, 1) with z = p x + q y + r on the triangle, or zeros where it is seen edge on."""
+    """Return (p, q, r, 1) with z = p x + q y + r on the triangle, or zeros if it is seen edge-on."""
     ux, uy, uz = triangle[1, 0] - triangle[0, 0], triangle[1, 1] - triangle[0, 1], triangle[1, 2] - triangle[0, 2]
     vx, vy, vz = triangle[2, 0] - triangle[0, 0], triangle[2, 1] - triangle[0, 1], triangle[2, 2] - triangle[0, 2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -166,7 +166,10 @@ def _plane(triangle: NDArray[np.float64]) -> tuple[float, float, float, float]:
 def _overlap(
     one: NDArray[np.float64], other: NDArray[np.float64], polygon: NDArray[np.float64], clipped: NDArray[np.float64]
 ) -> int:
-    """Clip one projected triangle by the other (Sutherland and Hodgman 1974); the polygon's corners are written out."""
+    """Clip one projected triangle by the other (Sutherland and Hodgman 1974) and return the polygon's corner count.
+
+    The corners are written to ``polygon``.
+    """
     for c in range(3):
         polygon[c, 0], polygon[c, 1] = one[c, 0], one[c, 1]
     size = 3

@@ -1,4 +1,4 @@
-"""Triangles as the collision library takes them."""
+"""Triangles as an object of the collision library."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 
 def collision_object(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
-    """Return an FCL object of (F, 3, 3) float64 triangles, at the origin, that can be moved about."""
+    """Return a movable FCL object of (F, 3, 3) float64 triangles, at the origin."""
     shape = fcl.BVHModel()
     shape.beginModel(len(triangles_m), 3 * len(triangles_m))
     shape.addSubModel(triangles_m.reshape(-1, 3), np.arange(3 * len(triangles_m)).reshape(-1, 3))

@@ -1,9 +1,9 @@
-"""Taking a group of parts apart whose straight descents go round in a circle.
+"""Disassembly of a group of parts whose straight descents block each other in a cycle.
 
-In the finished building, without what must come after the group, parts are taken out one by one: straight up where
-nothing of the group is in the way, else by the last moves of a lift in reverse, sideways too. The reverse is an order
-in which each can be set. Where none of those left can be taken out, they are interlocked as drawn: they are named, the
-one on which the least depends is left to be set last, and the others go on.
+The parts are taken out of the finished building one by one, after everything that must come after the group. A part
+goes straight up if nothing of the group is in the way, otherwise by the last moves of a lift in reverse, sideways too.
+The reverse is an order in which each part can be set. If none of the remaining parts can be taken out, they are
+interlocked in the model: they are reported, the one on which the least depends is set last, and the others continue.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from bimvox.planning.order.relations import Precedence
 from bimvox.site.site import Site
 
 _TRIES = 400
-"""Lateral ways looked for in one group at most."""
+"""Most searches for lateral moves in one group."""
 _NAMED = 8
 
 
 @dataclass(frozen=True, slots=True)
 class TakenApart:
-    """A group taken apart.
+    """The result of a disassembly.
 
     Attributes:
-        order: Its components in assembly order.
-        stuck: The largest set of which none could be taken out while the others stood; empty where there was none.
-        notes: What was found, one sentence each.
+        order: The group's components in erection order.
+        stuck: The largest set of which none could be taken out while the others were in place; empty if there is none.
+        notes: Findings, one sentence each.
     """
 
     order: tuple[int, ...]
@@ -41,9 +41,9 @@ class Disassembly:
     """Takes groups of a site apart.
 
     Args:
-        site: The site; obstructions come and go, and are not looked at.
+        site: The site; its obstructions are ignored because they come and go.
         contacts: Its contacts.
-        relations: What geometry says.
+        relations: Its precedence relations.
     """
 
     def __init__(self, site: Site, contacts: Contacts, relations: Precedence) -> None:
@@ -51,12 +51,12 @@ class Disassembly:
         self._contacts, self._relations = contacts, relations
 
     def take_apart(self, group: Sequence[int], firm: Sequence[Collection[int]], gone: Collection[int]) -> TakenApart:
-        """Take a group apart.
+        """Return the erection order of a group.
 
         Args:
             group: Its components.
-            firm: Per component, those that must come after it whatever the way in (all of the site).
-            gone: Components that are not there yet when the group is set: what must come after it.
+            firm: Per component of the site, those that must come after it whatever the path.
+            gone: Components that must come after the group, so they are not in place yet.
         """
         components = self._site.components
         occupancy = Occupancy(self._site)
@@ -113,7 +113,7 @@ class Disassembly:
         return set(self._relations.descent[index])
 
     def _relying(self, index: int) -> set[int]:
-        """What rests on a part, directly or through others."""
+        """Return the parts that rest on a part, directly or through others."""
         found: set[int] = set()
         stack = [index]
         while stack:
@@ -128,17 +128,17 @@ class Disassembly:
         notes = []
         if sideways:
             notes.append(
-                f"{self._named(group)} block each other's straight way down in a circle; "
-                f"set sideways: {self._named(sideways)}"
+                f"the straight descents of {self._named(group)} block each other in a cycle; "
+                f"set from the side: {self._named(sideways)}"
             )
         if stuck:
             notes.append(
-                f"interlocked as drawn: none of {self._named(stuck)} can be set while the others of them stand; "
+                f"interlocked in the model: none of {self._named(stuck)} can be set while the others are in place; "
                 "the last of them cannot be lifted in"
             )
         return tuple(notes)
 
     def _named(self, group: Sequence[int]) -> str:
-        names = [self._site.components[i].id for i in group]
+        names = [self._site.components[i].label for i in group]
         more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
         return ", ".join(names[:_NAMED]) + more

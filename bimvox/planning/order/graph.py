@@ -1,8 +1,8 @@
-"""What must come before what, free of circles: geometry and the planner's own wishes in one graph.
+"""The acyclic graph of precedence: geometry and the site file's ``before`` and ``after``.
 
-Supports and the site file's ``before`` and ``after`` always hold. A blocked descent holds too, unless it is part of a
-circle: then the parts of that circle are taken apart in the finished building, one by one, by lateral moves where the
-straight way up is blocked, and the order is the reverse (see :mod:`bimvox.planning.order.disassembly`).
+Supports, ``before`` and ``after`` always hold. A blocked descent holds too, unless it is part of a cycle. Then the
+parts of the cycle are taken apart in the finished building, with lateral moves if the straight way up is blocked; the
+order is the reverse (see :mod:`bimvox.planning.order.disassembly`).
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from bimvox.planning.order.relations import Precedence
 from bimvox.site.site import Site
 
 Edges = list[set[int]]
-"""Per component, those that come later."""
+"""Per component, the components that come later."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OrderGraph:
-    """What must come before what, without circles.
+    """Which part must come before which, without cycles.
 
     Attributes:
         earlier: Per component, those that must come before it.
         later: Per component, those that must come after it.
-        notes: Circles of geometry and how they were opened, one sentence each.
+        notes: Cycles of geometry and how they were resolved, one sentence each.
     """
 
     earlier: tuple[frozenset[int], ...]
@@ -40,7 +40,7 @@ class OrderGraph:
     notes: tuple[str, ...]
 
     def topological(self) -> tuple[int, ...]:
-        """Return all components, each after those that must come before it; the lowest number first among equals."""
+        """Return all components in topological order; the lowest index first among equals."""
         missing = [len(earlier) for earlier in self.earlier]
         ready = deque(i for i, n in enumerate(missing) if n == 0)
         order = []
@@ -55,15 +55,15 @@ class OrderGraph:
 
 
 def order_graph(site: Site, relations: Precedence, contacts: Contacts) -> OrderGraph:
-    """Build the graph.
+    """Return the precedence graph of a site.
 
     Args:
         site: The site.
-        relations: What geometry and the site file say.
-        contacts: The site's contacts.
+        relations: Its precedence relations.
+        contacts: Its contacts.
 
     Raises:
-        SequenceError: If the site file's wishes leave no order; names the circle.
+        SequenceError: If no order satisfies the site file's ``before`` and ``after``; names the cycle.
     """
     count = len(site.components)
     firm: Edges = [set() for _ in range(count)]
@@ -96,7 +96,7 @@ def order_graph(site: Site, relations: Precedence, contacts: Contacts) -> OrderG
 
 
 def _circles(edges: Edges) -> Iterable[tuple[int, ...]]:
-    """Groups of components that go round in a circle, lowest number first."""
+    """Yield the groups of components that form cycles, lowest index first."""
     pairs = np.array([(i, j) for i, later in enumerate(edges) for j in sorted(later)], np.int64).reshape(-1, 2)
     graph = coo_array((np.ones(len(pairs), np.int8), (pairs[:, 0], pairs[:, 1])), shape=(len(edges), len(edges)))
     _, label = connected_components(graph.tocsr(), connection="strong")
@@ -109,7 +109,7 @@ def _circles(edges: Edges) -> Iterable[tuple[int, ...]]:
 
 
 def _reached(edges: Edges, group: frozenset[int]) -> frozenset[int]:
-    """Everything that must come after a part of the group, the group itself left out."""
+    """Return everything that must come after a part of the group, without the group itself."""
     found: set[int] = set()
     queue = deque(sorted(group))
     while queue:
@@ -123,19 +123,20 @@ def _reached(edges: Edges, group: frozenset[int]) -> frozenset[int]:
 def _no_order(site: Site, relations: Precedence, edges: Edges, group: Sequence[int]) -> SequenceError:
     circle = _shortest_circle(edges, group, relations)
     ids = [site.components[i].id for i in circle]
+    names = [site.components[i].label for i in circle]
     reasons = [
-        f"{ids[n]} before {ids[(n + 1) % len(ids)]} ({_reason(relations, i, circle[(n + 1) % len(circle)])})"
+        f"{names[n]} before {names[(n + 1) % len(ids)]} ({_reason(relations, i, circle[(n + 1) % len(circle)])})"
         for n, i in enumerate(circle)
     ]
     return SequenceError(
-        f"no assembly order is possible: {', '.join(reasons)}",
+        f"no erection sequence is possible: {', '.join(reasons)}",
         cycle=ids,
-        hint="change before or after of one of these in the site file",
+        hint="change before or after of one of these parts in the site file",
     )
 
 
 def _shortest_circle(edges: Edges, group: Sequence[int], relations: Precedence) -> list[int]:
-    """A shortest circle within a group, through one of the site file's wishes where there is one."""
+    """Return a shortest cycle within a group, through one of the site file's wishes if there is one."""
     inside = set(group)
     wished = [(j, i) for i in sorted(inside) for j in relations.wanted[i] if j in inside]
     best: list[int] = []
@@ -160,7 +161,7 @@ def _shortest_circle(edges: Edges, group: Sequence[int], relations: Precedence) 
 
 def _reason(relations: Precedence, first: int, then: int) -> str:
     if first in relations.wanted[then]:
-        return "the site file says so"
+        return "required by the site file"
     if first in relations.supports[then]:
         return "which rests on it"
-    return "which would block its way down"
+    return "which would block its descent"

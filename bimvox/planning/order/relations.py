@@ -1,12 +1,12 @@
-"""What must stand before what, from geometry and the site file.
+"""Precedence relations of the parts, from geometry and the site file.
 
 Two relations come from geometry, by the same swept-contact test that clears the last moves:
 
-* *descent*: i before j where j in place would be met by i coming straight down, or by the rope that it hangs on;
-* *support*: j before i where i rests on j: moved down by the support gap (grout joint, bearing), i meets j.
+* *descent*: i before j if j in place would block the straight descent of i or the rope above it;
+* *support*: j before i if i rests on j: moved down by the support gap (grout joint, bearing), i meets j.
 
-The planner's own ``before`` and ``after`` are added. A part that nothing below supports and that does not stand on the
-ground or on structure is hung: it waits for one of the parts that it touches.
+The site file's ``before`` and ``after`` are added. A part without support from a part, the ground or a structure is
+hung: it waits for one of the parts that it touches.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ _FAR_M = 10_000.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Precedence:
-    """What must come before what, by component index.
+    """Which part must come before which, by component index.
 
     Attributes:
         descent: Per component, those that must come later because they would block its straight descent.
         supports: Per component, the components that it rests on.
-        grounded: Per component, whether it rests on the ground or on structure.
-        touching: Per component, the components that it shares or touches cells with.
-        wanted: Per component, those that must come earlier because the planner says so.
-        holds: Per component, what it may hold on to where nothing carries it: what the building's file says it is
-            connected to, else what it touches.
+        grounded: Per component, whether it rests on the ground or on a structure.
+        touching: Per component, the components whose cells it shares or touches.
+        wanted: Per component, those that must come earlier because the site file says so.
+        holds: Per component, those that can hold it if nothing below supports it: the parts to which the building file
+            connects it, otherwise those that it touches.
     """
 
     descent: tuple[tuple[int, ...], ...]
@@ -50,15 +50,12 @@ class Precedence:
 
 
 def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], None] | None = None) -> Precedence:
-    """Find what must stand before what.
+    """Return the precedence relations of a site.
 
     Args:
         site: The site.
         contacts: Its contacts.
         progress: Called with (done, total) components.
-
-    Returns:
-        The relations.
 
     Raises:
         InputError: If a ``before`` or ``after`` names a component that does not exist.
@@ -87,7 +84,7 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
 
 
 def _one_way(supports: list[tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
-    """Leave out supports that go round in a circle (parts that cross, or are drawn together): these only touch."""
+    """Return the supports without those that form cycles (parts that cross or overlap): these only touch."""
     graph = lil_array((len(supports), len(supports)), dtype=np.int8)
     for i, below in enumerate(supports):
         for j in below:
@@ -101,14 +98,14 @@ def _met(contacts: Contacts, i: int, j: int, direction: int, reach_m: float) -> 
 
 
 def _blocks(site: Site, contacts: Contacts, i: int, j: int, foot_m: NDArray[np.float64]) -> bool:
-    """Whether j in place is in the way of i coming straight down, or of the rope that it hangs on."""
+    """Return whether j in place blocks the straight descent of i or the rope above it."""
     if _met(contacts, i, j, 1, _FAR_M):
         return True
     return bool(site.cranes) and site.rules.rope and rope_meets(contacts.triangles_m(j), foot_m)
 
 
 def _hook_foot_m(site: Site, i: int) -> NDArray[np.float64]:
-    """Foot of the hook line above part i at its place."""
+    """Return the foot of the hook line above part i at its place, (3,) metres."""
     component = site.components[i]
     foot = np.add(component.target_vox, component.hook_offset_vox) + np.array([0.5, 0.5, 0.0])
     foot_m: NDArray[np.float64] = np.array(site.frame.origin_m) + site.frame.voxel_size_m * foot
@@ -116,12 +113,12 @@ def _hook_foot_m(site: Site, i: int) -> NDArray[np.float64]:
 
 
 def _near_below(boxes: NDArray[np.float64], i: int, over: NDArray[np.bool_], gap_m: float) -> NDArray[np.int64]:
-    """Solids under part i's outline whose top can be near one of its undersides."""
+    """Return the solids under part i's outline whose top may be near one of its undersides."""
     return np.flatnonzero(over & (boxes[:, 0, 2] < boxes[i, 1, 2]) & (boxes[:, 1, 2] > boxes[i, 0, 2] - gap_m))
 
 
 def _stands_on_drawn(contacts: Contacts, i: int, below: NDArray[np.int64]) -> bool:
-    """Whether a part is drawn right through something below it, so that no gap can be measured."""
+    """Return whether a part runs right through something below it in the model, so that no gap can be measured."""
     return any(contacts.way_out_m(i, int(j)) is None for j in below)
 
 
@@ -131,7 +128,7 @@ def _wanted(site: Site) -> tuple[tuple[int, ...], ...]:
     for component in site.components:
         for other, key in [*((o, "after") for o in component.after), *((o, "before") for o in component.before)]:
             if other not in numbers:
-                raise InputError(f"component {component.id}: {key} names {other!r}, which is no component of the site")
+                raise InputError(f"component {component.label}: {key} names {other!r}, but the site has no such part")
             if key == "after":
                 earlier[component.index].add(numbers[other])
             else:

@@ -1,8 +1,8 @@
-"""The assembly order: one that respects what must come before what, and keeps wishes as far as it can.
+"""The erection sequence: it satisfies the precedence relations and keeps the wishes as far as possible.
 
-Among the parts that may come next, those of the earliest stage are looked at, and of these the ones whose foot is not
-much higher than the lowest: a building grows level by level. What remains is free: the lowest first, or what the crane
-has the shortest way to.
+Of the parts that may come next, those of the earliest stage count, and of these the ones whose foot is not much higher
+than the lowest: a building grows level by level. Among the rest the choice is free: the lowest first, or the part that
+the crane reaches fastest.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from bimvox.planning.order.stages import stages
 from bimvox.site.site import Site
 
 _LEVEL_M = 1.5
-"""Parts whose feet are no further apart than this are of one level."""
+"""Parts whose feet differ by no more than this are on one level."""
 
 Prefer = Callable[[list[int], list[int]], int]
-"""(components that may come next, the order so far) -> the one that comes next."""
+"""(components that may come next, the order so far) -> the next component."""
 
 
 @dataclass(frozen=True, slots=True)
 class ErectionSequence:
-    """An assembly order.
+    """An erection sequence.
 
     Attributes:
         order: Component indices, first lift first.
-        notes: Where the order could not keep every relation or wish, or a part stands on nothing, one sentence each.
-        unheld: Components that had to come before anything that they could hold on to.
+        notes: Relations and wishes that the order could not keep, and parts without support, one sentence each.
+        unheld: Components that had to come before any part that could hold them.
     """
 
     order: tuple[int, ...]
@@ -39,15 +39,15 @@ class ErectionSequence:
 
 
 class Sequencer:
-    """Makes orders of a site.
+    """Makes erection sequences of a site.
 
     Args:
         site: The site.
-        relations: What geometry and the site file say.
-        contacts: The site's contacts.
+        relations: Its precedence relations.
+        contacts: Its contacts.
 
     Raises:
-        SequenceError: If the site file's wishes leave no order; names the circle.
+        SequenceError: If no order satisfies the site file's ``before`` and ``after``; names the cycle.
     """
 
     def __init__(self, site: Site, relations: Precedence, contacts: Contacts) -> None:
@@ -58,15 +58,15 @@ class Sequencer:
         self._rank = [(c.target_vox[2], c.target_vox[:2], c.index) for c in site.components]
 
     def lowest_first(self) -> ErectionSequence:
-        """Return the order that takes the lowest part first, then from the near corner on."""
+        """Return the sequence that takes the lowest part first, then from the near corner onwards."""
         return self.order(lambda ready, _: min(ready, key=self._rank.__getitem__), level_m=0.0)
 
     def order(self, prefer: Prefer, *, level_m: float = _LEVEL_M) -> ErectionSequence:
-        """Return the order that a preference leads to.
+        """Return the sequence that follows a preference.
 
         Args:
             prefer: Chooses among the parts that may come next.
-            level_m: How much higher than the lowest of them a part may begin.
+            level_m: How much higher than the lowest of them the foot of a part may be.
         """
         graph, components = self._graph, self._site.components
         missing = [len(earlier) for earlier in graph.earlier]
@@ -81,7 +81,7 @@ class Sequencer:
                 ready = list(open_parts)
                 waiting = min(ready, key=self._rank.__getitem__)
                 unheld.append(waiting)
-                notes.append(f"{components[waiting].id}: set before anything that it could hold on to")
+                notes.append(f"{components[waiting].label}: set before any part that could hold it")
                 ready = [waiting]
             stage = min(self._stages[i] for i in ready)
             ready = [i for i in ready if self._stages[i] == stage]
@@ -105,10 +105,10 @@ class Sequencer:
         site, relations = self._site, self._relations
         gap_m = site.rules.support_gap_m
         return [
-            f"{component.id}: nothing supports it within {gap_m:g} m; it is set after a part that it "
+            f"{component.label}: nothing supports it within {gap_m:g} m; it is set after a part that it "
             + ("is connected to" if component.hints.connected else "touches")
             if relations.holds[i]
-            else f"{component.id}: floats {self._foot_m[i]:.2f} m above the ground, touching nothing"
+            else f"{component.label}: floats {self._foot_m[i]:.2f} m above the ground and touches nothing"
             for i, component in enumerate(site.components)
             if not relations.supports[i] and not relations.grounded[i]
         ]

@@ -1,7 +1,7 @@
-"""The order of lifts that several cranes share.
+"""The preference for the next part on a site with several cranes.
 
-Parts are set one after the other in the plan's order, whichever crane carries them, so the order deals them out: next
-comes a part of the crane that has worked least so far, and of its parts the one to which it has the shortest way.
+Parts are set one after the other in the plan's order, whichever crane carries them, so the order balances the cranes:
+next is the crane that has worked least so far, and of its parts the one that it reaches fastest.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from bimvox.planning.travel import Travel
 from bimvox.site.site import Site
 
 _HANDLING_S = 70.0
-"""Hooking on and the trial lift, beside the crew's times of the rules."""
+"""Hooking on and the trial lift, in addition to the crew's times in the rules."""
 
 
 class Shared:
-    """Chooses the part that comes next on a site with several cranes.
+    """Chooses the next part on a site with several cranes.
 
     Args:
         site: The site.
-        ways: Per crane the hook's axes over the places and over the picks of all parts, and its travel times.
+        ways: Per crane the hook's axes at the targets and at the picks of all parts, and its travel times.
     """
 
     def __init__(self, site: Site, ways: Sequence[tuple[Axes, Axes, Travel]]) -> None:
@@ -42,7 +42,7 @@ class Shared:
         self._counted = 0
 
     def __call__(self, ready: list[int], order: list[int]) -> int:
-        """Return the part that comes next."""
+        """Return the next part."""
         self._count(order)
         if order and self._assembly[order[-1]] is not None:
             ready = [i for i in ready if self._assembly[i] == self._assembly[order[-1]]] or ready

@@ -1,8 +1,8 @@
-"""Order and yard together, so that the crane is quick.
+"""Erection sequence and yard together, for short travel times of the crane.
 
-The order says where a part may wait, and where parts wait says which order is quick. So both are made in turn: an order
-from the places before (greedy, looking one lift ahead), then places from that order. The quickest of the few rounds is
-kept, judged by the point-to-point bound of all ways, empty and loaded; of several cranes by that of the busiest.
+The order decides where a part may wait, and the places in the yard decide which order is fast. So both are made in
+turn: an order from the previous places (greedy, one lift ahead), then places from that order. The fastest of a few
+rounds is kept, by the point-to-point bound of all travel, empty and loaded; with several cranes, by the busiest one.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from bimvox.site.site import Site
 
 _ROUNDS = 3
 _LOOKED_AT = 48
-"""Of the parts that may come next, so many that are nearest to the hook are weighed against each other."""
+"""How many of the parts that may come next, those nearest to the hook, are compared."""
 _WORTH = 1.02
-"""How much longer than the shortest the plain order's ways may be for it to be kept: the bound knows no obstacles."""
+"""The plain order is kept if its travel time is at most this ratio above the best: the bound ignores obstacles."""
 Places = tuple[YardPlace | None, ...]
 
 
 def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, Places]:
-    """Return an order and the yard's places for it.
+    """Return an erection sequence and its places in the yard.
 
     Args:
         site: The site.
-        sequencer: Makes its orders.
+        sequencer: Makes its sequences.
     """
     sequence = sequencer.lowest_first()
     if not site.cranes:
@@ -54,7 +54,7 @@ def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, 
             prefer = _Quickest(site, travels[0], rounds[-1][1])
         sequence = sequencer.order(prefer)
         rounds.append((sequence, allocate_yard(site, sequence.order, *travels)))
-    # Of several cranes, the plain order deals nothing out.
+    # With several cranes, the plain order does not balance them.
     first = 2 if site.has_several_cranes else 0
     most = max(_with_place(places) for _, places in rounds[first:])
     judged = [busiest_s(site, travels, made.order, places) for made, places in rounds]
@@ -72,13 +72,13 @@ def travel_of(site: Site, crane: TowerCrane) -> Travel:
 
 
 def busiest_s(site: Site, travels: Sequence[Travel], order: tuple[int, ...], places: Places) -> float:
-    """Return the seconds that the hook of the crane with the longest ways is on them, as :func:`travel_s`."""
+    """Return the largest travel time of any crane, seconds, see :func:`travel_s`."""
     own = [tuple(i for i in order if site.components[i].crane == k) for k in range(len(travels))]
     return max(travel_s(site, travel, own[k], places) for k, travel in enumerate(travels))
 
 
 def travel_s(site: Site, travel: Travel, order: tuple[int, ...], places: Places) -> float:
-    """Return the seconds that the hook is on its way, empty and loaded, parts without a place left out."""
+    """Return the hook's travel time, empty and loaded, seconds; parts without a place are left out."""
     targets, picks = _target_axes(site, travel), _pick_axes(site, travel, places)
     kept = np.array([i for i in order if places[i] is not None], np.int64)
     if not len(kept):
@@ -89,18 +89,18 @@ def travel_s(site: Site, travel: Travel, order: tuple[int, ...], places: Places)
 
 
 class _Quickest:
-    """Chooses the part to which the crane has the shortest way from the one before, and from which to go on."""
+    """Chooses the part with the least travel time from the part before it and on to the next one."""
 
     def __init__(self, site: Site, travel: Travel, places: Places) -> None:
         targets, picks = _target_axes(site, travel), _pick_axes(site, travel, places)
         self._empty_s = travel.between_s(_at(targets, _COLUMN), _at(picks, _ROW))
-        # Whole seconds: rounding noise decides nothing.
+        # Whole seconds, so that rounding noise decides nothing.
         self._empty_s = np.round(self._empty_s)
         self._delivery = [-1 if place is None else place.delivery for place in places]
         self._assembly = [component.hints.assembly for component in site.components]
 
     def __call__(self, ready: list[int], order: list[int]) -> int:
-        """Return the part that comes next."""
+        """Return the next part."""
         delivery = min(self._delivery[i] for i in ready)
         ready = [i for i in ready if self._delivery[i] == delivery]
         if order and self._assembly[order[-1]] is not None:
@@ -132,7 +132,7 @@ def _target_axes(site: Site, travel: Travel) -> Axes:
 
 
 def _pick_axes(site: Site, travel: Travel, places: Places) -> Axes:
-    """Where the hook takes the parts; of one without a place, its target."""
+    """Return the hook's axes at the picks; for a part without a place in the yard, at its target."""
     cells = []
     for component, place in zip(site.components, places, strict=True):
         cell = np.add(component.target_vox, component.hook_offset_vox)

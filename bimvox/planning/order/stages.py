@@ -1,8 +1,8 @@
-"""Stages of assembly: what is wished about the order, as far as geometry lets it be kept.
+"""Erection stages: the wishes about the order, as far as geometry permits.
 
-Wishes rank: what the site file wants first, its assembly zones, the schedule in the building's file, storeys. Every
-part has a stage; a part that another one needs comes no later than that one's stage, whatever its own. So a wish never
-contradicts geometry: where it would, the part comes earlier, and a note names both.
+Wishes rank: ``first`` in the site file, its assembly zones, the schedule in the building file, storeys. Every part has
+a stage. A part that another one needs comes no later than that one's stage. So a wish never contradicts geometry: if
+it would, the part comes earlier, and a note names both.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ Stage = tuple[int, int, int, int]
 
 
 def stages(components: Sequence[Component], graph: OrderGraph) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
-    """Return the stage of every component, and where a wish gave way.
+    """Return the stage of every component, and notes on the wishes that were not kept.
 
     Args:
         components: The components.
-        graph: What must come before what.
+        graph: The precedence graph.
     """
     wished = _wished(components)
     kept = list(wished)
@@ -54,7 +54,7 @@ def _wished(components: Sequence[Component]) -> list[Stage]:
 
 
 def _storeys(components: Sequence[Component]) -> list[int]:
-    """Storey by number; a part outside of all storeys goes with the highest one that begins no higher than it does."""
+    """Return storey numbers; a part outside all storeys joins the highest one that begins no higher than the part."""
     known = sorted({c.hints.storey_rank for c in components if c.hints.storey_rank is not None})
     if not known:
         return [0] * len(components)
@@ -82,13 +82,13 @@ def _notes(
         kind = _KINDS[next(n for n in range(len(wish)) if stage[n] != wish[n])]
         own, other = components[i], components[because[i]]
         if kind == "zone":
-            where = f"is set with {other.hints.zone_name}, not with {own.hints.zone_name or 'what lies in no zone'}"
+            where = f"is set with {other.hints.zone_name}, not with {own.hints.zone_name or 'parts outside all zones'}"
         elif kind == "task":
             told = f"task {own.hints.task!r}" if own.hints.task is not None else "no task"
-            where = f"({told}) is set before task {other.hints.task!r}, against the schedule in the building's file"
+            where = f"({told}) is set before task {other.hints.task!r}, against the schedule in the building file"
         else:
             where = f"(storey {own.storey!r}) is set with storey {other.storey!r}"
-        found[kind].append(f"{own.id} {where}: {other.id} needs it")
+        found[kind].append(f"{own.label} {where}: {other.label} needs it")
     notes = []
     for kind in _KINDS[1:]:
         notes += found[kind][:_NAMED]

@@ -1,1 +1,1 @@
-"""Obstructions: files in, cells out."""
+"""Obstructions: from files to cells."""

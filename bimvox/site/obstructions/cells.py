@@ -1,4 +1,4 @@
-"""Which cells an obstruction occupies: every cell that it may touch, borders not spilling over."""
+"""Cells that an obstruction occupies: every cell that it may touch; faces on a cell border do not spill over."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from bimvox.site.component import IntVec
 from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, Voxels
 
 TOLERANCE_M = 1e-4
-"""How deep something must reach into a cell to occupy it; the voxelizer's, so that faces on a border do not spill."""
+"""How deep a form must reach into a cell to occupy it; as the voxelizer, so that faces on a border do not spill."""
 
 Rasterise: TypeAlias = Callable[[TriangleMesh, GridFrame, IntVec], "NDArray[np.int32]"]
-"""(mesh in the site's frame, frame, shape) -> (N, 3) int32 cells inside the grid that the solid meets."""
+"""(mesh in the site frame, frame, shape) -> (N, 3) int32 cells inside the grid that the solid occupies."""
 
 
 def obstruction_cells(
@@ -26,16 +26,16 @@ def obstruction_cells(
     """Return the cells of the grid that an obstruction occupies.
 
     Args:
-        obstruction: In the site's frame.
-        frame: The site's.
-        shape: (X, Y, Z) of the site's grid.
+        obstruction: In the site frame.
+        frame: Frame of the grid.
+        shape: (X, Y, Z) of the grid.
         rasterise: Turns a mesh into cells.
         grow_vox: Clearance in whole cells: every cell within it, in any direction, is occupied too.
 
     Returns:
         (N, 3) int32 cells in ascending order, each once, and a note if the obstruction is not wholly inside the site.
     """
-    # Worked out in a grid larger by the clearance, so that what stands just outside still keeps its distance.
+    # Computed in a grid larger by the clearance, so that the clearance of an obstruction just outside also counts.
     wide_frame = GridFrame(_tuple(np.array(frame.origin_m) - grow_vox * frame.voxel_size_m), frame.voxel_size_m)
     x, y, z = (n + 2 * grow_vox for n in shape)
     raw, outside = _cells(obstruction, wide_frame, (x, y, z), rasterise, grow_vox)
@@ -71,7 +71,7 @@ def grown(cells: NDArray[np.int32], by_vox: int, shape: IntVec) -> NDArray[np.in
 def _cells(
     obstruction: Obstruction, frame: GridFrame, shape: IntVec, rasterise: Rasterise, shift: int
 ) -> tuple[NDArray[np.int32], bool]:
-    """Cells inside the grid in ascending order, each once, and whether any part lies outside it."""
+    """Return cells inside the grid in ascending order, each once, and whether any part lies outside it."""
     form = obstruction.form
     if isinstance(form, Voxels):
         return _inside(np.array(form.cells, np.int64) + shift, shape)
@@ -105,7 +105,7 @@ def _cylinder_cells(form: Cylinder, frame: GridFrame, shape: IntVec) -> tuple[ND
 def _range(
     low_m: object, high_m: object, frame: GridFrame, shape: IntVec
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], bool]:
-    """Half-open cell range, cut to the grid, of the open metre box; thinner than the tolerance counts as one cell."""
+    """Return the half-open cell range, cut to the grid, of an open box in metres; a thin box counts as one cell."""
     low = np.asarray(low_m, np.float64)
     high = np.asarray(high_m, np.float64)
     origin = np.array(frame.origin_m)

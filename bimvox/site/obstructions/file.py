@@ -30,14 +30,14 @@ from bimvox.site.validation import STRICT, Point3, Positive, Text, Whole, first_
 from bimvox.units import metres_per
 
 ReadMesh = Callable[[Path, str], TriangleMesh]
-"""(mesh file, the length unit it is written in) -> its triangles in metres, in the file's own coordinates."""
+"""(mesh file, its length unit) -> its triangles in metres, in the file's own coordinates."""
 
 CellIndex = Annotated[Whole, Field(ge=-(2**31), lt=2**31)]
 
 
 def _not_reserved(name: str) -> str:
     if name in (GROUND_ID, CRANE_ID) or name.startswith(f"{CRANE_ID}:"):
-        raise ValueError(f"{name!r} is the site's own")
+        raise ValueError(f"{name!r} is reserved for the site")
     return name
 
 
@@ -64,7 +64,7 @@ class CylinderEntry(BaseModel):
     model_config = STRICT
 
     base: Point3
-    """Centre of its foot [x, y, z]."""
+    """Centre of its base [x, y, z]."""
     radius: Positive
     """Its radius."""
     height: Positive
@@ -77,7 +77,7 @@ class ObstructionEntry(BaseModel):
     model_config = STRICT
 
     id: Annotated[Text, AfterValidator(_not_reserved)]
-    """Unique in the file."""
+    """Id, unique in the file."""
     box: BoxEntry | None = None
     """An upright box."""
     voxels: Annotated[tuple[tuple[CellIndex, CellIndex, CellIndex], ...], Field(min_length=1)] | None = None
@@ -85,9 +85,9 @@ class ObstructionEntry(BaseModel):
     cylinder: CylinderEntry | None = None
     """An upright cylinder."""
     mesh: Text | None = None
-    """Mesh file (STL, OBJ, PLY ...), relative to this file."""
+    """Mesh file (STL, OBJ, PLY ...), path relative to this file."""
     points: Text | None = None
-    """Point file (PLY, XYZ, PTS, CSV, LAS, LAZ), relative to this file: every cell that holds a point is occupied."""
+    """Point cloud (PLY, XYZ, PTS, CSV, LAS, LAZ), path relative to this file: every cell with a point is occupied."""
 
     @model_validator(mode="after")
     def _one_form(self) -> Self:
@@ -108,9 +108,9 @@ class ObstructionFile(BaseModel):
     version: Literal[1]
     """Version of the format."""
     unit: Literal["m", "mm", "ft"] = "m"
-    """Unit of every length, mesh and point files included; voxels are cell indices."""
+    """Unit of every length, including mesh and point files; voxels are cell indices."""
     obstructions: tuple[ObstructionEntry, ...]
-    """What is in the way, in the site's frame."""
+    """The obstructions, in the site frame."""
 
     @model_validator(mode="after")
     def _ids_are_unique(self) -> Self:
@@ -133,7 +133,7 @@ def obstructions_json_schema() -> dict[str, Any]:
 
 
 def read_mesh_file(path: Path, unit: str) -> TriangleMesh:
-    """Read all bodies of a mesh file as one mesh; a :data:`ReadMesh`."""
+    """Return all bodies of a mesh file as one mesh; a :data:`ReadMesh`."""
     building = read_building(path, ReadOptions(unit=unit))
     counts = np.cumsum([0, *(len(element.mesh.vertices_m) for element in building.elements)])
     return TriangleMesh(
@@ -145,20 +145,17 @@ def read_mesh_file(path: Path, unit: str) -> TriangleMesh:
 
 
 def parse_obstructions(data: bytes, name: str, folder: Path, *, read_mesh: ReadMesh = read_mesh_file) -> ObstructionSet:
-    """Read an obstruction file.
+    """Return the obstructions of an obstruction file, in metres.
 
     Args:
         data: Its bytes.
         name: Its name; ``.toml`` is TOML, everything else JSON.
-        folder: Its folder, from which mesh and point files are found.
-        read_mesh: Reads a mesh file that it refers to.
-
-    Returns:
-        Its obstructions, in metres.
+        folder: Its folder; paths of mesh and point files are relative to it.
+        read_mesh: Reads a referenced mesh file.
 
     Raises:
-        ObstructionFileError: If it is broken (line and column), an entry is not allowed (key), an id is not unique, or
-            a file that it refers to cannot be used.
+        ObstructionFileError: If the syntax is wrong (line and column), an entry is not allowed (key), an id is not
+            unique, or a referenced file cannot be used.
     """
     try:
         parsed = ObstructionFile.model_validate(_decode(data, name))
@@ -179,7 +176,7 @@ def parse_obstructions(data: bytes, name: str, folder: Path, *, read_mesh: ReadM
 
 
 def _decode(data: bytes, name: str) -> object:
-    """Parse the text; every finding with its line."""
+    """Return the parsed text; errors give the line."""
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -187,7 +184,7 @@ def _decode(data: bytes, name: str) -> object:
         raise ObstructionFileError(name, f"not UTF-8 text (line {line})") from None
     if not text.strip():
         raise ObstructionFileError(
-            name, "the file is empty", hint='with nothing in the way it reads {"version": 1, "obstructions": []}'
+            name, "the file is empty", hint='without obstructions, write {"version": 1, "obstructions": []}'
         )
     if name.lower().endswith(".toml"):
         try:
@@ -212,7 +209,7 @@ def _each_key_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
         keys = [key for key, _ in pairs]
         twice = next(key for key in keys if keys.count(key) > 1)
         of = table.get("id")
-        raise ValueError(f"key {twice!r} is given twice" + (f" in obstruction {of!r}" if isinstance(of, str) else ""))
+        raise ValueError(f"key {twice!r} occurs twice" + (f" in obstruction {of!r}" if isinstance(of, str) else ""))
     return table
 
 
@@ -233,7 +230,7 @@ def _form(entry: ObstructionEntry, unit: str, folder: Path, read_mesh: ReadMesh)
 
 def _existing(path: Path, name: str, key: str) -> Path:
     if not path.is_file():
-        raise ObstructionFileError(name, f"no such file: {path}", key=key, hint="paths start at this file's folder")
+        raise ObstructionFileError(name, f"no such file: {path}", key=key, hint="paths are relative to this file")
     return path
 
 

@@ -1,6 +1,6 @@
-"""Reading LAS point clouds (ASPRS LAS 1.0 to 1.4), and LAZ ones through laspy.
+"""Reader of LAS point clouds (ASPRS LAS 1.0 to 1.4), and of LAZ through laspy.
 
-The header is checked here, before a reader believes its counts: a damaged one may promise more than there is.
+The header is checked before its counts are used: a damaged one may claim more points than the file holds.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from bimvox.processes import python_module, run_to_end
 _SHORTEST = 227
 _LONG_1_4 = 375
 _COMPRESSED = 0x80
-# LAZ makes a point 5 to 20 times smaller; points that repeat, more.
+# LAZ compresses points 5 to 20 times, repeated points more.
 _MOST_PACKED = 200
 _SECONDS = 300.0
 
 
 @dataclass(frozen=True, slots=True)
 class _Header:
-    """What is needed of a LAS header.
+    """The fields of a LAS header that the reader needs.
 
     Attributes:
-        start: First byte of the points.
+        start: Offset of the first point, bytes.
         count: Number of points.
-        length: Bytes of a point.
+        length: Bytes per point.
         compressed: Whether it is LAZ.
-        scale: Of the stored whole numbers, x, y, z.
-        offset: Added then.
+        scale: Factors of the stored integers, x, y, z.
+        offset: Added after scaling.
     """
 
     start: int
@@ -46,7 +46,7 @@ class _Header:
 
 
 def read_las(path: Path) -> NDArray[np.float64]:
-    """Read the points of a LAS or LAZ file.
+    """Return the points of a LAS or LAZ file.
 
     Args:
         path: The file; LAZ needs the extra ``scan``.
@@ -55,7 +55,7 @@ def read_las(path: Path) -> NDArray[np.float64]:
         (N, 3) float64, in the file's unit.
 
     Raises:
-        FileError: If it cannot be read, is damaged or truncated.
+        FileError: If the file cannot be read, is damaged or is truncated.
     """
     try:
         data = path.read_bytes()
@@ -84,13 +84,13 @@ def _header(path: Path, data: bytes) -> _Header:
             raise FileError(path, "not a LAS file: its header is truncated")
         extended, extended_count, count = struct.unpack_from("<QIQ", data, 235)
         if extended_count and extended + 60 * extended_count > len(data):
-            raise FileError(path, "not a LAS file that can be read: its extended records lie beyond its end")
+            raise FileError(path, "damaged LAS file: its extended records lie beyond its end")
     if data[24] != 1 or length < 20 or size < _SHORTEST or start < size or size + 54 * records > start:
-        raise FileError(path, "not a LAS file that can be read: its header contradicts itself")
+        raise FileError(path, "damaged LAS file: its header contradicts itself")
     if start > len(data):
-        raise FileError(path, f"truncated: {len(data):,} bytes, its points begin at {start:,}")
+        raise FileError(path, f"truncated: {len(data):,} bytes, but its points begin at byte {start:,}")
     if not np.isfinite([*scale, *offset]).all():
-        raise FileError(path, "not a LAS file that can be read: its scale or offset is not finite")
+        raise FileError(path, "damaged LAS file: its scale or offset is not finite")
     return _Header(start, count, length, bool(form & _COMPRESSED), scale, offset)
 
 
@@ -98,12 +98,12 @@ def _unpacked(path: Path, header: _Header) -> NDArray[np.float64]:
     if find_spec("laspy") is None or find_spec("lazrs") is None:
         raise FileError(path, "LAZ files need laspy and lazrs", hint="pip install 'bimvox[scan]'")
     if header.count * header.length > _MOST_PACKED * path.stat().st_size:
-        raise FileError(path, f"says that it holds {header.count:,} points, more than fit into it")
+        raise FileError(path, f"damaged LAZ file: its header claims {header.count:,} points, more than fit into it")
     done = run_to_end(python_module("bimvox.site.obstructions.laz_worker", str(path.resolve())), _SECONDS)
     if done is None:
-        raise FileError(path, f"not a LAZ file that can be read: not unpacked within {_SECONDS:g} s")
+        raise FileError(path, f"LAZ file not decompressed within {_SECONDS:g} s")
     if done.code:
-        raise FileError(path, f"not a LAZ file that can be read: {done.last_words or 'its decoder crashed'}")
+        raise FileError(path, f"damaged LAZ file: {done.last_words or 'its decoder crashed'}")
     points = np.frombuffer(done.out, np.float64).reshape(-1, 3)
     if len(points) < header.count:
         raise FileError(path, f"truncated: {len(points):,} of {header.count:,} points")

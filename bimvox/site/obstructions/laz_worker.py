@@ -1,8 +1,8 @@
-"""Unpacks a LAZ file in a process of its own: a damaged one can make the decoder take its whole process down.
+"""Decompression of a LAZ file in a separate process, because a damaged file can crash the decoder.
 
     python -m bimvox.site.obstructions.laz_worker FILE
 
-Writes the points to stdout, float64 x y z one after the other.
+Writes the points to stdout as float64 x, y, z.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _CHUNK = 1 << 20
 
 
 def main(path: str) -> None:
-    """Unpack a file."""
+    """Decompress a file to stdout."""
     import laspy
 
     with laspy.open(path) as file:

@@ -1,4 +1,4 @@
-"""What is in the way for a while: obstructions, as values in the site's frame."""
+"""Obstructions, temporary objects in the way, as values in the site frame."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Cylinder:
     """An upright cylinder, metres.
 
     Attributes:
-        base_m: Centre of its foot.
+        base_m: Centre of its base.
         radius_m: Its radius.
         height_m: Its height.
     """
@@ -58,7 +58,7 @@ class Cylinder:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Points:
-    """A scan: what was seen.
+    """A point cloud.
 
     Attributes:
         points_m: (N, 3) float64.
@@ -76,7 +76,7 @@ class Obstruction:
 
     Attributes:
         id: Unique in its set.
-        form: What it is and where, in the site's frame.
+        form: Its form and position, in the site frame.
     """
 
     id: str
@@ -100,9 +100,9 @@ class ObstructionSet:
     """All obstructions of a site at one moment.
 
     Attributes:
-        obstructions: Sorted by id, ids unique: the order in the file does not matter.
-        name: Name of the file they came from, without folder.
-        files: The mesh and point files that it refers to, to be watched with it.
+        obstructions: Sorted by id, each id once; the order in the file does not matter.
+        name: Name of their file, without folder.
+        files: The referenced mesh and point files, to be watched with it.
     """
 
     obstructions: tuple[Obstruction, ...] = ()
@@ -116,9 +116,9 @@ class ObstructionSet:
 
     @classmethod
     def from_meshes(cls, meshes: Iterable[tuple[str, TriangleMesh]], name: str = "") -> ObstructionSet:
-        """Return a set with one obstruction per (id, mesh in the site's frame): an IFC or mesh file as it is.
+        """Return a set with one obstruction per (id, mesh in the site frame).
 
-        An id that occurs again gets ``#2``, ``#3`` ... appended.
+        The second, third ... occurrence of an id gets ``#2``, ``#3`` ... appended.
         """
         seen: dict[str, int] = {}
         one_each = []
@@ -129,7 +129,7 @@ class ObstructionSet:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 over the content, whatever the order in the file, its unit or its format."""
+        """SHA-256 over the content, independent of the file's order, unit and format."""
         hashed = hashlib.sha256(b"obstructions 1\n")
         for obstruction in self.obstructions:
             hashed.update(obstruction.content())
@@ -137,7 +137,7 @@ class ObstructionSet:
 
 
 EMPTY = ObstructionSet()
-"""Nothing is in the way."""
+"""No obstructions."""
 
 
 def _bytes(array: NDArray[np.generic], dtype: str) -> bytes:

@@ -1,4 +1,4 @@
-"""Reading point clouds: PLY (text and binary), plain text tables (XYZ, CSV, PTS), LAS and LAZ."""
+"""Reader of point clouds: PLY (text and binary), plain text tables (XYZ, CSV, PTS), LAS and LAZ."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ _PLY_TYPES = {
 _PLY_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
 _LAS = (".las", ".laz")
 SCAN_SUFFIXES = (".xyz", ".pts", ".asc", *_LAS)
-"""Files that are nothing but a scan; a PLY file may be one."""
+"""Suffixes of files that hold only a point cloud; a PLY file may also hold one."""
 _KNOWN = (".ply", ".csv", ".txt", *SCAN_SUFFIXES)
 
 
 def read_points(path: Path) -> NDArray[np.float64]:
-    """Read the points of a file.
+    """Return the points of a file.
 
     Args:
         path: A PLY file with x, y, z vertices, a LAS or LAZ file (LAZ needs the extra ``scan``), or a text table whose
             first three columns are x, y, z (separated by spaces, commas or semicolons; lines that start with ``#`` and
-            one heading line are passed over).
+            one heading line are ignored).
 
     Returns:
         (N, 3) float64, N >= 1, in the file's unit.
@@ -44,12 +44,12 @@ def read_points(path: Path) -> NDArray[np.float64]:
     except OSError as error:
         raise FileError(path, f"cannot be read: {error.strerror}") from None
     if path.suffix.lower() not in _KNOWN:
-        raise FileError(path, "not a point file that is known here", hint=f"known: {', '.join(_KNOWN)}")
+        raise FileError(path, "unknown type of point file", hint=f"known: {', '.join(_KNOWN)}")
     return _checked(path, _ply(path, data) if path.suffix.lower() == ".ply" else _table(path, data))
 
 
 def is_scan(path: Path) -> bool:
-    """Say whether a file holds points and no faces: by its suffix, a PLY file by its header."""
+    """Return whether a file holds points and no faces: by its suffix, or by the header of a PLY file."""
     if path.suffix.lower() != ".ply":
         return path.suffix.lower() in SCAN_SUFFIXES
     try:

@@ -69,7 +69,7 @@ def test_a_hung_panel_waits_for_what_it_touches_and_is_noted():
 
 def test_wishes_that_go_round_in_a_circle_are_an_error_that_names_it():
     site = box_site([("a", (1, 1, 0), (2, 2, 1), {"after": ("b",)}), ("b", (4, 1, 0), (5, 2, 1), {"after": ("a",)})])
-    with pytest.raises(SequenceError, match=r"b before a .the site file says so., a before b") as caught:
+    with pytest.raises(SequenceError, match=r"b before a .required by the site file., a before b") as caught:
         order_of(site)
     assert sorted(caught.value.cycle) == ["a", "b"]
 
@@ -77,7 +77,7 @@ def test_wishes_that_go_round_in_a_circle_are_an_error_that_names_it():
 def test_a_wish_against_support_is_an_error_that_names_both_reasons():
     site = box_site([("slab", (1, 1, 1), (3, 3, 1.2), {"before": ("leg",)}), ("leg", (1.5, 1.5, 0), (2, 2, 0.98))])
     with pytest.raises(
-        SequenceError, match=r"slab before leg .the site file says so., leg before slab .which rests on"
+        SequenceError, match=r"slab before leg .required by the site file., leg before slab .which rests on"
     ):
         order_of(site)
 
@@ -93,7 +93,7 @@ def test_a_wish_against_a_straight_descent_is_kept_where_a_way_in_from_the_side_
     relations, sequence = order_of(site)
     assert 1 in relations.descent[2]
     assert names(site, sequence) == ["wall", "slab", "box"]
-    assert any("set sideways: box" in note for note in sequence.notes)
+    assert any("set from the side: box" in note for note in sequence.notes)
 
 
 def test_a_wish_that_no_way_in_allows_is_an_error():
@@ -139,7 +139,7 @@ def test_a_schedule_that_contradicts_geometry_gives_way_and_both_are_named():
     site = box_site(parts)
     _, sequence = order_of(site)
     assert names(site, sequence) == ["leg", "slab"]
-    told = "leg (task 'set columns') is set before task 'set slabs', against the schedule in the building's file"
+    told = "leg (task 'set columns') is set before task 'set slabs', against the schedule in the building file"
     assert sequence.notes == (f"{told}: slab needs it",)
 
 

@@ -102,7 +102,7 @@ def test_the_digest_is_of_the_content_not_of_the_file():
         (file_of({"id": "a", "voxels": [[1, 2, 10**20]]}), "obstructions[0].voxels[0][2]", "less than"),
         (file_of({"id": "a", "cylinder": {"base": [0, 0, 0], "radius": 0, "height": 1}}),
          "obstructions[0].cylinder.radius", "greater than 0"),
-        (file_of({"id": "crane", "box": BOX}), "obstructions[0].id", "site's own"),
+        (file_of({"id": "crane", "box": BOX}), "obstructions[0].id", "reserved for the site"),
         (file_of({"id": "a", "points": "none.ply"}), "obstructions[0].points", "no such file"),
         (file_of({"id": "a", "mesh": "none.ply"}), "obstructions[0].mesh", "no such file"),
         ([1, 2], None, "a table"),
@@ -129,7 +129,7 @@ def test_ids_are_unique():
         (b'{"version": 1,\n "x": "\xff"}', "a.json", "line 2"),
         (b"", "a.json", "empty"),
         (b"[" * 100_000, "a.json", "nested too deeply"),
-        (b'{"version": 1, "obstructions": [{"id": "a", "id": "b"}]}', "a.json", "'id' is given twice"),
+        (b'{"version": 1, "obstructions": [{"id": "a", "id": "b"}]}', "a.json", "'id' occurs twice"),
         (b'{"version": 1, "obstructions": [{"id":"a","box":{"min":[NaN,0,0],"max":[1,1,1]}}]}', "a.json", "finite"),
     ],
 )

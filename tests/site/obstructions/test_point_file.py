@@ -44,7 +44,7 @@ def test_every_kind_is_read(tmp_path, name, data):
         ("a.xyz", b"1 2 3\nnan 2 3\n", "not finite"),
         ("a.las", b"LASF", "not a LAS file"),
         ("a.laz", b"", "not a LAS file"),
-        ("a.pcd", b"LASF", "not a point file"),
+        ("a.pcd", b"LASF", "unknown type of point file"),
     ],
 )
 def test_what_cannot_be_used_says_why(tmp_path, name, data, said):
