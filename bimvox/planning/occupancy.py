@@ -100,13 +100,13 @@ class Occupancy:
 def _count(
     counts: NDArray[np.uint16], cells: NDArray[np.int32], until: NDArray[np.int64], is_added: NDArray[np.bool_]
 ) -> IntVec:
-    """Count things in, or out, in place, and return the lowest corner of their cells.
+    """Add objects to the counts, or remove them, in place; return the lowest corner of their cells.
 
     Args:
         counts: (X, Y, Z) uint16.
-        cells: (N, 3) int32 cells of one thing after the other.
-        until: (M,) int64 where the cells of each thing end.
-        is_added: (M,) whether it is counted in.
+        cells: (N, 3) int32 cells of one object after the other.
+        until: (M,) int64 end of the cells of each object.
+        is_added: (M,) whether the object is added.
     """
     low_x, low_y, low_z = counts.shape
     n = 0
