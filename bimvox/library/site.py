@@ -18,9 +18,9 @@ from bimvox.library.building import say_notes
 from bimvox.library.obstructions import rasterise
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.site import guess
-from bimvox.site.build import build_site
+from bimvox.site.build import PlacedModel, build_site
 from bimvox.site.component import Component
-from bimvox.site.config import SiteConfig
+from bimvox.site.config import ModelConfig, SiteConfig
 from bimvox.site.config_file import load_site_config
 from bimvox.site.extent import site_extent
 from bimvox.site.machine import cranes_of
@@ -121,12 +121,14 @@ def guess_site(
     told.stage("guess")
     config = guess.guess_site(
         building,
-        Path(building.source.name),
-        select=options.select,
-        unit=options.unit,  # type: ignore[arg-type]  # checked when the file was read
-        up=options.up,
-        assemblies=options.assemblies,
-        voxel_size_m=voxel_size_m,
+        ModelConfig(
+            path=Path(building.source.name),
+            select=options.select,
+            unit=options.unit,  # type: ignore[arg-type]  # checked when the file was read
+            up=options.up,
+            assemblies=options.assemblies,
+            voxel_size_m=voxel_size_m,
+        ),
         machines=() if crane is None else machines_called(crane),
     )
     return _built(config, building, {SITE_FILE: site_toml(config).encode()}, told)
@@ -144,14 +146,16 @@ def _built(config: SiteConfig, building: Building, files: Mapping[str, bytes], p
     progress.stage("site")
     site = build_site(
         config,
-        list(zip(placed.elements, all_part_cells(grid), strict=True)),
-        frame,
-        shape,
+        PlacedModel(
+            list(zip(placed.elements, all_part_cells(grid), strict=True)),
+            frame,
+            shape,
+            site_to_ifc,
+            grid.source,
+            placed.connections,
+        ),
         cranes=cranes,
         rasterise=rasterise,
-        site_to_ifc=site_to_ifc,
-        source=grid.source,
-        connections=placed.connections,
     )
     for note in site.notes:
         progress.note(note)

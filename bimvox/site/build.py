@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,41 +34,53 @@ Parts = Sequence[tuple[Element, "NDArray[np.int32]"]]
 """Elements in the site frame, each with the (N, 3) int32 grid cells that it occupies."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedModel:
+    """A building on the grid of its site.
+
+    Attributes:
+        parts: Its elements. Fittings and terrain are left out of the site: the ground is flat at z = 0.
+        frame: Frame of the grid, from ``bimvox.site.extent.site_extent``.
+        shape: (X, Y, Z) of the grid.
+        site_to_ifc: (4, 4) transform from the site frame to model coordinates; None: identity.
+        source: Plain values about the model, kept with the site.
+        connections: Pairs of element ids that the building file connects.
+    """
+
+    parts: Parts
+    frame: GridFrame
+    shape: IntVec
+    site_to_ifc: NDArray[np.float64] | None = None
+    source: Mapping[str, str | float | bool] = field(default_factory=dict)
+    connections: Sequence[tuple[str, str]] = ()
+
+
 def build_site(
     config: SiteConfig,
-    parts: Parts,
-    frame: GridFrame,
-    shape: IntVec,
+    model: PlacedModel,
     *,
     cranes: Sequence[TowerCrane],
     rasterise: Rasterise,
     obstructions: ObstructionSet = EMPTY,
-    site_to_ifc: NDArray[np.float64] | None = None,
-    source: Mapping[str, str | float | bool] | None = None,
-    connections: Sequence[tuple[str, str]] = (),
 ) -> Site:
-    """Build a site.
+    """Return the site of a building.
 
     Args:
         config: The site file, complete (see ``bimvox.site.guess.complete_config``).
-        parts: What the building consists of. Fittings and terrain are left out: the ground is flat at z = 0.
-        frame: From ``bimvox.site.extent.site_extent``.
-        shape: (X, Y, Z), with the frame.
+        model: The building on the grid.
         cranes: From ``bimvox.site.machine.cranes_of``.
         rasterise: Turns the mesh of an obstruction into cells.
-        obstructions: What is in the way for now.
-        site_to_ifc: (4, 4) transform from the site's frame to the model's coordinates; default: identity.
-        source: Plain values about the model, kept with the site.
-        connections: Pairs of element ids that the model's file says are connected.
+        obstructions: The current obstructions.
 
     Raises:
         ConfigError: If the site file does not fit the building; names the key.
         SelectionError: If there is nothing to lift.
     """
+    parts, frame, shape = model.parts, model.frame, model.shape
     rules = config.rules.rules()
     entries = entries_by_id(config, (element for element, _ in parts))
     lifted = [e for e, _ in parts if e.role is Role.COMPONENT and not (e.id in entries and entries[e.id].pinned)]
-    hints = order_hints(config, lifted, first_ids(config, lifted), connections)
+    hints = order_hints(config, lifted, first_ids(config, lifted), model.connections)
     components: list[Component] = []
     blockers = [_ground(shape)]
     notes: list[str] = []
@@ -119,11 +131,11 @@ def build_site(
         cranes=tuple(cranes),
         rules=rules,
         yard=_frozen(yard),
-        site_to_ifc=np.eye(4) if site_to_ifc is None else site_to_ifc,
+        site_to_ifc=np.eye(4) if model.site_to_ifc is None else model.site_to_ifc,
         prohibited=None if prohibited is None else _frozen(prohibited),
         no_load=None if no_load is None else _frozen(no_load),
         hook_heights=hook_heights(config.zone, frame, columns),
-        source=dict(source or {}),
+        source=dict(model.source),
         notes=tuple(notes),
     )
     return with_obstructions(_with_fixed_digests(site), obstructions, rasterise)

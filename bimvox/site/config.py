@@ -1,6 +1,6 @@
-"""The site file: what a planner may say about a site. ``bimvox schema site`` prints it.
+"""The schema of the site file. ``bimvox schema site`` prints it.
 
-Everything but the path of the model may be left out; :mod:`bimvox.site.guess` fills in what is missing.
+Everything except the path of the model is optional; :mod:`bimvox.site.guess` fills in what is missing.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _RULES = Rules()
 
 
 def _simple_polygon(corners: tuple[Point2, ...]) -> tuple[Point2, ...]:
-    """Refuse polygons without an area, and those that cross themselves."""
+    """Return the corners; raise an error if the polygon has no area or crosses itself."""
     polygon = shapely.Polygon(corners)
     if not polygon.is_valid:
         raise ValueError(f"not a simple polygon: {shapely.is_valid_reason(polygon)}")
@@ -45,7 +45,7 @@ def _simple_polygon(corners: tuple[Point2, ...]) -> tuple[Point2, ...]:
 
 
 Polygon = Annotated[tuple[Point2, ...], Field(min_length=3), AfterValidator(_simple_polygon)]
-"""Corners [x, y] in site metres, either way round, not closed."""
+"""Corners [x, y] in site metres, in either direction, without repeating the first one."""
 
 
 class ModelConfig(BaseModel):
@@ -54,28 +54,28 @@ class ModelConfig(BaseModel):
     model_config = STRICT
 
     path: Path
-    """IFC or mesh file; a relative path starts at the site file's folder."""
+    """IFC or mesh file, path relative to the site file's folder."""
     select: Text | None = None
     """What is to be lifted: an IfcOpenShell selector query, or names of bodies for a mesh. Default: every part that is
     prefabricated by its class."""
     unit: Literal["m", "dm", "cm", "mm", "ft", "in"] | None = None
-    """Length unit of a mesh file, which does not say; IFC files do."""
+    """Length unit of a mesh file; IFC files contain theirs."""
     up: Literal["y", "z"] | None = None
-    """Axis of a mesh file that points up. Default: as its format says (glTF: y), else z."""
+    """Axis of a mesh file that points up. Default: the axis of its format (glTF: y), otherwise z."""
     voxel_size_m: Positive | None = None
-    """Edge of a planning cell, metres."""
+    """Edge length of a planning cell, metres."""
     yaw_rad: Number = 0.0
-    """Angle of the site's x axis in the model, counter-clockwise, so that a building turned on its plot is planned
-    square to its own axes."""
+    """Angle of the site's x axis in the model, counter-clockwise. It aligns the grid with a building that is turned on
+    its plot."""
     ground_m: Number | None = None
-    """Height in the model that becomes the site's z = 0. Default: the lowest point of components and structure, down to
-    a whole cell."""
+    """Height in the model that becomes the site's z = 0. Default: the lowest point of components and structure, rounded
+    down to a whole cell."""
     assemblies: Literal["whole", "parts"] = "whole"
     """Whether an assembly is lifted as one, or part by part."""
 
 
 class GridConfig(BaseModel):
-    """The extent of the site. Default: around the building, the areas and the crane."""
+    """The extent of the site. Default: the building, the areas and the crane, with a margin."""
 
     model_config = STRICT
 
@@ -99,7 +99,7 @@ class AreasConfig(BaseModel):
     construction: Polygon | None = None
     """The construction area."""
     yard: Annotated[tuple[Polygon, ...], Field(min_length=1)] | None = None
-    """One or more areas where parts are stored; where they overlap the construction area, that wins."""
+    """One or more areas where parts are stored, without their overlap with the construction area."""
 
 
 class SlewingConfig(BaseModel):
@@ -134,7 +134,7 @@ Chart = Annotated[tuple[tuple[Positive, Positive], ...], Field(min_length=1), Af
 
 
 class ReevingConfig(BaseModel):
-    """One way in which the hoist rope is reeved."""
+    """One reeving of the hoist rope."""
 
     model_config = STRICT
 
@@ -143,20 +143,20 @@ class ReevingConfig(BaseModel):
     chart: Chart
     """Load chart: [radius in m, capacity in kg] pairs, load, rigging and hook block together."""
     hook_block_kg: NotNegative = 0.0
-    """Its hook block, counted with every load."""
+    """Mass of its hook block, added to every load."""
     trolley_rate_m_s: Positive | None = None
-    """Highest speed of the trolley with it. Default: the ``trolley``'s."""
+    """Highest speed of the trolley with it. Default: the rate of ``trolley``."""
     gears: tuple[tuple[Positive, Positive], ...] = ()
-    """How fast it hoists what: [mass on the rope in kg up to which, rate in m/s]."""
+    """Hoist rates: [largest mass on the rope in kg, rate in m/s]."""
 
 
 class WorkingRangeConfig(BaseModel):
-    """What the crane's limiters are set to on this site (EN 17076)."""
+    """Settings of the crane's limiters on this site (EN 17076)."""
 
     model_config = STRICT
 
     slew_rad: tuple[Number, Number] | None = None
-    """From where to where the jib may turn, counter-clockwise from the x axis: [first, last], at most once round."""
+    """Slew range of the jib, counter-clockwise from the x axis: [first, last], at most one full turn."""
     radius_m: tuple[NotNegative, Positive] | None = None
     """Smallest and largest hook radius."""
     highest_hook_m: Positive | None = None
@@ -165,9 +165,11 @@ class WorkingRangeConfig(BaseModel):
     @model_validator(mode="after")
     def _ranges(self) -> Self:
         if self.slew_rad is not None and not 0.0 < self.slew_rad[1] - self.slew_rad[0] <= 2.0 * math.pi:
-            raise ValueError("slew_rad goes counter-clockwise from the first angle to the second, at most once round")
+            raise ValueError(
+                "slew_rad goes counter-clockwise from the first angle to the second, at most one full turn"
+            )
         if self.radius_m is not None and self.radius_m[0] >= self.radius_m[1]:
-            raise ValueError("radius_m is the smallest radius, then the largest")
+            raise ValueError("radius_m must give the smallest radius, then the largest")
         return self
 
 
@@ -191,37 +193,37 @@ class LuffingConfig(BaseModel):
     pivot_offset_m: Number | None = None
     """Radius of its pivot; negative behind the slewing axis."""
     length_m: Positive | None = None
-    """From the pivot to the rope's exit at the tip."""
+    """Length from the pivot to the rope exit at the tip."""
     luff_rad: tuple[Positive, Positive] | None = None
     """Smallest and largest angle to the horizontal."""
     luffing: LuffAxisConfig | None = None
     """Limits of the luffing axis."""
     tail_radius_m: NotNegative | None = None
-    """How far the counterweight reaches back from the slewing axis."""
+    """Radius of the counterweight behind the slewing axis."""
     tail_low_m: NotNegative | None = None
-    """Height of its underside above the site's z = 0."""
+    """Height of the counterweight's underside above the site's z = 0."""
     tail_width_m: Positive | None = None
-    """Its width."""
+    """Width of the counterweight."""
     width_m: Positive | None = None
     """Width of the jib."""
 
 
 class CraneConfig(BaseModel):
-    """The crane. Without this table one is chosen; ``kind = "none"`` plans without one: no rope, no reach.
+    """The crane. Without this table one is chosen; ``kind = "none"`` plans without a crane: no rope, no reach.
 
-    Several cranes are an array of tables, ``[[crane]]``, each with a ``name`` of its own and its ``base_m``.
+    Several cranes are an array of tables, ``[[crane]]``, each with its own ``name`` and ``base_m``.
     """
 
     model_config = STRICT
 
     kind: Literal["hammerhead", "luffing", "mobile", "none"] = "hammerhead"
-    """Kind of crane. ``luffing``: a tower crane whose jib luffs. ``mobile``: a mobile crane on a fixed pad, its boom
-    luffs; both take ``jib``, and neither ``jib_height_m``, ``jib_length_m``, ``min_radius_m`` nor ``trolley``, which
-    follow from it."""
+    """Kind of crane. ``luffing``: a tower crane with a luffing jib. ``mobile``: a mobile crane on a fixed pad with a
+    luffing boom. Both use ``jib`` instead of ``jib_height_m``, ``jib_length_m``, ``min_radius_m`` and ``trolley``,
+    which follow from it."""
     name: Text | None = None
-    """Name of the machine. With a name from the built-in list, the keys left out come from that machine."""
+    """Name of the crane. If it is the name of a built-in machine, missing keys come from that machine."""
     machine: Text | None = None
-    """Name from the built-in list, where ``name`` is one of its own: two cranes may be the same machine."""
+    """Name of a built-in machine, if ``name`` is your own: two cranes may be the same machine."""
     base_m: Point2or3 | None = None
     """Foot of the slewing axis [x, y] or [x, y, z], site metres."""
     jib: LuffingConfig | None = None
@@ -235,18 +237,18 @@ class CraneConfig(BaseModel):
     mast_size_m: Positive | None = None
     """Edge of the square mast section."""
     sling_m: NotNegative | None = None
-    """Height of the slings: hook above the load's top."""
+    """Height of the slings, from the load's top to the hook."""
     rigging_mass_kg: NotNegative | None = None
-    """Slings and spreader, counted with every load."""
+    """Mass of slings and spreader, added to every load."""
     hook_block_kg: NotNegative | None = None
-    """Hook block, counted with every load. Default: the built-in machine's; 0 where a ``chart`` is given."""
+    """Mass of the hook block, added to every load. Default: the built-in machine's; 0 if ``chart`` is given."""
     falls: Annotated[Whole, Field(ge=1)] | None = None
-    """Parts of rope that carry the hook, all through the job. Default: the reeving that carries most."""
+    """Parts of rope that carry the hook, for the whole job. Default: the reeving that carries most."""
     gears: tuple[tuple[Positive, Positive], ...] | None = None
-    """How fast it hoists what: [mass on the rope in kg, hook block and rigging included, up to which; rate in m/s].
-    Above the last mass the rate of ``hoist`` holds."""
+    """Hoist rates: [largest mass on the rope in kg, including hook block and rigging; rate in m/s]. Above the last
+    mass, the rate of ``hoist`` applies."""
     working_range: WorkingRangeConfig | None = None
-    """What its limiters are set to."""
+    """Settings of its limiters."""
     max_wind_m_s: Positive | None = None
     """Wind (gust of 3 s) up to which the crane works; 20 m/s for tower cranes (EN 14439)."""
     slewing: SlewingConfig | None = None
@@ -258,7 +260,7 @@ class CraneConfig(BaseModel):
     chart: Chart | None = None
     """Load chart: [radius in m, capacity in kg] pairs, load, rigging and hook block together."""
     reeving: Annotated[tuple[ReevingConfig, ...], Field(min_length=1)] | None = None
-    """Load chart, hook block and rates per reeving, in place of one ``chart``; ``falls`` says which is used."""
+    """Load chart, hook block and rates per reeving, instead of one ``chart``; ``falls`` selects the reeving."""
 
     @model_validator(mode="after")
     def _one_reeving(self) -> Self:
@@ -271,13 +273,13 @@ class CraneConfig(BaseModel):
         if len(set(counts)) < len(counts):
             raise ValueError("two reevings have the same falls")
         if self.falls is not None and self.falls not in counts:
-            raise ValueError(f"no reeving has {self.falls} falls: {', '.join(map(str, sorted(counts)))}")
+            raise ValueError(f"no reeving has {self.falls} falls; there are {', '.join(map(str, sorted(counts)))}")
         return self
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.kind == "none" and len(self.model_fields_set) > 1:
-            raise ValueError('kind = "none" takes no other key')
+            raise ValueError('kind = "none" allows no other key')
         luffs = self.kind in ("luffing", "mobile")
         if self.jib is not None and not luffs:
             raise ValueError('jib is for kind = "luffing" and kind = "mobile"')
@@ -294,33 +296,33 @@ def _one_or_several(given: object) -> str:
 
 
 class ComponentConfig(BaseModel):
-    """What the defaults get wrong about one component."""
+    """Settings of one component that differ from the defaults."""
 
     model_config = STRICT
 
     global_id: Text
     """GlobalId of the part, or the body's name."""
     start: Point2or3 | None = None
-    """Lowest corner [x, y] or [x, y, z] of the part as it lies in the yard, site metres. Default: packed."""
+    """Lowest corner [x, y] or [x, y, z] of the part as stored in the yard, site metres. Default: planned."""
     pose: StoredPose | None = None
-    """How it is stored: as it is built in, or lying along x or y with its foot at the lowest end, to be erected."""
+    """How it is stored: as in the building, or lying along x or y with its foot at the lowest end, to be upended."""
     turn: Annotated[Whole, Field(ge=0, le=3)] | None = None
-    """Quarter turns, counter-clockwise, by which it lies turned in the yard; it is turned back while it hangs above its
-    place there, upright: one that lies is erected first (give its pose too, else it waits as built in). Default: 0, or
-    1 where it fits the yard only so."""
+    """Quarter turns, counter-clockwise, between its orientation in the building and in the yard. It is turned back
+    while it hangs upright above its place in the yard; a lying part is upended first (also give its ``pose``, otherwise
+    it is stored as in the building). Default: 0, or 1 if it fits the yard only that way."""
     before: tuple[Text, ...] = ()
     """Ids of components that must be set later than this one."""
     after: tuple[Text, ...] = ()
     """Ids of components that must be set earlier than this one."""
     pinned: Flag = False
-    """It stands already and is not lifted."""
+    """Whether it already exists, so that it is not lifted."""
     crane: Text | None = None
-    """Name of the crane that lifts it, where the site has several. Default: chosen by where it goes."""
+    """Name of the crane that lifts it, if the site has several. Default: chosen by its place in the building."""
 
     @model_validator(mode="after")
     def _liftable(self) -> Self:
         if self.pinned and (self.start or self.pose or self.turn or self.before or self.after or self.crane):
-            raise ValueError("a pinned part is not lifted: it takes no start, pose, turn, before, after or crane")
+            raise ValueError("a pinned part is not lifted: remove its start, pose, turn, before, after and crane")
         return self
 
 
@@ -330,29 +332,29 @@ class ZoneConfig(BaseModel):
     model_config = STRICT
 
     kind: Literal["prohibited", "no_load", "public", "slow", "limiter", "assembly"] = "prohibited"
-    """``prohibited``: the hook may not be above it (EN 17076). ``no_load``: nothing of a load may; the empty hook may.
-    ``public``: people who are not of the site; neither load nor hook may be above it. ``slow``: while the hook is above
-    it no axis goes faster than ``share`` of its highest rate. ``limiter``: the hook keeps between ``lowest_hook_m`` and
-    ``highest_hook_m`` above it. ``assembly``: parts whose centre lies in it are set together, zone by zone in the order
-    of the file, before parts that lie in none."""
+    """``prohibited``: the hook may not be above it (EN 17076). ``no_load``: no part of a load may be above it; the
+    empty hook may. ``public``: an area open to the public; neither load nor hook may be above it. ``slow``: while the
+    hook is above it, every axis stays below ``share`` of its highest rate. ``limiter``: above it, the hook stays
+    between ``lowest_hook_m`` and ``highest_hook_m``. ``assembly``: parts whose centre lies in it are set together, zone
+    by zone in the order of the file, before the parts outside all zones."""
     polygon: Polygon
-    """Its corners."""
+    """Corners of the zone."""
     name: Text | None = None
-    """For the reader."""
+    """Name of the zone, for people."""
     share: Annotated[Number, Field(gt=0.0, le=1.0)] | None = None
-    """Of the highest rates, in a ``slow`` zone. Default: 0.5."""
+    """Share of the highest rates in a ``slow`` zone. Default: 0.5."""
     lowest_hook_m: Number | None = None
-    """Lowest hook above z = 0, over a ``limiter``."""
+    """Lowest hook above z = 0 in a ``limiter`` zone."""
     highest_hook_m: Number | None = None
-    """Highest hook above z = 0, over a ``limiter``."""
+    """Highest hook above z = 0 in a ``limiter`` zone."""
 
     @model_validator(mode="after")
     def _own_keys(self) -> Self:
         low, high = self.lowest_hook_m, self.highest_hook_m
         if self.kind != "slow" and self.share is not None:
-            raise ValueError('share is for kind = "slow"')
+            raise ValueError('share is only for kind = "slow"')
         if self.kind != "limiter" and (low is not None or high is not None):
-            raise ValueError('lowest_hook_m and highest_hook_m are for kind = "limiter"')
+            raise ValueError('lowest_hook_m and highest_hook_m are only for kind = "limiter"')
         if self.kind == "limiter" and low is None and high is None:
             raise ValueError("a limiter needs lowest_hook_m or highest_hook_m")
         if low is not None and high is not None and low >= high:
@@ -366,63 +368,63 @@ class RulesConfig(BaseModel):
     model_config = STRICT
 
     clearance_m: NotNegative = _RULES.clearance_m
-    """Distance kept from obstructions and the crane's mast, up to whole cells."""
+    """Distance to obstructions and the crane's mast, rounded up to whole cells."""
     transit_clearance_m: NotNegative = _RULES.transit_clearance_m
-    """Distance that a part in transit keeps from everything, the site's boundary included, up to whole cells: from
-    where it has risen that far above the yard, to where its last moves begin."""
+    """Distance of a part in transit to everything, including the site boundary, rounded up to whole cells. It applies
+    once the part is raised that far above the yard, until its last moves begin."""
     rope_clearance_m: NotNegative = _RULES.rope_clearance_m
-    """Distance that hook and rope of a part in transit keep, in plan, from everything that is higher than the hook's
-    line ends: structure, stored parts, the crane's own mast. Up to whole cells; half the hook block's width at least is
-    good practice."""
+    """Distance on plan of hook and rope in transit to everything higher than the lower end of the hook line:
+    structure, stored parts, the crane's own mast. Rounded up to whole cells; at least half the width of the hook block
+    is good practice."""
     contact_tolerance_m: NotNegative = _RULES.contact_tolerance_m
-    """How deep the real triangles of neighbours may touch on the last moves."""
+    """How deep the real triangles of neighbours may overlap during the last moves."""
     support_gap_m: NotNegative = _RULES.support_gap_m
     """How far below a part its support may be (grout joints, bearings)."""
     rope: Flag = _RULES.rope
     """Whether the hoist rope above the load must be kept free."""
     sample_period_s: Positive = _RULES.sample_period_s
-    """Spacing of the timed trajectory in the log."""
+    """Sampling interval of the trajectory in the log."""
     bracing_s: NotNegative = _RULES.bracing_s
     """Time to align, fix and brace a part while it hangs on the hook."""
     release_s: NotNegative = _RULES.release_s
-    """Time to take the slings off."""
+    """Time to remove the slings."""
     turn_s: NotNegative = _RULES.turn_s
     """Time to turn a hanging part by a quarter (tag lines, or a rotator)."""
     swing: Literal["shaped", "off"] = _RULES.swing.value
-    """`shaped`: the crane's moves are shaped so that no load swings where it is set, and how far it swings on the way
-    is proven clear. `off`: swing is not looked at."""
+    """`shaped`: the crane's moves are shaped so that no load swings when it is set, and the swing in transit is proven
+    clear. `off`: swing is ignored."""
     truckload_kg: NotNegative = _RULES.truckload_kg
-    """The most that a delivery may weigh; a heavier part comes alone. Default: as much as the yard holds. Less means
-    more deliveries and shorter ways: each takes the nearest places of the yard, as soon as they are empty."""
+    """Largest mass of a delivery; a heavier part comes alone. Default: as much as the yard holds. A smaller value means
+    more deliveries and shorter travel: each delivery uses the nearest places of the yard as soon as they are empty."""
     wind_speed_m_s: NotNegative = _RULES.wind_speed_m_s
-    """Wind (gust of 3 s at the height of the jib) in which every lift must be possible. A part whose sail area allows
-    less (EN 13000: 1.2 m2 a tonne, drag included) is not lifted. 0: no wind."""
+    """Wind (gust of 3 s at jib height) in which every lift must be possible. A part whose sail area permits only less
+    wind (EN 13000: 1.2 m2 per tonne, drag included) is not lifted. 0: no wind."""
     drag_coefficient: Positive = _RULES.drag_coefficient
     """Drag coefficient of the parts in that wind: 1.1 for a cube to 2.0 for a long plate."""
     sling_angle_rad: Annotated[Number, Field(gt=0.0, le=2.0943951023931957)] = _RULES.sling_angle_rad
     """Largest angle between two legs of a sling to the part's lifting anchors."""
     critical_share: Annotated[Number, Field(gt=0.0, le=1.0)] = _RULES.critical_share
-    """Share of the crane's capacity from which a lift counts as critical."""
+    """Share of the crane's capacity above which a lift is critical."""
     crane_separation_m: Positive = _RULES.crane_separation_m
-    """Where a site has several cranes: the distance that they and what hangs on them keep, in plan or in height, at
-    every moment and also while they brake."""
+    """Distance between several cranes and their loads, on plan or in height, at every moment, including while they
+    brake."""
 
     def rules(self) -> Rules:
-        """Return them as the planner takes them."""
+        """Return the rules as a value for the planner."""
         return Rules(**(self.model_dump() | {"swing": SwingRule(self.swing)}))
 
 
 class SequenceConfig(BaseModel):
-    """Wishes about the assembly order. Geometry goes before them: what a part needs comes with it."""
+    """Wishes about the erection sequence. Geometry takes precedence: the parts that a part needs come before it."""
 
     model_config = STRICT
 
     first: tuple[Text, ...] = ()
-    """Ids of components that are set before all others, with what they need."""
+    """Ids of components that are set before all others, together with the parts that they need."""
     storeys: Flag = True
-    """Whether a storey is finished before the next is begun, where geometry allows."""
+    """Whether a storey is finished before the next one begins, as far as geometry permits."""
     schedule: Flag = True
-    """Whether the order of the tasks in the building's file is kept, where geometry allows."""
+    """Whether the order of the tasks in the building file is kept, as far as geometry permits."""
 
 
 class PolicyConfig(BaseModel):
@@ -466,19 +468,19 @@ class SiteConfig(BaseModel):
 
     @property
     def file(self) -> Path:
-        """The file that it was read from, for messages."""
+        """The file it was read from, for messages."""
         return self._file
 
     @property
     def cranes(self) -> tuple[CraneConfig, ...]:
-        """The tables of the cranes; none where one is to be chosen."""
+        """The tables of the cranes; empty if a crane is to be chosen."""
         if self.crane is None:
             return ()
         return (self.crane,) if isinstance(self.crane, CraneConfig) else self.crane
 
     @property
     def one_crane(self) -> CraneConfig | None:
-        """The crane's table, the first one of several."""
+        """The table of the (first) crane."""
         return self.cranes[0] if self.cranes else None
 
     def error(self, key: str | None, message: str, **more: Any) -> ConfigError:
@@ -501,13 +503,13 @@ class SiteConfig(BaseModel):
         for number, crane in enumerate(self.cranes):
             key = f"crane[{number}]"
             if crane.kind == "none":
-                raise ValueError(f'{key}.kind: "none" is for a site without a crane, and there are {len(self.cranes)}')
+                raise ValueError(f'{key}.kind: "none" is for a site without a crane, but there are {len(self.cranes)}')
             if crane.name is None:
-                raise ValueError(f"{key}.name: is missing; each of several cranes has a name of its own")
+                raise ValueError(f"{key}.name: is missing; each of several cranes needs its own name")
             if crane.name in names:
                 raise ValueError(f"{key}.name: {crane.name!r} is also crane[{names.index(crane.name)}]'s name")
             if crane.base_m is None:
-                raise ValueError(f"{key}.base_m: is missing; say where {crane.name} stands")
+                raise ValueError(f"{key}.base_m: is missing; give the position of {crane.name}")
             names.append(crane.name)
         return self
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,41 +30,19 @@ _ON_GROUND_M = 1.0  # a slab lies on the ground if its underside is at most this
 
 
 def guess_site(
-    building: Building,
-    model_path: Path,
-    *,
-    name: str | None = None,
-    select: str | None = None,
-    unit: Literal["m", "dm", "cm", "mm", "ft", "in"] | None = None,
-    up: Literal["y", "z"] | None = None,
-    assemblies: Literal["whole", "parts"] = "whole",
-    voxel_size_m: float | None = None,
-    machines: Sequence[TowerCrane] = (),
+    building: Building, model: ModelConfig, *, name: str | None = None, machines: Sequence[TowerCrane] = ()
 ) -> SiteConfig:
     """Return a complete site file for a building.
 
     Args:
-        building: As read (with that selection, unit and treatment of assemblies).
-        model_path: Its file, as the site file is to name it.
-        name: Name of the site; default: the model file's.
-        select: As ``[model] select``.
-        unit: As ``[model] unit``.
-        up: As ``[model] up``.
-        assemblies: As ``[model] assemblies``.
-        voxel_size_m: Cell size; default: guessed.
-        machines: Cranes to choose from; nothing: as `bimvox.site.crane_guess.guess_crane` says.
+        building: As read with the options of ``model``.
+        model: Its ``[model]`` table: the path as the site file is to name it, and the options; the yaw is guessed.
+        name: Name of the site; default: the model file's name.
+        machines: Cranes to choose from; empty: see `bimvox.site.crane_guess.guess_crane`.
     """
-    model = ModelConfig(
-        path=model_path,
-        select=select,
-        unit=unit,
-        up=up,
-        assemblies=assemblies,
-        voxel_size_m=voxel_size_m,
-        yaw_rad=dominant_yaw_rad(building),
-    )
+    model = model.model_copy(update={"yaw_rad": dominant_yaw_rad(building)})
     cast = tuple(ComponentConfig(global_id=element_id, pinned=True) for element_id in cast_in_place(building))
-    return complete_config(SiteConfig(name=name or model_path.stem, model=model, component=cast), building, machines)
+    return complete_config(SiteConfig(name=name or model.path.stem, model=model, component=cast), building, machines)
 
 
 def cranes_that_fit(config: SiteConfig, building: Building) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Writing a site file that a planner can read and edit."""
+"""Writer of site files that people can read and edit."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from bimvox.site.config import (
 from bimvox.site.crane_guess import LARGER
 
 _HEAD = """\
-# A site of bimvox: what is lifted, where it waits, and by which crane. Lengths are metres, angles radians, masses kg,
-# in the site's frame: x and y as in the model (turned by yaw_rad), z = 0 at the top of the ground.
-# Every key may be left out but the model's path; what is left out is guessed again. `bimvox schema site` lists all.
+# Site file of bimvox: parts to be lifted, yard, crane and rules. Units: metres, radians, kilograms, seconds.
+# Coordinates are in the site frame: x and y as in the model (turned by yaw_rad), z = 0 at the top of the ground.
+# Only the model's path is required; missing keys are chosen automatically. `bimvox schema site` lists all keys.
 """
 
 
@@ -28,7 +28,7 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = ()) -> str:
     """Return the text of a site file; :func:`bimvox.site.config_file.load_site_config` reads the same values back.
 
     Args:
-        config: What it is to say, with the model's path as it is to be written.
+        config: Its content, with the model's path as it is to be written.
         example_ids: Ids of components, used in the commented-out examples.
     """
     sections = [
@@ -49,26 +49,26 @@ def site_toml(config: SiteConfig, *, example_ids: Sequence[str] = ()) -> str:
 def _model(config: SiteConfig) -> str:
     model = config.model
     select = (
-        f"select = {_text(model.select)}  # what is lifted"
+        f"select = {_text(model.select)}  # parts to be lifted"
         if model.select
-        else '# select = "IfcColumn, IfcBeam, IfcSlab"  # what is lifted; default: all prefabricated classes\n'
+        else '# select = "IfcColumn, IfcBeam, IfcSlab"  # parts to be lifted; default: all prefabricated classes\n'
         '#   (an IfcOpenShell query; for a mesh the names of bodies: "column*, beam*")'
     )
     return _lines(
         "[model]",
-        f"path = {_text(model.path.as_posix())}  # IFC or mesh, from this file's folder",
+        f"path = {_text(model.path.as_posix())}  # IFC or mesh file, relative to this file's folder",
         select,
         model.unit and f"unit = {_text(model.unit)}  # of the mesh file",
         model.up and f"up = {_text(model.up)}  # axis of the mesh file that points up",
-        _maybe("voxel_size_m", model.voxel_size_m, "edge of a planning cell"),
+        _maybe("voxel_size_m", model.voxel_size_m, "edge length of a planning cell"),
         f"yaw_rad = {_number(model.yaw_rad)}  # angle of the site's x axis in the model, counter-clockwise",
         _maybe("ground_m", model.ground_m, "height in the model that is the top of the ground"),
-        f'assemblies = {_text(model.assemblies)}  # lift assemblies "whole" or their "parts"',
+        f'assemblies = {_text(model.assemblies)}  # lift assemblies "whole" or as "parts"',
     )
 
 
 def _grid(config: SiteConfig) -> str:
-    note = "# The extent of the site; without it, around building, areas and crane."
+    note = "# Extent of the site. Default: building, areas and crane, with a margin."
     if config.grid is None:
         return _lines(note, "# [grid]", "# low_m = [0, 0]", "# high_m = [40, 30, 20]")
     return _lines(note, "[grid]", f"low_m = {_numbers(config.grid.low_m)}", f"high_m = {_numbers(config.grid.high_m)}")
@@ -80,7 +80,7 @@ def _areas(areas: AreasConfig) -> str:
         "# Areas on the ground, as polygons of [x, y] corners.",
         "[areas]",
         areas.construction and f"construction = {_polygon(areas.construction)}",
-        yards and "# Where parts wait: one or more polygons, within the crane's reach. Parts come in truckloads.",
+        yards and "# The yard: one or more polygons within the crane's reach. Parts come in truckloads.",
         yards and f"yard = [{', '.join(_polygon(yard) for yard in yards)}]",
     )
 
@@ -91,20 +91,20 @@ def _crane(crane: CraneConfig, *, several: bool) -> str:
     lines: list[object] = ["[[crane]]" if several else "[crane]", f'kind = {_text(crane.kind)}  # or "none"']
     if crane.name:
         lines += [
-            LARGER in crane.name and "# Larger than the built-in machines, which could not serve this site: check it.",
+            LARGER in crane.name and "# Larger than the built-in machines, which cannot serve this site: check it.",
             f"name = {_text(crane.name)}",
-            crane.machine and f"machine = {_text(crane.machine)}  # the built-in machine that it is",
+            crane.machine and f"machine = {_text(crane.machine)}  # built-in machine",
         ]
     lines += [
         crane.base_m and f"base_m = {_numbers(crane.base_m)}  # foot of the slewing axis",
-        _maybe("jib_height_m", crane.jib_height_m, "rope exit above z = 0"),
+        _maybe("jib_height_m", crane.jib_height_m, "height of the rope exit above z = 0"),
         _maybe("jib_length_m", crane.jib_length_m, "largest hook radius"),
         _maybe("min_radius_m", crane.min_radius_m, "smallest hook radius"),
         _maybe("mast_size_m", crane.mast_size_m, "edge of the square mast"),
-        _maybe("sling_m", crane.sling_m, "hook above the load's top"),
-        _maybe("rigging_mass_kg", crane.rigging_mass_kg, "slings and spreader, counted with every load"),
-        _maybe("hook_block_kg", crane.hook_block_kg, "hook block, counted with every load"),
-        _maybe("falls", crane.falls, "parts of rope that carry the hook, all through the job"),
+        _maybe("sling_m", crane.sling_m, "height of the slings, from the load's top to the hook"),
+        _maybe("rigging_mass_kg", crane.rigging_mass_kg, "slings and spreader, added to every load"),
+        _maybe("hook_block_kg", crane.hook_block_kg, "hook block, added to every load"),
+        _maybe("falls", crane.falls, "parts of rope that carry the hook, for the whole job"),
         _maybe("max_wind_m_s", crane.max_wind_m_s, "wind (gust) up to which it works"),
     ]
     for key, axis in (("slewing", crane.slewing), ("trolley", crane.trolley), ("hoist", crane.hoist)):
@@ -122,9 +122,9 @@ def _crane(crane: CraneConfig, *, several: bool) -> str:
         ]
         lines.append(f"working_range = {{ {', '.join(entry for entry in limits if entry)} }}  # limiters")
     if crane.gears:
-        lines.append(f"gears = [{', '.join(map(_numbers, crane.gears))}]  # up to so many kg on the rope: so many m/s")
+        lines.append(f"gears = [{', '.join(map(_numbers, crane.gears))}]  # [largest mass on the rope in kg, m/s]")
     if crane.reeving:
-        lines += ["# Per reeving: load chart, hook block and rates; `falls` says which is used."]
+        lines += ["# Per reeving: load chart, hook block and rates; `falls` selects the reeving."]
         lines += ["reeving = [", *(f"  {_reeving(reeving)}," for reeving in crane.reeving), "]"]
     if crane.chart:
         lines += ["# Load chart: [radius in m, capacity in kg], load and rigging together.", "chart = ["]
@@ -133,7 +133,7 @@ def _crane(crane: CraneConfig, *, several: bool) -> str:
 
 
 def _jib(jib: LuffingConfig) -> list[object]:
-    """The luffing jib as one inline table."""
+    """Return the lines of the luffing jib, one inline table."""
     entries: list[object] = []
     for name, value in jib.model_dump(exclude_none=True).items():
         if isinstance(value, dict):
@@ -142,13 +142,13 @@ def _jib(jib: LuffingConfig) -> list[object]:
         else:
             entries.append(f"{name} = {_numbers(value) if isinstance(value, tuple) else _number(value)}")
     return [
-        "# The jib that luffs; radii, height and limits of the hook follow from it.",
+        "# Luffing jib; radii, height and limits of the hook follow from it.",
         f"jib = {{ {', '.join(map(str, entries))} }}",
     ]
 
 
 def _reeving(reeving: ReevingConfig) -> str:
-    """One inline table on one line, as TOML wants it."""
+    """Return a reeving as an inline table, on one line as TOML requires."""
     entries = [
         f"falls = {reeving.falls}",
         f"hook_block_kg = {_number(reeving.hook_block_kg)}",
@@ -161,16 +161,16 @@ def _reeving(reeving: ReevingConfig) -> str:
 
 def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) -> str:
     first, second = (*example_ids, "1a2B3c4D5e6F7g8H9i0JkL", "0L1k2J3i4H5g6F7e8D9c0B")[:2]
-    lines: list[object] = ["# What the defaults get wrong about a part, one table each."]
+    lines: list[object] = ["# Settings of a part that differ from the defaults, one table per part."]
     if not entries:
         lines += [
             "# [[component]]",
             f"# global_id = {_text(first)}",
-            "# start = [12.0, -8.0]   # lowest corner of the part as it lies in the yard; without it, packed",
-            '# pose = "as_built"      # or "lying_x", "lying_y": stored lying and erected before the lift',
-            f"# after = [{_text(second)}]  # set later than these; `before`: set earlier",
-            "# turn = 1               # lies turned by a quarter, counter-clockwise; turned back while it hangs",
-            "# pinned = true          # it stands already (alone, without the keys above)",
+            "# start = [12.0, -8.0]   # lowest corner of the part as stored in the yard; default: planned",
+            '# pose = "as_built"      # or "lying_x", "lying_y": stored lying and upended before the lift',
+            f"# after = [{_text(second)}]  # set later than these parts; `before`: set earlier",
+            "# turn = 1               # stored with a quarter turn, counter-clockwise; turned back while it hangs",
+            "# pinned = true          # it already exists (only without the keys above)",
         ]
     for entry in entries:
         lines += [
@@ -182,15 +182,15 @@ def _components(entries: Sequence[ComponentConfig], example_ids: Sequence[str]) 
             entry.before and f"before = [{', '.join(map(_text, entry.before))}]",
             entry.after and f"after = [{', '.join(map(_text, entry.after))}]",
             entry.crane and f"crane = {_text(entry.crane)}",
-            entry.pinned and "pinned = true  # it stands already: cast in place, or built before",
+            entry.pinned and "pinned = true  # it already exists: cast in situ, or built before",
         ]
     return _lines(*lines)
 
 
 def _zones(zones: Sequence[ZoneConfig], yards: Sequence[Polygon] | None) -> str:
     lines: list[object] = [
-        '# Zones (EN 17076): "prohibited" (no hook above), "no_load" (no load), "public" (neither), "slow" (a share of',
-        '# the rates), "limiter" (lowest_hook_m, highest_hook_m). Or "assembly": set zone by zone.',
+        '# Zones (EN 17076): "prohibited" (no hook above), "no_load" (no load above), "public" (neither), "slow"',
+        '# (reduced rates), "limiter" (lowest_hook_m, highest_hook_m). Or "assembly": parts are set zone by zone.',
     ]
     if not zones:
         x, y = yards[0][0] if yards else (0.0, 0.0)
@@ -202,13 +202,13 @@ def _zones(zones: Sequence[ZoneConfig], yards: Sequence[Polygon] | None) -> str:
             f"kind = {_text(zone.kind)}",
             zone.name and f"name = {_text(zone.name)}",
             f"polygon = {_polygon(zone.polygon)}",
-            zone.share is not None and f"share = {_number(zone.share)}  # of the axes' highest rates",
+            zone.share is not None and f"share = {_number(zone.share)}  # share of the axes' highest rates",
             zone.lowest_hook_m is not None and f"lowest_hook_m = {_number(zone.lowest_hook_m)}",
             zone.highest_hook_m is not None and f"highest_hook_m = {_number(zone.highest_hook_m)}",
         ]
     lines += [
         "",
-        "# What is in the way for a while goes into a file of its own (plan --obstructions FILE, or watch FILE):",
+        "# Temporary obstructions go into a separate file (plan --obstructions FILE, or watch FILE):",
         '#   {"version": 1, "obstructions": [{"id": "truck", "box": {"min": [2, 11, 0], "max": [4.5, 19, 3.2]}}]}',
     ]
     return _lines(*lines)
@@ -218,26 +218,24 @@ def _rules(config: SiteConfig) -> str:
     rules = config.rules
     return _lines(
         "[rules]",
-        _maybe("clearance_m", rules.clearance_m, "kept from obstructions and the mast, up to whole cells"),
-        _maybe("transit_clearance_m", rules.transit_clearance_m, "kept from everything by a part in transit"),
-        _maybe("rope_clearance_m", rules.rope_clearance_m, "kept by hook and rope, in plan, from what is higher"),
-        _maybe("contact_tolerance_m", rules.contact_tolerance_m, "how deep neighbours may touch when a part is set"),
+        _maybe("clearance_m", rules.clearance_m, "distance to obstructions and the mast, rounded up to whole cells"),
+        _maybe("transit_clearance_m", rules.transit_clearance_m, "distance of a part in transit to everything"),
+        _maybe("rope_clearance_m", rules.rope_clearance_m, "distance on plan of hook and rope to higher objects"),
+        _maybe("contact_tolerance_m", rules.contact_tolerance_m, "how deep neighbours may overlap when a part is set"),
         _maybe("support_gap_m", rules.support_gap_m, "how far below a part its support may be"),
         f"rope = {_flag(rules.rope)}  # keep the hoist rope above the load free",
-        _maybe("sample_period_s", rules.sample_period_s, "spacing of the motion in the log"),
-        _maybe("bracing_s", rules.bracing_s, "to align, fix and brace a part on the hook"),
-        _maybe("release_s", rules.release_s, "to take the slings off"),
-        _maybe("turn_s", rules.turn_s, "to turn a hanging part by a quarter"),
-        f'swing = {_text(rules.swing)}  # "off": the swing of loads is not looked at',
-        _maybe("truckload_kg", rules.truckload_kg, "the most that a delivery weighs; 0: what the yard holds"),
+        _maybe("sample_period_s", rules.sample_period_s, "sampling interval of the motion in the log"),
+        _maybe("bracing_s", rules.bracing_s, "time to align, fix and brace a part on the hook"),
+        _maybe("release_s", rules.release_s, "time to remove the slings"),
+        _maybe("turn_s", rules.turn_s, "time to turn a hanging part by a quarter"),
+        f'swing = {_text(rules.swing)}  # "off": the swing of loads is ignored',
+        _maybe("truckload_kg", rules.truckload_kg, "largest mass of a delivery; 0: as much as the yard holds"),
         _maybe("wind_speed_m_s", rules.wind_speed_m_s, "gust in which every lift must be possible; 0: no wind"),
-        _maybe("drag_coefficient", rules.drag_coefficient, "of the parts in that wind: 1.1 a cube, 2.0 a long plate"),
+        _maybe("drag_coefficient", rules.drag_coefficient, "of the parts: from 1.1 (cube) to 2.0 (long plate)"),
         _maybe("sling_angle_rad", rules.sling_angle_rad, "largest angle between two legs of a sling"),
-        _maybe("critical_share", rules.critical_share, "share of the capacity from which a lift is critical"),
+        _maybe("critical_share", rules.critical_share, "share of the capacity above which a lift is critical"),
         len(config.cranes) > 1
-        and _maybe(
-            "crane_separation_m", rules.crane_separation_m, "kept by the cranes from each other, while braking too"
-        ),
+        and _maybe("crane_separation_m", rules.crane_separation_m, "distance between cranes, also while they brake"),
     )
 
 
@@ -245,13 +243,13 @@ def _sequence(config: SiteConfig, example_ids: Sequence[str]) -> str:
     sequence = config.sequence
     example = _text((*example_ids, "1a2B3c4D5e6F7g8H9i0JkL")[0])
     return _lines(
-        '# Wishes about the order, which geometry goes before. Zones of kind "assembly" are worked on one by one.',
+        '# Wishes about the order; geometry takes precedence. Zones of kind "assembly" are finished one by one.',
         "[sequence]",
         f"first = [{', '.join(map(_text, sequence.first))}]"
         if sequence.first
-        else f"# first = [{example}]  # these before all others, with what they need",
-        f"storeys = {_flag(sequence.storeys)}  # finish a storey before the next, where geometry allows",
-        f"schedule = {_flag(sequence.schedule)}  # keep the order of tasks in the model's file, where it holds any",
+        else f"# first = [{example}]  # set before all others, with the parts that they need",
+        f"storeys = {_flag(sequence.storeys)}  # finish a storey before the next one, as far as geometry permits",
+        f"schedule = {_flag(sequence.schedule)}  # keep the order of the tasks in the building file, if it has any",
     )
 
 
@@ -261,15 +259,15 @@ def _policy(config: SiteConfig) -> str:
         "[policy]",
         f"id = {_text(policy.id)}"
         if policy.id
-        else '# id = "..."  # a policy of the store; without it, the one trained for this site',
-        f"steps = {policy.steps}" if policy.steps else "# steps = 200000  # training budget, environment steps",
+        else '# id = "..."  # a policy in the store; default: the one trained for this site',
+        f"steps = {policy.steps}" if policy.steps else "# steps = 200000  # training budget in environment steps",
         f"seed = {policy.seed}",
         _maybe("required_success", policy.required_success, "share of test episodes that must succeed"),
     )
 
 
 def _lines(*lines: object) -> str:
-    """Join the lines that are there."""
+    """Return the lines joined, without absent ones."""
     return "".join(f"{line}\n" for line in lines if line or line == "")
 
 
@@ -278,12 +276,12 @@ def _maybe(key: str, value: float | None, comment: str) -> str | None:
 
 
 def _text(value: str) -> str:
-    # A JSON string is a TOML basic string, but for the character DEL.
+    # A JSON string is a TOML basic string, except for the character DEL.
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
 
 
 def _number(value: float) -> str:
-    """The shortest text that reads back the same; whole numbers without a fraction."""
+    """Return the shortest text that reads back the same value; whole numbers without a fraction."""
     return str(int(value)) if float(value).is_integer() and abs(value) < 1e15 else repr(float(value))
 
 

@@ -49,6 +49,7 @@ def init(
     from bimvox.bim.building import Role
     from bimvox.bim.read import ReadOptions, read_building
     from bimvox.crane.catalogue import machines_called
+    from bimvox.site.config import ModelConfig
     from bimvox.site.guess import cranes_that_fit, guess_site
     from bimvox.site.template import site_toml
 
@@ -65,13 +66,15 @@ def init(
     progress.stage("guess")
     config = guess_site(
         building,
-        Path(os.path.relpath(model.resolve(), target.resolve().parent)),
+        ModelConfig(
+            path=Path(os.path.relpath(model.resolve(), target.resolve().parent)),
+            select=select,
+            unit=cast("Any", unit),
+            up=up,
+            assemblies=mode,
+            voxel_size_m=voxel_size_m,
+        ),
         name=model.stem,
-        select=select,
-        unit=cast("Any", unit),
-        up=up,
-        assemblies=mode,
-        voxel_size_m=voxel_size_m,
         machines=machines,
     )
     chosen = config.one_crane

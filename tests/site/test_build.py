@@ -10,7 +10,7 @@ from bimvox.bim.building import Building, Role
 from bimvox.crane.outline import highest_point_m
 from bimvox.errors import ConfigError, SelectionError
 from bimvox.grid.labels import Label
-from bimvox.site.build import build_site, with_obstructions
+from bimvox.site.build import PlacedModel, build_site, with_obstructions
 from bimvox.site.component import StoredPose
 from bimvox.site.config import (
     AreasConfig,
@@ -41,7 +41,8 @@ def build(site_config: SiteConfig | None = None, building: Building | None = Non
     cranes = more.setdefault("cranes", (CRANE,))
     frame, shape = site_extent(site_config, building, cranes[0] if cranes else None)
     parts = [(element, rasterise_boxes(element.mesh, frame, shape)) for element in building.elements]
-    return build_site(site_config, parts, frame, shape, rasterise=rasterise_boxes, **more)
+    model = PlacedModel(parts, frame, shape, source=more.pop("source", {}))
+    return build_site(site_config, model, rasterise=rasterise_boxes, **more)
 
 
 def obstructions(*boxes) -> ObstructionSet:

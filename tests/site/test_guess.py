@@ -12,7 +12,7 @@ from bimvox.crane.catalogue import machines_called
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.errors import ConfigError, SelectionError
-from bimvox.site.build import build_site
+from bimvox.site.build import PlacedModel, build_site
 from bimvox.site.config import AreasConfig, ComponentConfig, CraneConfig, GridConfig, ModelConfig, SiteConfig
 from bimvox.site.crane_guess import LARGER
 from bimvox.site.extent import site_extent
@@ -21,7 +21,7 @@ from bimvox.site.machine import crane_config, crane_of
 from bimvox.site.parts import centre_of_mass_m
 from bimvox.site.placement import place_building
 
-HOUSE = guess_site(frame_house(), Path("models/house.ifc"))
+HOUSE = guess_site(frame_house(), ModelConfig(path="models/house.ifc"))
 
 
 def tower(floors: int, mass_kg: float | None = None):
@@ -42,12 +42,9 @@ def built(config, building):
     parts = [(element, rasterise_boxes(element.mesh, frame, shape)) for element in placed.elements]
     return build_site(
         config,
-        parts,
-        frame,
-        shape,
+        PlacedModel(parts, frame, shape, site_to_ifc),
         cranes=() if crane is None else (crane,),
         rasterise=rasterise_boxes,
-        site_to_ifc=site_to_ifc,
     )
 
 
@@ -63,7 +60,7 @@ def test_a_guessed_site_is_complete_and_can_be_built():
 
 @pytest.mark.parametrize("building", [frame_house(), tower(6), tower(2, 9000.0)], ids=["house", "tower", "heavy"])
 def test_the_crane_serves_every_place_and_the_yard(building):
-    config = guess_site(building, Path("a.ifc"))
+    config = guess_site(building, ModelConfig(path="a.ifc"))
     placed, _ = place_building(config, building)
     crane = crane_of(config)
     components = [element for element in placed.elements if element.role is Role.COMPONENT]
@@ -84,7 +81,7 @@ def test_the_crane_serves_every_place_and_the_yard(building):
 
 def test_parts_too_heavy_for_any_crane_still_give_a_site_file_to_edit():
     storeys = building_of(*(box_element(f"s{n}", (0, 0, 3 * n), (20, 20, 3 * n + 3), mass_kg=5e6) for n in range(3)))
-    config = guess_site(storeys, Path("a.ifc"))
+    config = guess_site(storeys, ModelConfig(path="a.ifc"))
     crane = crane_of(config)
     placed, _ = place_building(config, storeys)
     base = np.array(crane.base_m[:2])
@@ -117,7 +114,7 @@ def test_the_largest_part_fits_into_the_yard(sizes, ifc_class):
         box_element(f"p{n}", (0, 0, 5 * n), (x, y, 5 * n + z), ifc_class=ifc_class, mass_kg=500.0)
         for n, (x, y, z) in enumerate(sizes)
     ]
-    config = guess_site(building_of(*parts), Path("a.ifc"))
+    config = guess_site(building_of(*parts), ModelConfig(path="a.ifc"))
     size_m = config.model.voxel_size_m
     width, depth = np.ptp(np.array(config.areas.yard[0]), axis=0)
     for x, y, z in sizes:
@@ -129,7 +126,7 @@ def test_the_largest_part_fits_into_the_yard(sizes, ifc_class):
 
 
 def test_the_yard_is_for_truckloads_not_for_everything():
-    few, many = (guess_site(tower(floors), Path("a.ifc")).areas.yard for floors in (7, 40))
+    few, many = (guess_site(tower(floors), ModelConfig(path="a.ifc")).areas.yard for floors in (7, 40))
     area_few, area_many = (sum(shapely.Polygon(corners).area for corners in yard) for yard in (few, many))
     assert area_many < 1.5 * area_few
 
@@ -137,7 +134,7 @@ def test_the_yard_is_for_truckloads_not_for_everything():
 @pytest.mark.parametrize("floors", [1, 8, 40])
 def test_the_finest_cell_size_that_plans_quickly(floors):
     building = tower(floors)
-    config = guess_site(building, Path("a.ifc"))
+    config = guess_site(building, ModelConfig(path="a.ifc"))
     size_m = config.model.voxel_size_m
 
     def cells(size: float) -> int:
@@ -190,14 +187,14 @@ def test_a_turned_building_is_planned_square_to_itself():
     from bimvox.bim.site_frame import in_site_frame
 
     turned, _ = in_site_frame(frame_house(), ground_m=0.0, yaw_rad=-0.4)
-    config = guess_site(turned, Path("a.ifc"))
+    config = guess_site(turned, ModelConfig(path="a.ifc"))
     assert config.model.yaw_rad == pytest.approx(0.4, abs=1e-6)
     placed, _ = place_building(config, turned)
     np.testing.assert_allclose(placed.bounds_m, frame_house().bounds_m, atol=1e-6)
 
 
 def test_parts_too_heavy_for_the_built_in_machines_get_a_larger_one_that_is_named_so():
-    config = guess_site(tower(2, 60_000.0), Path("a.ifc"))
+    config = guess_site(tower(2, 60_000.0), ModelConfig(path="a.ifc"))
     assert LARGER in config.crane.name
     crane = crane_of(config)
     assert capacity_kg(crane.chart, 15.0) >= 60_000.0
@@ -205,7 +202,7 @@ def test_parts_too_heavy_for_the_built_in_machines_get_a_larger_one_that_is_name
 
 @pytest.mark.parametrize("kind", ["luffing", "mobile"])
 def test_a_crane_of_another_kind_is_proposed_when_asked_for(kind):
-    config = guess_site(frame_house(), Path("a.ifc"), machines=machines_called(kind))
+    config = guess_site(frame_house(), ModelConfig(path="a.ifc"), machines=machines_called(kind))
     crane = crane_of(config)
     assert (config.crane.kind, crane.kind, crane.luffing is not None) == (kind, kind, True)
     assert crane_of(config.model_copy(update={"crane": crane_config(crane)})) == crane
@@ -223,18 +220,20 @@ def test_the_other_machines_that_would_do_are_named():
     assert HOUSE.crane.name in names
     assert {"luffing-40", "mobile-60t"} <= set(names)
     heavy = tower(2, 9000.0)
-    assert "mobile-60t" not in cranes_that_fit(guess_site(heavy, Path("a.ifc")), heavy)
+    assert "mobile-60t" not in cranes_that_fit(guess_site(heavy, ModelConfig(path="a.ifc")), heavy)
 
 
 def test_a_machine_that_cannot_carry_everything_is_proposed_all_the_same_when_asked_for():
     heavy = tower(2, 60_000.0)
-    assert guess_site(heavy, Path("a.ifc"), machines=machines_called("mobile-60t")).crane.name == "mobile-60t"
+    assert (
+        guess_site(heavy, ModelConfig(path="a.ifc"), machines=machines_called("mobile-60t")).crane.name == "mobile-60t"
+    )
 
 
 def test_a_part_that_nothing_can_lift_does_not_stop_the_others():
     building = building_of(*tower(2).elements, box_element("rock", (0, 2, 0), (3, 5, 3), mass_kg=9e6))
-    crane = crane_of(guess_site(building, Path("a.ifc")))
-    assert crane.name == crane_of(guess_site(tower(2), Path("a.ifc"))).name or LARGER in crane.name
+    crane = crane_of(guess_site(building, ModelConfig(path="a.ifc")))
+    assert crane.name == crane_of(guess_site(tower(2), ModelConfig(path="a.ifc"))).name or LARGER in crane.name
 
 
 def test_pinned_parts_and_unknown_ids():

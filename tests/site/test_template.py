@@ -56,7 +56,7 @@ def full() -> SiteConfig:
 
 
 def test_every_value_reads_back_the_same():
-    guessed = guess_site(frame_house(), Path("house.ifc"), select="IfcBeam", unit="mm")
+    guessed = guess_site(frame_house(), ModelConfig(path="house.ifc", select="IfcBeam", unit="mm"))
     for config in (full(), guessed, SiteConfig(model=ModelConfig(path="a.ifc"), crane=CraneConfig(kind="none"))):
         text = site_toml(config)
         assert parse_site_config(text, "site.toml").model_dump() == config.model_dump()
@@ -71,7 +71,7 @@ def test_cranes_that_luff_read_back_the_same():
 
 def test_a_written_file_loads(tmp_path):
     (tmp_path / "house.ifc").touch()
-    config = guess_site(frame_house(), Path("house.ifc"))
+    config = guess_site(frame_house(), ModelConfig(path="house.ifc"))
     (tmp_path / "site.toml").write_text(site_toml(config), encoding="utf-8")
     loaded = load_site_config(tmp_path / "site.toml")
     assert loaded.model.path == tmp_path / "house.ifc"
@@ -79,7 +79,7 @@ def test_a_written_file_loads(tmp_path):
 
 
 def test_the_examples_work_once_their_marks_are_taken_off():
-    config = guess_site(frame_house(), Path("house.ifc"))
+    config = guess_site(frame_house(), ModelConfig(path="house.ifc"))
     text = site_toml(config, example_ids=["slab", "beam-0"])
     lines = text.splitlines()
     start = lines.index("# [[component]]")
@@ -94,7 +94,7 @@ def test_the_examples_work_once_their_marks_are_taken_off():
 
 
 def test_it_is_commented_and_says_when_a_crane_is_out_of_the_ordinary():
-    config = guess_site(frame_house(), Path("house.ifc"))
+    config = guess_site(frame_house(), ModelConfig(path="house.ifc"))
     text = site_toml(config)
     for key, value in tomllib.loads(text)["model"].items():
         (line,) = (one for one in text.splitlines() if one.startswith(f"{key} = "))
