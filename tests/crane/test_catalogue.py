@@ -13,6 +13,6 @@ def test_machines_are_found_by_kind_and_by_name():
 
 
 def test_an_unknown_name_is_refused_with_the_one_that_was_meant():
-    with pytest.raises(InputError, match="did you mean .luffing-40.") as caught:
+    with pytest.raises(InputError, match=r"did you mean .luffing-40.") as caught:
         machines_called("lufing-40")
     assert "mobile-100t" in str(caught.value.hint)

@@ -180,7 +180,7 @@ def test_a_crane_of_another_kind_is_proposed_planned_by_the_shipped_policy_and_p
 
 
 def test_init_refuses_an_unknown_crane_before_it_reads_anything(tmp_path):
-    with pytest.raises(InputError, match="did you mean .luffing-40."):
+    with pytest.raises(InputError, match=r"did you mean .luffing-40."):
         init(tmp_path / "none.ifc", crane="lufing-40", progress=SilentProgress())
 
 
