@@ -1,20 +1,24 @@
-"""Retraining beside a watch: in a process of its own, so that the next change is answered as fast as ever.
+"""Retraining during a watch, in a process of its own, so that the next change is answered as fast as ever.
 
-The search's paths stand meanwhile. The training has a budget of environment steps, not of time; the same budget gives
-the same policy. A newer change ends it: its lessons would be those of a site that is no more.
+Meanwhile the search's paths are used. The budget is in environment steps, not in time: the same budget gives the same
+policy. A newer change stops the training, because its lessons would be those of a site that has been replaced. The
+process is started anew, not forked, so it works the same on every system.
 """
 
 from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import traceback
+from collections.abc import Callable
+from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import TYPE_CHECKING
 
-from bimvox.errors import InputError, PolicyError
-from bimvox.policy.choice import PolicyInUse
+from bimvox.errors import PolicyError
+from bimvox.policy.choice import PolicyInUse, retrained
 from bimvox.processes import end_with
 from bimvox.progress import SilentProgress
 
@@ -38,39 +42,46 @@ class Retraining:
         seed: Seed of the training.
         steps: Budget in environment steps.
 
-    Raises:
-        InputError: If the system cannot fork a process.
+    Attributes:
+        train: What trains; it and its arguments are pickled.
+        components: The components whose lifts are trained for.
     """
 
     def __init__(self, preparation: Preparation, policy: PolicyInUse, seed: int, steps: int) -> None:
-        if "fork" not in multiprocessing.get_all_start_methods():
-            raise InputError("this system cannot retrain beside a watch", hint="leave --retrain out")
         self._preparation, self._policy, self._seed, self._steps = preparation, policy, seed, steps
         self._process: BaseProcess | None = None
         self._answer: Connection | None = None
+        self.train: Callable[..., PolicyInUse] = retrained
         self.components: tuple[int, ...] = ()
 
     def begin(self, site: Site, components: Collection[int]) -> None:
-        """Train on a site as it is now, with the lifts of these components among the lessons."""
+        """Train on the current site, with the lifts of these components among the lessons."""
         self.cancel()
         if self._policy.network is None or not components:
             return
         self.components = tuple(sorted(components))
-        context = multiprocessing.get_context("fork")
+        context = multiprocessing.get_context("spawn")
         self._answer, there = context.Pipe(duplex=False)
-        parent = os.getpid()
-        arguments = (there, parent, site, self._preparation, self._policy, self.components, self._seed, self._steps)
-        self._process = context.Process(target=_train, args=arguments, daemon=True)
+        task = partial(
+            self.train,
+            site,
+            self._preparation,
+            self._policy,
+            failed=self.components,
+            seed=self._seed,
+            steps=self._steps,
+        )
+        self._process = context.Process(target=_train, args=(there, os.getpid(), task, self._policy.id), daemon=True)
         self._process.start()
         there.close()
 
     @property
     def is_done(self) -> bool:
-        """Whether a training has ended and was not asked for its result yet."""
+        """Whether a training has ended and its result has not been taken yet."""
         return self._answer is not None and self._answer.poll()
 
     def result(self) -> PolicyInUse | None:
-        """Return the policy that came of it; None where none was better.
+        """Return the new policy; None if none was better.
 
         Raises:
             PolicyError: If the training failed.
@@ -86,7 +97,7 @@ class Retraining:
         return found if isinstance(found, PolicyInUse) else None
 
     def cancel(self) -> None:
-        """End a training that is going on."""
+        """Stop a running training."""
         if self._process is not None:
             self._process.terminate()
             self._process.join(_END_S)
@@ -98,30 +109,15 @@ class Retraining:
         self._process, self._answer = None, None
 
 
-def _train(
-    answer: Connection,
-    parent: int,
-    site: Site,
-    preparation: Preparation,
-    policy: PolicyInUse,
-    components: tuple[int, ...],
-    seed: int,
-    steps: int,
-) -> None:
-    """What the process does."""
-    import signal
-
-    from bimvox.policy.choice import retrained
-
+def _train(answer: Connection, parent: int, task: Callable[..., PolicyInUse], before: str) -> None:
+    """Train, and answer with the policy, None if it is the one before, or what went wrong."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the whole group; the watch ends this process
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     end_with(parent)
     os.nice(_NICE)
     try:
-        found = retrained(
-            site, preparation, policy, failed=components, seed=seed, steps=steps, progress=SilentProgress()
-        )
+        found = task(progress=SilentProgress())
     except BaseException as error:
         answer.send("".join(traceback.format_exception_only(error)).strip())
         raise
-    answer.send(None if found is policy else found)
+    answer.send(None if found.id == before else found)

@@ -14,6 +14,7 @@ import bimvox_pipeline.watch.reader
 import bimvox_pipeline.watch.revise
 import numpy as np
 import pytest
+import trainings
 import trimesh
 from bimvox_pipeline.render.render import render
 from bimvox_pipeline.report.report import report
@@ -603,11 +604,9 @@ def fails(transits: Any) -> list[None]:
     return [None for _ in transits]
 
 
-def test_retraining_goes_on_beside_and_its_path_is_taken_where_it_is_no_longer(watcher, monkeypatch):
-    monkeypatch.setattr(
-        "bimvox.policy.choice.retrained", lambda site, preparation, policy, **_: replace(policy, id="better")
-    )
+def test_retraining_goes_on_beside_and_its_path_is_taken_where_it_is_no_longer(watcher):
     watcher.retrain(100)
+    watcher._retraining.train = trainings.better
     taken_up(watcher)
     watcher._reviser.propose = fails
     put(watcher, box_on(watcher, 5))
@@ -635,20 +634,17 @@ def method_of(watcher: Watcher, name: str) -> str:
     return next(lift.method.value for lift in plan.lifts if plan.site.components[lift.component].id == name)
 
 
-def test_retraining_that_brings_nothing_or_fails_changes_nothing(watcher, monkeypatch):
-    def broken(*_: Any, **__: Any) -> Any:
-        raise ValueError("no lessons")
-
+def test_retraining_that_brings_nothing_or_fails_changes_nothing(watcher):
     watcher.retrain(100)
     taken_up(watcher)
     watcher._reviser.propose = fails
     for number, (outcome, event, said) in enumerate(
         (
-            (lambda site, preparation, policy, **_: policy, "retrained", "no retrained policy was better"),
-            (broken, "failed", "no lessons"),
+            (trainings.unchanged, "retrained", "no retrained policy was better"),
+            (trainings.broken, "failed", "no lessons"),
         )
     ):
-        monkeypatch.setattr("bimvox.policy.choice.retrained", outcome)
+        watcher._retraining.train = outcome
         put(watcher, box_on(watcher, 5 + number))
         revision = change(watcher)[-1]["revision"]
         lifts = watcher.standing.plan.lifts
@@ -660,9 +656,9 @@ def test_retraining_that_brings_nothing_or_fails_changes_nothing(watcher, monkey
         assert watcher.standing.plan.lifts is lifts
 
 
-def test_a_newer_change_ends_the_training(watcher, monkeypatch):
-    monkeypatch.setattr("bimvox.policy.choice.retrained", lambda *_, **__: time.sleep(600.0))
+def test_a_newer_change_ends_the_training(watcher):
     watcher.retrain(100)
+    watcher._retraining.train = trainings.endless
     taken_up(watcher)
     watcher._reviser.propose = fails
     put(watcher, box_on(watcher, 5))
