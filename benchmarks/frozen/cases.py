@@ -77,7 +77,7 @@ def _exported(workshop: Workshop) -> Recorded:
     out = workshop.fresh("export-log/out")
     start = ("--start", "2026-03-02T07:00")
     for file, options in {
-        "one.mcap": ("mcap", "--lift", "3"),
+        "one.mcap": ("mcap", "--lift", "4"),
         "all.csv": ("csv",),
         "all.json": ("json",),
         "all.glb": ("glb",),
@@ -105,7 +105,7 @@ def _rendered(workshop: Workshop) -> Recorded:
     hall = workshop.copy_of(workshop.planned("hall", search=True), "render-hall")
     for file, options in {
         "frame.png": (),
-        "lift.png": ("--lift", "3", "--size", "640x400"),
+        "lift.png": ("--lift", "4", "--size", "640x400"),
         "frame.gif": ("--seconds", "2", "--size", "160x100"),
         "frame.html": (),
     }.items():
