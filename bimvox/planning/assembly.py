@@ -18,9 +18,9 @@ from bimvox.errors import VerificationError
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.insertion import Insertion, NoInsertion, find_insertion
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
+from bimvox.planning.order.order_and_yard import order_and_yard
 from bimvox.planning.order.relations import Precedence, precedence
 from bimvox.planning.order.sequence import ErectionSequence, Sequencer
-from bimvox.planning.order.shorten import order_and_yard
 from bimvox.planning.refusal import refused_by_crane
 from bimvox.progress import Report
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace

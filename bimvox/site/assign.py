@@ -22,7 +22,7 @@ from bimvox.site.component import Component
 from bimvox.site.config import SiteConfig
 from bimvox.site.site import Rules
 
-_HANDLING_S = 70.0
+HANDLING_S = 70.0
 """Hooking on and the trial lift, in addition to the crew's times in the rules and the crane's travel."""
 _ROUNDS = 200
 _SLACK_M = 1e-6
@@ -129,7 +129,7 @@ def _work_s(crane: TowerCrane, radius_m: NDArray[np.float64], rules: Rules) -> N
     """Return (N,) estimated seconds of work for parts set at these radii: a quarter turn and back, and the crew."""
     turn_s = rest_to_rest_s(np.pi / 2.0, crane.slewing)
     trolley_s = np.array([rest_to_rest_s(float(radius) / 2.0, crane.trolley) for radius in radius_m])
-    work_s: NDArray[np.float64] = _HANDLING_S + rules.bracing_s + rules.release_s + 2.0 * np.maximum(turn_s, trolley_s)
+    work_s: NDArray[np.float64] = HANDLING_S + rules.bracing_s + rules.release_s + 2.0 * np.maximum(turn_s, trolley_s)
     return work_s
 
 

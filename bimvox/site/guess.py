@@ -19,7 +19,7 @@ from bimvox.site.extent import site_extent, top_m
 from bimvox.site.machine import crane_config, cranes_of
 from bimvox.site.parts import entries_by_id
 from bimvox.site.placement import dominant_yaw_rad, ground_height_m, standing_bounds_m
-from bimvox.site.yard_guess import yard_need, yards_beside
+from bimvox.site.yard_guess import yard_need, yards_next_to
 
 VOXEL_SIZES_M = (0.1, 0.2, 0.25, 0.5, 1.0)
 PLANNING_CELLS = 2_500_000
@@ -147,7 +147,7 @@ def _with_areas_and_crane(
     rough_m = config.model.voxel_size_m or planning_voxel_size_m(config.model_copy(update={"areas": areas}), building)
     if areas.yard is None:
         box = np.stack([construction.min(axis=0), construction.max(axis=0)])
-        candidates: list[tuple[Polygon, ...]] = [(yard,) for yard in yards_beside(box, yard_need(lifted, rough_m))]
+        candidates: list[tuple[Polygon, ...]] = [(yard,) for yard in yards_next_to(box, yard_need(lifted, rough_m))]
     else:
         candidates = [areas.yard]
     if wants_crane:

@@ -59,7 +59,7 @@ def yard_need(components: Sequence[Element], voxel_size_m: float) -> YardNeed:
     )
 
 
-def yards_beside(construction_m: NDArray[np.float64], need: YardNeed) -> list[Polygon]:
+def yards_next_to(construction_m: NDArray[np.float64], need: YardNeed) -> list[Polygon]:
     """Return a yard on each side of the construction area's box, the longer sides first.
 
     Args:
@@ -69,10 +69,10 @@ def yards_beside(construction_m: NDArray[np.float64], need: YardNeed) -> list[Po
     low, high = construction_m
     size = high - low
     sides = [(1, -1), (1, 1), (0, -1), (0, 1)] if size[0] >= size[1] else [(0, -1), (0, 1), (1, -1), (1, 1)]
-    return [_beside(low, high, axis, direction, need) for axis, direction in sides]
+    return [_outside(low, high, axis, direction, need) for axis, direction in sides]
 
 
-def _beside(low: NDArray[np.float64], high: NDArray[np.float64], axis: int, direction: int, need: YardNeed) -> Polygon:
+def _outside(low: NDArray[np.float64], high: NDArray[np.float64], axis: int, direction: int, need: YardNeed) -> Polygon:
     """Return the yard outside the box at the ``direction`` end of ``axis``, centred along that side."""
     along = 1 - axis
     least = (need.width_m, need.depth_m)

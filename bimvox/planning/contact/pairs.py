@@ -17,13 +17,13 @@ from functools import cached_property
 import fcl
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.planning.contact.erosion import eroded_triangles_m, pair_depths_m, thickness_m
 from bimvox.planning.contact.sweep import blocked_steps, crossings_above
 from bimvox.planning.contact.triangle_object import collision_object
 from bimvox.records.lift import ModelledClash
+from bimvox.site.margin import grown_cells
 from bimvox.site.site import Site
 
 _LEAST_GAP_M = 0.001
@@ -166,7 +166,7 @@ class Contacts:
         keys, numbers = keys[order], numbers[order]
         found = []
         for number in range(self._component_count):
-            around = self._key(_grown(self.solids[number].cells))
+            around = self._key(grown_cells(self.solids[number].cells, 1))
             low, high = np.searchsorted(keys, around, "left"), np.searchsorted(keys, around, "right")
             runs = [numbers[(low + n)[low + n < high]] for n in range(int((high - low).max()))]
             met = np.unique(np.concatenate(runs))
@@ -241,13 +241,3 @@ def _clash(first: str, second: str, way_m: NDArray[np.float64] | None) -> Modell
         return ModelledClash(first, second, _DEPTH_REACH_M, None)
     x, y, z = (round(float(n), 6) for n in way_m)
     return ModelledClash(first, second, round(float(np.abs(way_m).sum()), 6), (x, y, z))
-
-
-def _grown(cells: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the cells of a shape and all cells that touch it, corners included."""
-    low = cells.min(axis=0) - 1
-    dense = np.zeros(cells.max(axis=0) - low + 2, np.bool_)
-    dense[tuple((cells - low).T)] = True
-    grown: NDArray[np.bool_] = binary_dilation(dense, np.ones((3, 3, 3), np.bool_))
-    around: NDArray[np.int32] = (np.argwhere(grown) + low).astype(np.int32)
-    return around

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import Axes
 from bimvox.planning.travel import Travel
+from bimvox.site.assign import HANDLING_S
 from bimvox.site.site import Site
 
-_HANDLING_S = 70.0
-"""Hooking on and the trial lift, in addition to the crew's times in the rules."""
+COLUMN, ROW = (slice(None), None), (None, slice(None))
+"""Indices that pair all parts with all parts: those in rows, and those in columns."""
 
 
 class Shared:
@@ -34,9 +35,9 @@ class Shared:
         self._empty_s: list[NDArray[np.float64]] = []
         self._loaded_s: list[NDArray[np.float64]] = []
         for targets, picks, travel in ways:
-            self._empty_s.append(np.round(travel.between_s(_at(targets, _COLUMN), _at(picks, _ROW))))
+            self._empty_s.append(np.round(travel.between_s(at(targets, COLUMN), at(picks, ROW))))
             self._loaded_s.append(travel.between_s(picks, targets))
-        self._crew_s = _HANDLING_S + site.rules.bracing_s + site.rules.release_s
+        self._crew_s = HANDLING_S + site.rules.bracing_s + site.rules.release_s
         self._worked_s = np.zeros(len(ways))
         self._last: dict[int, int] = {}
         self._counted = 0
@@ -64,8 +65,6 @@ class Shared:
         self._counted = len(order)
 
 
-_COLUMN, _ROW = (slice(None), None), (None, slice(None))
-
-
-def _at(axes: Axes, numbers: Any) -> Axes:
+def at(axes: Axes, numbers: Any) -> Axes:
+    """Return hook axes indexed by numbers of parts, or by ``COLUMN`` or ``ROW`` for all pairs of parts."""
     return axes[0][numbers], axes[1][numbers], axes[2][numbers]

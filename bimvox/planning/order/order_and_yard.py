@@ -8,14 +8,13 @@ rounds is kept, by the point-to-point bound of all travel, empty and loaded; wit
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from bimvox.crane.kinematics import Axes
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.order.sequence import ErectionSequence, Prefer, Sequencer
-from bimvox.planning.order.shared_order import Shared
+from bimvox.planning.order.shared_order import COLUMN, ROW, Shared, at
 from bimvox.planning.travel import Travel
 from bimvox.planning.yard import allocate_yard
 from bimvox.records.lift import YardPlace
@@ -83,8 +82,8 @@ def travel_s(site: Site, travel: Travel, order: tuple[int, ...], places: Places)
     kept = np.array([i for i in order if places[i] is not None], np.int64)
     if not len(kept):
         return 0.0
-    loaded = travel.between_s(_at(picks, kept), _at(targets, kept))
-    empty = travel.between_s(_at(targets, kept[:-1]), _at(picks, kept[1:]))
+    loaded = travel.between_s(at(picks, kept), at(targets, kept))
+    empty = travel.between_s(at(targets, kept[:-1]), at(picks, kept[1:]))
     return float(loaded.sum() + empty.sum())
 
 
@@ -93,7 +92,7 @@ class _Quickest:
 
     def __init__(self, site: Site, travel: Travel, places: Places) -> None:
         targets, picks = _target_axes(site, travel), _pick_axes(site, travel, places)
-        self._empty_s = travel.between_s(_at(targets, _COLUMN), _at(picks, _ROW))
+        self._empty_s = travel.between_s(at(targets, COLUMN), at(picks, ROW))
         # Whole seconds, so that rounding noise decides nothing.
         self._empty_s = np.round(self._empty_s)
         self._delivery = [-1 if place is None else place.delivery for place in places]
@@ -118,13 +117,6 @@ class _Quickest:
 
 def _with_place(places: Places) -> int:
     return sum(place is not None for place in places)
-
-
-_COLUMN, _ROW = (slice(None), None), (None, slice(None))
-
-
-def _at(axes: Axes, numbers: Any) -> Axes:
-    return axes[0][numbers], axes[1][numbers], axes[2][numbers]
 
 
 def _target_axes(site: Site, travel: Travel) -> Axes:
