@@ -69,7 +69,7 @@ def _measured(name: str, scratch: Path, options: argparse.Namespace) -> dict[str
     while watcher.is_cold:
         time.sleep(0.1)
     time.sleep(2.0)
-    random = RandomObstructions(watcher.standing.plan, options.seed)
+    random = RandomObstructions(watcher.current.plan, options.seed)
     found = []
     for number in range(options.changes):
         file.write_bytes(random.change())

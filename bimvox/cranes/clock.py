@@ -1,4 +1,4 @@
-"""What one of several cranes does on the site's clock, as far as that is known, and its lifts' motions made of it."""
+"""The schedule of one of several cranes as far as it is known, and the motions made of it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Placed:
         start_ns: When it begins.
         way: Its samples, from 0.
         track: Where the crane may be meanwhile, on the clock.
-        stopped_ns: When the crane began to brake on it; None where it is driven to its end.
+        stopped_ns: When the crane began to brake; None if the hook drives to the end.
     """
 
     start_ns: int
@@ -41,10 +41,10 @@ class Placed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Begun:
-    """What a crane did until a plan was revised while it is carried out, and goes on with.
+    """What a crane has begun of a plan that is revised while it is carried out.
 
     Attributes:
-        motions: Of the lifts that are hooked on or done, by order, without a way of the hook after them.
+        motions: Motions of its lifts that have begun, by order, without the departure of the hook.
         tracks: Where the crane may be during each of them, in order.
         hooks: Ways of its empty hook since, in order.
         stands: Where it stood at the start of the clock.
@@ -58,7 +58,7 @@ class Begun:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GoingOn:
-    """A load that was stopped on its way, with a way on.
+    """A load that was stopped under way and has a path on.
 
     Attributes:
         lift: Its lift.
@@ -77,7 +77,7 @@ class GoingOn:
 
 @dataclass(slots=True, eq=False)
 class CraneClock:
-    """What one crane does.
+    """The schedule of one crane.
 
     Attributes:
         number: Which it is.
@@ -116,7 +116,7 @@ class CraneClock:
 
     @property
     def free_ns(self) -> int:
-        """When it is done with all that is on the clock."""
+        """When it is done with all that is scheduled."""
         return self.ends_ns[-1] if self.tracks else 0
 
     @property
@@ -126,16 +126,16 @@ class CraneClock:
 
     @property
     def kept(self) -> int:
-        """How many of the ways to its next part are driven already, so that they cannot be taken back."""
+        """How many of the ways to its next part have begun, so that they cannot be undone."""
         return self.driven if self.done == self.begun else 0
 
     @property
     def starts(self) -> bool:
-        """Whether where it stands first is still to be chosen."""
+        """Whether its first position is still to be chosen."""
         return self.done == 0 and not self.is_revised
 
     def known(self, from_ns: int) -> CraneTrack:
-        """Return its track from a moment on, and where it stands at the end of it."""
+        """Return its track from a time on, and its position at the end."""
         late = [track for track in self.tracks if track.end_ns > from_ns]
         before = self.tracks[: len(self.tracks) - len(late)]
         if not late:
@@ -143,7 +143,7 @@ class CraneClock:
         return joined(late)
 
     def begin(self, begun: Begun) -> None:
-        """Take over what it did already."""
+        """Take over what it has begun."""
         self.is_revised, self.stands, self.at = True, begun.stands, "set"
         for (_, motion), track in zip(sorted(begun.motions.items()), begun.tracks, strict=True):
             self.tracks.append(track)
@@ -159,7 +159,7 @@ class CraneClock:
 
 
 def standing_at(row: NDArray[np.float64], from_ns: int) -> CraneTrack:
-    """Return the track of a crane that stands from a moment on; ``row`` as in ``CraneTrack``."""
+    """Return the track of a crane that stands still from a time on; ``row`` as in ``CraneTrack``."""
     return CraneTrack(from_ns, row[None, :], row, row)
 
 
@@ -180,7 +180,7 @@ def motions_of(crane: CraneClock) -> list[LiftMotion]:
 
 
 class _Phases:
-    """Phases that follow each other from a moment on."""
+    """Phases that follow each other from a time on."""
 
     def __init__(self, at_ns: int) -> None:
         self.phases: list[Phase] = []
@@ -212,7 +212,7 @@ class _Phases:
 
 
 def _leaving(motion: LiftMotion, leaves: list[Placed]) -> LiftMotion:
-    """The motion with ways of the empty hook after it, to be out of the way."""
+    """The motion with a departure: ways of the empty hook to clear the way for other cranes."""
     if not leaves:
         return motion
     phases = _Phases(motion.end_ns)

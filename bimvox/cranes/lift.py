@@ -1,4 +1,4 @@
-"""What a crane of several does for a lift, not on the site's clock yet: its carry, and the ways of its empty hook."""
+"""One lift of one of several cranes before it is scheduled: its carry, and the ways of the empty hook."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bimvox.records.trajectory import Trajectory
 
 
 class HookError(MotionError):
-    """An empty hook finds no way to a part."""
+    """The empty hook finds no way to a part."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +45,7 @@ class Parking:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CraneLift:
-    """One lift of one crane, not on the site's clock yet.
+    """One lift of one crane before it is scheduled.
 
     Attributes:
         lift: The lift.

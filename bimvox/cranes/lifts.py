@@ -1,4 +1,4 @@
-"""What each of several cranes does for a lift, before anyone knows when: its carry, and the ways of its empty hook.
+"""What each of several cranes does for a lift before it is scheduled: its carry, and the ways of its empty hook.
 
 Between two lifts of one crane others set parts. So the empty hook has more than one way to its next part, each free of
 what stands at its time:
@@ -45,7 +45,7 @@ _APART_RAD = np.radians(25.0)
 _LONG_S = 90.0
 _REST_NS = 1_000_000_000
 _BESIDE_M = 1.0
-"""Parts set nearer than this beside the way of an early hook, and as high, wait until it has passed."""
+"""Parts that are set nearer than this to an early way, and as high, wait until the hook has passed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +81,7 @@ def lifts_by(
     clearances: Iterable[tuple[Lift, CollisionSpace]],
     make: Callable[[CraneLiftMaker, CollisionSpace, LeftBehind | None], CraneLift],
 ) -> tuple[CraneLift, ...]:
-    """Return what the cranes do for every planned lift, in order, each made by a function of its own.
+    """Return what the cranes do for every planned lift, in order, each made by a given function.
 
     Args:
         plan: The plan, of a site with several cranes.
@@ -144,7 +144,7 @@ class CraneLiftMaker:
         self.component = self.site.components[lift.component]
 
     def made(self, space: CollisionSpace, before: LeftBehind | None) -> CraneLift:
-        """Return it, given the rule of its stage and what the crane did before."""
+        """Return the lift, given the rule of its stage and the lift that the crane did before."""
         pick_vox = hook_on_cell(self.component, self.place, space)
         lying = self.lying()
         now = empty_hook_clearance(self.site, self.crane, space, self.place, NO_CELLS, lying)
@@ -183,13 +183,13 @@ class CraneLiftMaker:
         return replace(self.carried(space, ends), early=early, late=late, parkings=tuple(parkings), starts_there=free)
 
     def carried(self, space: CollisionSpace, slew_rad: float) -> CraneLift:
-        """Return it without ways of the empty hook, hooked on under a slewing angle."""
+        """Return the lift without ways of the empty hook, hooked on at a slewing angle."""
         carry = time_lift(self.site, self.crane, self.lift, space, None, 0, slew_rad)
         track = carrying_track(self.site, self.crane, self.lift, carry)
         return CraneLift(self.lift, self.number, carry, None, None, (), track)
 
     def parking_cells(self, rule: CollisionSpace, near: Sequence[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
-        """Cells to wait at: in the way of as few as can be of the lifts in between, then the shortest turn.
+        """Cells to wait at: in the way of the fewest lifts in between first, then the shortest turn.
 
         Args:
             rule: Of the empty hook.
@@ -220,7 +220,7 @@ class CraneLiftMaker:
         return first_conflict((outline, other), stands, one.track, separation_m) is not None
 
     def lying(self) -> list[NDArray[np.int32]]:
-        """Cells of the parts before it in the order that may lie in the yard still."""
+        """Cells of earlier parts of the sequence that may still be in the yard."""
         places = [one.place for one in self.between if one.place is not None]
         # What cannot be lifted lies there as long as the rest of its delivery.
         older = {place.delivery for place in places if place.delivery < self.place.delivery}
@@ -239,7 +239,7 @@ class CraneLiftMaker:
         return tuple(leg for leg in legs if leg is not None)
 
     def arrived_since(self, before: Lift, until: Sequence[Lift]) -> list[NDArray[np.int32]]:
-        """Cells of parts whose delivery may come while the hook is on its early way: its rule's table lacks them."""
+        """Cells of parts that may be delivered during the early way: the table of its rule lacks them."""
         assert before.place is not None
         last = max((one.place.delivery for one in until if one.place is not None), default=0)
         late = range(before.place.delivery + 1, last + 1)
@@ -259,7 +259,7 @@ class CraneLiftMaker:
         slew_rad: float,
         lying: Sequence[NDArray[np.int32]],
     ) -> Leg | None:
-        """The way out of the set point is not taken for free where something was set over it since."""
+        """The late way; the exit from the set point does not count as free if something was set above it since."""
         tops = self._tops(self.between)
         kept = exit_vox[exit_vox[:, 2] >= tops[exit_vox[:, 0], exit_vox[:, 1]]]
         if not len(kept) or (kept[-1] != exit_vox[-1]).any():
@@ -280,7 +280,7 @@ class CraneLiftMaker:
         *,
         last: bool = False,
     ) -> Leg | None:
-        """Return a way from cell to cell, straight or drawn in for the turn; None where it is there, or finds none."""
+        """Return a way from cell to cell, straight or at a smaller radius; None if there is none, or none is needed."""
         if (start_vox == end_vox).all():
             return None
         straight = self._way(rule, [start_vox, end_vox], slew_rad)
@@ -295,7 +295,7 @@ class CraneLiftMaker:
         return Leg(min(found, key=lambda way: way.duration_s), last=last) if found else None
 
     def _drawn_in(self, rule: CollisionSpace, cell: NDArray[np.int32]) -> NDArray[np.int32] | None:
-        """The place nearest to the mast in about the direction of a cell, the hook drawn up."""
+        """The parking cell nearest to the mast in about the direction of a cell."""
         hook = load_frame(crane_for(self.site, self.crane, None), self.site.frame, HOOK_OFFSET)
         wanted_rad = float(axes_of_cells(hook, cell)[0])
         best: tuple[float, NDArray[np.int32]] | None = None
@@ -320,7 +320,7 @@ class CraneLiftMaker:
         return one_after_another(ways)
 
     def crossed(self, way: Trajectory) -> list[int]:
-        """Orders of the lifts in between whose part, once set, stands as high as the hook comes beside it."""
+        """Orders of the lifts in between whose part, once set, is as high as the hook passes next to it."""
         frame = self.site.frame
         hook = load_frame(crane_for(self.site, self.crane, None), frame, HOOK_OFFSET)
         axes = np.stack([way.slew_rad, way.radius_m, way.height_m], axis=1)
@@ -333,7 +333,7 @@ class CraneLiftMaker:
         return [one.order for one in self.between if (self._tops([one]) > lowest).any()]
 
     def _tops(self, lifts: Sequence[Lift]) -> NDArray[np.int64]:
-        """(X, Y) one above the highest cell of the parts of lifts, in their places; 0 where there is none."""
+        """(X, Y) one above the highest cell of the parts of lifts at their places; 0 if there is none."""
         tops = np.zeros(self.site.shape[:2], np.int64)
         for one in lifts:
             cells = target_cells(self.site.components[one.component])
@@ -342,14 +342,14 @@ class CraneLiftMaker:
 
 
 def standing_track(site: Site, crane: TowerCrane, axes: NDArray[np.float64]) -> CraneTrack:
-    """Return the track of a crane that stands with an empty hook at a pose ((3,) slew, radius, height)."""
+    """Return the track of a crane that stands still with an empty hook at a pose ((3,) slew, radius, height)."""
     slew, radius, height = (np.repeat(axis, 2) for axis in axes)
     still = Trajectory(np.array([0, SPAN_NS]), slew, radius, height, np.zeros(0, np.int64), 0.0)
     return approach_track(site, crane, still, 0)
 
 
 def _turn(angle_rad: float) -> float:
-    """The angle the short way round, without its sign."""
+    """The absolute angle of the shorter turn."""
     return abs(float(np.remainder(angle_rad + np.pi, 2.0 * np.pi) - np.pi))
 
 

@@ -1,4 +1,4 @@
-"""What each of several cranes does for the lifts that are left of a plan that is being carried out.
+"""What each of several cranes does for the remaining lifts of a plan that is being carried out.
 
 A crane whose last part stands goes to its next one as in a plan. One whose hook is elsewhere by now, stopped on its way
 or waiting, goes on from there: *late*, when everything that comes before the next lift in the order may stand and may
@@ -42,7 +42,7 @@ _REST_NS = NS_PER_S
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stands:
-    """Where a crane goes on from.
+    """From where a crane goes on.
 
     Attributes:
         motions: Of its lifts that are hooked on or done, by order.
@@ -57,7 +57,7 @@ class Stands:
 def crane_lifts_from(
     plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]], stands: Mapping[int, Stands]
 ) -> tuple[CraneLift, ...]:
-    """Return what the cranes do for every planned lift, in order; of those that are hooked on only where they may be.
+    """Return what the cranes do for every planned lift, in order; for lifts that have begun only their tracks.
 
     Args:
         plan: The plan, of a site with several cranes.
@@ -92,7 +92,7 @@ def crane_lifts_from(
 def _from_there(
     maker: CraneLiftMaker, space: CollisionSpace, axes: NDArray[np.float64], last: list[tuple[Lift, CollisionSpace]]
 ) -> CraneLift:
-    """The crane's next lift, its hook at a pose.
+    """The crane's next lift with its hook at any pose.
 
     Args:
         maker: Makes it.
@@ -142,7 +142,7 @@ def _from_there(
 def _early(
     maker: CraneLiftMaker, rule: CollisionSpace, pose: CranePose, end_vox: NDArray[np.int32], since: int
 ) -> Leg | None:
-    """A way past what is set later than a lift, while it is not."""
+    """A way that passes the places of later lifts before their parts are set."""
     leg = _way(maker, rule, pose, end_vox)
     return None if leg is None else replace(leg, before=frozenset(n for n in maker.crossed(leg.way) if n > since))
 

@@ -1,4 +1,4 @@
-"""Where a crane waits with an empty hook so that another one can work: its jib turned aside, its hook drawn up."""
+"""Parking places: where a crane waits, jib turned aside and empty hook raised, so that another crane can work."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _SECTORS = 24
 _SHARES = (0.0, 0.5)
 """Of the radii of a sector, from the nearest to the furthest column: where the hook may wait."""
 _OFF_VOX = 3.0
-"""So far from the smallest radius that the hook can be turned there: columns near it are in reach here and there."""
+"""Distance from the smallest radius at which the hook can slew: columns nearer to it are only partly in reach."""
 
 
 def drawn_up(site: Site, rule: CollisionSpace, cell: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -27,7 +27,7 @@ def _top(site: Site, rule: CollisionSpace) -> NDArray[np.int32]:
 
 
 def parking_cells(site: Site, number: int, rule: CollisionSpace) -> list[NDArray[np.int32]]:
-    """Return cells of the slings' lower end at which a crane may wait: in every direction, the hook drawn up.
+    """Return cells of the slings' lower end at which a crane may wait, in every direction, with the hook raised.
 
     Args:
         site: The site, with all its cranes.

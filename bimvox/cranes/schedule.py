@@ -1,17 +1,17 @@
-"""Lifts of several cranes on one clock: when each begins, so that the order holds and the cranes stay apart.
+"""The schedule of several cranes: when each lift begins so that the sequence holds and the cranes keep apart.
 
-The order of a plan is that of one crane: lift after lift. With several cranes lifts overlap in time under rules that
-make true, at every moment, what each lift was planned for:
+The erection sequence is that of one crane: lift after lift. With several cranes lifts overlap in time, under rules that
+keep the assumptions of each lift true at every moment:
 
-* R1: a part is hooked on when every part before it in the order is out of the yard;
-* R2: a part comes to its place when every part before it in the order stands by itself, slings off;
-* R3: a part of a later delivery is hooked on when every part of the earlier ones stands by itself;
-* R4: at every moment the cranes, braking from there if need be, stay apart (``bimvox.crane.conflict``).
+* R1: a part is hooked on after all earlier parts of the sequence have left the yard;
+* R2: a part is set after all earlier parts of the sequence stand by themselves, slings off;
+* R3: a part of a later delivery is hooked on after all parts of earlier deliveries stand by themselves;
+* R4: the cranes keep their separation at every moment, also if they brake from there (``bimvox.crane.conflict``).
 
-Lifts are put on the clock one by one in the order, each at the first moment (in steps of some seconds) at which the
-rules hold against all that the other cranes do already, and against where they stand when they are done with it. A
-crane that is done with a lift goes to its next part at once and waits there; where it would be in the way of the lifts
-before that one it stays where it is, or turns away to a parking place. A load is never kept waiting in the air.
+Lifts are scheduled one by one in sequence, each at the first time (in steps of some seconds) at which the rules hold
+against everything scheduled for the other cranes, and against their positions after it. A crane that has finished a
+lift goes to its next part at once and waits there. If it would be in the way of earlier lifts there, it stays where it
+is or slews to a parking place. A load never waits in the air.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def time_rest(
 ) -> tuple[LiftMotion, ...]:
     """Return the motion of every planned lift of a plan that is being carried out, in order.
 
-    What was begun goes on as it is, and nothing new begins before a moment.
+    What has begun goes on unchanged, and nothing new begins before ``ready_ns``.
 
     Args:
         plan: The plan, of a site with several cranes.
@@ -113,7 +113,7 @@ class _Schedule:
         self.not_set_before_ns |= {one.lift.order: passed_ns for one in lifts if passed_ns}
 
     def run(self) -> tuple[LiftMotion, ...]:
-        """Put every lift on the clock."""
+        """Schedule every lift."""
         for crane in reversed(self.cranes):
             if crane.starts and self._conflict(crane, crane.stands, 0) is not None:
                 self._start_parked(crane)
@@ -188,7 +188,7 @@ class _Schedule:
         return any(leg is not None and self._go(crane, leg, "pick") for leg in (one.early, one.late))
 
     def _go_on(self, crane: CraneClock, going: GoingOn) -> bool:
-        """Put what is left of the way of a load that was stopped on the clock."""
+        """Schedule the rest of the motion of a load that was stopped."""
         order, motion = going.lift.order, going.motion
         earlier = [self.released_ns[n] for n in self.released_ns if n < order]
         set_after_ns = max([*earlier, self.not_set_before_ns.get(order, 0)], default=0)
@@ -205,7 +205,7 @@ class _Schedule:
         return True
 
     def _carry(self, crane: CraneClock, one: CraneLift) -> bool:
-        """Put a lift on the clock, from hook on to slings off."""
+        """Schedule a lift from hook on to slings off."""
         order, carry = one.lift.order, one.carry
         earlier = [n for n in self.released_ns if n < order]
         assert one.lift.place is not None
@@ -229,7 +229,7 @@ class _Schedule:
         return True
 
     def _go(self, crane: CraneClock, leg: Leg, to: str, *, at_once: bool = False) -> bool:
-        """Put a way of the empty hook on the clock, as early as it can be, or at once."""
+        """Schedule a way of the empty hook as early as possible, or at once."""
         order = crane.next.lift.order if crane.next is not None else len(self.plan.lifts)
         first_ns = max(crane.free_ns, self.ready_ns)
         if crane.legs.get(crane.done):
@@ -255,7 +255,7 @@ class _Schedule:
         return True
 
     def _give_way(self, crane: CraneClock) -> bool:
-        """Bring a crane that stands somewhere out of the way: back from its next part, or to its parking place."""
+        """Move a crane that is in the way: back from its next part, or to a parking place."""
         following = crane.next
         if crane.at == "pick" and following is not None:
             legs = crane.legs.get(crane.done, [])
@@ -277,7 +277,7 @@ class _Schedule:
         return False
 
     def _undo(self, crane: CraneClock, legs: list[Placed]) -> bool:
-        """Take back the way to the next part.
+        """Undo the way to the next part.
 
         Where something would meet the crane at the place that it came from, it goes aside from there at once.
         """
@@ -298,7 +298,7 @@ class _Schedule:
         return False
 
     def _start_parked(self, crane: CraneClock) -> bool:
-        """Begin at the parking place rather than over the first part."""
+        """Begin at a parking place instead of over the first part."""
         if crane.at != "pick" or crane.tracks or not crane.starts:
             return False
         for parking in crane.lifts[0].parkings:
@@ -312,7 +312,7 @@ class _Schedule:
     def _first_free(
         self, crane: CraneClock, track: CraneTrack, first_ns: int, latest_ns: int | None = None
     ) -> int | None:
-        """Return the first start at which a track, and standing where it ends, is clear of all that is known."""
+        """Return the first start at which a track, and the position at its end, are clear of everything scheduled."""
         others_end_ns = max((other.free_ns for other in self.cranes if other is not crane), default=0)
         start_ns = first_ns
         while latest_ns is None or start_ns <= latest_ns:

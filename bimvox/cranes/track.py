@@ -1,4 +1,4 @@
-"""Where a crane may be during a lift, for keeping it apart from another crane: bounds with the ways to brake in them.
+"""Where a crane may be during a lift, for its separation from other cranes: bounds that include braking.
 
 At every sample the crane may be told to stop. It then goes on for the reaction time, as planned or at the speed that it
 has, whichever leads further, and every axis brakes as fast as its acceleration and jerk allow: all of that is within
@@ -44,7 +44,7 @@ from bimvox.site.site import Site, SwingRule
 from bimvox.stop.braking import braking_ways
 
 REACTION_S = 1.0
-"""From the order to stop until the brakes take hold; until then the crane goes on."""
+"""From the order to stop until the brakes act; until then the crane goes on."""
 
 EMPTY_HALF_M = 0.5
 """Radius of the disc that holds hook block and slings."""

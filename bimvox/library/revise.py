@@ -13,8 +13,9 @@ from bimvox.library.verify import prove_plan
 from bimvox.log.plan_log import PlanLog
 from bimvox.planning.rollout import proposer
 from bimvox.progress import Listener, progress_of
+from bimvox.revision.current_plan import current_plan_of
 from bimvox.revision.revise import revise as revised_parts
-from bimvox.revision.standing import standing_of
+from bimvox.revision.walk_result import RevisionRequest
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
 
 _OBSTRUCTIONS = "obstructions."
@@ -41,12 +42,13 @@ def revise(plan: Plan, obstructions: ObstructionSet | Path | str, *, progress: L
     site = obstructed(plan.site, found, told)
     preparation = plan.preparation or prepared(site, told)
     network = plan.policy.network if plan.policy is not None else None
-    standing = standing_of(plan.record.plan, plan.motions)
+    current = current_plan_of(plan.record.plan, plan.motions)
     told.stage("revise")
-    for part in revised_parts(standing, site, preparation, propose=None if network is None else proposer(network)):
-        standing = part.standing
+    request = RevisionRequest(site, preparation, None if network is None else proposer(network))
+    for part in revised_parts(current, request):
+        current = part.current
     kept = {name: data for name, data in plan.record.attachments.items() if not name.startswith(_OBSTRUCTIONS)}
-    record = _next(replace(plan.record, plan=standing.plan, motions=standing.chain), {**kept, **files})
+    record = _next(replace(plan.record, plan=current.plan, motions=current.chain), {**kept, **files})
     verdict = prove_plan(record, told)
     told.finish()
     return replace(plan, record=record, verdict=verdict, preparation=preparation)

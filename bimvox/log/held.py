@@ -1,4 +1,4 @@
-"""A held load as a file inside the log: after ``kill -9`` the watch goes on with the load where it hangs.
+"""Held cranes as a file inside the log: after ``kill -9`` they go on from where they stopped.
 
 A zip like the site's (``bundle``): plain values in JSON, arrays next to them.
 """
@@ -6,6 +6,7 @@ A zip like the site's (``bundle``): plain values in JSON, arrays next to them.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import TypeVar
 
 from bimvox.errors import LogFileError
@@ -16,9 +17,9 @@ from bimvox.revision.held_cranes import HeldCranes
 from bimvox.stop.underway import Held
 
 HELD_FILE = "held_load.zip"
-"""Name of the attachment."""
+"""Name of the attachment with the load of a single crane."""
 HELD_CRANES_FILE = "held_cranes.zip"
-"""Name of the attachment for several cranes, all of which are held."""
+"""Name of the attachment with several cranes, all of which are held."""
 
 _VALUES = "held.json"
 
@@ -26,29 +27,25 @@ _VALUES = "held.json"
 T = TypeVar("T", Held, HeldCranes)
 
 
-def held_to_bytes(held: Held | HeldCranes) -> bytes:
-    """Return a held lift, or all held cranes, as a compressed bundle; deterministic."""
+def held_files(held: HeldCranes) -> dict[str, bytes]:
+    """Return the attachment that holds the cranes; of a single crane it says its load only."""
+    name, what = (HELD_CRANES_FILE, held) if held.hooks else (HELD_FILE, held.loads[0])
     arrays = ArrayWriter()
-    values = json.dumps(encode(held, arrays), ensure_ascii=False, separators=(",", ":")).encode()
-    return pack({_VALUES: values} | {f"{dtype}.npy": to_npy(flat) for dtype, flat in arrays.flat().items()})
+    values = json.dumps(encode(what, arrays), ensure_ascii=False, separators=(",", ":")).encode()
+    return {name: pack({_VALUES: values} | {f"{dtype}.npy": to_npy(flat) for dtype, flat in arrays.flat().items()})}
 
 
-def held_from_bytes(data: bytes) -> Held:
-    """Return the held lift of a bundle.
-
-    Raises:
-        LogFileError: If it is damaged.
-    """
-    return _from_bytes(data, Held, HELD_FILE)
-
-
-def held_cranes_from_bytes(data: bytes) -> HeldCranes:
-    """Return the held cranes of a bundle.
+def held_in(attachments: Mapping[str, bytes]) -> HeldCranes | None:
+    """Return the held cranes of a log; None if none are.
 
     Raises:
-        LogFileError: If it is damaged.
+        LogFileError: If the attachment is damaged.
     """
-    return _from_bytes(data, HeldCranes, HELD_CRANES_FILE)
+    if HELD_CRANES_FILE in attachments:
+        return _from_bytes(attachments[HELD_CRANES_FILE], HeldCranes, HELD_CRANES_FILE)
+    if HELD_FILE in attachments:
+        return HeldCranes((_from_bytes(attachments[HELD_FILE], Held, HELD_FILE),))
+    return None
 
 
 def _from_bytes(data: bytes, kind: type[T], name: str) -> T:

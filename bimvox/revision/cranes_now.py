@@ -1,7 +1,7 @@
-"""What several cranes have done of a plan at a moment, and whether a change meets what they are doing.
+"""What several cranes have done of a plan at a time, and whether a change meets what they are doing.
 
-Parts are hooked on in the order (R1), so at every moment the lifts that are hooked on or done are the first ones of the
-order. The empty hooks may be anywhere on their ways to the next parts.
+Parts are hooked on in the erection sequence (R1), so the lifts that have begun are always the first ones of the
+sequence. The empty hooks may be anywhere on their ways to the next parts.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from bimvox.proof.footprint import CellMask, hook_footprint, jib_meets, motion_f
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
+from bimvox.revision.current_plan import CurrentPlan
 from bimvox.revision.held_cranes import HeldHook, HookWay
-from bimvox.revision.standing import Standing
 from bimvox.site.site import Site
 from bimvox.stop.underway import is_set
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CraneNow:
-    """One crane at a moment.
+    """One crane at a time.
 
     Attributes:
-        number: Which it is.
+        number: Its index in ``Site.cranes``.
         stands: Slew (rad), radius (m) and height (m) at which it stood at the start of the clock.
-        motions: Of its lifts that are hooked on or done, by order, without the ways of the hook after them.
-        ways: Ways of its empty hook since, those that have begun, in order.
+        motions: Motions of its lifts that have begun, by order, without the departure of the hook.
+        ways: Ways of its empty hook that have begun since, in order.
     """
 
     number: int
@@ -42,34 +42,34 @@ class CraneNow:
 
     @property
     def goes_on_from(self) -> Stands:
-        """Where it goes on from."""
+        """From where it goes on."""
         if self.ways:
             return Stands(self.motions, self.ways[-1].way.axes[-1])
         return Stands(self.motions, None if self.motions else np.array(self.stands))
 
     @property
     def is_safe(self) -> bool:
-        """Whether its hook met nothing where it was stopped."""
+        """Whether its hook met nothing when it stopped."""
         return all(way.is_free for way in self.ways)
 
     @property
     def hook(self) -> HeldHook:
-        """Where it is, as what is kept while all cranes are held."""
+        """Where it is, for the record of held cranes."""
         return HeldHook(self.number, self.stands, self.ways)
 
 
-def cranes_at(site: Site, standing: Standing, now_ns: int) -> tuple[CraneNow, ...]:
-    """Return what every crane that does anything has done until a moment.
+def cranes_at(site: Site, current: CurrentPlan, now_ns: int) -> tuple[CraneNow, ...]:
+    """Return what every crane that has lifts has done until a time.
 
     Args:
         site: The site.
-        standing: The plan that stands.
+        current: The current plan.
         now_ns: On the site's clock.
     """
-    held = {} if standing.held_cranes is None else {hook.crane: hook for hook in standing.held_cranes.hooks}
+    held = {} if current.held is None else {hook.crane: hook for hook in current.held.hooks}
     found = []
     for number in range(len(site.cranes)):
-        own = [motion for motion in standing.chain if motion.crane == number]
+        own = [motion for motion in current.chain if motion.crane == number]
         if number in held:
             hook = held[number]
             found.append(CraneNow(number, hook.stands, {m.order: _without_leaving(m) for m in own}, hook.ways))
@@ -87,12 +87,12 @@ def cranes_at(site: Site, standing: Standing, now_ns: int) -> tuple[CraneNow, ..
     return tuple(found)
 
 
-def is_met(site: Site, standing: Standing, crane: CraneNow, added: NDArray[np.int32], now_ns: int) -> bool:
-    """Return whether new cells of obstructions meet what is left of what a crane is doing.
+def is_met(site: Site, current: CurrentPlan, crane: CraneNow, added: NDArray[np.int32], now_ns: int) -> bool:
+    """Return whether new obstructed cells meet the rest of what a crane is doing.
 
     Args:
         site: The site.
-        standing: The plan that stands.
+        current: The current plan.
         crane: The crane.
         added: (N, 3) the cells.
         now_ns: On the site's clock.
@@ -101,7 +101,7 @@ def is_met(site: Site, standing: Standing, crane: CraneNow, added: NDArray[np.in
         return False
     mask = CellMask(site.shape)
     mask.add(added)
-    lifts = {lift.order: lift for lift in standing.plan.lifts}
+    lifts = {lift.order: lift for lift in current.plan.lifts}
     if any(load_is_met(site, lifts[order], motion, added, now_ns) for order, motion in crane.motions.items()):
         return True
     for way in crane.ways:
@@ -113,7 +113,7 @@ def is_met(site: Site, standing: Standing, crane: CraneNow, added: NDArray[np.in
 
 
 def load_is_met(site: Site, lift: Lift, motion: LiftMotion, added: NDArray[np.int32], now_ns: int) -> bool:
-    """Return whether new cells of obstructions meet what is left of the way of a load on a hook.
+    """Return whether new obstructed cells meet the rest of the motion of a load on a hook.
 
     Args:
         site: The site.
@@ -129,12 +129,12 @@ def load_is_met(site: Site, lift: Lift, motion: LiftMotion, added: NDArray[np.in
     return mask.meets(motion_footprint(site, lift, motion, now_ns)) or jib_meets(site, motion, added)
 
 
-def motion_is_met(site: Site, standing: Standing, motion: LiftMotion, added: NDArray[np.int32]) -> bool:
-    """Return whether new cells of obstructions meet a motion that is to come.
+def motion_is_met(site: Site, current: CurrentPlan, motion: LiftMotion, added: NDArray[np.int32]) -> bool:
+    """Return whether new obstructed cells meet a motion to come.
 
     Args:
         site: The site.
-        standing: The plan that stands.
+        current: The current plan.
         motion: One of its motions.
         added: (N, 3) the cells.
     """
@@ -142,7 +142,7 @@ def motion_is_met(site: Site, standing: Standing, motion: LiftMotion, added: NDA
         return False
     mask = CellMask(site.shape)
     mask.add(added)
-    if mask.meets(standing.ways[motion.order]) or jib_meets(site, motion, added):
+    if mask.meets(current.ways[motion.order]) or jib_meets(site, motion, added):
         return True
     leaves = motion.departure
     return leaves is not None and mask.meets(hook_footprint(site, motion, leaves, motion.start_ns))

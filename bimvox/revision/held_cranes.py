@@ -1,4 +1,4 @@
-"""Several cranes that are stopped because a load on one of their hooks finds no way on: all of them wait."""
+"""Cranes that are held because a load on one of their hooks finds no path on."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from bimvox.stop.underway import Held
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HookWay:
-    """A way of an empty hook that has begun.
+    """A way of an empty hook that it has begun.
 
     Attributes:
         start_ns: When it began, on the site's clock.
         way: Its samples, from 0, to where the hook is at rest.
-        stopped_ns: When the crane began to brake on it, on the site's clock; None where it is driven to its end.
-        is_free: Whether the hook met nothing while it was stopped, as far out as it swung.
+        stopped_ns: When the crane began to brake, on the site's clock; None if the hook drives to the end.
+        is_free: Whether the hook met nothing while it stopped, its swing included.
     """
 
     start_ns: int
@@ -51,8 +51,13 @@ class HeldCranes:
 
     Attributes:
         loads: The loads on their hooks, in order.
-        hooks: Where the cranes are.
+        hooks: Where the cranes are; empty if there is only one (its load says where).
     """
 
     loads: tuple[Held, ...]
-    hooks: tuple[HeldHook, ...]
+    hooks: tuple[HeldHook, ...] = ()
+
+    @property
+    def orders(self) -> frozenset[int]:
+        """Orders of the lifts whose loads hang on the hooks."""
+        return frozenset(load.lift.order for load in self.loads)

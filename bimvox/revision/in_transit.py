@@ -1,26 +1,26 @@
-"""Of a plan that is being carried out: which lifts are done, and which one is under way."""
+"""Which lifts of a plan with one crane are done at a time, and which one is under way."""
 
 from __future__ import annotations
 
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
-from bimvox.revision.standing import Standing
+from bimvox.revision.current_plan import CurrentPlan
 from bimvox.stop.underway import is_set
 
 
-def behind(standing: Standing, now_ns: int | None) -> int:
+def behind(current: CurrentPlan, now_ns: int | None) -> int:
     """Return the order of the last lift that is done or was passed over; -1 for none.
 
     A later one is to come, or under way.
 
     Args:
-        standing: The plan.
+        current: The plan.
         now_ns: The time on the site's clock; None where it is not carried out.
     """
     if now_ns is None:
         return -1
-    last = -1 if standing.held is None else standing.held.lift.order - 1
-    for order, motion in standing.on_the_clock.items():
+    last = -1 if current.held is None else current.held.loads[0].lift.order - 1
+    for order, motion in current.on_the_clock.items():
         if is_set(motion, now_ns):
             last = max(last, order)
         elif motion.start_ns < now_ns:
@@ -28,18 +28,18 @@ def behind(standing: Standing, now_ns: int | None) -> int:
     return last
 
 
-def motion_under_way(standing: Standing, lift: Lift, now_ns: int | None) -> LiftMotion | None:
+def motion_under_way(current: CurrentPlan, lift: Lift, now_ns: int | None) -> LiftMotion | None:
     """Return the motion of a lift that is not behind, if it is under way; else None.
 
     Args:
-        standing: The plan.
+        current: The plan.
         lift: One of its lifts.
         now_ns: The time on the site's clock; None where it is not carried out.
     """
-    held = standing.held
-    if held is not None:
+    if current.held is not None:
+        held = current.held.loads[0]
         return held.motion if held.lift.order == lift.order else None
     if now_ns is None:
         return None
-    motion = standing.on_the_clock.get(lift.order)
+    motion = current.on_the_clock.get(lift.order)
     return motion if motion is not None and motion.start_ns < now_ns else None

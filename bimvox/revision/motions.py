@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 from bimvox.errors import MotionError
 from bimvox.motion.shift import joined_on, waiting
 from bimvox.motion.time_plan import time_lift
 from bimvox.motion.timing import NS_PER_S
-from bimvox.planning.assembly import Assembly, with_cleared
+from bimvox.planning.assembly import Assembly, Preparation, with_cleared
 from bimvox.planning.rounds import Refused
-from bimvox.records.lift import Lift, Status
+from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.revision.made import Made, Wanted
+from bimvox.revision.walk_result import RevisionRequest, WalkResult
 from bimvox.site.collision import CollisionSpace
 
 
-def made_in_full(wanted: Wanted, made: Made) -> Made | Refused:
+def made_in_full(request: RevisionRequest, made: WalkResult) -> WalkResult | Refused:
     """Return what a walk made with all motions made and laid on the clock one after the other.
 
     Args:
-        wanted: What the part is made of.
+        request: What to revise the plan for.
         made: What the walk made.
 
     Returns:
         The same with every motion; or the lifts that the crane cannot drive, and why.
     """
-    motions, refused = _missing_motions(wanted, made)
+    motions, refused = _missing_motions(request, made)
     if refused:
         return refused
     on_clock, before = dict(made.motions), None
@@ -34,13 +35,13 @@ def made_in_full(wanted: Wanted, made: Made) -> Made | Refused:
         order = lift.order
         if order in made.laid:
             motion = made.laid[order] or motions[order]
-            on_clock[order] = _in_time(wanted, joined_on(motion, None if before is None else on_clock.get(before)))
+            on_clock[order] = _in_time(request, joined_on(motion, None if before is None else on_clock.get(before)))
         if lift.status is Status.PLANNED:
             before = order
     return replace(made, motions={order: on_clock[order] for order in sorted(on_clock)}, laid={})
 
 
-def _missing_motions(wanted: Wanted, made: Made) -> tuple[dict[int, LiftMotion], Refused]:
+def _missing_motions(request: RevisionRequest, made: WalkResult) -> tuple[dict[int, LiftMotion], Refused]:
     """Return the motions that the walk left open, each timed at its own stage; they start at 0, in the turn nearest 0.
 
     Returns:
@@ -48,10 +49,10 @@ def _missing_motions(wanted: Wanted, made: Made) -> tuple[dict[int, LiftMotion],
     """
     motions: dict[int, LiftMotion] = {}
     refused: dict[str, str] = {}
-    site, missing = wanted.site, set(made.motions_to_make)
+    site, missing = request.site, set(made.motions_to_make)
     if not missing:
         return motions, refused
-    assembly, before = Assembly(site, wanted.preparation, one_at_a_time=True), None
+    assembly, before = Assembly(site, request.preparation, one_at_a_time=True), None
     for lift in made.lifts:
         assembly.skip(lift.component)
         if lift.order in missing:
@@ -71,14 +72,32 @@ def _missing_motions(wanted: Wanted, made: Made) -> tuple[dict[int, LiftMotion],
     return motions, refused
 
 
-def _in_time(wanted: Wanted, motion: LiftMotion) -> LiftMotion:
-    """A lift that is not under way does not begin in the past: where the crane stood idle, it waits until now."""
-    now_ns = wanted.now_ns
+def stages_of(plan: LiftPlan, preparation: Preparation, last: int = -1) -> Iterator[tuple[Lift, CollisionSpace]]:
+    """Yield every planned lift with the collision rule of its stage, its own last moves cleared.
+
+    Args:
+        plan: The plan.
+        preparation: What was prepared for its site.
+        last: Lifts up to this order have begun: their last moves are not cleared.
+    """
+    assembly = Assembly(plan.site, preparation)
+    for lift in plan.lifts:
+        assembly.skip(lift.component)
+        is_planned = lift.status is Status.PLANNED
+        if is_planned:
+            space = assembly.space(lift.component)
+            yield lift, space if lift.order <= last else _with_last_moves(space, lift)
+        assembly.finish(lift.component, placed=is_planned)
+
+
+def _in_time(request: RevisionRequest, motion: LiftMotion) -> LiftMotion:
+    """A lift to come does not begin in the past: an idle crane waits until now."""
+    now_ns = request.now_ns
     if now_ns is None or motion.start_ns >= now_ns:
         return motion
-    return waiting(motion, now_ns + round(wanted.hold_s * NS_PER_S) - motion.start_ns)
+    return waiting(motion, now_ns + round(request.hold_s * NS_PER_S) - motion.start_ns)
 
 
 def _with_last_moves(space: CollisionSpace, lift: Lift) -> CollisionSpace:
-    """Return the collision rule with a lift's own last moves cleared."""
+    """Return a collision rule with a lift's own last moves cleared."""
     return with_cleared(space, lift.last_moves_vox)

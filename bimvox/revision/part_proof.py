@@ -1,4 +1,4 @@
-"""The proof of a part: of its new paths and motions, a few lifts at a time."""
+"""Prove the new paths and motions of a part."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bimvox.proof.footprint import Footprint, motion_footprint, path_footprint
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
-from bimvox.revision.made import Made
+from bimvox.revision.walk_result import WalkResult
 
 _PROVEN_AT_ONCE = 4
 """Lifts that are proven together."""
@@ -20,20 +20,22 @@ _PROVEN_AT_ONCE = 4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Proof:
-    """What a proof of new lifts says.
+    """The result of proving new lifts.
 
     Attributes:
-        refused: Those to refuse; the rest is of no use where there are any.
+        refused: The lifts to refuse and why; if there are any, the footprints are incomplete.
         paths: Footprints of the new paths, by order.
         ways: Footprints of the new motions, by order.
+        stuck: Of those to refuse, the components whose empty hook meets something.
     """
 
     refused: Refused
     paths: Mapping[int, Footprint]
     ways: Mapping[int, Footprint]
+    stuck: frozenset[str] = frozenset()
 
 
-def prove_new(plan: LiftPlan, made: Made, known_shapes: set[int]) -> Proof:
+def prove_new(plan: LiftPlan, made: WalkResult, known_shapes: set[int]) -> Proof:
     """Return the proof of the paths and motions that are new in a part.
 
     Args:
@@ -44,18 +46,22 @@ def prove_new(plan: LiftPlan, made: Made, known_shapes: set[int]) -> Proof:
     Raises:
         VerificationError: If the proof fails, and no lift is at fault.
     """
-    to_prove_paths, to_prove_motions = made.paths_to_prove, made.motions_to_prove
+    to_prove_paths, to_prove_motions = made.paths_to_prove, made.unproven_motions
     orders = sorted(to_prove_paths | to_prove_motions)
+    # The motions of several cranes are proven against each other: all at once.
+    at_once = max(1, len(orders)) if plan.site.has_several_cranes else _PROVEN_AT_ONCE
     refused: dict[str, str] = {}
     paths: dict[int, Footprint] = {}
     ways: dict[int, Footprint] = {}
-    for n in range(0, len(orders), _PROVEN_AT_ONCE):
-        batch = set(orders[n : n + _PROVEN_AT_ONCE])
+    stuck: set[str] = set()
+    for n in range(0, len(orders), at_once):
+        batch = set(orders[n : n + at_once])
         found = _prove(plan, batch & to_prove_paths, batch & to_prove_motions, made.motions, known_shapes)
         refused |= found.refused
         paths |= found.paths
         ways |= found.ways
-    return Proof(refused, paths, ways)
+        stuck |= found.stuck
+    return Proof(refused, paths, ways, frozenset(stuck))
 
 
 def _prove(
@@ -67,17 +73,21 @@ def _prove(
 ) -> Proof:
     """Prove the paths and the motions of some lifts."""
     reasons: dict[str, str] = {}
+    stuck: set[str] = set()
     for orders, verify in (
         (paths, partial(verify_plan_over_time, known_shapes=known_shapes)),
         (motions, verify_motions_over_time),
     ):
         if orders:
-            part, context = _split(plan, orders)
+            is_whole = plan.site.has_several_cranes and orders == timed.keys()
+            part, context = (plan, ()) if is_whole else _split(plan, orders)
             own = [timed[order] for order in sorted(orders) if order in timed]
-            for component, reason in refusals(verify(part, own, context)).items():
+            found = verify(part, own, context)
+            for component, reason in refusals(found).items():
                 reasons.setdefault(component, reason)
+            stuck |= {name for check in found.checks if check.name == "empty_hook" for name in check.culprits}
     if reasons:
-        return Proof(reasons, {}, {})
+        return Proof(reasons, {}, {}, frozenset(stuck))
     lifts = {lift.order: lift for lift in plan.lifts}
     return Proof(
         {},

@@ -1,12 +1,12 @@
-"""Versions of lifts that stood before, to be taken again where everything that their proof rested on is as it was.
+"""Earlier versions of lifts, recalled if everything that their proof depends on is as it was.
 
-A change often takes back an earlier one: an obstruction goes away again, and the lifts that it had made impossible,
-with all that rests on them, are possible as before. Planning, timing and proving them again would give what is known.
+A change often undoes an earlier one: an obstruction is removed, and the lifts that it made infeasible, with all that
+rests on them, are feasible again. Planning, timing and proving them again would give the known result.
 
-A version is proven still where the same lifts are done before its own (so the same parts stand, and the same wait in
-the yard), and where no obstruction has a cell in its footprint that had none when it stood (``footprint`` says why that
-is enough). Its motion holds, too, where also the lift before it is the same, and none of these cells is in the motion's
-footprint or as high as the jib.
+A version is still proven if the same lifts are done before it (so the same parts are in place and in the yard) and
+no cell of its footprint has become obstructed since (``footprint`` explains why that is enough). Its motion is still
+proven if also the lift before it is the same, and none of the newly obstructed cells is in the motion's footprint or as
+high as the jib.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site
 
 _VERSIONS = 2
-"""Versions of a lift that are kept."""
+"""Number of versions kept for each lift."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Version:
-    """A lift as it stood once, proven.
+    """A proven lift of an earlier plan.
 
     Attributes:
         lift: The lift.
@@ -47,11 +47,11 @@ class Version:
 
 
 Memory = Mapping[int, tuple[Version, ...]]
-"""Versions of lifts by order, the latest first."""
+"""Versions by order of the lift, the latest first."""
 
 
 def remembered(memory: Memory, version: Version) -> tuple[Version, ...]:
-    """Return the versions of a lift with one more."""
+    """Return the versions of a lift with one more in front."""
     order = version.lift.order
     return (version, *memory.get(order, ()))[:_VERSIONS]
 
@@ -66,7 +66,7 @@ def obstructed_cells(site: Site) -> CellMask:
 
 
 class Recall:
-    """Finds versions that hold under the obstructions of a site.
+    """Finds versions that are still proven under the obstructions of a site.
 
     Args:
         memory: Versions by order.
@@ -80,14 +80,14 @@ class Recall:
         self._added: dict[int, CellMask] = {}
 
     def path(self, order: int, done: int) -> Version | None:
-        """Return the latest version whose path holds after these lifts (bits by order)."""
+        """Return the latest version whose path is still proven after these lifts (bits by order); None if none is."""
         for version in self._memory.get(order, ()):
             if version.done == done and not self._since(version).meets(version.path):
                 return version
         return None
 
     def motion(self, lift: Lift, done: int, before: int | None) -> Version | None:
-        """Return the latest version of this very path whose motion holds, too.
+        """Return the latest version of this very path whose motion is still proven; None if none is.
 
         Args:
             lift: The lift.
@@ -107,7 +107,7 @@ class Recall:
         return None
 
     def _since(self, version: Version) -> CellMask:
-        """Cells of obstructions that had none when the version stood."""
+        """Cells that have become obstructed since the version was made."""
         key = id(version.obstructed)
         if key not in self._added:
             self._added[key] = self._obstructed.without(version.obstructed)

@@ -1,130 +1,104 @@
-"""A plan revised after a change of the obstructions: only the lifts that the change meets are made and proven again.
+"""Revise a plan after a change of the obstructions: only the lifts that it affects are planned and proven again.
 
-A lift whose footprint (``bimvox.proof.footprint``) no added cell is in keeps path, motion and proof. All others
-are examined in order, each at its own stage:
+One flow for any number of cranes:
 
-- a planned lift that is met gets a new path, or a new motion where only that is met;
-- an infeasible lift is tried again where the change touches what made it infeasible;
-- a lift whose state changes from planned to infeasible or back changes what later lifts find: it stands at its place or
-  lies in the yard. Those cells count as added and removed for the lifts after it, its neighbours are examined in any
-  case (they may have leaned on it), and the next lift's empty hook starts elsewhere.
-
-The first lifts come first: after so many lifts made anew the rest is planned only (that is the verdict), and is timed
-and proven in the parts that follow.
+1. ``Walk`` goes through the lifts in order. A lift keeps path and proof if no added cell is in its footprint
+   (``bimvox.proof.footprint``). A planned lift that is met gets a new path. An infeasible lift is tried again if the
+   change touches its cause. A lift that becomes infeasible, or planned again, changes the site for later lifts: its
+   cells at its place and in the yard count as added or removed, and its neighbours are examined again.
+2. ``CraneWork`` stops what must stop and puts the motions on the clock: one crane drives lifts one after the other,
+   several follow a schedule.
+3. What is new is proven. Lifts that fail are refused, and the round starts again.
+4. The part is yielded. With one crane, the first new lifts are timed and proven first; the rest is only planned (that
+   is the verdict) and follows in later parts.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from bimvox.planning.assembly import Preparation
-from bimvox.planning.propose import Propose
 from bimvox.planning.rounds import Refused, proven_in_rounds
 from bimvox.records.lift import LiftPlan, Status, same_path
-from bimvox.revision.cranes import revised_together
-from bimvox.revision.cranes_underway import revised_now
-from bimvox.revision.in_transit import behind
-from bimvox.revision.made import Made, Wanted
-from bimvox.revision.motions import made_in_full
+from bimvox.revision.crane_work import CraneWork
+from bimvox.revision.cranes import SeveralCranes
+from bimvox.revision.cranes_underway import CranesUnderWay
+from bimvox.revision.current_plan import CurrentPlan, RevisionPart
 from bimvox.revision.obstruction_change import ObstructionChange, change_between
+from bimvox.revision.one_crane import OneCrane
 from bimvox.revision.part_proof import Proof, prove_new
-from bimvox.revision.standing import Better, RevisedPart, Standing
 from bimvox.revision.walk import Walk
-from bimvox.site.site import Site
-from bimvox.stop.underway import HOLD_S
+from bimvox.revision.walk_result import RevisionRequest, WalkResult
 
 
 def revise(
-    standing: Standing,
-    site: Site,
-    preparation: Preparation,
+    current: CurrentPlan,
+    request: RevisionRequest,
     *,
-    propose: Propose | None = None,
-    first: int = 20,
     known_shapes: set[int] | None = None,
     on_verdict: Callable[[], None] | None = None,
-    now_ns: int | None = None,
-    hold_s: float = HOLD_S,
-    better: Better | None = None,
-) -> Iterator[RevisedPart]:
+) -> Iterator[RevisionPart]:
     """Revise a plan for a site with other obstructions.
 
     Args:
-        standing: The plan that stands.
-        site: The same site, obstructions aside.
-        preparation: What was prepared for it.
-        propose: The policy; None for search alone.
-        first: How many lifts made anew a part holds; the rest follows in parts as large.
+        current: The current plan.
+        request: The site with its obstructions now, and how to revise.
         known_shapes: See ``verify_plan``.
         on_verdict: Called whenever it is known which lifts can be planned.
-        now_ns: Of a plan that is being carried out: the time on the site's clock. What was done until then stays as it
-            was driven; a lift under way that the change meets is stopped and goes on from where it is.
-        hold_s: How long a stopped load is held at least.
-        better: A policy that was trained further, asked once more for some lifts; its paths are taken where they are
-            proven and no longer.
 
     Yields:
         The plan in parts, the first lifts first; the last part has nothing pending.
 
     Raises:
-        VerificationError: If a proof fails of which no lift is at fault.
+        VerificationError: If a proof fails and no lift is the cause.
     """
-    wanted = Wanted(site, preparation, propose, first, now_ns, hold_s, better)
-    change = change_between(standing.plan.site, site)
+    site = request.site
+    change = change_between(current.plan.site, site)
     shapes = set() if known_shapes is None else known_shapes
-    if site.has_several_cranes:
-        together = revised_together if now_ns is None else revised_now
-        yield together(standing, wanted, change, shapes, on_verdict)
-        return
     while True:
-        part = _proven_part(standing, wanted, change, shapes, on_verdict)
+        part = _proven_part(current, request, change, shapes, on_verdict)
         yield part
-        standing, change = part.standing, change_between(site, site)
-        if not standing.pending or standing.held is not None:
+        current, change = part.current, change_between(site, site)
+        if not current.pending or current.held is not None:
             return
 
 
 def _proven_part(
-    standing: Standing,
-    wanted: Wanted,
+    current: CurrentPlan,
+    request: RevisionRequest,
     change: ObstructionChange,
     known_shapes: set[int],
     on_verdict: Callable[[], None] | None,
-) -> RevisedPart:
-    def attempt(refused: Refused) -> RevisedPart | Refused:
-        walk = Walk(standing, wanted, change, refused)
+) -> RevisionPart:
+    def attempt(refused: Refused) -> RevisionPart | Refused:
+        work = _work(current, request, change, refused)
+        walk = Walk(current, request, change, refused, work)
         walk.run()
         if on_verdict is not None:
             on_verdict()
-        made = made_in_full(wanted, walk.made)
-        if not isinstance(made, Made):
+        made = work.timed(walk.made)
+        if not isinstance(made, WalkResult):
             return made
-        plan = made.plan(standing, wanted, change)
+        plan = made.plan(current, request, change)
         found = prove_new(plan, made, known_shapes)
         if found.refused:
-            return _of_what_is_left(found.refused, standing, wanted.now_ns)
+            return work.refused(found)
         known_shapes.update(lift.component for lift in made.lifts if lift.order in found.paths)
-        return _part(standing, made, plan, change, found)
+        return _part(current, made, plan, change, found)
 
     return proven_in_rounds(attempt, "changed")
 
 
-def _of_what_is_left(refused: Refused, standing: Standing, now_ns: int | None) -> Refused:
-    """Return what to refuse where a lift that is done already is at fault: all that is left.
-
-    Something came to where the hook is: it cannot leave the place at which the last part was set.
-    """
-    site, last = standing.plan.site, behind(standing, now_ns)
-    done = {site.components[lift.component].id for lift in standing.plan.lifts if lift.order <= last}
-    stuck = next((reason for component, reason in refused.items() if component in done), None)
-    if stuck is None:
-        return refused
-    left = [site.components[lift.component].id for lift in standing.plan.lifts if lift.order > last]
-    return dict.fromkeys(left, f"the hook cannot leave where the last part was set: {stuck}")
+def _work(current: CurrentPlan, request: RevisionRequest, change: ObstructionChange, refused: Refused) -> CraneWork:
+    """Return what depends on the number of cranes."""
+    if not request.site.has_several_cranes:
+        return OneCrane(current, request, refused)
+    if request.now_ns is None:
+        return SeveralCranes(current, request, change)
+    return CranesUnderWay(current, request, change, refused)
 
 
-def _part(was: Standing, made: Made, plan: LiftPlan, change: ObstructionChange, proof: Proof) -> RevisedPart:
-    """Return the plan after a walk whose new lifts are proven."""
+def _part(was: CurrentPlan, made: WalkResult, plan: LiftPlan, change: ObstructionChange, proof: Proof) -> RevisionPart:
+    """Return the part of a walk whose new lifts are proven."""
     made_paths = made.new_paths - made.pending
     planned = {lift.order: lift for lift in made.lifts if lift.status is Status.PLANNED}
     paths = {order: was.paths[order] for order in planned if order in was.paths}
@@ -138,11 +112,11 @@ def _part(was: Standing, made: Made, plan: LiftPlan, change: ObstructionChange, 
     paths, ways = {**paths, **proof.paths}, {**ways, **proof.ways}
     before = {lift.order: lift for lift in was.plan.lifts}
     replanned = {order for order in made_paths if not same_path(before[order], planned[order])}
-    return RevisedPart(
-        Standing(plan, made.motions, paths, ways, made.examined, frozenset(made.pending), made.memory, made.held),
-        made=tuple(sorted(made_paths | made.new_motions | made.new_verdicts)),
+    return RevisionPart(
+        CurrentPlan(plan, made.motions, paths, ways, made.examined, frozenset(made.pending), made.memory, made.held),
+        made=tuple(sorted(made_paths | made.new_motions | made.new_verdicts | made.written)),
         replanned=tuple(sorted(replanned)),
         retimed=tuple(sorted(made.new_motions - replanned)),
         change=change,
-        redirected=made.redirected,
+        stops=made.stops,
     )

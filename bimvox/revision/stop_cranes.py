@@ -1,4 +1,4 @@
-"""All cranes of a site stopped when one of them has to be: their loads, and their empty hooks."""
+"""Stop all cranes of a site, their loads and their empty hooks, because one of them must stop."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.revision.cranes_now import CraneNow, alone, load_is_met
 from bimvox.revision.held_cranes import HookWay
-from bimvox.revision.made import Wanted
+from bimvox.revision.walk_result import RevisionRequest
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
@@ -36,7 +36,7 @@ class StoppedCranes(NamedTuple):
 
     Attributes:
         cranes: The cranes, their empty hooks stopped.
-        loads: The loads on their hooks, with a way on, or held, in order.
+        loads: The loads on their hooks, redirected or held, in order.
     """
 
     cranes: tuple[CraneNow, ...]
@@ -48,9 +48,9 @@ class Loads(NamedTuple):
 
     Attributes:
         under_way: Motions of those that are not at their place.
-        held: Those that were held before.
-        added: (N, 3) new cells of obstructions.
-        refused: Ids of components whose way on was not proven, and why.
+        held: Those that were already held.
+        added: (N, 3) int32 new obstructed cells.
+        refused: Ids of components whose path on was not proven, and why.
     """
 
     under_way: Mapping[int, LiftMotion]
@@ -60,19 +60,19 @@ class Loads(NamedTuple):
 
 
 def all_stopped(
-    wanted: Wanted, begun: Sequence[Lift], following: Lift | None, cranes: Sequence[CraneNow], loads: Loads
+    request: RevisionRequest, begun: Sequence[Lift], following: Lift | None, cranes: Sequence[CraneNow], loads: Loads
 ) -> StoppedCranes:
-    """Stop all cranes as soon as that can be, and look for ways on for their loads.
+    """Return all cranes stopped as soon as possible, and their loads redirected or held.
 
     Args:
-        wanted: The site as it is now, and what the revision is made with; it says when.
-        begun: The lifts that are hooked on, done or passed over, in order.
+        request: What to revise the plan for; it has the time.
+        begun: The lifts that are on a hook, done or skipped, in order.
         following: The next one.
         cranes: The cranes.
-        loads: What is on their hooks.
+        loads: The loads on their hooks.
     """
-    assert wanted.now_ns is not None
-    assembly = Assembly(wanted.site, wanted.preparation)
+    assert request.now_ns is not None
+    assembly = Assembly(request.site, request.preparation)
     found: list[Redirected | Held] = []
     rule: tuple[Lift, CollisionSpace] | None = None
     for lift in begun:
@@ -80,7 +80,7 @@ def all_stopped(
         if lift is begun[-1] and following is None:
             rule = lift, assembly.space(lift.component)
         if lift.order in loads.under_way or lift.order in loads.held:
-            found.append(_load(assembly, wanted, lift, loads))
+            found.append(_load(assembly, request, lift, loads))
         assembly.finish(lift.component, placed=lift.status is Status.PLANNED)
     if following is not None:
         assembly.skip(following.component)
@@ -90,20 +90,20 @@ def all_stopped(
     lifts = {lift.order: lift for lift in begun}
     hooks = []
     for crane in cranes:
-        site, machine = wanted.site, wanted.site.cranes[crane.number]
+        site, machine = request.site, request.site.cranes[crane.number]
         leaves = len(crane.ways) == 1 and len(crane.motions) > 0
         left_vox = left_cells(site, lifts[max(crane.motions)]) if leaves else NO_CELLS
         free = empty_hook_clearance(site, machine, rule[1], rule[0].place, left_vox)
-        hooks.append(_hook(site, crane, free, wanted.now_ns))
+        hooks.append(_hook(site, crane, free, request.now_ns))
     return StoppedCranes(tuple(hooks), tuple(found))
 
 
-def _load(assembly: Assembly, wanted: Wanted, lift: Lift, loads: Loads) -> Redirected | Held:
-    """A load on its way again, or held."""
-    assert wanted.now_ns is not None
+def _load(assembly: Assembly, request: RevisionRequest, lift: Lift, loads: Loads) -> Redirected | Held:
+    """Redirect a load, or hold it."""
+    assert request.now_ns is not None
     assert lift.path_vox is not None
-    component, now_ns, hold_s = wanted.site.components[lift.component], wanted.now_ns, wanted.hold_s
-    site, crane = wanted.site, wanted.site.cranes[component.crane]
+    component, now_ns, hold_s = request.site.components[lift.component], request.now_ns, request.hold_s
+    site, crane = request.site, request.site.cranes[component.crane]
     rule, blocked = assembly.on_the_way(lift.component, lift.last_moves_vox)
     reason = loads.refused.get(component.id)
     if reason is not None:
@@ -120,13 +120,13 @@ def _load(assembly: Assembly, wanted: Wanted, lift: Lift, loads: Loads) -> Redir
 
 
 def _hook(site: Site, crane: CraneNow, free: CollisionSpace, now_ns: int) -> CraneNow:
-    """A crane whose empty hook is stopped where it is on its way.
+    """Stop the empty hook of a crane if it is under way.
 
     Args:
         site: The site.
         crane: The crane.
         free: The collision rule for its empty hook now.
-        now_ns: When that is told, on the site's clock.
+        now_ns: When the stop is ordered, on the site's clock.
     """
     if not crane.ways or crane.ways[-1].end_ns <= now_ns or crane.ways[-1].stopped_ns is not None:
         return crane

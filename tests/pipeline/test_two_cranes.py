@@ -145,10 +145,10 @@ class CarriedOut:
 
     def box(self, order: int, later_ns: int) -> dict[str, Any]:
         """A box where the load of a lift is at a time."""
-        standing = self.watcher.standing
-        assert standing is not None
-        motion = standing.motions[order]
-        crane, frame = standing.plan.site.cranes[motion.crane], standing.plan.site.frame
+        current = self.watcher.current
+        assert current is not None
+        motion = current.motions[order]
+        crane, frame = current.plan.site.cranes[motion.crane], current.plan.site.frame
         times, axes = motion.samples()
         at_m = hook_of(crane, *(np.array(np.interp(later_ns, times, axis)) for axis in axes.T))
         low = at_m - [0.05, 0.05, crane.sling_m + 0.5 * frame.voxel_size_m]
@@ -168,13 +168,13 @@ def at_share(motion: LiftMotion, share: float) -> int:
 
 
 def test_every_part_goes_through_its_states_in_order_of_time(carried: CarriedOut):
-    standing = carried.watcher.standing
-    end_ns = max(motion.end_ns for motion in standing.chain)
+    current = carried.watcher.current
+    end_ns = max(motion.end_ns for motion in current.chain)
     told = carried.look(end_ns // 2) + carried.look(end_ns)
     assert {one["event"] for one in told} == {"state"}
     assert [one["time_s"] for one in told] == sorted(one["time_s"] for one in told)
-    for motion in standing.chain:
-        name = standing.plan.site.components[motion.component].id
+    for motion in current.chain:
+        name = current.plan.site.components[motion.component].id
         assert [one["state"] for one in told if one["component"] == name] == ["in_transit", "arrived", "assembled"]
     carried.watcher.close()
     (live,) = live_logs(carried.log).values()
@@ -187,14 +187,14 @@ def test_every_part_goes_through_its_states_in_order_of_time(carried: CarriedOut
 
 
 def test_a_load_that_is_met_stops_the_cranes_and_the_whole_log_proves_itself(carried: CarriedOut):
-    standing = carried.watcher.standing
-    motion = standing.motions[3]
+    current = carried.watcher.current
+    motion = current.motions[3]
     carried.look(at_share(motion, 0.2))
     carried.put(carried.box(3, at_share(motion, 0.6)))
     *_, told = [one for one in carried.look() if one["event"] != "state"]
     assert told["event"] == "replanned", told
     stopped = told["stopped"]
-    assert stopped["component"] == standing.plan.site.components[motion.component].id
+    assert stopped["component"] == current.plan.site.components[motion.component].id
     assert stopped["safe"]
     assert not stopped["held"], told["blocked"]
     assert told["time_s"] < stopped["rest_s"] < stopped["goes_on_s"]
@@ -209,20 +209,20 @@ def test_a_load_that_is_met_stops_the_cranes_and_the_whole_log_proves_itself(car
 
 
 def test_held_cranes_are_known_after_a_kill_and_go_on_when_they_can(carried: CarriedOut):
-    standing = carried.watcher.standing
-    motion = standing.motions[3]
+    current = carried.watcher.current
+    motion = current.motions[3]
     now_ns = at_share(motion, 0.3)
     carried.look(now_ns)
-    target = standing.plan.site.components[motion.component]
-    low = standing.plan.site.frame.corner_of(np.array(target.target_vox) + target.shape.cells[0]) + 0.05
+    target = current.plan.site.components[motion.component]
+    low = current.plan.site.frame.corner_of(np.array(target.target_vox) + target.shape.cells[0]) + 0.05
     carried.put({"id": "on its place", "box": {"min": list(low), "max": list(low + 0.1)}})
     told = carried.look()[-1]
     assert told["stopped"]["held"], told
     assert told["pending"]
-    held = carried.watcher.standing.held_cranes
+    held = carried.watcher.current.held
     # No more than the files is left of the first one.
     again = CarriedOut(carried.log.parent, carried.hand)
-    known = again.watcher.standing.held_cranes
+    known = again.watcher.current.held
     assert [one.lift.order for one in known.loads] == [one.lift.order for one in held.loads]
     assert [one.stop.end_ns for one in known.loads if one.stop] == [one.stop.end_ns for one in held.loads if one.stop]
     assert [hook.crane for hook in known.hooks] == [hook.crane for hook in held.hooks]
@@ -232,6 +232,6 @@ def test_held_cranes_are_known_after_a_kill_and_go_on_when_they_can(carried: Car
     assert told["event"] == "replanned"
     assert not told["stopped"]["held"]
     assert not told["pending"]
-    assert again.watcher.standing.held_cranes is None
+    assert again.watcher.current.held is None
     again.watcher.close()
     assert verify(again.log, progress=SilentProgress())["verified"]

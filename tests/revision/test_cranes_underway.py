@@ -19,8 +19,9 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.lift import Status
 from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.revision.current_plan import CurrentPlan, RevisionPart, current_plan_of
 from bimvox.revision.revise import revise
-from bimvox.revision.standing import RevisedPart, Standing, standing_of
+from bimvox.revision.walk_result import RevisionRequest
 from bimvox.site.build import with_digests, with_obstructions
 from bimvox.site.lifting import crane_for
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
@@ -30,25 +31,25 @@ SLOW = AxisLimits(0.01, 0.01, 0.01)
 
 
 @cache
-def planned(slow: bool = False) -> tuple[Standing, Preparation]:
+def planned(slow: bool = False) -> tuple[CurrentPlan, Preparation]:
     site = two_crane_site()
     if slow:  # so that both carry at the same time
         cranes = [dataclasses.replace(crane, slewing=SLOW, trolley=SLOW) for crane in site.cranes]
         site = with_digests(dataclasses.replace(site, cranes=tuple(cranes)))
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
-    return standing_of(plan, time_lifts(plan, replay(site, preparation, plan))), preparation
+    return current_plan_of(plan, time_lifts(plan, replay(site, preparation, plan))), preparation
 
 
-def revised(standing: Standing, site: Any, now_ns: int, hold_s: float = 30.0) -> RevisedPart:
-    (part,) = revise(standing, site, planned()[1], now_ns=now_ns, hold_s=hold_s)
+def revised(current: CurrentPlan, site: Any, now_ns: int, hold_s: float = 30.0) -> RevisionPart:
+    (part,) = revise(current, RevisionRequest(site, planned()[1], now_ns=now_ns, hold_s=hold_s))
     return part
 
 
-def whole_proof(standing: Standing) -> None:
+def whole_proof(current: CurrentPlan) -> None:
     for proof in (
-        verify_plan_over_time(standing.plan, standing.chain),
-        verify_motions_over_time(standing.plan, standing.chain),
+        verify_plan_over_time(current.plan, current.chain),
+        verify_motions_over_time(current.plan, current.chain),
     ):
         assert proof.verified, proof.failures[:3]
 
@@ -59,10 +60,10 @@ def carried_at(motion: LiftMotion, share: float) -> int:
     return int(first + share * (last - first))
 
 
-def load_cell(standing: Standing, order: int, time_ns: int) -> np.ndarray:
+def load_cell(current: CurrentPlan, order: int, time_ns: int) -> np.ndarray:
     """The reference cell of the load of a lift at a time."""
-    motion = standing.motions[order]
-    site = standing.plan.site
+    motion = current.motions[order]
+    site = current.plan.site
     component = site.components[motion.component]
     load = load_frame(crane_for(site, site.cranes[motion.crane], component), site.frame, component.hook_offset_vox)
     times, axes = motion.samples()
@@ -80,10 +81,10 @@ def far_off(site: Any) -> Any:
     return with_box(site, (1, 38, 1))
 
 
-def both_at_work(standing: Standing, *, in_the_air: bool = False) -> tuple[int, int, int]:
+def both_at_work(current: CurrentPlan, *, in_the_air: bool = False) -> tuple[int, int, int]:
     """Two lifts of two cranes that are hooked on at the same time, and a time at which the first one is carried."""
-    for motion in standing.chain:
-        for other in standing.chain:
+    for motion in current.chain:
+        for other in current.chain:
             if other.crane == motion.crane or other.order < motion.order:
                 continue
             for share in (0.3, 0.5, 0.7, 0.8):
@@ -95,36 +96,36 @@ def both_at_work(standing: Standing, *, in_the_air: bool = False) -> tuple[int, 
 
 
 def test_a_change_that_meets_nothing_leaves_everything_as_it_is():
-    standing, _ = planned()
-    now_ns = carried_at(standing.motions[3], 0.4)
-    part = revised(standing, far_off(standing.plan.site), now_ns)
-    assert all(part.standing.motions[order] is motion for order, motion in standing.motions.items())
-    assert all(lift is was for lift, was in zip(part.standing.plan.lifts, standing.plan.lifts, strict=True))
-    assert [epoch.until_ns for epoch in part.standing.plan.history] == [now_ns]
-    whole_proof(part.standing)
+    current, _ = planned()
+    now_ns = carried_at(current.motions[3], 0.4)
+    part = revised(current, far_off(current.plan.site), now_ns)
+    assert all(part.current.motions[order] is motion for order, motion in current.motions.items())
+    assert all(lift is was for lift, was in zip(part.current.plan.lifts, current.plan.lifts, strict=True))
+    assert [epoch.until_ns for epoch in part.current.plan.history] == [now_ns]
+    whole_proof(part.current)
 
 
 def test_lifts_under_way_that_are_not_met_go_on_and_the_rest_is_timed_around_them():
-    standing, _ = planned()
-    first, second, now_ns = both_at_work(standing)
-    last = max(standing.motions)
-    assert standing.motions[last].hooked_ns > now_ns
-    site = with_box(standing.plan.site, load_cell(standing, last, carried_at(standing.motions[last], 0.5)))
-    part = revised(standing, site, now_ns)
-    now = part.standing
+    current, _ = planned()
+    first, second, now_ns = both_at_work(current)
+    last = max(current.motions)
+    assert current.motions[last].hooked_ns > now_ns
+    site = with_box(current.plan.site, load_cell(current, last, carried_at(current.motions[last], 0.5)))
+    part = revised(current, site, now_ns)
+    now = part.current
     assert not part.stops
-    begun = [motion for motion in standing.chain if motion.hooked_ns < now_ns]
+    begun = [motion for motion in current.chain if motion.hooked_ns < now_ns]
     assert {first, second} <= {motion.order for motion in begun}
     for motion in begun:
         assert now.motions[motion.order].samples()[0].tolist() == motion.samples()[0].tolist()
         assert np.array_equal(now.motions[motion.order].samples()[1], motion.samples()[1])
-    again = [motion for motion in now.chain if motion is not standing.motions[motion.order]]
+    again = [motion for motion in now.chain if motion is not current.motions[motion.order]]
     assert last in {motion.order for motion in again}
     assert all(motion.hooked_ns >= now_ns + 30 * S for motion in again)
     assert last in (*part.replanned, *part.retimed)
     whole_proof(now)
     # Hooks that had begun their way to a next part are where they were until then.
-    for motion in standing.chain:
+    for motion in current.chain:
         if motion.start_ns < now_ns <= motion.hooked_ns:
             times, axes = motion.samples()
             seen = times < now_ns
@@ -136,19 +137,19 @@ def test_lifts_under_way_that_are_not_met_go_on_and_the_rest_is_timed_around_the
 
 @pytest.mark.parametrize("later", [0.5, 0.6])
 def test_when_a_load_is_met_all_cranes_stop_and_go_on(later):
-    standing, _ = planned()
-    first, second, now_ns = both_at_work(standing)
-    ahead = load_cell(standing, first, carried_at(standing.motions[first], later))
-    site = with_box(standing.plan.site, ahead)
-    part = revised(standing, site, now_ns)
-    now = part.standing
-    assert not now.waits, [(one.lift.component, one.reason) for one in now.held_cranes.loads]
+    current, _ = planned()
+    first, second, now_ns = both_at_work(current)
+    ahead = load_cell(current, first, carried_at(current.motions[first], later))
+    site = with_box(current.plan.site, ahead)
+    part = revised(current, site, now_ns)
+    now = part.current
+    assert now.held is None, [(one.lift.component, one.reason) for one in now.held_loads]
     assert [one.lift.order for one in part.stops] == [first, second]
     stop_ns, resumes_ns = now.motions[first].stops_ns[-1]
     assert now_ns <= stop_ns < now_ns + 2 * S
     assert resumes_ns >= now_ns + 30 * S
     for order in (first, second):
-        was, again = standing.motions[order], now.motions[order]
+        was, again = current.motions[order], now.motions[order]
         assert again.start_ns + int(again.loaded.time_ns[-1]) > now_ns + 30 * S
         driven = was.samples()[0] < now_ns
         assert np.array_equal(again.samples()[1][: driven.sum()], was.samples()[1][driven])
@@ -161,79 +162,79 @@ def test_when_a_load_is_met_all_cranes_stop_and_go_on(later):
 
 
 def test_a_load_without_a_way_holds_all_cranes_until_there_is_one():
-    standing, _ = planned()
-    first, second, now_ns = both_at_work(standing)
-    target = np.array(standing.plan.site.components[standing.motions[first].component].target_vox)
-    site = with_box(standing.plan.site, target, 2.0, "pallet")
-    part = revised(standing, site, now_ns)
-    held = part.standing
-    assert held.waits
-    assert [one.lift.order for one in held.held_cranes.loads] == [first, second]
+    current, _ = planned()
+    first, second, now_ns = both_at_work(current)
+    target = np.array(current.plan.site.components[current.motions[first].component].target_vox)
+    site = with_box(current.plan.site, target, 2.0, "pallet")
+    part = revised(current, site, now_ns)
+    held = part.current
+    assert held.held is not None
+    assert [one.lift.order for one in held.held_loads] == [first, second]
     assert "pallet" in held.plan.lifts[first].blocked_by
     assert held.plan.lifts[second].status is Status.INFEASIBLE
-    assert held.plan.site.components[standing.motions[first].component].id in held.plan.lifts[second].reason
-    assert held.pending == {lift.order for lift in standing.plan.lifts if lift.order > second}
-    assert set(held.motions) == {order for order in standing.motions if order < first}
+    assert held.plan.site.components[current.motions[first].component].id in held.plan.lifts[second].reason
+    assert held.pending == {lift.order for lift in current.plan.lifts if lift.order > second}
+    assert set(held.motions) == {order for order in current.motions if order < first}
     # Another change that does not help changes nothing about that.
-    still = revised(held, with_box(site, target, 2.5, "pallet"), now_ns + 60 * S).standing
-    assert still.waits
+    still = revised(held, with_box(site, target, 2.5, "pallet"), now_ns + 60 * S).current
+    assert still.held is not None
     later_ns = now_ns + 600 * S
     free = with_obstructions(site, EMPTY, rasterise)
     part = revised(still, free, later_ns)
-    now = part.standing
-    assert not now.waits
+    now = part.current
+    assert now.held is None
     assert not now.pending
-    assert set(now.motions) == set(standing.motions)
+    assert set(now.motions) == set(current.motions)
     assert all(now.motions[order].stops_ns[0][1] >= later_ns for order in (first, second))
     assert [epoch.until_ns for epoch in now.plan.history] == [now_ns, now_ns + 60 * S, later_ns]
     whole_proof(now)
 
 
 def test_a_part_that_is_not_carried_yet_takes_a_longer_way_and_both_ways_are_proven():
-    standing, _ = planned()
-    motion = standing.motions[6]
+    current, _ = planned()
+    motion = current.motions[6]
     now_ns = motion.hooked_ns + 5 * S
-    site = standing.plan.site  # a wall across its way, which the crane can lift it over
+    site = current.plan.site  # a wall across its way, which the crane can lift it over
     low, high = site.frame.corner_of(np.array([0, 9, 1])) + 0.01, site.frame.corner_of(np.array([40, 10, 12])) - 0.01
     wall = ObstructionSet.of([Obstruction("wall", Box(tuple(low), tuple(high)))])
-    part = revised(standing, with_obstructions(site, wall, rasterise), now_ns)
-    now = part.standing
-    assert not now.waits, [one.reason for one in now.held_cranes.loads]
-    assert now.plan.lifts[6].moves > standing.plan.lifts[6].moves
+    part = revised(current, with_obstructions(site, wall, rasterise), now_ns)
+    now = part.current
+    assert now.held is None, [one.reason for one in now.held_loads]
+    assert now.plan.lifts[6].moves > current.plan.lifts[6].moves
     assert now.motions[6].set_ns > motion.set_ns
     whole_proof(now)
 
 
 def test_what_is_about_to_begin_is_kept_where_the_change_is_for_later():
-    standing, _ = planned()
-    last = max(standing.motions)
-    now_ns = standing.motions[3].hooked_ns - 5 * S
-    site = with_box(standing.plan.site, load_cell(standing, last, carried_at(standing.motions[last], 0.5)))
-    now = revised(standing, site, now_ns).standing
-    assert now.motions[3] is standing.motions[3], "it begins before anything new may, and is not touched"
-    assert now.motions[last] is not standing.motions[last]
+    current, _ = planned()
+    last = max(current.motions)
+    now_ns = current.motions[3].hooked_ns - 5 * S
+    site = with_box(current.plan.site, load_cell(current, last, carried_at(current.motions[last], 0.5)))
+    now = revised(current, site, now_ns).current
+    assert now.motions[3] is current.motions[3], "it begins before anything new may, and is not touched"
+    assert now.motions[last] is not current.motions[last]
     whole_proof(now)
 
 
 def test_a_hook_that_something_appears_at_is_held_for_good_and_so_is_all():
-    standing, _ = planned()
-    motion, now_ns = on_the_way(standing)
-    site = standing.plan.site
+    current, _ = planned()
+    motion, now_ns = on_the_way(current)
+    site = current.plan.site
     hook = load_frame(crane_for(site, site.cranes[motion.crane], None), site.frame, np.zeros(3, np.int32))
     times, axes = motion.samples()
     cell = cells_of_axes(hook, np.array([[np.interp(now_ns + S, times, axis) for axis in axes.T]]))[0]
-    boxed = with_box(standing.plan.site, np.round(cell) - [1, 1, 0], 3.0)
-    held = revised(standing, boxed, now_ns).standing
-    assert held.waits
+    boxed = with_box(current.plan.site, np.round(cell) - [1, 1, 0], 3.0)
+    held = revised(current, boxed, now_ns).current
+    assert held.held is not None
     assert "hook" in held.plan.lifts[motion.order].reason
     assert all(order < motion.order for order in held.motions)
-    again = revised(held, with_obstructions(boxed, EMPTY, rasterise), now_ns + 100 * S).standing
-    assert again.waits, "the way on which it met something cannot be proven any more"
+    again = revised(held, with_obstructions(boxed, EMPTY, rasterise), now_ns + 100 * S).current
+    assert again.held is not None, "the way on which it met something cannot be proven any more"
 
 
-def on_the_way(standing: Standing) -> tuple[LiftMotion, int]:
+def on_the_way(current: CurrentPlan) -> tuple[LiftMotion, int]:
     """A lift whose empty hook is on its way to the part, no load of its crane in the air, and a time in it."""
-    for motion in standing.chain:
+    for motion in current.chain:
         for start_ns, end_ns, _ in motion.ways_ns(PhaseName.APPROACH):
             if end_ns - start_ns > 20 * S:
                 return motion, start_ns + (end_ns - start_ns) // 3
@@ -241,16 +242,16 @@ def on_the_way(standing: Standing) -> tuple[LiftMotion, int]:
 
 
 def test_an_empty_hook_that_is_met_stops_and_goes_round():
-    standing, _ = planned()
-    motion, now_ns = on_the_way(standing)
-    site = standing.plan.site
+    current, _ = planned()
+    motion, now_ns = on_the_way(current)
+    site = current.plan.site
     hook = load_frame(crane_for(site, site.cranes[motion.crane], None), site.frame, np.zeros(3, np.int32))
     times, axes = motion.samples()
     ahead_ns = now_ns + 8 * S
     cell = cells_of_axes(hook, np.array([[np.interp(ahead_ns, times, axis) for axis in axes.T]]))[0]
-    part = revised(standing, with_box(standing.plan.site, np.round(cell)), now_ns)
-    now = part.standing
-    assert not now.waits
+    part = revised(current, with_box(current.plan.site, np.round(cell)), now_ns)
+    now = part.current
+    assert now.held is None
     names = [phase.name for phase in now.motions[motion.order].phases]
     assert names[:3] == [PhaseName.APPROACH, PhaseName.STOP, PhaseName.APPROACH]
     whole_proof(now)
@@ -265,12 +266,12 @@ def test_an_empty_hook_that_is_met_stops_and_goes_round():
 
 
 def test_two_loads_in_the_air_are_both_stopped_and_both_go_on():
-    standing, preparation = planned(slow=True)
-    first, second, now_ns = both_at_work(standing, in_the_air=True)
-    site = with_box(standing.plan.site, load_cell(standing, first, carried_at(standing.motions[first], 0.9)))
-    (part,) = revise(standing, site, preparation, now_ns=now_ns, hold_s=30.0)
-    now = part.standing
-    assert not now.waits, [one.reason for one in now.held_cranes.loads]
+    current, preparation = planned(slow=True)
+    first, second, now_ns = both_at_work(current, in_the_air=True)
+    site = with_box(current.plan.site, load_cell(current, first, carried_at(current.motions[first], 0.9)))
+    (part,) = revise(current, RevisionRequest(site, preparation, now_ns=now_ns, hold_s=30.0))
+    now = part.current
+    assert now.held is None, [one.reason for one in now.held_loads]
     assert all(PhaseName.STOP in [phase.name for phase in now.motions[n].phases] for n in (first, second))
     assert now.motions[second].set_ns >= now.motions[first].released_ns
     whole_proof(now)
@@ -278,61 +279,61 @@ def test_two_loads_in_the_air_are_both_stopped_and_both_go_on():
 
 @pytest.mark.parametrize("seed", range(6))
 def test_random_changes_while_it_is_carried_out(seed):
-    standing, _ = planned()
+    current, _ = planned()
     rng = np.random.default_rng(seed)
     now_ns = 0
     for _ in range(4):
-        end_ns = max([motion.end_ns for motion in standing.motions.values()], default=now_ns + 600 * S)
+        end_ns = max([motion.end_ns for motion in current.motions.values()], default=now_ns + 600 * S)
         now_ns = int(now_ns + rng.uniform(0.05, 0.3) * max(end_ns - now_ns, 600 * S)) + 1
-        paths = [lift.path_vox for lift in standing.plan.lifts if lift.path_vox is not None]
+        paths = [lift.path_vox for lift in current.plan.lifts if lift.path_vox is not None]
         path = paths[int(rng.integers(len(paths)))]
         cell = path[int(rng.integers(len(path)))]
-        site = with_box(standing.plan.site, cell.astype(float), float(rng.uniform(1.0, 3.0)))
+        site = with_box(current.plan.site, cell.astype(float), float(rng.uniform(1.0, 3.0)))
         if rng.uniform() < 0.3:
             site = with_obstructions(site, EMPTY, rasterise)
-        done = {order: motion for order, motion in standing.motions.items() if motion.released_ns <= now_ns}
-        standing = revised(standing, site, now_ns).standing
+        done = {order: motion for order, motion in current.motions.items() if motion.released_ns <= now_ns}
+        current = revised(current, site, now_ns).current
         for order, motion in done.items():
-            assert np.array_equal(standing.motions[order].loaded.slew_rad, motion.loaded.slew_rad)
-            assert standing.motions[order].released_ns == motion.released_ns
-        if not standing.waits:
-            whole_proof(standing)
+            assert np.array_equal(current.motions[order].loaded.slew_rad, motion.loaded.slew_rad)
+            assert current.motions[order].released_ns == motion.released_ns
+        if current.held is None:
+            whole_proof(current)
 
 
 def test_three_changes_in_a_hold_stop_it_once():
-    standing, _ = planned()
-    first, _, now_ns = both_at_work(standing)
-    ahead = load_cell(standing, first, carried_at(standing.motions[first], 0.55))
-    site = with_box(standing.plan.site, ahead)
+    current, _ = planned()
+    first, _, now_ns = both_at_work(current)
+    ahead = load_cell(current, first, carried_at(current.motions[first], 0.55))
+    site = with_box(current.plan.site, ahead)
     for n in range(3):
         at = ahead + np.array([n, 0, 0])
-        site = with_box(standing.plan.site, at, 1.0 + n)
-        standing = revised(standing, site, now_ns + n * 12 * S).standing
-        if standing.waits:
+        site = with_box(current.plan.site, at, 1.0 + n)
+        current = revised(current, site, now_ns + n * 12 * S).current
+        if current.held is not None:
             break
-        whole_proof(standing)
+        whole_proof(current)
     else:
-        assert len(standing.motions[first].stops_ns) == 1
+        assert len(current.motions[first].stops_ns) == 1
 
 
 def test_the_same_change_gives_the_same_plan():
-    standing, _ = planned()
-    first, _, now_ns = both_at_work(standing)
-    site = with_box(standing.plan.site, load_cell(standing, first, carried_at(standing.motions[first], 0.55)))
-    one, other = (revised(standing, site, now_ns).standing for _ in range(2))
-    assert one.waits is other.waits
+    current, _ = planned()
+    first, _, now_ns = both_at_work(current)
+    site = with_box(current.plan.site, load_cell(current, first, carried_at(current.motions[first], 0.55)))
+    one, other = (revised(current, site, now_ns).current for _ in range(2))
+    assert (one.held is None) is (other.held is None)
     for a, b in zip(one.chain, other.chain, strict=True):
         assert a.phases == b.phases
         assert all(np.array_equal(x, y) for x, y in zip(a.samples(), b.samples(), strict=True))
 
 
 def test_a_spoiled_hold_is_found():
-    standing, _ = planned()
-    first, _, now_ns = both_at_work(standing)
-    site = with_box(standing.plan.site, load_cell(standing, first, carried_at(standing.motions[first], 0.55)))
-    now = revised(standing, site, now_ns).standing
-    assert not now.waits
+    current, _ = planned()
+    first, _, now_ns = both_at_work(current)
+    site = with_box(current.plan.site, load_cell(current, first, carried_at(current.motions[first], 0.55)))
+    now = revised(current, site, now_ns).current
+    assert now.held is None
     # The load goes on through where it was going before, not along its new way.
-    spoiled = {**now.motions, first: standing.motions[first]}
+    spoiled = {**now.motions, first: current.motions[first]}
     proof = verify_motions_over_time(now.plan, tuple(spoiled[order] for order in sorted(spoiled)))
     assert not proof.verified

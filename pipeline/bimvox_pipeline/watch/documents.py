@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from bimvox.log.plan_log import LogEvent
     from bimvox.records.lift import LiftPlan
     from bimvox.records.motion import LiftMotion
-    from bimvox.revision.standing import RevisedPart
+    from bimvox.revision.current_plan import RevisionPart
     from bimvox.stop.underway import Held, Redirected
 
 
@@ -69,32 +69,30 @@ def event_fields(document: dict[str, Any]) -> dict[str, str]:
     return fields
 
 
-def transit(part: RevisedPart, now_ns: int) -> dict[str, Any]:
+def transit(part: RevisionPart, now_ns: int) -> dict[str, Any]:
     """Return what became of the lift that was under way when the change was noticed."""
     stops = [_stopped(part, one) for one in _stops(part)]
     fields: dict[str, Any] = {"time_s": round(now_ns / 1e9, 3), "stopped": stops[0] if stops else None}
-    if part.standing.plan.site.has_several_cranes:
+    if part.current.plan.site.has_several_cranes:
         fields["all_stopped"] = stops
     return fields
 
 
-def _stops(part: RevisedPart) -> list[Redirected | Held]:
-    """The lifts that were stopped; of several cranes those without a way on first."""
+def _stops(part: RevisionPart) -> list[Redirected | Held]:
+    """The lifts that were stopped, those without a way on first."""
     from bimvox.stop.underway import Held
 
-    one = part.redirected or part.standing.held
-    found = [] if one is None else [one]
-    return found + sorted(part.stops, key=lambda stop: (not isinstance(stop, Held), stop.stop is None))
+    return sorted(part.stops, key=lambda stop: (not isinstance(stop, Held), stop.stop is None))
 
 
-def _stopped(part: RevisedPart, found: Redirected | Held) -> dict[str, Any]:
+def _stopped(part: RevisionPart, found: Redirected | Held) -> dict[str, Any]:
     from bimvox.stop.underway import Held
 
     stop, held, order = found.stop, isinstance(found, Held), found.lift.order
     # Of several cranes a load may have to wait for longer than it was held for.
-    motion = None if held else part.standing.motions.get(order, found.motion)
+    motion = None if held else part.current.motions.get(order, found.motion)
     return {
-        "component": part.standing.plan.site.components[found.lift.component].id,
+        "component": part.current.plan.site.components[found.lift.component].id,
         "how": found.how,
         "safe": not isinstance(found, Held) or found.is_safe,
         "held": held,
@@ -105,7 +103,7 @@ def _stopped(part: RevisedPart, found: Redirected | Held) -> dict[str, Any]:
     }
 
 
-def stop_events(part: RevisedPart, document: dict[str, Any], now_ns: int) -> list[LogEvent]:
+def stop_events(part: RevisionPart, document: dict[str, Any], now_ns: int) -> list[LogEvent]:
     """Return the log's events of stops."""
     from bimvox.log.plan_log import LogEvent
     from bimvox.stop.stop import STOP_EVENT
@@ -118,7 +116,7 @@ def stop_events(part: RevisedPart, document: dict[str, Any], now_ns: int) -> lis
     return events
 
 
-def revision_events(part: RevisedPart, document: dict[str, Any], now_ns: int) -> tuple[LogEvent, ...]:
+def revision_events(part: RevisionPart, document: dict[str, Any], now_ns: int) -> tuple[LogEvent, ...]:
     """Return what viewers are told of a revision: what it changed, and of a stop."""
     from bimvox.log.plan_log import LogEvent
     from bimvox.log.segments import REPLAN_EVENT
@@ -134,10 +132,10 @@ def _goes_on_s(motion: LiftMotion) -> float | None:
     return round(ends[-1] / 1e9, 3) if ends else None
 
 
-def left_to_search(part: RevisedPart) -> set[int]:
+def left_to_search(part: RevisionPart) -> set[int]:
     """Return the components of the lifts made anew in a part whose paths no policy found."""
     from bimvox.records.lift import Method
 
     made = set(part.replanned)
-    lifts = part.standing.plan.lifts
+    lifts = part.current.plan.lifts
     return {lift.component for lift in lifts if lift.order in made and lift.method is Method.SEARCH}

@@ -19,7 +19,7 @@ from bimvox_pipeline.watch.simulate import NOW_NS
 if TYPE_CHECKING:
     from bimvox.log.plan_log import LogEvent, PlanLog
     from bimvox.records.lift import LiftPlan
-    from bimvox.revision.standing import RevisedPart, Standing
+    from bimvox.revision.current_plan import CurrentPlan, RevisionPart
 
 
 class WatchedPlan:
@@ -35,7 +35,7 @@ class WatchedPlan:
     Attributes:
         target: The whole log.
         revision: Number of the last revision; -1 before the first.
-        standing: The plan; None before the first.
+        current: The plan; None before the first.
         content: The obstruction file's bytes, by the name that they have in the log.
         first: Digest of the plan that it began with.
         carried_out_ns: How far it was carried out when the last revision was made.
@@ -48,7 +48,7 @@ class WatchedPlan:
         self._is_carried_out = is_carried_out
         self.target = target
         self.revision = max(segments_on_disk(target), default=-1)
-        self.standing: Standing | None = None
+        self.current: CurrentPlan | None = None
         self.content: Mapping[str, bytes] = {}
         self.first = ""
         self.carried_out_ns = 0
@@ -56,23 +56,20 @@ class WatchedPlan:
     @property
     def is_left_over(self) -> bool:
         """Whether lifts are still to be planned that nothing keeps from being planned."""
-        standing = self.standing
-        return standing is not None and bool(standing.pending) and not standing.waits
+        current = self.current
+        return current is not None and bool(current.pending) and current.held is None
 
     def take_up(self, log: PlanLog) -> None:
         """Let the plan of a log stand."""
-        from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_cranes_from_bytes, held_from_bytes
+        from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_in
         from bimvox.log.segments import first_plan_of
-        from bimvox.revision.standing import standing_of
+        from bimvox.revision.current_plan import current_plan_of
 
         self.revision, self.first = max(self.revision, log.revision), first_plan_of(log)
-        self.standing = standing_of(log.plan, log.motions)
+        self.current = current_plan_of(log.plan, log.motions)
         self.carried_out_ns = int(log.metadata.get(NOW_NS, 0))
-        if self._is_carried_out and HELD_FILE in log.attachments:
-            self.standing = replace(self.standing, held=held_from_bytes(log.attachments[HELD_FILE]))
-        if self._is_carried_out and HELD_CRANES_FILE in log.attachments:
-            held = held_cranes_from_bytes(log.attachments[HELD_CRANES_FILE])
-            self.standing = replace(self.standing, held_cranes=held)
+        if self._is_carried_out:
+            self.current = replace(self.current, held=held_in(log.attachments))
         known = {*self._loaded.files, HELD_FILE, HELD_CRANES_FILE}
         self.content = {name: log.attachments[name] for name in log.attachments if name not in known}
 
@@ -87,15 +84,15 @@ class WatchedPlan:
 
     def whole_log(self) -> PlanLog:
         """Return the whole log of what stands."""
-        assert self.standing is not None
-        planned = Planned(self.standing.plan, self.standing.chain)
-        files = self._loaded.files | dict(self.content) | _held(self.standing)
+        assert self.current is not None
+        planned = Planned(self.current.plan, self.current.chain)
+        files = self._loaded.files | dict(self.content) | _held(self.current)
         record = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=self.revision)
         return replace(record, metadata={**record.metadata, **self._about(self.carried_out_ns)})
 
     def segment(
         self,
-        part: RevisedPart,
+        part: RevisionPart,
         content: Mapping[str, bytes],
         fields: dict[str, str],
         more: Sequence[LogEvent] = (),
@@ -112,14 +109,14 @@ class WatchedPlan:
         """
         from bimvox.log.segments import segment_of
 
-        planned, revision = Planned(part.standing.plan, ()), self.revision + 1
-        files = self._loaded.files | dict(content) | _held(part.standing)
+        planned, revision = Planned(part.current.plan, ()), self.revision + 1
+        files = self._loaded.files | dict(content) | _held(part.current)
         bare = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=revision)
         return segment_of(
             replace(bare, metadata={**bare.metadata, **self._about(now_ns)}),
-            part.standing.motions,
+            part.current.motions,
             part.made,
-            part.standing.pending,
+            part.current.pending,
             fields,
             more,
         )
@@ -152,7 +149,7 @@ class WatchedPlan:
         self, event: str, started_s: float, message: str | None = None, notes: Sequence[str] = ()
     ) -> dict[str, Any]:
         """Return what is said of a change that changes nothing about the plan."""
-        plan = self.standing.plan if self.standing is not None else None
+        plan = self.current.plan if self.current is not None else None
         document = self.document(event, plan, plan, started_s) | {"notes": list(notes)}
         if plan is not None:
             document["blocked"] = blocked(plan)
@@ -165,14 +162,11 @@ class WatchedPlan:
         return {FIRST_PLAN: self.first} | ({NOW_NS: str(now_ns)} if self._is_carried_out else {})
 
 
-def _held(standing: Standing) -> dict[str, bytes]:
-    """The load that is held, for the log."""
-    from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_to_bytes
+def _held(current: CurrentPlan) -> dict[str, bytes]:
+    """The cranes that are held, for the log."""
+    from bimvox.log.held import held_files
 
-    files = {} if standing.held is None else {HELD_FILE: held_to_bytes(standing.held)}
-    if standing.held_cranes is not None:
-        files[HELD_CRANES_FILE] = held_to_bytes(standing.held_cranes)
-    return files
+    return {} if current.held is None else held_files(current.held)
 
 
 def ms_since(started_s: float, until_s: float | None = None) -> float:

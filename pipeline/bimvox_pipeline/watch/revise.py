@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.propose import Propose
     from bimvox.records.lift import LiftPlan
-    from bimvox.revision.standing import Better, RevisedPart
+    from bimvox.revision.current_plan import RetrainedPolicy, RevisionPart
     from bimvox.site.site import Site
     from bimvox_pipeline.watch.simulate import PlanClock
 
@@ -45,7 +45,7 @@ class Change:
     site: Site
     content: Mapping[str, bytes]
     started_s: float
-    better: Better | None = None
+    better: RetrainedPolicy | None = None
     policy: str | None = None
 
 
@@ -58,7 +58,7 @@ class Revised:
         document: What is said of it.
     """
 
-    part: RevisedPart
+    part: RevisionPart
     document: dict[str, Any]
 
 
@@ -94,26 +94,24 @@ class Reviser:
             BimvoxError: If a part cannot be made or written; those before it stand.
         """
         from bimvox.revision.revise import revise
+        from bimvox.revision.walk_result import RevisionRequest
         from bimvox.stop.underway import HOLD_S
 
         plan = self._plan
-        assert plan.standing is not None
-        before = plan.standing.plan
+        assert plan.current is not None
+        before = plan.current.plan
         now_ns = None if self._clock is None else max(self._clock.at_ns(change.started_s), _after_all(before))
         making = _Making(plan, change, before, now_ns, self._site_bytes(change.site))
-        parts = revise(
-            plan.standing,
+        request = RevisionRequest(
             change.site,
             self._preparation,
-            propose=self.propose,
-            first=_FIRST,
-            known_shapes=self.known_shapes,
-            on_verdict=making.note_verdict,
-            now_ns=now_ns,
-            better=change.better,
-            hold_s=HOLD_S if self._clock is None else max(HOLD_S, self._clock.hold_s(len(change.site.cranes))),
+            self.propose,
+            _FIRST,
+            now_ns,
+            HOLD_S if self._clock is None else max(HOLD_S, self._clock.hold_s(len(change.site.cranes))),
+            change.better,
         )
-        for part in parts:
+        for part in revise(plan.current, request, known_shapes=self.known_shapes, on_verdict=making.note_verdict):
             yield Revised(part, making.write(part))
 
     def _site_bytes(self, site: Site) -> Callable[[], bytes]:
@@ -147,9 +145,9 @@ class _Making:
         """It is known which lifts can be planned."""
         self._verdicts_s.append(time.monotonic())
 
-    def _document(self, part: RevisedPart) -> dict[str, Any]:
+    def _document(self, part: RevisionPart) -> dict[str, Any]:
         """Return what is said of a part, but for its latency."""
-        plan, now_ns = part.standing.plan, self._now_ns
+        plan, now_ns = part.current.plan, self._now_ns
         event = self._event if self._number == 0 else "continued"
         retimed = self._retimed | set(part.retimed)
         document = self._plan.document(event, plan, self._before, self._change.started_s, retimed)
@@ -157,14 +155,14 @@ class _Making:
             "revision": self._plan.revision + 1,
             "changed_cells": self._cells + part.change.cells,
             "obstructions": sorted(self._ids | part.change.ids),
-            "pending": [_name(plan, order) for order in sorted(part.standing.pending)],
+            "pending": [_name(plan, order) for order in sorted(part.current.pending)],
             "blocked": blocked(plan),
         }
         if self._change.policy is not None:
             document["policy"] = self._change.policy
         return document if now_ns is None else document | transit(part, now_ns)
 
-    def _segment(self, part: RevisedPart, document: dict[str, Any]) -> bytes:
+    def _segment(self, part: RevisionPart, document: dict[str, Any]) -> bytes:
         from bimvox.log.recorder import write_log
 
         now_ns = self._now_ns
@@ -174,13 +172,13 @@ class _Making:
         write_log(stream, record, self._site_bytes())
         return stream.getvalue()
 
-    def write(self, part: RevisedPart) -> dict[str, Any]:
+    def write(self, part: RevisionPart) -> dict[str, Any]:
         """Write the segment of a proven part, make it the current plan, and return what is said of it."""
         self._marks += [self._verdicts_s[-1], time.monotonic()]
         plan, document = self._plan, self._document(part)
         target = segment_file(plan.target, plan.revision + 1)
         write_atomically(target, self._segment(part, document))
-        plan.revision, plan.standing, plan.content = plan.revision + 1, part.standing, self._change.content
+        plan.revision, plan.current, plan.content = plan.revision + 1, part.current, self._change.content
         if self._now_ns is not None:
             plan.carried_out_ns = self._now_ns
         self._marks.append(time.monotonic())
@@ -195,7 +193,7 @@ class _Making:
             stage: round(1000.0 * (after - at), 1)
             for stage, at, after in zip(_STAGES, self._marks[:-1], self._marks[1:], strict=True)
         }
-        if not part.standing.pending:
+        if not part.current.pending:
             document["all_ms"] = document["latency_ms"]
         self._marks = [self._marks[-1], self._marks[-1]]
         self._retimed |= set(part.retimed)

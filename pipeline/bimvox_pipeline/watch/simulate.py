@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bimvox.records.motion import LiftMotion
-    from bimvox.revision.standing import Standing
+    from bimvox.revision.current_plan import CurrentPlan
 
 NOW_NS = "simulated_ns"
 """Metadata key: how far the plan was carried out when a revision was made."""
@@ -68,16 +68,16 @@ class Execution:
         self.clock = clock
         self._told: dict[int, str] = {}
 
-    def has_news(self, standing: Standing | None) -> bool:
+    def has_news(self, current: CurrentPlan | None) -> bool:
         """Return whether the state of any part has changed since it was told."""
-        return standing is not None and next(self._news(standing, self.clock.now_ns), None) is not None
+        return current is not None and next(self._news(current, self.clock.now_ns), None) is not None
 
-    def news(self, standing: Standing | None) -> list[dict[str, Any]]:
+    def news(self, current: CurrentPlan | None) -> list[dict[str, Any]]:
         """Return what has changed since it was told, in order of time."""
-        if standing is None:
+        if current is None:
             return []
-        found = sorted(self._news(standing, self.clock.now_ns), key=lambda one: one[0])
-        components = standing.plan.site.components
+        found = sorted(self._news(current, self.clock.now_ns), key=lambda one: one[0])
+        components = current.plan.site.components
         documents = []
         for at_ns, motion, state in found:
             self._told[motion.component] = state
@@ -94,8 +94,8 @@ class Execution:
             )
         return documents
 
-    def _news(self, standing: Standing, now_ns: int) -> Iterator[tuple[int, LiftMotion, str]]:
-        motions = standing.on_the_clock
+    def _news(self, current: CurrentPlan, now_ns: int) -> Iterator[tuple[int, LiftMotion, str]]:
+        motions = current.on_the_clock
         for order in sorted(motions):
             motion = motions[order]
             if motion.start_ns > now_ns:

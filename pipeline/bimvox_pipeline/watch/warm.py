@@ -15,23 +15,23 @@ if TYPE_CHECKING:
     from bimvox.log.plan_log import PlanLog
     from bimvox.planning.assembly import Preparation
     from bimvox.planning.propose import Propose
-    from bimvox.revision.standing import RevisedPart, Standing
+    from bimvox.revision.current_plan import CurrentPlan, RevisionPart
     from bimvox.site.site import Site
 
 _TRIES = 3
 
 
 def warm_up(
-    standing: Standing,
+    current: CurrentPlan,
     preparation: Preparation,
     propose: Propose | None,
     known_shapes: set[int],
-    record_of: Callable[[RevisedPart, dict[str, bytes], dict[str, str]], PlanLog],
+    record_of: Callable[[RevisionPart, dict[str, bytes], dict[str, str]], PlanLog],
 ) -> None:
     """Revise for an obstruction of one cell on some lifts' paths, write to memory, and discard the result.
 
     Args:
-        standing: The current plan; it is not changed.
+        current: The current plan; it is not changed.
         preparation: What was prepared for its site.
         propose: The policy.
         known_shapes: See ``verify_plan``.
@@ -39,15 +39,18 @@ def warm_up(
     """
     from bimvox.log.recorder import write_log
     from bimvox.revision.revise import revise
+    from bimvox.revision.walk_result import RevisionRequest
 
-    planned = [lift for lift in standing.plan.lifts if lift.path_vox is not None]
-    if not planned or standing.pending:
+    planned = [lift for lift in current.plan.lifts if lift.path_vox is not None]
+    if not planned or current.pending:
         return
     for n in range(_TRIES):
         lift = planned[n * (len(planned) - 1) // max(1, _TRIES - 1)]
         assert lift.path_vox is not None
-        site = _with_cell(standing.plan.site, lift.path_vox[len(lift.path_vox) // 2])
-        part = next(revise(standing, site, preparation, propose=propose, first=1, known_shapes=known_shapes))
+        site = _with_cell(current.plan.site, lift.path_vox[len(lift.path_vox) // 2])
+        part = next(
+            revise(current, RevisionRequest(site, preparation, propose=propose, first=1), known_shapes=known_shapes)
+        )
         write_log(io.BytesIO(), record_of(part, {}, {}))
 
 

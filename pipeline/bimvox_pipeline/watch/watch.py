@@ -36,10 +36,11 @@ from bimvox_pipeline.watch.simulate import Execution, PlanClock
 if TYPE_CHECKING:
     from bimvox.log.plan_log import LogEvent
     from bimvox.planning.assembly import Preparation
-    from bimvox.revision.standing import Standing
+    from bimvox.revision.current_plan import CurrentPlan
     from bimvox.site.site import Site
 
 
+# One parameter for each option of `bimvox watch`.
 def watch(
     obstructions: Path,
     *,
@@ -56,21 +57,21 @@ def watch(
     progress: Progress,
     stop: threading.Event | None = None,
 ) -> Generator[dict[str, Any], None, None]:
-    """Plan a site, and plan it again whenever the obstruction file changes.
+    """Plan a site, and revise the plan whenever the obstruction file changes.
 
     Args:
-        obstructions: The file; where it does not exist, nothing is in the way.
+        obstructions: The obstruction file; if it does not exist, there are no obstructions.
         site: The site file.
-        out: The log; default: the site's name with ``.mcap``, in the current folder. Where it exists and belongs to
-            this site, its plan is taken up, with the segments after it.
-        once: Look once and leave.
+        out: The log; default: the site's name with ``.mcap``, in the current folder. If it exists and belongs to this
+            site, the watch continues from its plan and the segments after it.
+        once: Look once and return.
         seed: Seed of the training; default: the site file's.
         policy: Id of a policy of the store.
         steps: Training budget in environment steps.
-        poll_s: Look at the file this often instead of waiting for events: for network shares.
-        speed: Carry the plan out against a clock that goes so many times as fast as the wall's.
-        retrain: Budget, in environment steps, of more training beside the watch, where the policy fails lifts; 0: none.
-        serve: ``[HOST:]PORT`` of a websocket on which viewers follow.
+        poll_s: Poll the file at this interval instead of waiting for events: for network shares.
+        speed: Carry the plan out against a clock that runs this many times as fast as the wall clock.
+        retrain: Budget, in environment steps, of more training during the watch if the policy fails lifts; 0: none.
+        serve: ``[HOST:]PORT`` of a websocket for viewers.
         progress: Told of the stages of the first plan.
         stop: Ends the watch.
 
@@ -121,7 +122,7 @@ def follow(
 
 
 class Watcher:
-    """Keeps the plan that stands, and revises it.
+    """Holds the current plan and revises it.
 
     Args:
         loaded: The site as loaded.
@@ -168,9 +169,9 @@ class Watcher:
         self._driven_ns = 0
 
     @property
-    def standing(self) -> Standing | None:
+    def current(self) -> CurrentPlan | None:
         """The plan that stands."""
-        return self._plan.standing
+        return self._plan.current
 
     @property
     def revision(self) -> int:
@@ -199,19 +200,19 @@ class Watcher:
                 keep_as_segment(plan.target, before.log.revision)
         if state.digest is None:
             self._reader.refused = "missing"
-            if plan.standing is not None and plan.standing.plan.site.is_obstructed:
+            if plan.current is not None and plan.current.plan.site.is_obstructed:
                 yield self._missing(state)
                 return
         try:
             site, content = self._reader.read(state, self.progress)
         except BimvoxError as error:
-            if plan.standing is None:
+            if plan.current is None:
                 raise
             yield self._refused("rejected", state.seen_s, error)
             return
-        if plan.standing is None:
+        if plan.current is None:
             yield self._first_plan(site, content, state.seen_s)
-        elif plan.standing.plan.site.digest == site.digest and not plan.standing.pending:
+        elif plan.current.plan.site.digest == site.digest and not plan.current.pending:
             yield plan.unchanged("unchanged", state.seen_s)
             if before is not None and before.behind:
                 self._whole.offer(plan.whole_log())
@@ -230,7 +231,7 @@ class Watcher:
 
     def wants_another_look(self) -> bool:
         """Whether the last content could not be taken for a reason that may pass without a change of the file."""
-        news = self._execution is not None and self._execution.has_news(self.standing)
+        news = self._execution is not None and self._execution.has_news(self.current)
         trained = self._retraining is not None and self._retraining.is_done
         return self._plan.is_left_over or news or trained or self._reader.is_due
 
@@ -239,10 +240,10 @@ class Watcher:
         from bimvox_pipeline.watch.warm import warm_up
 
         # A plan of several cranes is revised as a whole: that takes longer than it saves.
-        if self.standing is not None and not self.standing.plan.site.has_several_cranes:
+        if self.current is not None and not self.current.plan.site.has_several_cranes:
             reviser = self._reviser
             reviser.know(self._loaded.site)  # a plan from disk has a site of its own, its revisions do not
-            warm_up(self.standing, self._preparation, reviser.propose, reviser.known_shapes, self._plan.segment)
+            warm_up(self.current, self._preparation, reviser.propose, reviser.known_shapes, self._plan.segment)
         # What is there now stays: the collector need not look through it at every change.
         gc.collect()
         gc.freeze()
@@ -282,7 +283,7 @@ class Watcher:
     def _change(self, state: FileState) -> Iterator[dict[str, Any]]:
         plan, reader = self._plan, self._reader
         if self._execution is not None:
-            passed = self._execution.news(plan.standing)
+            passed = self._execution.news(plan.current)
             if passed:
                 self._show()
             for news in passed:
@@ -308,8 +309,8 @@ class Watcher:
                 yield self._refused("rejected", state.seen_s, error)
             reader.try_again(state.seen_s)
             return
-        standing = plan.standing
-        if standing is not None and standing.plan.site.digest == site.digest and not plan.is_left_over:
+        current = plan.current
+        if current is not None and current.plan.site.digest == site.digest and not plan.is_left_over:
             reader.accept()
             if known == reader.files:  # else only the files that it refers to are looked at now too
                 yield plan.unchanged("unchanged", state.seen_s, notes=site.obstruction_notes)
@@ -317,7 +318,7 @@ class Watcher:
         yield from self._revise(Change(site, content, state.seen_s))
 
     def _first_plan(self, site: Site, content: dict[str, bytes], started_s: float) -> dict[str, Any]:
-        from bimvox.revision.standing import standing_of
+        from bimvox.revision.current_plan import current_plan_of
 
         plan = self._plan
         planned = plan_and_prove(site, self._preparation, self._policy, progress=self.progress)
@@ -326,17 +327,17 @@ class Watcher:
         write_log_file(segment, plan.first_log(planned, content), inputs=[])
         write_atomically(plan.target, segment.read_bytes())
         plan.revision, plan.content = plan.revision + 1, content
-        plan.standing = standing_of(planned.plan, planned.motions)
+        plan.current = current_plan_of(planned.plan, planned.motions)
         document = plan.document("planned", planned.plan, None, started_s)
         return document | {"segment": str(segment), "blocked": document_of(planned, self._policy)["infeasible"]}
 
     def _retrained(self, started_s: float) -> Iterator[dict[str, Any]]:
         """Ask the policy that came of a training for the lifts that it was trained for."""
         from bimvox.planning.rollout import proposer
-        from bimvox.revision.standing import Better
+        from bimvox.revision.current_plan import RetrainedPolicy
 
         assert self._retraining is not None
-        assert self.standing is not None
+        assert self.current is not None
         components = frozenset(self._retraining.components)
         try:
             found = self._retraining.result()
@@ -347,8 +348,8 @@ class Watcher:
             message = "no retrained policy was better: the search's paths stand"
             yield self._plan.unchanged("retrained", started_s, message)
             return
-        better = Better(components, proposer(found.network))
-        yield from self._revise(Change(self.standing.plan.site, self._plan.content, started_s, better, found.id))
+        better = RetrainedPolicy(components, proposer(found.network))
+        yield from self._revise(Change(self.current.plan.site, self._plan.content, started_s, better, found.id))
 
     def _revise(self, change: Change) -> Iterator[dict[str, Any]]:
         """Revise the plan, and say what came of it; a part is on disk before it is told of."""
@@ -360,15 +361,17 @@ class Watcher:
             for one in revised:
                 self._reader.accept()
                 searched |= left_to_search(one.part)
-                if not one.part.standing.pending and one.part.standing.held_cranes is None:
+                # The whole log of several cranes is not written while they are held.
+                held = one.part.current.held is not None
+                if not one.part.current.pending and not (held and change.site.has_several_cranes):
                     self._whole.offer(self._plan.whole_log())
                     if self._retraining is not None and change.better is None:
                         self._retraining.begin(change.site, searched)
                 self._show(revision_events(one.part, one.document, self._plan.carried_out_ns))
                 yield one.document
-                if one.part.standing.waits:
+                if held:
                     return  # it waits for a change
-                if one.part.standing.pending and self._reader.holds_other_than(self._plan.content):
+                if one.part.current.pending and self._reader.holds_other_than(self._plan.content):
                     return  # what is pending goes with the next change
         except BimvoxError as error:
             if self._reader.refused != str(error):
@@ -382,7 +385,7 @@ class Watcher:
         """Show viewers what stands, and what happened to it."""
         from bimvox.log.plan_log import PlanLog
 
-        if self.live is not None and (now := self.standing) is not None:
+        if self.live is not None and (now := self.current) is not None:
             motions = tuple(now.on_the_clock[order] for order in sorted(now.on_the_clock))
             self.live.show(PlanLog(now.plan, motions, revision=self.revision, events=events), now.held_loads)
 

@@ -60,8 +60,8 @@ def watcher_in(folder: Path, parts: tuple[Any, Any, Any]) -> Watcher:
 
 def box_on(watcher: Watcher, number: int, name: str = "box") -> dict[str, Any]:
     """An obstruction of less than a cell in the middle of a lift's path."""
-    assert watcher.standing is not None
-    plan = watcher.standing.plan
+    assert watcher.current is not None
+    plan = watcher.current.plan
     path = plan.lifts[number].path_vox
     low = plan.site.frame.corner_of(path[len(path) // 2]) + 0.1
     return {"id": name, "box": {"min": low.tolist(), "max": (low + 0.2).tolist()}}
@@ -88,7 +88,7 @@ def test_a_segment_carries_what_is_new_and_is_proven_like_any_log(watcher):
     log = read_log(segment)
     new = {log.plan.site.components[lift.component].id for lift in log.plan.lifts}
     assert new == {*document["replanned"], *document["retimed"]}
-    assert len(log.plan.lifts) + len(log.context) == len(watcher.standing.plan.lifts)
+    assert len(log.plan.lifts) + len(log.context) == len(watcher.current.plan.lifts)
     assert log.events[0].kind == "replan"
     assert log.events[0].fields["obstructions"] == "box"
     assert verify(segment, progress=SilentProgress())["verified"]
@@ -120,26 +120,26 @@ def test_after_a_kill_the_newest_plan_comes_from_the_segments(watcher, parts):
     (document,) = again.take_up(state_of(again.file))
     assert document["event"] == "unchanged"
     assert document["revision"] == watcher.revision
-    assert again.standing.plan.site.digest == watcher.standing.plan.site.digest
-    for one, other in zip(again.standing.plan.lifts, watcher.standing.plan.lifts, strict=True):
+    assert again.current.plan.site.digest == watcher.current.plan.site.digest
+    for one, other in zip(again.current.plan.lifts, watcher.current.plan.lifts, strict=True):
         assert (one.path_vox == other.path_vox).all()
     again.close()
     whole = read_log(again._plan.target)
     assert whole.revision == watcher.revision
     assert verify(again._plan.target, progress=SilentProgress())["verified"]
-    assert [m.end_ns for m in whole.motions] == [m.end_ns for m in watcher.standing.chain]
+    assert [m.end_ns for m in whole.motions] == [m.end_ns for m in watcher.current.chain]
 
 
 def test_the_page_of_a_watched_plan_has_every_revision_whole(watcher):
     taken_up(watcher)
     put(watcher, box_on(watcher, 5))
     change(watcher)
-    place = watcher.standing.plan.lifts[2].place
-    low = watcher.standing.plan.site.frame.corner_of(place.cell_vox) + 0.1
+    place = watcher.current.plan.lifts[2].place
+    low = watcher.current.plan.site.frame.corner_of(place.cell_vox) + 0.1
     put(watcher, {"id": "on-the-yard", "box": {"min": low.tolist(), "max": (low + 0.2).tolist()}})
     (lost,) = change(watcher)
     watcher._whole.hold()
-    count = len(watcher.standing.plan.lifts)
+    count = len(watcher.current.plan.lifts)
 
     def revisions(log: Path) -> list[dict[str, Any]]:
         out = log.with_suffix(".html")
@@ -175,7 +175,7 @@ def test_without_the_whole_log_or_with_a_damaged_segment_what_is_sound_is_taken_
     for number in (5, 2):
         put(watcher, box_on(watcher, number))
         change(watcher)
-    digest, target = watcher.standing.plan.site.fixed_digest, watcher._plan.target
+    digest, target = watcher.current.plan.site.fixed_digest, watcher._plan.target
     segments = segments_on_disk(target)
     newest = read_newest(target, digest, SilentProgress())
     assert newest.behind
@@ -229,7 +229,7 @@ def test_a_file_that_is_gone_when_the_watch_begins_takes_no_obstruction_away(wat
     (document,) = again.take_up(state_of(again.file))
     assert document["event"] == "missing"
     assert "does not exist; the last good plan stands, with its obstructions" in document["message"]
-    assert again.standing.plan.site.digest == watcher.standing.plan.site.digest
+    assert again.current.plan.site.digest == watcher.current.plan.site.digest
     assert list(again.change(state_of(again.file))) == []
     put(again)
     (document,) = change(again)
@@ -239,7 +239,7 @@ def test_a_file_that_is_gone_when_the_watch_begins_takes_no_obstruction_away(wat
 
 def test_a_disk_without_room_loses_nothing(watcher, monkeypatch):
     taken_up(watcher)
-    before = watcher.standing
+    before = watcher.current
     put(watcher, box_on(watcher, 5))
     write = bimvox_pipeline.watch.revise.write_atomically
 
@@ -250,7 +250,7 @@ def test_a_disk_without_room_loses_nothing(watcher, monkeypatch):
     (document,) = change(watcher)
     assert document["event"] == "failed"
     assert "no space" in document["message"]
-    assert watcher.standing is before
+    assert watcher.current is before
     assert change(watcher) == []  # the same again is not told again
     monkeypatch.setattr(bimvox_pipeline.watch.revise, "write_atomically", write)
     until = time.monotonic() + 60.0
@@ -315,9 +315,9 @@ def test_a_newer_change_goes_first_and_nothing_is_forgotten(watcher, monkeypatch
 
 def test_warming_up_changes_nothing(watcher):
     taken_up(watcher)
-    before, on_disk = watcher.standing, sorted(watcher.file.parent.iterdir())
+    before, on_disk = watcher.current, sorted(watcher.file.parent.iterdir())
     watcher.warm()
-    assert watcher.standing is before
+    assert watcher.current is before
     assert not watcher.is_cold
     assert sorted(watcher.file.parent.iterdir()) == on_disk
 
@@ -414,8 +414,8 @@ def test_a_mesh_and_a_scan_that_come_later_are_taken(watcher):
 
 def cell_box(watcher: Watcher, cell: Any, name: str, size_vox: float = 1.0) -> dict[str, Any]:
     """An obstruction that fills a cell, or some."""
-    assert watcher.standing is not None
-    frame = watcher.standing.plan.site.frame
+    assert watcher.current is not None
+    frame = watcher.current.plan.site.frame
     low = frame.corner_of(cell) + 0.01
     high = low + size_vox * frame.voxel_size_m - 0.02
     return {"id": name, "box": {"min": low.tolist(), "max": high.tolist()}}
@@ -436,7 +436,7 @@ def own_cell(plan: Any, component: Any) -> Any:
 @pytest.mark.parametrize("where", ["yard slot", "start", "target"])
 def test_on_a_yard_slot_a_start_or_a_target_the_lift_is_named_and_the_others_go_on(watcher, where):
     taken_up(watcher)
-    plan = watcher.standing.plan
+    plan = watcher.current.plan
     lift = plan.lifts[-1]
     component = plan.site.components[lift.component]
     cell = {
@@ -460,7 +460,7 @@ def test_on_a_yard_slot_a_start_or_a_target_the_lift_is_named_and_the_others_go_
 
 def test_boxes_around_a_component_close_it_in(watcher):
     taken_up(watcher)
-    plan = watcher.standing.plan
+    plan = watcher.current.plan
     lift = plan.lifts[-1]
     component = plan.site.components[lift.component]
     size = plan.site.frame.voxel_size_m
@@ -491,16 +491,16 @@ def test_a_moved_box_is_a_change_of_that_box_alone(watcher):
 
 def test_obstructions_everywhere_make_every_lift_infeasible_and_none_afterwards(watcher):
     taken_up(watcher)
-    frame, shape = watcher.standing.plan.site.frame, watcher.standing.plan.site.shape
+    frame, shape = watcher.current.plan.site.frame, watcher.current.plan.site.shape
     low, high = frame.corner_of([0, 0, 1]), frame.corner_of(list(shape))
     put(watcher, {"id": "flood", "box": {"min": low.tolist(), "max": high.tolist()}})
     (document,) = change(watcher)
-    assert len(document["infeasible"]) == len(watcher.standing.plan.lifts)
+    assert len(document["infeasible"]) == len(watcher.current.plan.lifts)
     assert all("flood" in entry["blocked_by"] or entry["reason"] for entry in document["blocked"])
     put(watcher)
     (document,) = change(watcher)
     assert document["infeasible"] == []
-    assert len(document["replanned"]) == len(watcher.standing.plan.lifts)
+    assert len(document["replanned"]) == len(watcher.current.plan.lifts)
     watcher.close()
     assert verify(watcher._plan.target, progress=SilentProgress())["verified"]
 
@@ -614,13 +614,13 @@ def test_retraining_goes_on_beside_and_its_path_is_taken_where_it_is_no_longer(w
     assert told["event"] == "replanned"
     searched = {name for name in told["replanned"] if method_of(watcher, name) == "search"}
     assert searched
-    before = {lift.component: lift.moves for lift in watcher.standing.plan.lifts}
+    before = {lift.component: lift.moves for lift in watcher.current.plan.lifts}
     wait_for_training(watcher)
     (told,) = change(watcher)
     assert told["event"] == "retrained"
     assert told["policy"] == "better"
     assert set(told["replanned"]) <= searched
-    for lift in watcher.standing.plan.lifts:
+    for lift in watcher.current.plan.lifts:
         assert lift.moves <= before[lift.component]
     assert {name for name in searched if method_of(watcher, name) == "retrained"}
     assert verify(Path(told["segment"]), progress=SilentProgress())["verified"]
@@ -630,7 +630,7 @@ def test_retraining_goes_on_beside_and_its_path_is_taken_where_it_is_no_longer(w
 
 
 def method_of(watcher: Watcher, name: str) -> str:
-    plan = watcher.standing.plan
+    plan = watcher.current.plan
     return next(lift.method.value for lift in plan.lifts if plan.site.components[lift.component].id == name)
 
 
@@ -647,13 +647,13 @@ def test_retraining_that_brings_nothing_or_fails_changes_nothing(watcher):
         watcher._retraining.train = outcome
         put(watcher, box_on(watcher, 5 + number))
         revision = change(watcher)[-1]["revision"]
-        lifts = watcher.standing.plan.lifts
+        lifts = watcher.current.plan.lifts
         wait_for_training(watcher)
         (told,) = change(watcher)
         assert told["event"] == event
         assert said in told["message"]
         assert told["revision"] == watcher.revision == revision
-        assert watcher.standing.plan.lifts is lifts
+        assert watcher.current.plan.lifts is lifts
 
 
 def test_a_newer_change_ends_the_training(watcher):

@@ -22,8 +22,9 @@ from bimvox.progress import SilentProgress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
+from bimvox.revision.current_plan import CurrentPlan, current_plan_of
 from bimvox.revision.revise import revise
-from bimvox.revision.standing import Standing, standing_of
+from bimvox.revision.walk_result import RevisionRequest
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
 
@@ -35,13 +36,13 @@ def frame(planned) -> tuple[Any, Any]:
     return log, prepared(log.plan.site, SilentProgress())
 
 
-def random_set(rng: np.random.Generator, standing: Standing) -> ObstructionSet:
+def random_set(rng: np.random.Generator, current: CurrentPlan) -> ObstructionSet:
     """Some boxes: on paths, on starts and targets, anywhere, now and then a wall or everything."""
-    site = standing.plan.site
+    site = current.plan.site
     size_m = site.frame.voxel_size_m
     found = []
     for number in range(int(rng.integers(0, 4))):
-        paths = [lift.path_vox for lift in standing.plan.lifts if lift.path_vox is not None]
+        paths = [lift.path_vox for lift in current.plan.lifts if lift.path_vox is not None]
         kind = rng.random()
         cell = rng.integers((0, 0, 1), site.shape)
         if paths and kind < 0.6:
@@ -66,7 +67,7 @@ def without_clock(motion: Any) -> tuple[Any, ...]:
     )
 
 
-def check_kept(before: Standing, after: Standing, made: set[int]) -> None:
+def check_kept(before: CurrentPlan, after: CurrentPlan, made: set[int]) -> None:
     for was, now in zip(before.plan.lifts, after.plan.lifts, strict=True):
         if was.order in made:
             continue
@@ -84,21 +85,21 @@ def check_kept(before: Standing, after: Standing, made: set[int]) -> None:
 def test_random_changes_end_in_a_plan_that_the_whole_proof_accepts(frame, seed):
     log, preparation = frame
     rng = np.random.default_rng(seed)
-    standing = standing_of(log.plan, log.motions)
+    current = current_plan_of(log.plan, log.motions)
     for _ in range(6):
-        site = with_obstructions(standing.plan.site, random_set(rng, standing), rasterise)
-        first = standing
+        site = with_obstructions(current.plan.site, random_set(rng, current), rasterise)
+        first = current
         made: set[int] = set()
-        for part in revise(standing, site, preparation, first=2):
-            standing = part.standing
+        for part in revise(current, RevisionRequest(site, preparation, first=2)):
+            current = part.current
             made |= set(part.made)
-        assert not standing.pending
-        assert standing.plan.site is site
-        check_kept(first, standing, made)
-    plan = standing.plan
+        assert not current.pending
+        assert current.plan.site is site
+        check_kept(first, current, made)
+    plan = current.plan
     proof = verify_plan(plan)
     assert proof.verified, proof.failures
-    proof = verify_motions(plan, standing.chain)
+    proof = verify_motions(plan, current.chain)
     assert proof.verified, proof.failures
 
 
@@ -106,18 +107,18 @@ def test_random_changes_end_in_a_plan_that_the_whole_proof_accepts(frame, seed):
 def test_the_same_lifts_are_infeasible_as_when_planned_from_scratch(frame, seed):
     log, preparation = frame
     rng = np.random.default_rng(seed)
-    standing = standing_of(log.plan, log.motions)
+    current = current_plan_of(log.plan, log.motions)
     for _ in range(4):
-        obstructions = random_set(rng, standing)
-        site = with_obstructions(standing.plan.site, obstructions, rasterise)
+        obstructions = random_set(rng, current)
+        site = with_obstructions(current.plan.site, obstructions, rasterise)
         if not obstructions.obstructions:
             continue
-        before = standing.plan
-        for part in revise(standing, site, preparation):
-            standing = part.standing
-        statuses = [lift.status for lift in standing.plan.lifts]
+        before = current.plan
+        for part in revise(current, RevisionRequest(site, preparation)):
+            current = part.current
+        statuses = [lift.status for lift in current.plan.lifts]
         if Status.PLANNED not in statuses:
-            standing = standing_of(log.plan, log.motions)
+            current = current_plan_of(log.plan, log.motions)
             continue
         scratch = plan_and_prove(site, preparation, NO_POLICY, previous=before, progress=SilentProgress())
         assert statuses == [lift.status for lift in scratch.plan.lifts]
@@ -125,50 +126,50 @@ def test_the_same_lifts_are_infeasible_as_when_planned_from_scratch(frame, seed)
 
 def test_a_removal_brings_infeasible_lifts_back_and_keeps_the_others(frame):
     log, preparation = frame
-    start = standing_of(log.plan, log.motions)
+    start = current_plan_of(log.plan, log.motions)
     component = log.plan.site.components[log.plan.lifts[0].component]
     low = log.plan.site.frame.corner_of(component.target_vox) + 0.1
     on_target = ObstructionSet.of([Obstruction("truck", Box(tuple(low), tuple(low + 0.2)))])
-    *_, blocked = revise(start, with_obstructions(log.plan.site, on_target, rasterise), preparation)
-    lifts = blocked.standing.plan.lifts
+    *_, blocked = revise(start, RevisionRequest(with_obstructions(log.plan.site, on_target, rasterise), preparation))
+    lifts = blocked.current.plan.lifts
     assert lifts[0].status is Status.INFEASIBLE
     assert lifts[0].blocked_by == ("truck",)
     rests_on_it = [lift for lift in lifts if component.id in lift.blocked_by]
     assert rests_on_it
-    assert blocked.standing.chain[0].start_ns == 0
-    assert blocked.standing.chain[0].approach is None
-    *_, free = revise(blocked.standing, with_obstructions(log.plan.site, EMPTY, rasterise), preparation)
-    assert all(lift.status is Status.PLANNED for lift in free.standing.plan.lifts)
-    assert verify_motions(free.standing.plan, free.standing.chain).verified
+    assert blocked.current.chain[0].start_ns == 0
+    assert blocked.current.chain[0].approach is None
+    *_, free = revise(blocked.current, RevisionRequest(with_obstructions(log.plan.site, EMPTY, rasterise), preparation))
+    assert all(lift.status is Status.PLANNED for lift in free.current.plan.lifts)
+    assert verify_motions(free.current.plan, free.current.chain).verified
 
 
 def test_nothing_met_is_nothing_made(frame):
     log, preparation = frame
-    start = standing_of(log.plan, log.motions)
+    start = current_plan_of(log.plan, log.motions)
     site = log.plan.site
     nowhere = site.frame.corner_of(np.array([0, 0, 1])) + 0.1
     far = ObstructionSet.of([Obstruction("far", Box(tuple(nowhere), tuple(nowhere + 0.2)))])
-    (part,) = revise(start, with_obstructions(site, far, rasterise), preparation)
+    (part,) = revise(start, RevisionRequest(with_obstructions(site, far, rasterise), preparation))
     assert part.made == ()
     assert part.change.cells > 0
-    assert all(a is b for a, b in zip(start.plan.lifts, part.standing.plan.lifts, strict=True))
-    assert all(start.motions[order] is motion for order, motion in part.standing.motions.items())
+    assert all(a is b for a, b in zip(start.plan.lifts, part.current.plan.lifts, strict=True))
+    assert all(start.motions[order] is motion for order, motion in part.current.motions.items())
 
 
 def test_segments_on_top_of_a_log_give_the_newest_plan(frame, tmp_path: Path):
     log, preparation = frame
     rng = np.random.default_rng(3)
-    standing = standing_of(log.plan, log.motions)
+    current = current_plan_of(log.plan, log.motions)
     segments = []
     for _ in range(3):
-        site = with_obstructions(standing.plan.site, random_set(rng, standing), rasterise)
-        for part in revise(standing, site, preparation, first=1):
-            standing = part.standing
+        site = with_obstructions(current.plan.site, random_set(rng, current), rasterise)
+        for part in revise(current, RevisionRequest(site, preparation, first=1)):
+            current = part.current
             record = segment_of(
-                PlanLog(standing.plan, revision=len(segments) + 1),
-                standing.motions,
+                PlanLog(current.plan, revision=len(segments) + 1),
+                current.motions,
                 part.made,
-                standing.pending,
+                current.pending,
                 {"why": "test"},
             )
             path = tmp_path / f"{len(segments)}.mcap"
@@ -176,31 +177,31 @@ def test_segments_on_top_of_a_log_give_the_newest_plan(frame, tmp_path: Path):
                 write_log(stream, record)
             segments.append(read_log(path))
             assert segments[-1].events[0].fields["why"] == "test"
-            assert pending_of(segments[-1]) == standing.pending
+            assert pending_of(segments[-1]) == current.pending
             proof = verify_plan(segments[-1].plan, segments[-1].context)
             assert proof.verified, proof.failures
             proof = verify_motions(segments[-1].plan, segments[-1].motions, segments[-1].context)
             assert proof.verified, proof.failures
     found = newest(log, segments)
     assert found.revision == len(segments)
-    assert found.plan.site.digest == standing.plan.site.digest
-    assert [lift.status for lift in found.plan.lifts] == [lift.status for lift in standing.plan.lifts]
+    assert found.plan.site.digest == current.plan.site.digest
+    assert [lift.status for lift in found.plan.lifts] == [lift.status for lift in current.plan.lifts]
     stream = io.BytesIO()
     write_log(stream, found)
     assert verify_motions(found.plan, found.motions).verified
-    for one, other in zip(found.motions, standing.chain, strict=True):
+    for one, other in zip(found.motions, current.chain, strict=True):
         assert (one.start_ns, one.end_ns) == (other.start_ns, other.end_ns)
 
 
 def test_a_plan_taken_up_halfway_is_finished(frame):
     log, preparation = frame
-    standing = standing_of(log.plan, log.motions)
+    current = current_plan_of(log.plan, log.motions)
     rng = np.random.default_rng(5)
     parts = []
     while len(parts) < 2:
-        site = with_obstructions(standing.plan.site, random_set(rng, standing), rasterise)
-        parts = list(revise(standing, site, preparation, first=1))
-    half = parts[0].standing
+        site = with_obstructions(current.plan.site, random_set(rng, current), rasterise)
+        parts = list(revise(current, RevisionRequest(site, preparation, first=1)))
+    half = parts[0].current
     orders = half.pending
     cut = [lift for lift in half.plan.lifts if lift.order not in orders]
     assert orders
@@ -208,24 +209,24 @@ def test_a_plan_taken_up_halfway_is_finished(frame):
     # As it is read back from disk: pending lifts have neither path nor motion.
     record = segment_of(PlanLog(half.plan, revision=1), half.motions, parts[0].made, orders, {})
     again = newest(log, [record])
-    taken_up = standing_of(again.plan, again.motions)
+    taken_up = current_plan_of(again.plan, again.motions)
     assert taken_up.pending == orders
-    *_, last = revise(taken_up, again.plan.site, preparation)
-    assert not last.standing.pending
-    assert verify_plan(last.standing.plan).verified
-    assert verify_motions(last.standing.plan, last.standing.chain).verified
+    *_, last = revise(taken_up, RevisionRequest(again.plan.site, preparation))
+    assert not last.current.pending
+    assert verify_plan(last.current.plan).verified
+    assert verify_motions(last.current.plan, last.current.chain).verified
 
 
 def test_what_is_taken_back_is_known_and_proven_still(frame, monkeypatch):
     log, preparation = frame
-    first = standing_of(log.plan, log.motions)
+    first = current_plan_of(log.plan, log.motions)
     site = first.plan.site
     low = site.frame.corner_of(np.array(site.components[0].target_vox)) + 0.1
     blocked = with_obstructions(
         site, ObstructionSet.of([Obstruction("box", Box(tuple(low), tuple(low + 0.3)))]), rasterise
     )
-    *_, with_box = revise(first, blocked, preparation)
-    lost = {lift.order for lift in with_box.standing.plan.lifts if lift.status is Status.INFEASIBLE}
+    *_, with_box = revise(first, RevisionRequest(blocked, preparation))
+    lost = {lift.order for lift in with_box.current.plan.lifts if lift.status is Status.INFEASIBLE}
     assert lost, "what rests on the blocked part is impossible, too"
 
     def never(*_: Any, **__: Any) -> Any:
@@ -235,8 +236,8 @@ def test_what_is_taken_back_is_known_and_proven_still(frame, monkeypatch):
     with monkeypatch.context() as known:
         known.setattr("bimvox.revision.walk.plan_lift", never)
         known.setattr("bimvox.revision.motions.time_lift", never)
-        parts = list(revise(with_box.standing, free, preparation, first=3))
-    last = parts[-1].standing
+        parts = list(revise(with_box.current, RevisionRequest(free, preparation, first=3)))
+    last = parts[-1].current
     assert lost <= {order for part in parts for order in part.made}
     assert all(one is other for one, other in zip(last.plan.lifts, first.plan.lifts, strict=True))
     assert verify_plan(last.plan).verified
@@ -246,7 +247,7 @@ def test_what_is_taken_back_is_known_and_proven_still(frame, monkeypatch):
 
 def test_a_version_is_not_taken_where_something_else_is_in_its_way(frame):
     log, preparation = frame
-    first = standing_of(log.plan, log.motions)
+    first = current_plan_of(log.plan, log.motions)
     site, path = first.plan.site, first.plan.lifts[0].path_vox
     assert path is not None
 
@@ -256,13 +257,17 @@ def test_a_version_is_not_taken_where_something_else_is_in_its_way(frame):
 
     on_target = box("on target", site.components[first.plan.lifts[0].component].target_vox)
     on_path = box("on path", path[len(path) // 2])
-    *_, blocked = revise(first, with_obstructions(site, ObstructionSet.of([on_target]), rasterise), preparation)
-    *_, other = revise(blocked.standing, with_obstructions(site, ObstructionSet.of([on_path]), rasterise), preparation)
-    lift = other.standing.plan.lifts[0]
+    *_, blocked = revise(
+        first, RevisionRequest(with_obstructions(site, ObstructionSet.of([on_target]), rasterise), preparation)
+    )
+    *_, other = revise(
+        blocked.current, RevisionRequest(with_obstructions(site, ObstructionSet.of([on_path]), rasterise), preparation)
+    )
+    lift = other.current.plan.lifts[0]
     assert lift.status is Status.PLANNED
     assert not np.array_equal(lift.path_vox, path)
-    assert verify_plan(other.standing.plan).verified
-    assert verify_motions(other.standing.plan, other.standing.chain).verified
+    assert verify_plan(other.current.plan).verified
+    assert verify_motions(other.current.plan, other.current.chain).verified
 
 
 @pytest.fixture(scope="module")
@@ -280,10 +285,10 @@ def in_the_way(frame) -> Any:
 
 def test_a_lift_that_the_crane_cannot_drive_is_named_and_the_others_are_planned(frame, in_the_way, monkeypatch):
     log, preparation = frame
-    standing = standing_of(log.plan, log.motions)
-    whole = next(revise(standing, in_the_way, preparation, first=6))
+    current = current_plan_of(log.plan, log.motions)
+    whole = next(revise(current, RevisionRequest(in_the_way, preparation, first=6)))
     bad = whole.replanned[1]
-    component = log.plan.site.components[standing.plan.lifts[bad].component].id
+    component = log.plan.site.components[current.plan.lifts[bad].component].id
 
     def timed(site, crane, lift, *more):
         if lift.order == bad:
@@ -291,8 +296,8 @@ def test_a_lift_that_the_crane_cannot_drive_is_named_and_the_others_are_planned(
         return time_lift(site, crane, lift, *more)
 
     monkeypatch.setattr("bimvox.revision.motions.time_lift", timed)
-    part = next(revise(standing, in_the_way, preparation, first=6))
-    refused = part.standing.plan.lifts[bad]
+    part = next(revise(current, RevisionRequest(in_the_way, preparation, first=6)))
+    refused = part.current.plan.lifts[bad]
     assert refused.status is Status.INFEASIBLE
     assert refused.reason == f"the crane cannot drive its path: {component}: the rope is too short"
     assert set(part.replanned) >= {order for order in whole.replanned if order < bad}

@@ -74,11 +74,11 @@ class Simulated:
 
     def box_ahead(self, order: int, share: float) -> dict[str, Any]:
         """A box where the load of a lift comes later, below the hook."""
-        standing = self.watcher.standing
-        assert standing is not None
-        loaded = standing.motions[order].loaded
+        current = self.watcher.current
+        assert current is not None
+        loaded = current.motions[order].loaded
         at = int(share * (len(loaded.time_ns) - 1))
-        crane, frame = standing.plan.site.cranes[0], standing.plan.site.frame
+        crane, frame = current.plan.site.cranes[0], current.plan.site.frame
         hook_m = hook_of(crane, loaded.slew_rad[at], loaded.radius_m[at], loaded.height_m[at])
         low = hook_m - [0.05, 0.05, crane.sling_m + 0.5 * frame.voxel_size_m]
         return {"id": "drone", "box": {"min": low.tolist(), "max": (low + 0.1).tolist()}}
@@ -90,11 +90,11 @@ def simulated(site_folder, parts) -> Simulated:
 
 
 def test_every_part_goes_through_its_states_in_order(simulated):
-    standing = simulated.watcher.standing
-    simulated.at(standing.motions[2].start_ns)
+    current = simulated.watcher.current
+    simulated.at(current.motions[2].start_ns)
     assert simulated.watcher.wants_another_look()
     told = simulated.look()
-    first = standing.plan.site.components[standing.plan.lifts[0].component].id
+    first = current.plan.site.components[current.plan.lifts[0].component].id
     assert [one["state"] for one in told if one["component"] == first] == ["in_transit", "arrived", "assembled"]
     assert [one["time_s"] for one in told] == sorted(one["time_s"] for one in told)
     assert {one["event"] for one in told} == {"state"}
@@ -104,8 +104,8 @@ def test_every_part_goes_through_its_states_in_order(simulated):
 
 
 def test_a_load_in_the_air_is_stopped_and_the_segment_proves_it(simulated):
-    standing = simulated.watcher.standing
-    motion = standing.motions[3]
+    current = simulated.watcher.current
+    motion = current.motions[3]
     first, last = (motion.start_ns + int(motion.loaded.time_ns[n]) for n in (0, -1))
     simulated.at(int(first + 0.3 * (last - first)))
     simulated.look()
@@ -115,7 +115,7 @@ def test_a_load_in_the_air_is_stopped_and_the_segment_proves_it(simulated):
     stopped = told["stopped"]
     assert stopped["safe"]
     assert not stopped["held"]
-    assert stopped["component"] == standing.plan.site.components[motion.component].id
+    assert stopped["component"] == current.plan.site.components[motion.component].id
     assert told["time_s"] < stopped["rest_s"] < stopped["goes_on_s"]
     assert stopped["goes_on_s"] - told["time_s"] >= 30.0, "ten times as fast: a plan takes seconds, so minutes go by"
     assert stopped["component"] in told["replanned"]
@@ -130,14 +130,14 @@ def test_a_load_in_the_air_is_stopped_and_the_segment_proves_it(simulated):
 
 
 def test_after_a_kill_it_goes_on_where_the_last_revision_left_it(simulated, site_folder, parts):
-    standing = simulated.watcher.standing
-    now_ns = standing.motions[4].start_ns + 10**9
+    current = simulated.watcher.current
+    now_ns = current.motions[4].start_ns + 10**9
     simulated.at(now_ns)
     simulated.look()
     simulated.put(simulated.box_ahead(6, 0.5))
     told = simulated.look()[-1]
     assert int(read_log(Path(told["segment"])).metadata[NOW_NS]) == pytest.approx(now_ns, abs=100)
-    done = simulated.watcher.standing.motions[2]
+    done = simulated.watcher.current.motions[2]
     again = Watcher(
         *parts, simulated.file, site_folder / "frame.mcap", 0, SilentProgress(), PlanClock(1.0, simulated.hand)
     )
@@ -147,28 +147,28 @@ def test_after_a_kill_it_goes_on_where_the_last_revision_left_it(simulated, site
     ]
     again.begin()
     assert again._execution.clock.now_ns == pytest.approx(now_ns, abs=100)
-    assert np.array_equal(again.standing.motions[2].loaded.slew_rad, done.loaded.slew_rad)
+    assert np.array_equal(again.current.motions[2].loaded.slew_rad, done.loaded.slew_rad)
     simulated.put()
     list(again.change(replace(state_of(simulated.file), seen_s=simulated.hand.now_s)))
-    assert len(again.standing.plan.history) == 2
+    assert len(again.current.plan.history) == 2
 
 
 def test_a_load_that_is_held_is_known_after_a_kill_and_goes_on_when_it_can(simulated, site_folder, parts):
-    standing = simulated.watcher.standing
-    loaded = standing.motions[5].loaded
-    simulated.at(standing.motions[5].start_ns + int(loaded.time_ns[len(loaded.time_ns) // 2]))
+    current = simulated.watcher.current
+    loaded = current.motions[5].loaded
+    simulated.at(current.motions[5].start_ns + int(loaded.time_ns[len(loaded.time_ns) // 2]))
     simulated.look()
-    target = standing.plan.site.components[standing.motions[5].component]
-    low = standing.plan.site.frame.corner_of(np.array(target.target_vox) + target.shape.cells[0]) + 0.1
+    target = current.plan.site.components[current.motions[5].component]
+    low = current.plan.site.frame.corner_of(np.array(target.target_vox) + target.shape.cells[0]) + 0.1
     simulated.put({"id": "on its place", "box": {"min": list(low), "max": list(low + 0.2)}})
     told = simulated.look()[-1]
     assert told["stopped"]["held"], told
-    held = simulated.watcher.standing.held
+    (held,) = simulated.watcher.current.held_loads
     again = Watcher(
         *parts, simulated.file, site_folder / "frame.mcap", 0, SilentProgress(), PlanClock(10.0, simulated.hand)
     )
     list(again.take_up(replace(state_of(simulated.file), seen_s=simulated.hand.now_s)))
-    known = again.standing.held
+    (known,) = again.current.held_loads
     assert known.lift.component == held.lift.component
     assert (known.how, known.is_safe, known.stop.end_ns) == (held.how, held.is_safe, held.stop.end_ns)
     assert np.array_equal(known.stop.trajectory.slew_rad, held.stop.trajectory.slew_rad)
@@ -178,8 +178,8 @@ def test_a_load_that_is_held_is_known_after_a_kill_and_goes_on_when_it_can(simul
         :1
     ]
     assert not stopped["held"]
-    assert again.standing.held is None
-    assert held.lift.order in again.standing.motions
+    assert again.current.held is None
+    assert held.lift.order in again.current.motions
     again.close()
 
 
@@ -187,7 +187,7 @@ def test_what_is_driven_is_in_a_log_that_grows_and_the_clock_goes_on_from_there(
     target = site_folder / "frame.mcap"
     simulated.watcher.show_to(())
     simulated.watcher._show()
-    motion = simulated.watcher.standing.motions[3]
+    motion = simulated.watcher.current.motions[3]
     now_ns = motion.start_ns + int(motion.loaded.time_ns[len(motion.loaded.time_ns) // 2])
     simulated.at(now_ns)
     simulated.look()
@@ -216,13 +216,13 @@ def test_what_is_driven_is_in_a_log_that_grows_and_the_clock_goes_on_from_there(
 
 
 def test_behind_a_pending_lift_no_time_is_known(simulated):
-    standing = simulated.watcher.standing
-    gap = replace(standing, motions={o: m for o, m in standing.motions.items() if o != 3}, pending=frozenset({3}))
-    now_ns = standing.motions[5].start_ns + 10**9
-    assert behind(standing, now_ns) == 4
+    current = simulated.watcher.current
+    gap = replace(current, motions={o: m for o, m in current.motions.items() if o != 3}, pending=frozenset({3}))
+    now_ns = current.motions[5].start_ns + 10**9
+    assert behind(current, now_ns) == 4
     assert behind(gap, now_ns) == 2
-    assert motion_under_way(gap, standing.plan.lifts[5], now_ns) is None
-    assert motion_under_way(standing, standing.plan.lifts[5], now_ns) is standing.motions[5]
+    assert motion_under_way(gap, current.plan.lifts[5], now_ns) is None
+    assert motion_under_way(current, current.plan.lifts[5], now_ns) is current.motions[5]
 
 
 def test_a_run_that_was_killed_at_once_takes_nothing_from_the_clock(simulated, site_folder, parts):

@@ -27,8 +27,9 @@ from bimvox.proof.plan import verify_plan
 from bimvox.proof.swing import swung_placements
 from bimvox.records.lift import Status
 from bimvox.records.motion import Phase, PhaseName
+from bimvox.revision.current_plan import CurrentPlan, RevisionPart, current_plan_of
 from bimvox.revision.revise import revise
-from bimvox.revision.standing import RevisedPart, Standing, standing_of
+from bimvox.revision.walk_result import RevisionRequest
 from bimvox.site.build import with_obstructions
 from bimvox.site.lifting import crane_for
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
@@ -37,6 +38,7 @@ from bimvox.stop.evade import HOISTED, STOPPED, SWUNG, UNSAFE, WENT_ON
 from bimvox.stop.interrupt import spliced
 from bimvox.stop.stop import stop_motion
 from bimvox.stop.swing import swing_through
+from bimvox.stop.underway import Redirected
 
 
 @pytest.fixture(scope="module")
@@ -45,17 +47,22 @@ def frame(planned) -> tuple[Any, Any]:
     return log, prepared(log.plan.site, SilentProgress())
 
 
-def loaded_at(standing: Standing, order: int, time_ns: int) -> np.ndarray:
+def redirected(part):
+    """The lift under way that was stopped and has a way on; None if there is none."""
+    return next((one for one in part.stops if isinstance(one, Redirected)), None)
+
+
+def loaded_at(current: CurrentPlan, order: int, time_ns: int) -> np.ndarray:
     """The continuous reference cell of the load of a lift at a time."""
-    motion, site = standing.motions[order], standing.plan.site
+    motion, site = current.motions[order], current.plan.site
     load = load_frame(site.cranes[0], site.frame, site.components[motion.component].hook_offset_vox)
     times, axes = motion.samples()
     return cells_of_axes(load, np.array([[np.interp(time_ns, times, axis) for axis in axes.T]]))[0]
 
 
-def carrying(standing: Standing, order: int, share: float) -> int:
+def carrying(current: CurrentPlan, order: int, share: float) -> int:
     """A time while the load of a lift is carried."""
-    motion = standing.motions[order]
+    motion = current.motions[order]
     first, last = (motion.start_ns + int(motion.loaded.time_ns[n]) for n in (0, -1))
     return int(first + share * (last - first))
 
@@ -66,45 +73,45 @@ def with_box(site: Any, cell: np.ndarray, size_vox: float = 1.0, name: str = "bo
     return with_obstructions(site, ObstructionSet.of([Obstruction(name, Box(tuple(low), tuple(high)))]), rasterise)
 
 
-def whole_proof(standing: Standing) -> None:
+def whole_proof(current: CurrentPlan) -> None:
     for proof in (
-        verify_plan_over_time(standing.plan, standing.chain),
-        verify_motions_over_time(standing.plan, standing.chain),
+        verify_plan_over_time(current.plan, current.chain),
+        verify_motions_over_time(current.plan, current.chain),
     ):
         assert proof.verified, proof.failures[:3]
 
 
-def last_of(parts: Any) -> tuple[RevisedPart, Standing]:
+def last_of(parts: Any) -> tuple[RevisionPart, CurrentPlan]:
     parts = list(parts)
-    return parts[0], parts[-1].standing
+    return parts[0], parts[-1].current
 
 
-def met_at(frame: Any, order: int, share: float, later: float) -> tuple[Standing, int, Any]:
+def met_at(frame: Any, order: int, share: float, later: float) -> tuple[CurrentPlan, int, Any]:
     """A plan, a time in it, and its site with a box where the load of a lift comes later."""
     log, _ = frame
-    standing = standing_of(log.plan, log.motions)
-    now_ns = carrying(standing, order, share)
-    cell = loaded_at(standing, order, carrying(standing, order, later))
-    return standing, now_ns, with_box(standing.plan.site, np.round(cell))
+    current = current_plan_of(log.plan, log.motions)
+    now_ns = carrying(current, order, share)
+    cell = loaded_at(current, order, carrying(current, order, later))
+    return current, now_ns, with_box(current.plan.site, np.round(cell))
 
 
 @pytest.mark.parametrize(("order", "share", "later"), [(3, 0.3, 0.6), (5, 0.25, 0.55), (1, 0.4, 0.7), (6, 0.2, 0.65)])
 def test_a_load_in_the_air_is_stopped_and_goes_on_from_where_it_is(frame, order, share, later, tmp_path: Path):
-    standing, now_ns, site = met_at(frame, order, share, later)
-    first, after = last_of(revise(standing, site, frame[1], now_ns=now_ns))
-    was, now = standing.motions[order], after.motions.get(order)
+    current, now_ns, site = met_at(frame, order, share, later)
+    first, after = last_of(revise(current, RevisionRequest(site, frame[1], now_ns=now_ns)))
+    was, now = current.motions[order], after.motions.get(order)
     for done in range(order):
-        assert after.motions[done] is standing.motions[done]
-        assert after.plan.lifts[done] is standing.plan.lifts[done]
-    assert first.redirected is not None, after.held
+        assert after.motions[done] is current.motions[done]
+        assert after.plan.lifts[done] is current.plan.lifts[done]
+    assert redirected(first) is not None, after.held_loads
     assert now is not None
-    assert first.redirected.how in (STOPPED, HOISTED, WENT_ON)
+    assert redirected(first).how in (STOPPED, HOISTED, WENT_ON)
     assert PhaseName.STOP in [phase.name for phase in now.phases]
-    driven = was.loaded.time_ns + was.start_ns < first.redirected.stop.start_ns
+    driven = was.loaded.time_ns + was.start_ns < redirected(first).stop.start_ns
     assert np.array_equal(now.loaded.slew_rad[: driven.sum()], was.loaded.slew_rad[driven])
     assert now.end_ns > was.end_ns
     assert after.motions[order + 1].start_ns == now.end_ns
-    assert np.array_equal(after.plan.lifts[order].left[0].path_vox, standing.plan.lifts[order].path_vox)
+    assert np.array_equal(after.plan.lifts[order].left[0].path_vox, current.plan.lifts[order].path_vox)
     whole_proof(after)
     # Against the new obstructions alone what was done need not hold; over time, and from the log alone, it does.
     log = frame[0]
@@ -123,41 +130,41 @@ def test_a_load_in_the_air_is_stopped_and_goes_on_from_where_it_is(frame, order,
 
 def test_what_the_change_does_not_meet_any_more_is_not_stopped(frame):
     log, preparation = frame
-    standing = standing_of(log.plan, log.motions)
+    current = current_plan_of(log.plan, log.motions)
     order = 4
-    now_ns = carrying(standing, order, 0.7)
-    behind = np.round(loaded_at(standing, order, carrying(standing, order, 0.02)))
-    site = with_box(standing.plan.site, behind - [0, 0, 0])
-    _, after = last_of(revise(standing, site, preparation, now_ns=now_ns))
+    now_ns = carrying(current, order, 0.7)
+    behind = np.round(loaded_at(current, order, carrying(current, order, 0.02)))
+    site = with_box(current.plan.site, behind - [0, 0, 0])
+    _, after = last_of(revise(current, RevisionRequest(site, preparation, now_ns=now_ns)))
     assert after.held is None
-    assert after.motions[order] is standing.motions[order]
-    assert after.plan.lifts[order] is standing.plan.lifts[order]
+    assert after.motions[order] is current.motions[order]
+    assert after.plan.lifts[order] is current.plan.lifts[order]
     assert not verify_motions(after.plan, after.chain).verified, "the new box is where the load was before"
     whole_proof(after)
 
 
 def test_finished_lifts_are_history_whatever_comes(frame):
     log, preparation = frame
-    standing = standing_of(log.plan, log.motions)
-    now_ns = standing.motions[5].start_ns
-    place = standing.plan.lifts[2].place
+    current = current_plan_of(log.plan, log.motions)
+    now_ns = current.motions[5].start_ns
+    place = current.plan.lifts[2].place
     assert place is not None
-    site = with_box(standing.plan.site, np.array(place.cell_vox), 3.0)
-    _, after = last_of(revise(standing, site, preparation, now_ns=now_ns))
-    assert all(after.plan.lifts[n] is standing.plan.lifts[n] for n in range(5))
+    site = with_box(current.plan.site, np.array(place.cell_vox), 3.0)
+    _, after = last_of(revise(current, RevisionRequest(site, preparation, now_ns=now_ns)))
+    assert all(after.plan.lifts[n] is current.plan.lifts[n] for n in range(5))
     assert not verify_plan(after.plan).verified, "its yard place is blocked now"
     whole_proof(after)
 
 
 def test_a_load_without_a_way_is_held_until_there_is_one(frame):
     log, preparation = frame
-    standing = standing_of(log.plan, log.motions)
+    current = current_plan_of(log.plan, log.motions)
     order = 4
-    lift = standing.plan.lifts[order]
-    component = standing.plan.site.components[lift.component]
-    now_ns = carrying(standing, order, 0.3)
-    site = with_box(standing.plan.site, np.array(component.target_vox), 2.0, "pallet")
-    _, held = last_of(revise(standing, site, preparation, now_ns=now_ns))
+    lift = current.plan.lifts[order]
+    component = current.plan.site.components[lift.component]
+    now_ns = carrying(current, order, 0.3)
+    site = with_box(current.plan.site, np.array(component.target_vox), 2.0, "pallet")
+    _, held = last_of(revise(current, RevisionRequest(site, preparation, now_ns=now_ns)))
     assert held.held is not None
     assert held.plan.lifts[order].status is Status.INFEASIBLE
     assert "pallet" in held.plan.lifts[order].blocked_by
@@ -166,8 +173,8 @@ def test_a_load_without_a_way_is_held_until_there_is_one(frame):
     }
     free = with_obstructions(site, EMPTY, rasterise)
     later_ns = now_ns + 600 * 10**9
-    first, after = last_of(revise(held, free, preparation, now_ns=later_ns))
-    assert first.redirected is not None, after.held and (after.held.how, after.held.reason, after.held.is_safe)
+    first, after = last_of(revise(held, RevisionRequest(free, preparation, now_ns=later_ns)))
+    assert redirected(first) is not None, after.held_loads
     motion = after.motions[order]
     stops = [phase for phase in motion.phases if phase.name is PhaseName.STOP]
     assert stops[0].end_ns >= later_ns
@@ -178,16 +185,16 @@ def test_a_load_without_a_way_is_held_until_there_is_one(frame):
 
 def test_before_its_load_is_carried_a_lift_takes_another_way_in_time(frame):
     log, preparation = frame
-    standing = standing_of(log.plan, log.motions)
+    current = current_plan_of(log.plan, log.motions)
     order = 3
-    motion = standing.motions[order]
+    motion = current.motions[order]
     hook_on = next(phase for phase in motion.phases if phase.name is PhaseName.HOOK_ON)
     now_ns = (hook_on.start_ns + hook_on.end_ns) // 2
-    cell = np.round(loaded_at(standing, order, carrying(standing, order, 0.5)))
-    site = with_box(standing.plan.site, cell)
-    first, after = last_of(revise(standing, site, preparation, now_ns=now_ns))
-    assert first.redirected is not None, after.held and (after.held.how, after.held.reason, after.held.is_safe)
-    assert first.redirected.stop is None
+    cell = np.round(loaded_at(current, order, carrying(current, order, 0.5)))
+    site = with_box(current.plan.site, cell)
+    first, after = last_of(revise(current, RevisionRequest(site, preparation, now_ns=now_ns)))
+    assert redirected(first) is not None, after.held_loads
+    assert redirected(first).stop is None
     assert after.motions[order].approach is motion.approach
     assert PhaseName.STOP not in [phase.name for phase in after.motions[order].phases]
     whole_proof(after)
@@ -195,17 +202,17 @@ def test_before_its_load_is_carried_a_lift_takes_another_way_in_time(frame):
 
 def test_an_empty_hook_is_stopped_and_goes_round(frame):
     log, preparation = frame
-    standing = standing_of(log.plan, log.motions)
+    current = current_plan_of(log.plan, log.motions)
     order = 4
-    motion, site = standing.motions[order], standing.plan.site
+    motion, site = current.motions[order], current.plan.site
     approach = motion.approach
     now_ns = motion.start_ns + int(0.1 * approach.time_ns[-1])
     at = int(0.75 * len(approach.time_ns))
     hook = load_frame(site.cranes[0], site.frame, np.zeros(3, np.int32))
     cell = cells_of_axes(hook, np.array([[approach.slew_rad[at], approach.radius_m[at], approach.height_m[at]]]))[0]
     site = with_box(site, np.round(cell))
-    first, after = last_of(revise(standing, site, preparation, now_ns=now_ns))
-    assert first.redirected is not None, after.held and (after.held.how, after.held.reason)
+    first, after = last_of(revise(current, RevisionRequest(site, preparation, now_ns=now_ns)))
+    assert redirected(first) is not None, after.held_loads
     names = [phase.name for phase in after.motions[order].phases]
     assert names[:4] == [PhaseName.APPROACH, PhaseName.STOP, PhaseName.APPROACH, PhaseName.HOOK_ON]
     whole_proof(after)
@@ -213,41 +220,41 @@ def test_an_empty_hook_is_stopped_and_goes_round(frame):
 
 def test_where_no_manoeuvre_is_free_that_is_said(frame):
     log, preparation = frame
-    standing = standing_of(log.plan, log.motions)
+    current = current_plan_of(log.plan, log.motions)
     order = 3
-    now_ns = carrying(standing, order, 0.5)
-    cell = np.round(loaded_at(standing, order, now_ns))
-    site = with_box(standing.plan.site, cell - 4, 12.0)
-    _, after = last_of(revise(standing, site, preparation, now_ns=now_ns))
+    now_ns = carrying(current, order, 0.5)
+    cell = np.round(loaded_at(current, order, now_ns))
+    site = with_box(current.plan.site, cell - 4, 12.0)
+    _, after = last_of(revise(current, RevisionRequest(site, preparation, now_ns=now_ns)))
     assert after.held is not None
-    assert not after.held.is_safe
-    assert after.held.how == UNSAFE
+    assert not after.held.loads[0].is_safe
+    assert after.held.loads[0].how == UNSAFE
     assert UNSAFE in (after.plan.lifts[order].reason or "")
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_random_changes_while_it_is_carried_out(frame, seed):
     log, preparation = frame
-    standing = standing_of(log.plan, log.motions)
+    current = current_plan_of(log.plan, log.motions)
     rng = np.random.default_rng(seed)
     now_ns = 0
     for _ in range(4):
-        end_ns = max(motion.end_ns for motion in standing.motions.values())
+        end_ns = max(motion.end_ns for motion in current.motions.values())
         now_ns = int(now_ns + rng.uniform(0.05, 0.3) * max(end_ns - now_ns, 0)) + 1
-        paths = [lift.path_vox for lift in standing.plan.lifts if lift.path_vox is not None]
+        paths = [lift.path_vox for lift in current.plan.lifts if lift.path_vox is not None]
         path = paths[int(rng.integers(len(paths)))]
         cell = path[int(rng.integers(len(path)))]
-        site = with_box(standing.plan.site, cell.astype(float), float(rng.uniform(1.0, 3.0)))
-        done = {order: motion for order, motion in standing.motions.items() if motion.end_ns <= now_ns}
-        _, standing = last_of(revise(standing, site, preparation, now_ns=now_ns))
-        assert all(standing.motions[order] is motion for order, motion in done.items())
-        if standing.held is None:
-            whole_proof(standing)
+        site = with_box(current.plan.site, cell.astype(float), float(rng.uniform(1.0, 3.0)))
+        done = {order: motion for order, motion in current.motions.items() if motion.end_ns <= now_ns}
+        _, current = last_of(revise(current, RevisionRequest(site, preparation, now_ns=now_ns)))
+        assert all(current.motions[order] is motion for order, motion in done.items())
+        if current.held is None:
+            whole_proof(current)
 
 
-def only_swung_into(standing: Standing, order: int, now_ns: int) -> list[tuple[int, ...]]:
+def only_swung_into(current: CurrentPlan, order: int, now_ns: int) -> list[tuple[int, ...]]:
     """Cells that the load of a lift only comes into as far out as it swings when it is stopped at a time."""
-    motion, site = standing.motions[order], standing.plan.site
+    motion, site = current.motions[order], current.plan.site
     component, size_m = site.components[motion.component], site.frame.voxel_size_m
     crane = crane_for(site, site.cranes[0], component)
     stop = stop_motion(crane, motion, now_ns, sample_period_s=site.rules.sample_period_s, voxel_size_m=size_m)
@@ -266,18 +273,18 @@ def only_swung_into(standing: Standing, order: int, now_ns: int) -> list[tuple[i
 
 def test_a_stop_counts_how_far_its_load_swings(frame):
     log, preparation = frame
-    standing = standing_of(log.plan, log.motions)
+    current = current_plan_of(log.plan, log.motions)
     for order, share in itertools.product(range(8), (0.2, 0.3)):
-        now_ns = carrying(standing, order, share)
-        for cell in only_swung_into(standing, order, now_ns)[::4]:
-            site = with_box(standing.plan.site, np.array(cell))
-            _, after = last_of(revise(standing, site, preparation, now_ns=now_ns))
-            if after.held is not None and after.held.how == SWUNG:
+        now_ns = carrying(current, order, share)
+        for cell in only_swung_into(current, order, now_ns)[::4]:
+            site = with_box(current.plan.site, np.array(cell))
+            _, after = last_of(revise(current, RevisionRequest(site, preparation, now_ns=now_ns)))
+            if after.held is not None and after.held.loads[0].how == SWUNG:
                 break
         else:
             continue
         break
-    held = after.held
+    held = after.held.loads[0]
     assert held is not None
     assert (held.how, held.is_safe) == (SWUNG, False)
     assert held.stop.swing_m > 0.1
@@ -291,10 +298,10 @@ def test_a_stop_counts_how_far_its_load_swings(frame):
     places = swung_placements(site, site.cranes[0], stopped, way, component, 0)
     assert any((component.shape.cells + place == cell).all(axis=1).any() for place in places)
     # Where swing is not looked at, the load hangs clear of the box.
-    off = replace(standing.plan.site, rules=replace(standing.plan.site.rules, swing=SwingRule.OFF))
-    calm = standing_of(replace(standing.plan, site=off), standing.chain)
-    _, after = last_of(revise(calm, with_box(off, np.array(cell)), preparation, now_ns=now_ns))
-    found = after.held
+    off = replace(current.plan.site, rules=replace(current.plan.site.rules, swing=SwingRule.OFF))
+    calm = current_plan_of(replace(current.plan, site=off), current.chain)
+    _, after = last_of(revise(calm, RevisionRequest(with_box(off, np.array(cell)), preparation, now_ns=now_ns)))
+    found = next(iter(after.held_loads), None)
     assert found is None or found.how == STOPPED
 
 
@@ -309,19 +316,19 @@ def still(pose: Any) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize(("order", "phase"), [(0, PhaseName.SET), (3, PhaseName.RELEASE), (3, PhaseName.APPROACH)])
 def test_a_box_where_the_empty_hook_is_leaves_what_is_done_and_says_why_nothing_follows(frame, order, phase):
     log, _ = frame
-    standing = standing_of(log.plan, log.motions)
-    motion = standing.motions[order + 1 if phase is PhaseName.APPROACH else order]
+    current = current_plan_of(log.plan, log.motions)
+    motion = current.motions[order + 1 if phase is PhaseName.APPROACH else order]
     now_ns = next(one for one in motion.phases if one.name is phase).start_ns + NS_PER_S
-    hook = left_cells(standing.plan.site, standing.plan.lifts[order])[-1]
-    site = with_box(standing.plan.site, hook.astype(float))
-    _, stuck = last_of(revise(standing, site, frame[1], now_ns=now_ns))
+    hook = left_cells(current.plan.site, current.plan.lifts[order])[-1]
+    site = with_box(current.plan.site, hook.astype(float))
+    _, stuck = last_of(revise(current, RevisionRequest(site, frame[1], now_ns=now_ns)))
     assert [lift.order for lift in stuck.plan.lifts if lift.status is Status.PLANNED] == list(range(order + 1))
     reason = stuck.plan.lifts[order + 1].reason
     assert reason is not None
     assert "the hook cannot leave where the last part was set" in reason
     assert "meets box" in reason
     free = with_obstructions(site, EMPTY, rasterise)
-    _, again = last_of(revise(stuck, free, frame[1], now_ns=now_ns + 60 * NS_PER_S))
+    _, again = last_of(revise(stuck, RevisionRequest(free, frame[1], now_ns=now_ns + 60 * NS_PER_S)))
     if phase is PhaseName.APPROACH:  # it was moving when it was met: that cannot be proven any more
         assert again.held is not None
         return

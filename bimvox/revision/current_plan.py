@@ -1,4 +1,4 @@
-"""A proven plan that stands, with all that is needed to keep it true after a change."""
+"""The current plan, proven, with all that a revision needs to know about it."""
 
 from __future__ import annotations
 
@@ -16,20 +16,19 @@ from bimvox.stop.underway import Held, Redirected
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Standing:
-    """The plan that stands: every lift in it is proven, but for those that are pending.
+class CurrentPlan:
+    """The current plan: every lift is proven, except those that are pending.
 
     Attributes:
-        plan: Site and lifts, ascending order; a pending lift has its path already.
+        plan: Site and lifts, in ascending order; a pending lift already has its path.
         motions: By order; none on a site without a crane.
         paths: Footprints of the planned lifts' paths, by order.
         ways: Footprints of their motions, by order.
-        examined: Of infeasible lifts, by order: the cells that decided; a lift that is missing is tried again whenever
-            anything changes.
+        examined: The cells that made lifts infeasible, by order; an infeasible lift without an entry is tried again
+            at every change.
         pending: Orders of the planned lifts that are not timed and proven yet.
-        memory: How lifts that were changed stood before.
-        held: The lift under way that is stopped and finds no way on; all after it are pending.
-        held_cranes: The same of several cranes: all of them.
+        memory: Earlier versions of lifts that were changed.
+        held: The cranes, if they are stopped because a load finds no path on; all later lifts are pending.
     """
 
     plan: LiftPlan
@@ -39,23 +38,16 @@ class Standing:
     examined: Mapping[int, Footprint] = field(default_factory=dict)
     pending: frozenset[int] = frozenset()
     memory: Memory = field(default_factory=dict)
-    held: Held | None = None
-    held_cranes: HeldCranes | None = None
-
-    @property
-    def waits(self) -> bool:
-        """Whether a load on a hook finds no way on, so that all that is left waits for a change."""
-        return self.held is not None or self.held_cranes is not None
+    held: HeldCranes | None = None
 
     @property
     def held_loads(self) -> tuple[Held, ...]:
-        """The lifts under way that are stopped and find no way on."""
-        one = () if self.held is None else (self.held,)
-        return one if self.held_cranes is None else (*one, *self.held_cranes.loads)
+        """The loads on the hooks of held cranes."""
+        return () if self.held is None else self.held.loads
 
     @property
     def on_the_clock(self) -> Mapping[int, LiftMotion]:
-        """The motions whose time is known, by order: from the first pending lift on it is not, whatever they say."""
+        """The motions whose time is known, by order: those before the first pending lift."""
         first = min(self.pending, default=None)
         if first is None:
             return self.motions
@@ -68,11 +60,11 @@ class Standing:
 
 
 @dataclass(frozen=True, slots=True)
-class Better:
+class RetrainedPolicy:
     """A policy that was trained further.
 
     Attributes:
-        components: The components for whose lifts.
+        components: The components whose lifts it was trained for.
         propose: The policy.
     """
 
@@ -81,32 +73,30 @@ class Better:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RevisedPart:
-    """A plan revised as far as it is proven.
+class RevisionPart:
+    """A part of a revision, proven.
 
     Attributes:
-        standing: What stands now.
+        current: The plan after it.
         made: Orders of the lifts whose path, motion or verdict is new in this part, ascending.
         replanned: Of these, those with a new path.
         retimed: Of these, those that keep their path and have a new motion.
-        change: What changed; nothing in later parts.
-        redirected: The lift under way that was stopped or takes another way.
-        stops: Of several cranes: every lift under way when they were stopped, with its way on, or held.
+        change: What changed about the obstructions; empty in later parts.
+        stops: The lifts under way that were stopped, each redirected or held.
     """
 
-    standing: Standing
+    current: CurrentPlan
     made: tuple[int, ...]
     replanned: tuple[int, ...]
     retimed: tuple[int, ...]
     change: ObstructionChange
-    redirected: Redirected | None = None
     stops: tuple[Redirected | Held, ...] = ()
 
 
-def standing_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> Standing:
-    """Return a proven plan with its footprints; infeasible lifts will be tried again at the next change.
+def current_plan_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> CurrentPlan:
+    """Return a proven plan with its footprints; infeasible lifts are tried again at the next change.
 
-    A planned lift without a path, or without a motion where there is a crane, is pending.
+    A planned lift without a path, or without a motion on a site with a crane, is pending.
     """
     by_order = {motion.order: motion for motion in motions}
     paths, ways, pending = {}, {}, set()
@@ -121,4 +111,4 @@ def standing_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> Standing:
         if timed:
             motion = by_order[lift.order]
             ways[lift.order] = motion_footprint(plan.site, lift, motion)
-    return Standing(plan, by_order, paths, ways, pending=frozenset(pending))
+    return CurrentPlan(plan, by_order, paths, ways, pending=frozenset(pending))

@@ -1,0 +1,128 @@
+"""A revision with one crane, or none: lifts follow each other, and a stop concerns the one lift under way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bimvox.planning.assembly import Obstacle
+from bimvox.planning.rounds import Refused
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion
+from bimvox.revision.current_plan import CurrentPlan
+from bimvox.revision.held_cranes import HeldCranes
+from bimvox.revision.in_transit import behind, motion_under_way
+from bimvox.revision.motions import made_in_full
+from bimvox.revision.part_proof import Proof
+from bimvox.revision.walk_result import RevisionRequest, WalkResult
+from bimvox.stop.underway import Held, UnderWay, redirect, release
+
+if TYPE_CHECKING:
+    from bimvox.revision.walk import Walk
+
+
+class OneCrane:
+    """The ``CraneWork`` of a site with one crane or none.
+
+    Args:
+        current: The current plan.
+        request: What to revise it for.
+        refused: Components whose lifts failed their proof, and why.
+    """
+
+    def __init__(self, current: CurrentPlan, request: RevisionRequest, refused: Refused) -> None:
+        self._was, self._request, self._refused = current, request, refused
+        self._site = request.site
+        self._held = None if current.held is None else current.held.loads[0]
+        self._last = behind(current, request.now_ns)
+
+    def begun(self, walk: Walk, was: Lift) -> Lift | None:
+        """Return a lift that is done, or the one under way: unchanged if the change does not meet the rest of it."""
+        if was.order <= self._last:
+            if was.order in self._was.motions:
+                walk.made.motions[was.order] = self._was.motions[was.order]
+            return was
+        motion = motion_under_way(self._was, was, self._request.now_ns)
+        return None if motion is None else self._redirected(walk, was, motion)
+
+    def choose_motion(self, walk: Walk, lift: Lift, was: Lift) -> None:
+        """Keep a lift's motion if it is still proven, or take an earlier one again; otherwise it is made or pending."""
+        order, made, before, has_crane = lift.order, walk.made, walk.before, bool(self._site.cranes)
+        if made.held is not None:
+            made.pending.add(order)
+            return
+        start = before.component if before else None
+        if self._keeps_motion(walk, lift, was, same_start=start == walk.was_before):
+            if has_crane and made.pending:
+                # Behind a pending lift the clock is not known yet; the part after that sets it.
+                made.motions[order] = self._was.motions[order]
+            elif has_crane:
+                made.laid[order] = self._was.motions[order]
+            return
+        count = len(made.new_paths - made.pending | made.new_motions)
+        if made.pending or count > self._request.first - (order not in made.new_paths):
+            made.pending.add(order)
+            return
+        if not has_crane:
+            return
+        known = walk.recall.motion(lift, walk.done, start)
+        if known is not None and known.motion is not None:
+            made.recalled_motions[order] = known
+        else:
+            made.unproven_motions.add(order)
+        made.new_motions.add(order)
+        made.laid[order] = None if known is None else known.motion
+
+    def timed(self, made: WalkResult) -> WalkResult | Refused:
+        """Return what the walk made with all motions made and laid on the clock one after the other."""
+        return made_in_full(self._request, made)
+
+    def refused(self, proof: Proof) -> Refused:
+        """Return the lifts that failed; or all that is left if one of them is done already.
+
+        Something is where the hook is: it cannot leave the place where it set the last part.
+        """
+        site, lifts = self._was.plan.site, self._was.plan.lifts
+        done = {site.components[lift.component].id for lift in lifts if lift.order <= self._last}
+        stuck = next((reason for component, reason in proof.refused.items() if component in done), None)
+        if stuck is None:
+            return proof.refused
+        left = [site.components[lift.component].id for lift in lifts if lift.order > self._last]
+        return dict.fromkeys(left, f"the hook cannot leave where the last part was set: {stuck}")
+
+    def _redirected(self, walk: Walk, was: Lift, motion: LiftMotion) -> Lift:
+        """Keep the lift under way if the change does not meet what is left of it; otherwise stop it and find a way."""
+        site, crane, held, made = self._site, self._site.cranes[motion.crane], self._held, walk.made
+        now_ns, hold_s = self._request.now_ns, self._request.hold_s
+        assert now_ns is not None
+        lift = was if held is None else held.lift
+        reason = self._refused.get(site.components[was.component].id)
+        if held is None and reason is None and not walk.touched.rest_is_met(was, motion, now_ns):
+            made.motions[was.order] = motion
+            return was
+        rule, blocked = walk.assembly.on_the_way(was.component, lift.last_moves_vox)
+        if reason is not None:
+            blocked = Obstacle(reason)
+        if held is None:
+            found = redirect(site, crane, UnderWay(lift, motion, walk.before), rule, blocked, now_ns, hold_s)
+        else:
+            found = release(site, crane, held, rule, blocked, now_ns, hold_s)
+        made.stops = (found,)
+        if isinstance(found, Held):
+            made.held = HeldCranes((found,))
+            made.new_verdicts.add(was.order)
+            return found.infeasible
+        made.new_paths.add(was.order)
+        made.new_motions.add(was.order)
+        made.unproven_motions.add(was.order)
+        made.motions[was.order] = found.motion
+        return found.lift
+
+    def _keeps_motion(self, walk: Walk, lift: Lift, was: Lift, *, same_start: bool) -> bool:
+        if lift is not was or lift.order in walk.made.new_paths or lift.order in self._was.pending:
+            return False
+        if not self._site.cranes:
+            return True
+        motion, way = self._was.motions.get(lift.order), self._was.ways.get(lift.order)
+        if motion is None or way is None or not same_start:
+            return False
+        return not walk.touched.motion_is_met(motion, way)

@@ -1,0 +1,106 @@
+"""What a revision is asked for, and what its walk through the lifts results in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from bimvox.planning.assembly import Preparation
+from bimvox.planning.propose import Propose
+from bimvox.proof.footprint import Footprint
+from bimvox.records.lift import Epoch, Lift, LiftPlan
+from bimvox.records.motion import LiftMotion
+from bimvox.revision.current_plan import CurrentPlan, RetrainedPolicy
+from bimvox.revision.held_cranes import HeldCranes
+from bimvox.revision.obstruction_change import ObstructionChange
+from bimvox.revision.recall import Version
+from bimvox.site.site import Site
+from bimvox.stop.underway import HOLD_S, Held, Redirected
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RevisionRequest:
+    """What to revise a plan for, and how.
+
+    Attributes:
+        site: The same site with its current obstructions.
+        preparation: What was prepared for it.
+        propose: The policy; None for search alone.
+        first: How many new lifts a part holds; the rest follows in parts of that size. With several cranes there is
+            one part.
+        now_ns: The time on the site's clock if the plan is being carried out, otherwise None. What was done until then
+            stays as driven; a load under way that the change meets is stopped, and goes on from where it is.
+        hold_s: The least time for which a stopped load is held.
+        better: A policy that was trained further, asked again for some lifts; its paths are taken if they are proven
+            and no longer.
+    """
+
+    site: Site
+    preparation: Preparation
+    propose: Propose | None = None
+    first: int = 20
+    now_ns: int | None = None
+    hold_s: float = HOLD_S
+    better: RetrainedPolicy | None = None
+
+
+@dataclass(slots=True, eq=False)
+class WalkResult:
+    """What a walk has decided so far; lifts by order.
+
+    Attributes:
+        lifts: Every lift so far.
+        motions: Their motions that are on the clock.
+        examined: The cells that made lifts infeasible.
+        new_paths: Lifts whose path is new or recalled.
+        new_motions: Lifts whose motion is new or recalled.
+        new_verdicts: Lifts that are infeasible for a new reason.
+        recalled_paths: Of the new paths, those recalled from an earlier version.
+        recalled_motions: The same for motions.
+        pending: Planned lifts that are not timed and proven yet.
+        memory: Earlier versions of lifts that were changed.
+        unproven_motions: Lifts whose motion is to be proven.
+        written: Lifts that are written to the log even if nothing about them is new.
+        held: The cranes, if they are stopped because a load finds no path on.
+        stops: The lifts under way that were stopped, each redirected or held.
+        laid: Motions to put on the clock one after the other, in ascending order; None for those still to be made.
+    """
+
+    lifts: list[Lift] = field(default_factory=list)
+    motions: dict[int, LiftMotion] = field(default_factory=dict)
+    examined: dict[int, Footprint] = field(default_factory=dict)
+    new_paths: set[int] = field(default_factory=set)
+    new_motions: set[int] = field(default_factory=set)
+    new_verdicts: set[int] = field(default_factory=set)
+    recalled_paths: dict[int, Version] = field(default_factory=dict)
+    recalled_motions: dict[int, Version] = field(default_factory=dict)
+    pending: set[int] = field(default_factory=set)
+    memory: dict[int, tuple[Version, ...]] = field(default_factory=dict)
+    unproven_motions: set[int] = field(default_factory=set)
+    written: frozenset[int] = frozenset()
+    held: HeldCranes | None = None
+    stops: tuple[Redirected | Held, ...] = ()
+    laid: dict[int, LiftMotion | None] = field(default_factory=dict)
+
+    @property
+    def motions_to_make(self) -> tuple[int, ...]:
+        """Lifts whose motion is still to be made."""
+        return tuple(order for order, motion in self.laid.items() if motion is None)
+
+    @property
+    def paths_to_prove(self) -> set[int]:
+        """Lifts whose path is to be proven now."""
+        return self.new_paths - self.recalled_paths.keys() - self.pending
+
+    def plan(self, current: CurrentPlan, request: RevisionRequest, change: ObstructionChange) -> LiftPlan:
+        """Return the plan of these lifts, with the obstructions that the change ended."""
+        lifts = (*self.lifts, *current.plan.lifts[len(self.lifts) :])
+        return replace(current.plan, site=request.site, lifts=lifts, history=history_after(current, request, change))
+
+
+def history_after(current: CurrentPlan, request: RevisionRequest, change: ObstructionChange) -> tuple[Epoch, ...]:
+    """Return the obstructions of every epoch of a plan being carried out, with those that a change ended."""
+    history = current.plan.history
+    if not request.now_ns or not change.ids:
+        return history
+    gone = tuple(blocker for blocker in current.plan.site.blockers if blocker.kind == "obstruction")
+    return (*history, Epoch(request.now_ns, gone))
