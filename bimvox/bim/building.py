@@ -16,7 +16,7 @@ class Role(StrEnum):
     COMPONENT = "component"
     """Prefabricated: it is lifted from the yard to its place."""
     STRUCTURE = "structure"
-    """Stands there before the first lift, and stays."""
+    """In place before the first lift, and never lifted."""
     FITTING = "fitting"
     """Installed after the lifts (doors, windows, finishes, services): not there while the crane works."""
     GROUND = "ground"
@@ -56,27 +56,27 @@ class TriangleMesh:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Element:
-    """One element of a building: one lift, or one thing in its way.
+    """One element of a building: one lift, or one obstacle.
 
     Attributes:
-        id: Unique within the building. The GlobalId where it is unique, else made unique with ``#<step id>``; for
+        id: Unique within the building. The GlobalId, followed by ``#<step id>`` if it occurs more than once; for
             meshes the body's name.
         global_id: IFC GlobalId; equal to ``id`` for meshes.
         ifc_class: For example ``IfcBeam``; ``Mesh`` for bodies of mesh files.
-        name: The source's name, may be empty.
+        name: Its name in the source; may be empty.
         mesh: Triangles in metres in the building's frame.
         role: What it is to the planner.
         mass_kg: Its mass.
         mass_source: ``quantity``, ``density`` (of its material) or ``default`` (2400 kg/m3).
         type_name: Name of its IFC type, if any.
-        storey: Name of the storey that holds it, if any.
+        storey: Name of the storey that contains it, if any.
         material: Name of its (main) material, if any.
         members: Ids of the products whose geometry was merged into this element (an assembly's parts).
         storey_height_m: Height of that storey as the file states it, for comparison among elements only.
         assembly: GlobalId of the innermost assembly that it was taken out of, if any.
-        task: Name of the task that sets it, where the file holds a schedule.
-        task_rank: Place of that task among all, from 0.
-        lifting_points_m: (x, y, z) of its lifting anchors, metres in the building's frame; none where none are drawn.
+        task: Name of the task that sets it, if the file contains a schedule.
+        task_rank: Rank of that task among all tasks, from 0.
+        lifting_points_m: (x, y, z) of its lifting anchors, metres in the building's frame; empty if none are modelled.
     """
 
     id: str
@@ -100,7 +100,7 @@ class Element:
 
 @dataclass(frozen=True, slots=True)
 class SkippedProduct:
-    """A product of the source that is no element, and why."""
+    """A product of the source that did not become an element, and why."""
 
     global_id: str
     ifc_class: str
@@ -113,12 +113,12 @@ class Source:
     """Where a building came from.
 
     Attributes:
-        name: File name without folder, so that logs do not depend on where a file lies.
-        sha256: Of the file's bytes; of a glTF with buffers in files of their own, of its hash and theirs, written as
-            hex digits one after the other.
+        name: File name without folder, so that logs do not depend on where the file is.
+        sha256: Of the file's bytes. For a glTF with external buffers: of the concatenated hex digests of the file and
+            its buffers.
         format: ``IFC2X3``, ``IFC4``, ``IFC4X3_ADD2``, or a mesh format such as ``STL``.
-        unit: Length unit the file is written in (``m``, ``mm``, ``ft`` ...).
-        unit_assumed: Whether that unit was assumed because the file does not say.
+        unit: Length unit of the file (``m``, ``mm``, ``ft`` ...).
+        unit_assumed: Whether that unit was assumed because the file does not state one.
     """
 
     name: str
@@ -134,13 +134,13 @@ class Building:
 
     Attributes:
         elements: In the order of the file (step id, or body order).
-        skipped: Every product that gave no element.
+        skipped: Every product that did not become an element.
         source: Where it came from.
-        origin_m: (3,) float64, subtracted from the file's world coordinates so that numbers stay small; whole metres,
-            so that a lattice anchored at multiples of the cell size is not shifted. ``world = local + origin_m``.
+        origin_m: (3,) float64, subtracted from the file's world coordinates to keep numbers small; whole metres, so
+            that a lattice anchored at multiples of the cell size does not shift. ``world = local + origin_m``.
         georeference: Map conversion of the file, if any, as plain values (``eastings_m``, ``crs`` ...).
-        notes: What a reader should know (repairs made, doubts), one sentence each.
-        connections: Pairs of element ids that the file says are connected (``IfcRelConnectsElements`` and kin).
+        notes: What the user should know (repairs, doubts), one sentence each.
+        connections: Pairs of element ids that the file connects (``IfcRelConnectsElements`` and its subtypes).
     """
 
     elements: tuple[Element, ...]

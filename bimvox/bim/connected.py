@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 def connected_labels(count: int, a: NDArray[np.int64], b: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return for each of ``count`` nodes the lowest node that it is connected with.
+    """Return, for each of ``count`` nodes, the lowest node that it is connected to.
 
     Args:
         count: Number of nodes.

@@ -1,4 +1,4 @@
-"""What is lifted where no query says so: second thoughts on the roles that classes gave, over the whole file."""
+"""What is lifted without a query: corrects the roles that classes gave, looking at the whole file."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from bimvox.bim.building import Element, Role
 from bimvox.bim.ifc.roles import UNKNOWN
 
 HAND_CARRIED_KG = 5.0
-"""A part lighter than this is no crane lift, unless every part is (a model at toy scale)."""
+"""A part lighter than this is not a crane lift, unless every part is (a model at toy scale)."""
 INSULATION_KG_M3 = 60.0
-"""A part whose materials weigh less than this, all in all, is a layer of insulation or air drawn as a slab, wall or
-plate: it is laid by hand. (The lightest thing that is built is a stud layer, about 100 kg/m3.)"""
+"""A part whose mean density is below this is a layer of insulation or air modelled as a slab, wall or plate: it is
+laid by hand. (The lightest layer that is lifted is a stud layer, about 100 kg/m3.)"""
 
 _CAST = re.compile(
     r"cast[ -]?in[ -]?(situ|place)|\bin[ -]?situ\b|cast[ -]?on[ -]?site|poured|ortbeton|in het werk gestort"
@@ -23,11 +23,11 @@ _CAST = re.compile(
 
 
 def by_default(elements: list[Element], notes: list[str]) -> list[Element]:
-    """Return the elements with the roles that they have where nothing is selected.
+    """Return the elements with the roles that they have if nothing is selected.
 
     Args:
-        elements: All elements, with the role that each has by itself.
-        notes: What was decided is added here, for a planner to see and to overrule with a query.
+        elements: All elements, each with the role that its class and name give it.
+        notes: Each decision is appended here; a planner can override it with a query.
     """
     elements = _promoted(elements, notes)
     elements = _fitted(
@@ -41,12 +41,12 @@ def by_default(elements: list[Element], notes: list[str]) -> list[Element]:
 
 
 def is_cast_in_place(element: Element) -> bool:
-    """Say whether an element's material, type or name states that it is cast where it stands."""
+    """Return whether an element's material, type or name states that it is cast in situ."""
     return any(_CAST.search(text) for text in (element.material, element.type_name, element.name) if text)
 
 
 def _promoted(elements: list[Element], notes: list[str]) -> list[Element]:
-    """Make components of elements of unknown class where a file has no others (infrastructure, plain exports)."""
+    """Return elements of unknown class as components if the file has no others (infrastructure, plain exports)."""
     unknown = [element.ifc_class in UNKNOWN and element.role is Role.FITTING for element in elements]
     if any(element.role is Role.COMPONENT for element in elements):
         if any(unknown):
@@ -65,18 +65,18 @@ def _promoted(elements: list[Element], notes: list[str]) -> list[Element]:
 
 
 def _is_insulation(element: Element) -> bool:
-    """Only of known materials: a stated weight or a default says nothing about what a part is made of."""
+    """Return whether a part is insulation; only if its mass comes from the density of its material."""
     volume_m3 = abs(element.mesh.signed_volume_m3)
     return element.mass_source == "density" and 0.0 < element.mass_kg < INSULATION_KG_M3 * volume_m3
 
 
 def _is_light(element: Element) -> bool:
-    """Detailed models hold nuts and anchors as ``IfcBeam``."""
+    """Return whether a part is carried by hand: detailed models contain nuts and anchors as ``IfcBeam``."""
     return element.mass_kg < HAND_CARRIED_KG
 
 
 def _fitted(elements: list[Element], notes: list[str], is_one: Callable[[Element], bool], words: str) -> list[Element]:
-    """Make fittings of the components of a kind, unless that leaves none."""
+    """Return the components of a kind as fittings, unless no component would be left."""
     found = [element.role is Role.COMPONENT and is_one(element) for element in elements]
     if not any(found) or sum(found) == sum(element.role is Role.COMPONENT for element in elements):
         return elements

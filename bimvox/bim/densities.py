@@ -1,8 +1,8 @@
-"""Density by the name of a material, in the languages that models come in.
+"""Density by the name of a material, in the languages that models use.
 
-Values: EN 1991-1-1 Annex A where it lists the material (kN/m3, taken as a hundred kg/m3 each), EN 338 and EN 14080 for
-timber, makers' data sheets for boards and insulation. For mixed layers (studs, cavities) what the layer weighs as a
-whole, not what its name's material does.
+Values: EN 1991-1-1 Annex A where it lists the material (1 kN/m3 taken as 100 kg/m3), EN 338 and EN 14080 for timber,
+manufacturers' data sheets for boards and insulation. Mixed layers (studs, cavities) have the density of the whole
+layer, not that of the material they are named after.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ import re
 import unicodedata
 
 DEFAULT_DENSITY_KG_M3 = 2400.0
-"""Of parts whose material is unknown: plain concrete, heavy enough to be on the safe side for most parts."""
+"""For parts of unknown material: plain concrete, which is on the safe side for most parts."""
 
 _TABLE: tuple[tuple[str, float], ...] = (
     # First match wins: compounds before the words they contain ("Stahlbeton" is concrete, "Betonstahl" is steel).
     (r"betonst[aå][hl]l?|betonstaal|rebar|reinforcing|reinforcement|bewehrung|wapening|armadura|\bfeb ?\d{3}", 7850.0),
-    # Mostly air: a 92 mm stud layer drawn as a solid is no 92 mm of steel.
+    # Mostly air: a 92 mm stud layer modelled as a solid is not 92 mm of steel.
     (r"\bstuds?\b|furring|st[äa]nderwerk|metal ?stud|(joist|rafter|truss|framing)\b.*\blayer", 100.0),
     (r"porenbeton|gasbeton|cellenbeton|aerated|aircrete|ytong|siporex|b[ée]ton cellulaire|hormig[oó]n celular", 600.0),
     (r"lightweight concrete|leichtbeton|lichtbeton|b[ée]ton l[ée]ger|hormig[oó]n ligero", 1800.0),
@@ -71,7 +71,7 @@ _COMPILED = tuple((re.compile(pattern), density) for pattern, density in _TABLE)
 
 @functools.cache
 def density_by_name(material: str) -> float | None:
-    """Return the density that a material's name implies, kg/m3; None where it says nothing.
+    """Return the density that a material's name implies, kg/m3; None if it implies none.
 
     >>> density_by_name("Concrete - Precast C35/45")
     2500.0

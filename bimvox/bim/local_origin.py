@@ -1,4 +1,4 @@
-"""Keep numbers small: a model far from its origin is read relative to a whole-metre point near it."""
+"""The local origin: a whole-metre point near a model that is far from the file's origin; it keeps numbers small."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 FAR_M = 1000.0
-"""A model that lies wholly beyond this distance along an axis gets a local origin on that axis."""
+"""A model that is entirely beyond this distance along an axis gets a local origin on that axis."""
 
 
 def local_origin(bounds_m: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return the (3,) whole-metre point to subtract, zeros for a model near its origin.
+    """Return the (3,) whole-metre point to subtract; zeros for a model near its origin.
 
-    Whole metres, so that a lattice of cells that divide a metre is not shifted. Each axis is judged alone: a
-    georeferenced model usually is far in x and y, and its heights stay as drawn.
+    Whole metres do not shift a lattice whose cells divide a metre. Each axis is judged separately: a georeferenced
+    model is usually far away in x and y, and its heights stay as modelled.
 
     Args:
         bounds_m: (2, 3) boxes of the elements, lowest and highest corner.
@@ -29,7 +29,7 @@ def local_origin(bounds_m: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]
 
 
 def stray(bounds_m: Sequence[NDArray[np.float64]]) -> NDArray[np.int64]:
-    """Return the indices of boxes whose centre lies more than ``FAR_M`` from the median centre."""
+    """Return the indices of boxes whose centre is more than ``FAR_M`` from the median centre."""
     centres = np.array([box.mean(axis=0) for box in bounds_m]).reshape(-1, 3)
     if not len(centres):
         return np.zeros(0, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""What a plain name says about a body, where the file has no classes (meshes) or an empty one (IFC proxies)."""
+"""Role of a body by its name, for files without classes (meshes) and for classes without meaning (IFC proxies)."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ WORDS: dict[Role, frozenset[str]] = {
     Role.GROUND: frozenset(_GROUND.split()),
     Role.STRUCTURE: frozenset((_EXISTING + " " + _STRUCTURE).split()),
 }
-"""A word of the name that gives its role."""
+"""Words that give a role wherever they occur in a name."""
 
 WHOLE_NAMES: dict[str, Role] = {"floor": Role.GROUND, "site": Role.GROUND}
-"""Names that give a role only when they are all there is: ``floor_2`` is a storey, ``floor`` is what one stands on."""
+"""Names that give a role only as the whole name: ``floor_2`` is a storey, ``floor`` is the ground."""
 
 _WORD = re.compile(r"[A-ZÄÖÜ]+(?![a-zäöü])|[A-ZÄÖÜ]?[a-zäöüß]+")
 
 
 def role_by_name(name: str) -> Role | None:
-    """Return the role that a name states, or None where it says nothing.
+    """Return the role that a name implies; None if it implies none.
 
-    The name is cut into words at spaces, punctuation, digits and camel case: ``ExistingWall-3`` has ``existing``.
+    The name is split at spaces, punctuation, digits and camel case: ``ExistingWall-3`` contains ``existing``.
     """
     words = _words(name)
     if len(words) == 1 and name.strip().lower() in WHOLE_NAMES:
@@ -35,7 +35,7 @@ def role_by_name(name: str) -> Role | None:
 
 
 def is_existing_by_name(name: str) -> bool:
-    """Say whether a name states that the thing stands there already: ``Existing Strip Footing``."""
+    """Return whether a name states that the element already exists: ``Existing Strip Footing``."""
     return not set(_EXISTING.split()).isdisjoint(_words(name))
 
 

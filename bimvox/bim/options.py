@@ -1,4 +1,4 @@
-"""What a caller may choose about reading a building."""
+"""Options for reading a building."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Literal
 from bimvox.errors import InputError
 
 MOST_PROCESSES = 4
-"""Default worker processes at most: beyond that the single process that they report to is what takes the time."""
+"""Largest default number of worker processes: with more, the one process that they report to is the bottleneck."""
 
 
 def default_processes() -> int:
-    """Return how many geometry processes are worth running here: one for each CPU that we may use, up to a few."""
+    """Return the default number of geometry processes: one for each usable CPU, at most ``MOST_PROCESSES``."""
     usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(1, min(MOST_PROCESSES, usable))
 
@@ -25,11 +25,11 @@ class ReadOptions:
     Attributes:
         select: What to lift. For IFC an IfcOpenShell selector query (``IfcColumn, IfcBeam``), for meshes names with
             wildcards, separated by commas. None selects by class (IFC) or everything (meshes).
-        unit: Length unit of a mesh file; metres are assumed where neither this nor the file says.
-        up: Axis of a mesh file that points up; z is assumed where neither this nor the format's standard says.
+        unit: Length unit of a mesh file; metres if neither this nor the file states one.
+        up: Axis of a mesh file that points up; z if neither this nor the format's standard states one.
         assemblies: ``whole`` lifts an assembly in one piece where that makes sense, ``parts`` lifts each part alone.
         timeout_s: Seconds that the geometry kernel may spend on one shape.
-        processes: Geometry worker processes for an IFC file; the building does not depend on it.
+        processes: Number of geometry workers for an IFC file; it does not change the building.
 
     Raises:
         InputError: If a value is out of range.
@@ -43,7 +43,7 @@ class ReadOptions:
     processes: int = field(default_factory=default_processes)
 
     def __post_init__(self) -> None:
-        """Refuse values that mean nothing."""
+        """Check the values."""
         if self.assemblies not in ("whole", "parts"):
             raise InputError(f"assemblies is {self.assemblies!r}", hint="use 'whole' or 'parts'")
         if self.up not in (None, "y", "z"):

@@ -1,4 +1,4 @@
-"""One door for every building file: the suffix decides which reader opens it."""
+"""Read any building file: the suffix decides which reader opens it."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".3mf")
 
 
 def read_building(path: Path, options: ReadOptions | None = None, progress: Report | None = None) -> Building:
-    """Read an IFC or mesh file into elements with triangles in metres, z up.
+    """Return the building in an IFC or mesh file: elements with triangles in metres, z up.
 
     Args:
-        path: The file; its suffix says its format, case-insensitive.
+        path: The file; its suffix gives its format, case-insensitive.
         options: What to lift, units, time limits; the defaults if None.
         progress: Called with (stage, done, total).
 
     Raises:
-        FileError: If the file is missing, empty, unreadable, truncated, garbage, or of no known kind.
+        FileError: If the file is missing, empty, unreadable, truncated, malformed, or of an unknown kind.
         SelectionError: If ``options.select`` is malformed or matches nothing.
         InputError: If ``options.unit`` or ``options.up`` is unknown or contradicts the file.
     """
@@ -53,7 +53,11 @@ def read_building(path: Path, options: ReadOptions | None = None, progress: Repo
 
 
 def _bytes_of(path: Path) -> bytes:
-    """Return the file's bytes, or say plainly why not."""
+    """Return the file's bytes.
+
+    Raises:
+        FileError: If it is missing, a folder, unreadable or empty.
+    """
     if path.is_dir():
         raise FileError(path, "is a folder", hint="name the model file inside it")
     try:

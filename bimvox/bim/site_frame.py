@@ -1,4 +1,4 @@
-"""From the building's frame to the site's: square to the building, z = 0 at the top of the ground."""
+"""Transform a building into the site frame: axes along the building, z = 0 at the top of the ground."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def turn_about_z(yaw_rad: float) -> NDArray[np.float64]:
 
 
 def in_site_frame(building: Building, *, ground_m: float, yaw_rad: float = 0.0) -> tuple[Building, NDArray[np.float64]]:
-    """Express a building in the site frame.
+    """Return a building in the site frame, and the transformation back.
 
-    The building is turned by ``-yaw_rad`` about the z axis through its local origin (so that one drawn at
-    ``yaw_rad`` to its axes ends up square), then shifted so that ``ground_m`` becomes z = 0. x and y are not shifted.
+    The building is turned by ``-yaw_rad`` about the z axis through its local origin, so that its main axis becomes
+    x. Then it is shifted so that ``ground_m`` becomes z = 0. x and y are not shifted.
 
     Args:
         building: In its local frame.
@@ -35,7 +35,7 @@ def in_site_frame(building: Building, *, ground_m: float, yaw_rad: float = 0.0) 
         yaw_rad: Direction of the building's main axis in its local frame, radians.
 
     Returns:
-        The building with its vertices in the site frame (``origin_m`` and ``georeference`` still speak of the local
+        The building with its vertices in the site frame (``origin_m`` and ``georeference`` still refer to the local
         frame), and ``site_to_local``, (4, 4) float64: ``world = site_to_local @ site + origin_m``.
     """
     site_to_local = np.eye(4)
@@ -44,7 +44,7 @@ def in_site_frame(building: Building, *, ground_m: float, yaw_rad: float = 0.0) 
     local_to_site = turn_about_z(-yaw_rad)
 
     def moved(mesh: TriangleMesh) -> TriangleMesh:
-        # "+ 0.0" turns the -0.0 that the rotation leaves behind into 0.0, so that equal places have equal bytes.
+        # "+ 0.0" turns a -0.0 from the rotation into 0.0, so that equal positions have equal bytes.
         vertices = mesh.vertices_m @ local_to_site.T - np.array([0.0, 0.0, ground_m]) + 0.0
         return TriangleMesh(vertices, mesh.faces)
 

@@ -1,8 +1,8 @@
-"""Lifting anchors in a model: where the maker of a part means it to be held.
+"""Lifting anchors in a model: where the manufacturer of a part wants it to be slung.
 
-IFC has no class for them. Authoring tools write them as what is at hand (Tekla: ``IfcBeam``, ``IfcDiscreteAccessory``)
-inside the part's assembly, and only the name says what they are. The words below are those of precast practice in the
-languages of the models that were looked at; a plain "anchor" is a bolt in a foundation as often as not, and is none.
+IFC has no class for them. Authoring tools write them as other classes (Tekla: ``IfcBeam``, ``IfcDiscreteAccessory``)
+inside the part's assembly; only the name identifies them. The words below are used in precast practice, in the
+languages of the models examined. A plain "anchor" does not count: it is often a foundation bolt.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _ACCESSORIES = ("IfcDiscreteAccessory", "IfcMechanicalFastener", "IfcFastener", 
 
 
 def is_lifting_anchor(product: Any) -> bool:
-    """Say whether a product is a lifting anchor, by its name or object type."""
+    """Return whether a product is a lifting anchor, by its name or object type."""
     texts = (product.Name, getattr(product, "ObjectType", None))
     return any(_WHOLE.search(str(text)) for text in texts if text)
 
@@ -38,12 +38,12 @@ def is_lifting_anchor(product: Any) -> bool:
 def anchors_without_mesh(
     file: Any, meshed: Iterable[int], metres_per_unit: float, origin_m: NDArray[np.float64]
 ) -> dict[int, list[Point]]:
-    """Return lifting anchors that were not meshed, as the point of their placement, by the element that they belong to.
+    """Return the placement points of lifting anchors without a mesh, by step id of the element that they belong to.
 
     Args:
         file: The ``ifcopenshell.file``.
         meshed: Step ids of the products with triangles.
-        metres_per_unit: Of the file's lengths.
+        metres_per_unit: Its length unit in metres.
         origin_m: (3,) the building's local origin.
     """
     known = set(meshed)
@@ -61,7 +61,7 @@ def anchors_without_mesh(
 
 
 def anchor_point(mesh: TriangleMesh) -> Point:
-    """Return where a drawn anchor is held: in the middle of its box, at its top."""
+    """Return the lifting point of an anchor with a mesh: the centre of the top of its box."""
     low, high = mesh.bounds_m
     return _point(np.array([*(low[:2] + high[:2]) / 2.0, high[2]]))
 
@@ -73,18 +73,18 @@ def points_of_group(
     meshes: Mapping[int, TriangleMesh],
     bare: Mapping[int, list[Point]],
 ) -> tuple[Point, ...]:
-    """Return the lifting points of one lift, without doubles.
+    """Return the lifting points of one lift, without duplicates.
 
     Args:
         file: The ``ifcopenshell.file``.
-        members: Step ids of the products with triangles in it.
-        above: Step ids of elements whose anchors are the lift's too: its owner, an assembly that holds nothing else.
+        members: Step ids of its products with triangles.
+        above: Step ids of elements whose anchors also belong to the lift: its owner, an assembly with no other part.
         meshes: Triangles by step id.
         bare: From :func:`anchors_without_mesh`.
     """
     members = tuple(members)
     anchors = [step_id for step_id in members if is_lifting_anchor(file.by_id(step_id))]
-    if len(anchors) == len(members):  # nothing but anchors: they are what is lifted
+    if len(anchors) == len(members):  # only anchors: they are the lift
         anchors = []
     points = [anchor_point(meshes[step_id]) for step_id in anchors]
     for step_id in dict.fromkeys((*above, *members)):

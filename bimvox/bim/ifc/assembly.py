@@ -1,12 +1,12 @@
-"""Which products are one lift: the aggregation rules of IFC against what hangs together in space.
+"""Group products into lifts, by the aggregation rules of IFC and by which parts are connected in space.
 
-The topmost ``IfcElement`` above a product (through ``IfcRelAggregates``) is the element, and the meshes below it are
-merged, except where that would hoist what nobody hoists in one piece:
+The topmost ``IfcElement`` above a product (through ``IfcRelAggregates``) is the element. The meshes below it are
+merged, except for wholes that are not lifted in one piece:
 
-- stairs, ramps and roofs are wholes that are put together on site: their parts are elements of their own;
-- an ``IfcElementAssembly`` that says it is assembled on site (``AssemblyPlace`` SITE), that holds something which is
-  never lifted (a footing, a pile), or whose parts do not hang together (a floor, a frame drawn as one) is opened, and
-  what is below it is judged in the same way;
+- stairs, ramps and roofs are assembled on site: each of their parts is an element;
+- an ``IfcElementAssembly`` is opened if it states that it is assembled on site (``AssemblyPlace`` SITE), if it
+  contains a part that is never lifted (a footing, a pile), or if its parts are not connected (a floor, a frame
+  modelled as one). The same rules then apply to its parts;
 - an ``IfcElementAssembly`` with one part is that part.
 """
 
@@ -23,9 +23,9 @@ from bimvox.bim.connected import connected_labels
 from bimvox.bim.ifc.roles import SPLIT
 
 GAP_M = 0.05
-"""Parts whose boxes are closer than this hang together (grout, bearings and gaps for tolerance are not drawn)."""
+"""Parts whose boxes are closer than this are connected (grout, bearings and tolerance gaps are not modelled)."""
 SUBSTANTIAL = 0.1
-"""Share of the volume from which a loose piece counts: a drawn anchor or tube beside its part does not."""
+"""Share of the volume from which a loose piece counts; an anchor or tube next to its part is smaller."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +43,7 @@ class Group:
 
     Attributes:
         owner: Step id of the product that gives it its identity.
-        members: Step ids of the products with triangles in it, ascending.
+        members: Step ids of its products with triangles, ascending.
         ancestors: Step ids of the elements above the owner, from the top down.
     """
 
@@ -53,12 +53,12 @@ class Group:
 
 
 class Aggregation:
-    """The trees of elements above the products that have triangles.
+    """Trees of the elements above the products that have triangles.
 
     Args:
         file: The ``ifcopenshell.file``.
         extents: Extent by step id of the products with triangles.
-        never_lifted: Says of a product whether it stays where it is cast.
+        never_lifted: Returns whether a product is never lifted.
     """
 
     def __init__(self, file: Any, extents: Mapping[int, Extent], never_lifted: Callable[[Any], bool]) -> None:
@@ -79,15 +79,15 @@ class Aggregation:
                 step_id = parent.id()
 
     def parts(self) -> list[Group]:
-        """Return every product with triangles on its own."""
+        """Return every product with triangles as its own group."""
         return [Group(step_id, (step_id,), self._above(step_id)) for step_id in sorted(self._extents)]
 
     def wholes(self, selected: frozenset[int] | None = None) -> list[Group]:
         """Return the lifts by the rules of this module.
 
         Args:
-            selected: Step ids that a query selected. A curtain wall of which it selects parts, but not the whole, is
-                opened.
+            selected: Step ids that a query selected. A curtain wall is opened if parts of it are selected, but not
+                the whole.
         """
         groups = [group for root in sorted(self._roots) for group in self._lifts(root, (), selected or frozenset())]
         return sorted(groups, key=lambda group: group.owner)
@@ -134,7 +134,7 @@ class Aggregation:
 
 
 def parent_element(product: Any) -> Any | None:
-    """Return the ``IfcElement`` that a product is a part of, None where there is none."""
+    """Return the ``IfcElement`` that a product is a part of; None if there is none."""
     for relation in getattr(product, "Decomposes", ()) or ():
         if relation.is_a("IfcRelAggregates") and relation.RelatingObject.is_a("IfcElement"):
             return relation.RelatingObject
@@ -142,7 +142,7 @@ def parent_element(product: Any) -> Any | None:
 
 
 def hang_together(extents: Sequence[Extent]) -> bool:
-    """Say whether the substantial parts among these form one connected piece, judged by their boxes."""
+    """Return whether the substantial parts form one connected piece, judged by their boxes."""
     low = np.array([extent.low_m for extent in extents]) - GAP_M / 2
     high = np.array([extent.high_m for extent in extents]) + GAP_M / 2
     touch = ((low[:, None] <= high[None]) & (high[:, None] >= low[None])).all(axis=2)

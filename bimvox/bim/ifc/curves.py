@@ -1,4 +1,4 @@
-"""Products with curves too large for the fast library, which draws every circle with the same number of edges."""
+"""Products whose curves are too large for the fast library, which gives every circle the same number of edges."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 LARGE_M = 0.8
-"""Radius from which the 64 edges of the fast library leave more than the plain library's 1 mm."""
+"""Radius above which the 64 edges of the fast library deviate by more than the plain library's 1 mm."""
 
 _CIRCLES = ("IfcCircle", "IfcCircleProfileDef", "IfcRightCircularCylinder", "IfcRightCircularCone", "IfcSphere")
 _FLAT = ("Annotation", "Curve", "FootPrint", "Geometric", "Point")
@@ -16,7 +16,7 @@ _FOLLOWED = ("IfcRepresentationItem", "IfcProfileDef", "IfcRepresentation", "Ifc
 
 
 def largely_curved(file: Any, metres_per_unit: float) -> frozenset[int]:
-    """Return the step ids of the products whose shape, or an opening in it, holds a curve of a large radius.
+    """Return the step ids of the products whose shape, or an opening in it, contains a curve of a large radius.
 
     Args:
         file: The ``ifcopenshell.file``.
@@ -46,7 +46,7 @@ def _large_curves(file: Any, radius: float) -> Iterator[Any]:
         if max(float(ellipse.SemiAxis1), float(ellipse.SemiAxis2)) > radius:
             yield ellipse
     for solid in file.by_type("IfcRevolvedAreaSolid"):
-        # Profiles are drawn around the origin of the solid, so that is how far its axis is away.
+        # Profiles surround the origin of the solid, so this is their distance from the axis.
         if float(np.linalg.norm(solid.Axis.Location.Coordinates)) > radius:
             yield solid
     if file.schema != "IFC2X3":
@@ -54,7 +54,7 @@ def _large_curves(file: Any, radius: float) -> Iterator[Any]:
 
 
 def _largest_arc(curve: Any) -> float:
-    """Return the largest radius of the arcs of an ``IfcIndexedPolyCurve``, 0.0 without any."""
+    """Return the largest arc radius of an ``IfcIndexedPolyCurve``; 0.0 if it has no arcs."""
     arcs = [segment.wrappedValue for segment in curve.Segments or () if segment.is_a("IfcArcIndex")]
     if not arcs:
         return 0.0
@@ -67,12 +67,12 @@ def _largest_arc(curve: Any) -> float:
 
 
 def _is_flat(item: Any) -> bool:
-    """Say whether it is a representation of lines: the swing of a door in a plan is no large body."""
+    """Return whether it is a representation of lines, such as the swing of a door in a plan."""
     return bool(item.is_a("IfcRepresentation")) and str(item.RepresentationType or "").startswith(_FLAT)
 
 
 def _owners(shape: Any) -> set[int]:
-    """Return the products that a product shape belongs to; an opening counts for the product that it is cut out of."""
+    """Return the products that a product shape belongs to; for an opening, the product that it is cut out of."""
     owners = set()
     for product in getattr(shape, "ShapeOfProduct", ()):
         voids = getattr(product, "VoidsElements", None) or ()

@@ -1,4 +1,4 @@
-"""Make elements of products: identity, role, mass, and one mesh for what is lifted in one piece."""
+"""Turn products into elements: identity, role, mass, and one mesh for each lift."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class MeshedProduct:
 
 
 class ElementBuilder:
-    """Makes elements of groups of parts, and counts what is worth a note."""
+    """Turns groups of parts into elements, and collects notes."""
 
     def __init__(
         self,
@@ -66,7 +66,7 @@ class ElementBuilder:
         return aggregation.parts() if assemblies == "parts" else aggregation.wholes(self._selected)
 
     def element(self, group: Group) -> Element:
-        """Make the element of a group."""
+        """Return the element of a group."""
         owner = self._file.by_id(group.owner)
         masses = []
         for step_id in group.members:
@@ -106,11 +106,11 @@ class ElementBuilder:
         )
 
     def connections(self) -> tuple[tuple[str, str], ...]:
-        """Return the pairs of elements so far that the file says are connected."""
+        """Return the pairs of elements made so far that the file connects."""
         return element_pairs(connected_products(self._file), self._element_of)
 
     def notes(self) -> list[str]:
-        """Return what the elements so far are worth noting for."""
+        """Return notes about the elements made so far."""
         notes = list(self._task_notes)
         if self._made_unique:
             shown = ", ".join(self._made_unique[:_SHOWN])
@@ -131,7 +131,7 @@ class ElementBuilder:
         return notes
 
     def _task(self, group: Group) -> ProductTask | None:
-        """The task of the lift itself, else of the assembly above it, nearest first, else the last of its members."""
+        """Return the task of the lift, otherwise of the nearest assembly above, otherwise the last of its members."""
         for step_id in (group.owner, *reversed(group.ancestors)):
             if step_id in self._tasks:
                 return self._tasks[step_id]
@@ -139,7 +139,7 @@ class ElementBuilder:
         return max(inside, key=lambda task: task.rank) if inside else None
 
     def _lifting_points(self, group: Group) -> tuple[tuple[float, float, float], ...]:
-        """The anchors of the lift: of its members, and of the assembly above it where that holds one part alone."""
+        """Return the anchors of its members, and those of the assembly above it if that has only one part."""
         above = [group.owner]
         if group.ancestors and len(group.members) == 1 and group.owner == group.members[0]:
             above.append(group.ancestors[-1])
@@ -155,7 +155,7 @@ class ElementBuilder:
         return unique
 
     def _role(self, product: Any) -> Role:
-        """Return what a product is by its class, its state, and its name where the class says nothing."""
+        """Return the role of a product by its class, its status, and its name if its class has no meaning."""
         ifc_class = product.is_a()
         role = role_of_class(self._schema, ifc_class) or Role.FITTING
         if ifc_class in UNKNOWN:
@@ -169,7 +169,7 @@ class ElementBuilder:
         return role
 
     def _planned_role(self, owner: Any, group: Group) -> Role:
-        """Return the role of a group, after the selection has had its say."""
+        """Return the role of a group, with the selection applied."""
         role = self._role(owner)
         if owner.is_a("IfcElementAssembly"):
             inside = [self._role(self._file.by_id(step_id)) for step_id in group.members]
@@ -182,13 +182,13 @@ class ElementBuilder:
 
 
 def _some(names: list[str], most: int = 3) -> str:
-    """List different names, not all of very many."""
+    """Return the first few distinct names as text."""
     different = list(dict.fromkeys(names))
     return ", ".join(different[:most]) + (", ..." if len(different) > most else "")
 
 
 def _joined(meshes: list[TriangleMesh]) -> TriangleMesh:
-    """Concatenate meshes, each keeping its own vertices."""
+    """Return meshes concatenated; each keeps its own vertices."""
     if len(meshes) == 1:
         return meshes[0]
     offsets = np.cumsum([0] + [len(mesh.vertices_m) for mesh in meshes[:-1]])

@@ -1,4 +1,4 @@
-"""Mesh the products of an IFC file in worker processes, and outlive the kernel's hangs and crashes."""
+"""Mesh the products of an IFC file in worker processes, and survive hangs and crashes of the geometry kernel."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from bimvox.bim.ifc.shape import PlacedShape
 FAST_LIBRARY = "hybrid-cgal-simple-opencascade"
 PLAIN_LIBRARY = "opencascade"
 _FAST_SHARE = 1 / 3
-"""Share of the time limit that the fast library gets: what it cannot do soon, the plain one may."""
+"""Share of the time limit that the fast library gets; after that, the plain library tries."""
 _PATIENCE = 5
-"""A file may lose this many time limits to shapes that hang; after that, each has a tenth of the limit."""
+"""After this many time limits lost to shapes that hang, each shape gets a tenth of the limit."""
 _TASKS_AHEAD = 4
-"""Tasks that a worker is sent before it has answered the first, so that it never waits for us."""
+"""Tasks sent to a worker before it answers the first, so that it never waits for this process."""
 _TASKS_A_WORKER = 16
-"""Another worker is worth forking for as many tasks."""
+"""Tasks that justify forking another worker."""
 _NOTHING = object()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Meshed:
-    """What the kernel made of a file.
+    """The shapes that the kernel made from a file.
 
     Attributes:
         shapes: By step id.
         failures: Reason by step id, for every product without a shape.
-        retried: Step ids that the library tried first could not mesh.
+        retried: Step ids that only the second library could mesh.
     """
 
     shapes: Mapping[int, PlacedShape]
@@ -43,13 +43,13 @@ class Meshed:
 
 
 class GeometryPool:
-    """Worker processes on one file; start it early, it opens the file while the caller does other things.
+    """Worker processes for one file. Start it early: it opens the file in the background.
 
     Args:
         path: The IFC file.
-        timeout_s: Seconds a worker may spend on one shape; less once a file has lost much time to shapes that hang.
-        processes: Most workers to run at once; what they return does not depend on it.
-        command: How to start the process that forks the workers (replaced by tests of hangs and crashes).
+        timeout_s: Seconds a worker may spend on one shape; less after many shapes of the file hung.
+        processes: Largest number of workers; it does not change the shapes.
+        command: Command for the process that forks the workers (tests of hangs and crashes replace it).
     """
 
     def __init__(
@@ -84,13 +84,13 @@ class GeometryPool:
         plain: Set[int] = frozenset(),
         meanwhile: Iterable[object] = (),
     ) -> Meshed:
-        """Mesh products; a shape that hangs, crashes or fails is tried again with the other library, then given up.
+        """Return the shapes of products. One that hangs, crashes or fails is tried once more with the other library.
 
         Args:
-            groups: Step ids of the products to mesh, those together that share one shape.
+            groups: Step ids of the products to mesh; each group shares one shape.
             on_done: Called with the number of products finished.
             plain: Products to mesh with the plain library first, because the fast one is too coarse for them.
-            meanwhile: Other work in small steps, to be done as long as the workers are at it.
+            meanwhile: Other work in small steps, done while the workers are busy.
 
         Raises:
             IfcError: If no worker can be started.
@@ -117,7 +117,7 @@ class GeometryPool:
         return Meshed(shapes, failures, tuple(sorted(retried)))
 
     def _staff(self, todo: deque[Task]) -> None:
-        """Fork workers where there is work for them, and keep each of them busy."""
+        """Fork workers if there is work for them, and keep each of them busy."""
         wanted = min(self._processes, 1 + len(todo) // _TASKS_A_WORKER) if todo else 0
         while len(self._workers) < wanted:
             self._workers.append(self._server.fork())
@@ -127,7 +127,7 @@ class GeometryPool:
                     worker.give(todo.popleft(), self._limit_s)
 
     def _answers(self, todo: deque[Task], other_work: Iterator[object]) -> list[tuple[Task, Any]]:
-        """Wait for something to happen; return each finished task with its triangles, or the reason why it failed."""
+        """Wait for an event; return each finished task with its shape, or with the reason why it failed."""
         busy = [worker for worker in self._workers if worker.tasks]
         channels = [worker.channel for worker in busy]
         speaking = wait(channels, 0.0)
@@ -155,7 +155,7 @@ class GeometryPool:
         return self._timeout_s * share * (1.0 if self._lost_s < _PATIENCE * self._timeout_s else 0.1)
 
     def _bury(self, worker: Worker, todo: deque[Task]) -> tuple[Task, int]:
-        """End a worker; return the task it was at and its exit status. What else it was sent is to be done again."""
+        """End a worker; return its current task and its exit status. Its other tasks go back to the queue."""
         self._workers.remove(worker)
         task = worker.tasks.popleft()
         todo.extendleft(reversed(worker.tasks))

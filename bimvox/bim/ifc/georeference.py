@@ -1,4 +1,4 @@
-"""Where on the map a model lies, as the file states it. The geometry is not moved by it."""
+"""Position of a model on the map, as the file states it. It does not move the geometry."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ import ifcopenshell.util.unit
 def georeference_of(file: Any, metres_per_unit: float) -> dict[str, str | float]:
     """Return the map conversion and site position of a file as plain values.
 
-    Keys, each only where stated: ``eastings_m``, ``northings_m``, ``height_m`` (of the local origin in the map's
+    Keys, each only if stated: ``eastings_m``, ``northings_m``, ``height_m`` (of the local origin in the map's
     system), ``x_axis_yaw_rad`` (of the local x axis, counter-clockwise from map east), ``scale``, ``crs``,
     ``true_north_rad`` (of true north, counter-clockwise from the local y axis), ``latitude_deg``, ``longitude_deg``,
     ``elevation_m`` (of the ``IfcSite``).
 
     Args:
         file: The ``ifcopenshell.file``.
-        metres_per_unit: The project's length unit, in which eastings are where the map states no unit of its own.
+        metres_per_unit: The project's length unit in metres; eastings use it if the map does not state a unit.
     """
     found: dict[str, str | float] = {}
     conversion = ifcopenshell.util.geolocation.get_helmert_transformation_parameters(file)
@@ -55,6 +55,6 @@ def _angle(x: float, y: float) -> float:
 
 
 def _degrees(parts: tuple[int, ...]) -> float:
-    """Convert IfcCompoundPlaneAngleMeasure: degrees, minutes, seconds and millionths of a second, all of one sign."""
+    """Return an IfcCompoundPlaneAngleMeasure (degrees, minutes, seconds, millionths; all of one sign) in degrees."""
     weights = (1.0, 1 / 60, 1 / 3600, 1 / 3.6e9)
     return round(float(sum(part * weight for part, weight in zip(parts, weights, strict=False))), 10)

@@ -1,4 +1,4 @@
-"""Open an IFC file only if it is whole: IfcOpenShell reads a truncated or damaged one without a word."""
+"""Open an IFC file only if it is complete: IfcOpenShell reads truncated and damaged files without an error."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ _PREFIXES = {"MILLI": "m", "CENTI": "c", "DECI": "d", "KILO": "k", "MICRO": "µ"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OpenedIfc:
-    """An IFC file that is fit to read.
+    """A complete IFC file, opened.
 
     Attributes:
         file: The ``ifcopenshell.file``.
         schema: Schema that it was read as.
         unit: Name of its length unit.
         metres_per_unit: Its length unit in metres.
-        notes: What a reader should know.
+        notes: What the user should know.
     """
 
     file: Any
@@ -43,7 +43,7 @@ class OpenedIfc:
 
 
 def open_ifc(path: Path, data: bytes) -> OpenedIfc:
-    """Open an IFC file and check that nothing of it is missing.
+    """Return an IFC file, opened and checked for completeness.
 
     Args:
         path: Names the file in errors; ``.ifczip`` is unpacked in memory.
@@ -56,7 +56,7 @@ def open_ifc(path: Path, data: bytes) -> OpenedIfc:
     step = step_bytes(path, data)
     check_frame(path, step)
     stated, _ = stated_schema(path, step)
-    ifcopenshell.get_log()  # of files before
+    ifcopenshell.get_log()  # discards the log of earlier files
     text = parser_text(path, step)
     file = parse_text(path, text)
     schema = str(file.schema_identifier)
@@ -75,7 +75,7 @@ def open_ifc(path: Path, data: bytes) -> OpenedIfc:
 
 
 def parse_text(path: Path, text: str) -> Any:
-    """Parse STEP text from ``parser_text``.
+    """Return the ``ifcopenshell.file`` of STEP text from ``parser_text``.
 
     Raises:
         IfcError: If it cannot be parsed at all.
@@ -89,7 +89,7 @@ def parse_text(path: Path, text: str) -> Any:
 
 
 def _check_complete(path: Path, step: bytes, file: Any) -> list[str]:
-    """Compare the instances written with those read: the parser drops what it does not understand, silently."""
+    """Return notes on instances that were not read: the parser silently drops what it does not understand."""
     missing = _unread(step, file)
     if missing:
         missing = _unread(without_comments(step), file)
@@ -114,7 +114,7 @@ def _check_complete(path: Path, step: bytes, file: Any) -> list[str]:
 
 
 def _unread(step: bytes, file: Any) -> list[tuple[int, str, int]]:
-    """Return (step id, class, offset) of the instances in the text that the parsed file lacks."""
+    """Return (step id, class, offset) of the instances in the text that are missing in the parsed file."""
     read = set(file.entity_names())
     return [
         (int(found[1]), found[2].decode(), found.start(1))
@@ -124,7 +124,7 @@ def _unread(step: bytes, file: Any) -> list[tuple[int, str, int]]:
 
 
 def _length_unit(path: Path, project: Any) -> tuple[str, float]:
-    """Return the name of the project's length unit and how many metres it is."""
+    """Return the name of the project's length unit, and its length in metres."""
     assignment = project.UnitsInContext
     units = assignment.Units if assignment else ()
     unit = next((unit for unit in units if getattr(unit, "UnitType", None) == "LENGTHUNIT"), None)

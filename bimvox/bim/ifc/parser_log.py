@@ -1,4 +1,4 @@
-"""What IfcOpenShell's parser complains of: it goes on whatever it meets, and only its log tells."""
+"""Check the log of IfcOpenShell's parser: the parser continues after every error and only logs it."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _LITERAL = re.compile(r"enumeration literal '(.*?)' is not valid for type '(\w+)
 
 
 def judge_log(path: Path, text: str, file: Any, log: str, stated: str) -> list[str]:
-    """Turn the parser's log into notes, or into an error where the file cannot be trusted.
+    """Return notes from the parser's log; raise if the file cannot be trusted.
 
     Args:
         path: The file.
-        text: What the parser was given; the log names offsets in it.
+        text: The text that was parsed; the log gives offsets in it.
         file: The ``ifcopenshell.file``.
-        log: What the parser logged about it.
-        stated: The schema that its header states, which may not be the one it was read as.
+        log: The parser's log for this file.
+        stated: The schema that its header states; it may differ from the one it was read as.
 
     Raises:
         IfcError: If the text is broken, an instance name is used twice, or a geometric instance does not fit the
@@ -55,10 +55,10 @@ def judge_log(path: Path, text: str, file: Any, log: str, stated: str) -> list[s
 
 
 def _unfit(path: Path, file: Any, surplus: Mapping[int, int], stated: str) -> str:
-    """Judge instances with too many or too few attributes.
+    """Return a note on instances with too many or too few attributes.
 
-    Attributes were added and dropped at the end over the years, which does no harm in products, nor where geometry has
-    more of them than are read. A shape or a unit of another schema that lacks some is refused.
+    Schema versions add and drop attributes at the end. That is harmless in products, and in geometry with more
+    attributes than are read. A shape or a unit of another schema that lacks some is refused.
 
     Args:
         path: The file.

@@ -1,4 +1,4 @@
-"""Handles on the geometry processes: the server that has the file loaded, and the workers that it forks."""
+"""Handles for the geometry processes: the server that loads the file, and the workers that it forks."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ Task = tuple[tuple[int, ...], str]
 
 
 class GeometryServer:
-    """The process that has the file loaded and forks workers; it starts at once and loads in the background.
+    """The process that loads the file, in the background, and forks workers.
 
     Args:
         path: The IFC file.
-        command: How to start it; the number of its socket and the path are appended.
+        command: Command that starts it; the number of its socket and the path are appended.
     """
 
     def __init__(self, path: Path, command: Sequence[str]) -> None:
         self._path = path
         self._ready = False
         self._said = tempfile.TemporaryFile()  # noqa: SIM115 (lives as long as the process that writes to it)
-        # Threads would not survive the forks, and there is nothing for them to do.
+        # Threads do not survive a fork, and nothing here needs them.
         environment = {**worker_environment(), "OPENBLAS_NUM_THREADS": "1"}
         here, there = socket.socketpair()
         self._control = Connection(here.detach())
@@ -47,7 +47,7 @@ class GeometryServer:
                 stderr=self._said,
                 env=environment,
                 pass_fds=[there.fileno()],
-                start_new_session=True,  # Ctrl-C is for us: we end it
+                start_new_session=True,  # Ctrl-C goes to this process, which ends the server
             )
 
     def fork(self) -> Worker:
@@ -74,7 +74,7 @@ class GeometryServer:
         """End a worker and return its exit status, negative for the signal that ended it.
 
         Raises:
-            IfcError: If the server itself is gone.
+            IfcError: If the server itself has ended.
         """
         worker.channel.close()
         try:
@@ -94,7 +94,7 @@ class GeometryServer:
         self._said.close()
 
     def _lost(self, why: str = "") -> IfcError:
-        """Return the error of a server that is gone, with its last words."""
+        """Return the error for a server that has ended, with the end of its output."""
         try:
             self._process.wait(2.0)
         except subprocess.TimeoutExpired:
@@ -108,7 +108,7 @@ class GeometryServer:
 
 
 class Worker:
-    """A worker: the socket to it, and the tasks that it was sent and has not answered, the one in work first.
+    """A worker: its socket and the tasks that it has not answered; the first is the one in progress.
 
     Args:
         channel: Its socket.
@@ -122,17 +122,17 @@ class Worker:
         self.deadline = float("inf")
 
     def give(self, task: Task, limit_s: Callable[[Task], float]) -> None:
-        """Send a task; its time starts when it is the first in line."""
+        """Send a task; its time starts when it becomes the first of the unanswered tasks."""
         if not self.tasks:
             self.deadline = time.monotonic() + limit_s(task)
         self.tasks.append(task)
         try:
             self.channel.send(task)
         except OSError:
-            return  # it died idle: reading its answer reports that
+            return  # it died while idle: reading its answer reports that
 
     def answer(self, limit_s: Callable[[Task], float]) -> tuple[Task, Any]:
-        """Receive the answer to the first task; the time of the next starts.
+        """Return the first task and its answer; the time of the next task starts.
 
         Raises:
             EOFError: If it died.

@@ -1,4 +1,4 @@
-"""What the file says about an element beside its geometry: type, storey, material, state, mass."""
+"""Properties of an element other than its geometry: type, storey, material, status, mass."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ import ifcopenshell.util.unit as unit_util
 
 from bimvox.bim.densities import DEFAULT_DENSITY_KG_M3, density_by_name
 
-# Net before gross: a gross weight is that of the stock before cuts and openings (half as much again on a cut balcony).
+# Net before gross: a gross weight is that of the stock before cuts and openings (50 % more on one cut balcony).
 _WEIGHTS = (
     *("netweight", "nettogewicht", "poidsnet", "pesonetto", "weight", "mass", "gewicht", "masse", "massa", "poids"),
     *("peso", "grossweight", "bruttogewicht", "poidsbrut", "pesobruto", "pesolordo"),
 )
 _VOLUMES = ("netvolume", "nettovolumen", "volume", "volumen", "grossvolume", "bruttovolumen")
 _PLAUSIBLE_KG_M3 = (5.0, 23000.0)
-"""From insulation to beyond lead: a weight outside this, over the part's volume, is a wrong number or unit."""
+"""From insulation to above lead: a stated weight that gives a density outside this has a wrong number or unit."""
 _ODD_KG_M3 = (50.0, 12000.0)
-"""A stated weight outside this is used, and worth a note."""
+"""A stated weight that gives a density outside this is used, with a note."""
 SOURCES = ("quantity", "density", "default")
-"""Where a mass comes from, the surest first."""
+"""Where a mass comes from, most reliable first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mass:
-    """A mass, its source, and whether a stated weight was thrown out because it cannot be, or is used though odd."""
+    """A mass, its source, and whether a stated weight was refused as impossible, or used although it is odd."""
 
     kg: float
     source: str
@@ -55,12 +55,12 @@ class Properties:
                     self._old_densities[properties.Material.id()] = float(properties.MassDensity)
 
     def type_name(self, product: Any) -> str | None:
-        """Return the name of its type, None if it has none."""
+        """Return the name of its type; None if it has none."""
         kind = element_util.get_type(product)
         return str(kind.Name) if kind is not None and kind.Name else None
 
     def storey(self, product: Any) -> str | None:
-        """Return the name of the storey around it, None outside of storeys."""
+        """Return the name of the storey that contains it; None if there is none."""
         place = element_util.get_container(product)
         seen = set()
         while place is not None and place.id() not in seen:
@@ -71,18 +71,18 @@ class Properties:
         return None
 
     def material(self, product: Any) -> str | None:
-        """Return the name of its material, of the thickest layer where there are several."""
+        """Return the name of its material, or of its thickest layer's material; None if it has none."""
         layers = self._layers(product)
         named = [(thickness, material) for material, thickness in layers if (material.Name or "").strip()]
         return str(max(named, key=lambda layer: layer[0])[1].Name).strip() if named else None
 
     def predefined_type(self, product: Any) -> str | None:
-        """Return its predefined type, or its type's (IFC2X3 plates and members have it only there)."""
+        """Return the predefined type of the product or its type (IFC2X3 plates and members have it only there)."""
         found = element_util.get_predefined_type(product)
         return str(found).upper() if found else None
 
     def is_existing(self, product: Any) -> bool:
-        """Say whether its common property set states that it stands there already (``Status``)."""
+        """Return whether its common property set states that it already exists (``Status``)."""
         for properties in self.sets_of(product).values():
             status = properties.get("Status")
             for value in status if isinstance(status, list | tuple) else (status,):
@@ -93,12 +93,12 @@ class Properties:
     def mass(self, product: Any, volume_m3: float, exact: bool) -> Mass:
         """Return the mass of one product.
 
-        A stated weight comes first, then volume times density of its material, then the default density.
+        A stated weight comes first, then volume times density of its material, then volume times default density.
 
         Args:
             product: The ``IfcProduct``.
             volume_m3: Volume of its mesh.
-            exact: Whether that volume is exact; a stated volume takes its place where it is not.
+            exact: Whether that volume is exact; if not, a stated volume replaces it.
         """
         stated = self.sets_of(product)
         weight = _first(stated, _WEIGHTS)
@@ -120,13 +120,13 @@ class Properties:
         return Mass(volume_m3 * density, "density", refused)
 
     def sets_of(self, product: Any) -> dict[str, dict[str, Any]]:
-        """Return the property and quantity sets of a product and its type (looked up once: it is slow)."""
+        """Return the property and quantity sets of a product and its type (cached: the look-up is slow)."""
         if product.id() not in self._sets:
             self._sets[product.id()] = element_util.get_psets(product)
         return self._sets[product.id()]
 
     def _density(self, product: Any) -> float | None:
-        """Mean of its layers by thickness, of those whose density is known."""
+        """Return the mean density of the layers with a known density, weighted by thickness; None if there are none."""
         known = [(self._density_of(material), thickness) for material, thickness in self._layers(product)]
         pairs = [(density, thickness) for density, thickness in known if density is not None]
         total = sum(thickness for _, thickness in pairs)
@@ -145,7 +145,7 @@ class Properties:
         return self._density_by_material[key]
 
     def _layers(self, product: Any) -> list[tuple[Any, float]]:
-        """Return (material, weight) of its layers; the first only where the parts' shares are not stated."""
+        """Return (material, weight) of its layers; only the first if the shares are not stated."""
         material = element_util.get_material(product, should_skip_usage=True)
         if material is None:
             return []
@@ -168,7 +168,7 @@ class Properties:
 
 
 def weakest(sources: Sequence[str]) -> str:
-    """Return the least sure of several mass sources."""
+    """Return the least reliable of several mass sources."""
     return max(sources, key=SOURCES.index)
 
 
@@ -184,7 +184,7 @@ def _first(sets: dict[str, dict[str, Any]], names: Sequence[str]) -> float | Non
 
 
 def _scale(file: Any, unit_type: str, base: float) -> float:
-    """Return what one project unit is in kg, m3 or kg/m3; 1.0 where the project does not state it."""
+    """Return one project unit in kg, m3 or kg/m3; 1.0 if the project does not state it."""
     assignment = file.by_type("IfcProject")[0].UnitsInContext
     for unit in assignment.Units if assignment else ():
         if getattr(unit, "UnitType", None) == unit_type:

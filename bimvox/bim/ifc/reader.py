@@ -1,4 +1,4 @@
-"""Read an IFC file into a building: products to meshes, meshes to elements, elements to roles."""
+"""Read an IFC file into a building: from products to meshes, elements and roles."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ from bimvox.progress import Report
 def read_ifc(
     path: Path, data: bytes, sha256: str, options: ReadOptions, report: Report, pool: GeometryPool
 ) -> Building:
-    """Read an IFC file.
+    """Return the building in an IFC file.
 
     Args:
-        path: The file, which the pool works on too.
+        path: The file; the pool reads it as well.
         data: Its bytes.
         sha256: Their hash.
         options: What to lift and how.
-        report: Told about progress.
+        report: Called with the progress.
         pool: Geometry workers, already starting.
 
     Raises:
-        IfcError: If the file cannot be used or holds nothing solid.
+        IfcError: If the file cannot be used or contains nothing solid.
         SelectionError: If the query is malformed or selects nothing solid.
-        InputError: If a unit is asked for that the file contradicts.
+        InputError: If the requested unit contradicts the file.
     """
     report("open", 0, 1)
     opened = open_ifc(path, data)
@@ -102,7 +102,7 @@ def read_ifc(
 
 
 def _selected(opened: OpenedIfc, options: ReadOptions) -> frozenset[int] | None:
-    """Return the step ids that the query selects, None without a query."""
+    """Return the step ids that the query selects; None without a query."""
     if options.select is None:
         return None
     from bimvox.bim.ifc.select import select_products  # the selector takes half a second to import
@@ -111,7 +111,7 @@ def _selected(opened: OpenedIfc, options: ReadOptions) -> frozenset[int] | None:
 
 
 def _sort_out(opened: OpenedIfc, selected: frozenset[int] | None, notes: list[str]) -> tuple[list[int], dict[int, str]]:
-    """Return the step ids to mesh, ascending, and the reason for every other product with a representation."""
+    """Return the step ids to mesh, ascending, and for every other product with a representation why it is skipped."""
     wanted, skipped = [], {}
     for product in opened.file.by_type("IfcProduct"):
         if product.Representation is None:
@@ -134,19 +134,19 @@ def _sort_out(opened: OpenedIfc, selected: frozenset[int] | None, notes: list[st
 
 
 def _part(placed: PlacedShape, origin_m: NDArray[np.float64]) -> MeshedProduct:
-    """Place a shape relative to the local origin."""
+    """Return a shape, placed relative to the local origin."""
     mesh = placed.mesh(origin_m)
     low_m, high_m = _box(mesh)
     return MeshedProduct(mesh, Extent(low_m, high_m, placed.shape.volume_m3), placed.shape.exact)
 
 
 def _box(mesh: TriangleMesh) -> NDArray[np.float64]:
-    """Return the (2, 3) box of a mesh whose vertices are all in use."""
+    """Return the (2, 3) box of a mesh whose vertices are all used."""
     return np.stack([mesh.vertices_m.min(axis=0), mesh.vertices_m.max(axis=0)])
 
 
 def _repairs(placed: Collection[PlacedShape]) -> list[str]:
-    """Return notes of what had to be repaired."""
+    """Return notes on repairs."""
     notes = []
     if dropped := sum(one.shape.dropped for one in placed):
         notes.append(f"triangles without area dropped: {dropped}")
@@ -156,7 +156,7 @@ def _repairs(placed: Collection[PlacedShape]) -> list[str]:
 
 
 def _why(product: Any, reason: str) -> str:
-    """Add to a kernel's failure what the product has instead of a body."""
+    """Return a kernel's failure, with the representations that the product has."""
     shown = [item.RepresentationIdentifier for item in getattr(product.Representation, "Representations", ())]
     return f"{reason}; its representations: {', '.join(str(name) for name in shown)}" if shown else reason
 

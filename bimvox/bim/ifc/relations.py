@@ -1,7 +1,7 @@
-"""What an IFC file says about how its parts belong together: connections, storeys and assemblies.
+"""Relations between the parts of an IFC file: connections and storeys.
 
-None of it orders two parts by itself. A connection says what a part may hold on to where nothing carries it; storeys
-are worked on from below; the parts of an assembly that was opened follow each other where nothing speaks against it.
+None of them orders two parts by itself. A connection gives a part support if nothing below carries it. Storeys are
+erected from the bottom up.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ import ifcopenshell.util.placement as placement_util
 
 
 def connected_products(file: Any) -> Iterator[tuple[int, int]]:
-    """Yield step ids of two products that ``IfcRelConnectsElements`` or one of its kin connects, ascending file order.
+    """Yield step ids of two products that ``IfcRelConnectsElements`` or a subtype of it connects, in file order.
 
-    Realizing elements (bolts, plates) count as connected with both.
+    Realizing elements (bolts, plates) count as connected to both.
     """
     for relation in file.by_type("IfcRelConnectsElements"):
         first, second = relation.RelatingElement, relation.RelatedElement
@@ -29,7 +29,7 @@ def connected_products(file: Any) -> Iterator[tuple[int, int]]:
 
 
 def element_pairs(pairs: Iterator[tuple[int, int]], element_of: Mapping[int, str]) -> tuple[tuple[str, str], ...]:
-    """Return connected products as pairs of different elements, each once, sorted.
+    """Return connected products as pairs of different elements, without duplicates, sorted.
 
     Args:
         pairs: Step ids of products.
@@ -44,7 +44,7 @@ def element_pairs(pairs: Iterator[tuple[int, int]], element_of: Mapping[int, str
 
 
 class Storeys:
-    """Storeys around products, and how high they lie.
+    """The heights of the storeys that contain products.
 
     Args:
         file: The ``ifcopenshell.file``.
@@ -55,7 +55,7 @@ class Storeys:
         self._height: dict[int, float] = {}
 
     def height_of(self, product: Any) -> float | None:
-        """Return the height of the storey around a product in the file's length unit; None outside of storeys."""
+        """Return the height of the storey that contains a product, in the file's length unit; None if there is none."""
         place = element_util.get_container(product)
         seen: set[int] = set()
         while place is not None and place.id() not in seen:

@@ -1,4 +1,4 @@
-"""What each IFC class is to a lift planner: the one table."""
+"""The role of each IFC class for a lift planner."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NOT_SOLID: dict[str, str] = {
     "IfcStructuralItem": "structural analysis",
     "IfcStructuralActivity": "structural analysis",
 }
-"""Products that are nothing to lift and nothing to hit, whatever is selected."""
+"""Products that are neither lifted nor obstacles, whatever is selected."""
 
 TOO_SMALL: dict[str, str] = {
     "IfcReinforcingElement": "reinforcement comes inside its concrete",
@@ -29,7 +29,7 @@ TOO_SMALL: dict[str, str] = {
     "IfcMechanicalFastener": "a fastener",
     "IfcDiscreteAccessory": "an accessory",
 }
-"""Products left out unless a query selects them: they come on their host, and thousands of them cost minutes."""
+"""Products left out unless a query selects them: they arrive with their host, and thousands of them cost minutes."""
 
 ROLES: dict[str, Role] = {
     # Lifted from the yard.
@@ -59,22 +59,22 @@ ROLES: dict[str, Role] = {
     "IfcEarthworksElement": Role.GROUND,
     "IfcCourse": Role.GROUND,
     "IfcPavement": Role.GROUND,
-    # Everything else that is built comes after the lifts: doors, windows, coverings, railings, curtain walls,
+    # All other elements are installed after the lifts: doors, windows, coverings, railings, curtain walls,
     # furniture, services, lifts and escalators.
     "IfcElement": Role.FITTING,
     "IfcProxy": Role.FITTING,
 }
-"""Role by class; a class that is not listed has the role of its nearest listed supertype."""
+"""Role by class; an unlisted class has the role of its nearest listed supertype."""
 
 UNKNOWN = frozenset({"IfcBuildingElementProxy", "IfcProxy", "IfcCivilElement", "IfcBuiltElement"})
-"""Classes that say nothing about what a thing is. They are fittings (a trunk full of model text, trees and markers in
-real files) unless their name says otherwise, and components where a file has no others."""
+"""Classes without meaning. They are fittings (in real files: model text, trees and markers) unless their name gives
+another role, and components if the file has no others."""
 
 CURTAIN_TYPES = frozenset({"MULLION", "CURTAIN_PANEL"})
-"""Predefined types of what belongs to a curtain wall, also where a file has no curtain wall around it: fittings."""
+"""Predefined types of curtain wall parts: fittings, also if the file has no curtain wall around them."""
 
 SPLIT = frozenset({"IfcStair", "IfcRamp", "IfcRoof"})
-"""Wholes that are put together on site: their flights, stringers and slabs are lifted one by one."""
+"""Wholes that are assembled on site: their flights, stringers and slabs are lifted one by one."""
 
 
 @functools.cache
@@ -89,12 +89,12 @@ def ancestry(schema: str, ifc_class: str) -> tuple[str, ...]:
 
 
 def role_of_class(schema: str, ifc_class: str) -> Role | None:
-    """Return the role of a class, None where it is nothing that is built."""
+    """Return the role of a class; None if it is not built."""
     return next((ROLES[name] for name in ancestry(schema, ifc_class) if name in ROLES), None)
 
 
 def reason_not_solid(schema: str, ifc_class: str) -> str | None:
-    """Return why a class is never an element, None where it may be one."""
+    """Return why a class is never an element; None if it can be one."""
     names = ancestry(schema, ifc_class)
     if "IfcSite" in names:
         return None
@@ -102,5 +102,5 @@ def reason_not_solid(schema: str, ifc_class: str) -> str | None:
 
 
 def reason_too_small(schema: str, ifc_class: str) -> str | None:
-    """Return why a class is left out by default, None where it is not."""
+    """Return why a class is left out by default; None if it is not."""
     return next((TOO_SMALL[name] for name in ancestry(schema, ifc_class) if name in TOO_SMALL), None)

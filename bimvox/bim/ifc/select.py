@@ -1,4 +1,4 @@
-"""Selection of IFC products by an IfcOpenShell selector query, with errors that say what is wrong."""
+"""Select IFC products with an IfcOpenShell selector query, with errors that explain what is wrong."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def select_products(file: Any, query: str) -> frozenset[int]:
 
 
 def _what_is_wrong(query: str, error: UnexpectedInput) -> str:
-    """Say where a query cannot be read and what is expected there, in words of its syntax."""
+    """Return where a query cannot be read and what is expected there, in terms of its syntax."""
     if not query.strip():
         return "is empty"
     wanted = set(getattr(error, "expected", None) or getattr(error, "allowed", None) or ())
@@ -71,7 +71,7 @@ def _what_is_wrong(query: str, error: UnexpectedInput) -> str:
 
 
 def _check_class(query: str, schema: str, name: str) -> None:
-    """The selector ignores a class it does not know; a typing error must not pass for an empty selection."""
+    """Raise if the schema lacks a class: the selector ignores it, so that a typing error would select nothing."""
     declared = ifcopenshell.ifcopenshell_wrapper.schema_by_name(schema)
     try:
         declared.declaration_by_name(name)

@@ -1,4 +1,4 @@
-"""The shape of products as the geometry processes hand it over: clean triangles, measured, in their own frame."""
+"""The shape of products as the geometry processes return it: clean triangles, measured, in their own frame."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class Shape:
 
     Attributes:
         mesh: Metres; faces look outward, all vertices are used.
-        volume_m3: Of solid inside.
-        exact: Whether that is exact: every shell is closed.
+        volume_m3: Volume of the solid.
+        exact: Whether that volume is exact: every shell is closed.
         dropped: Triangles without area that were dropped.
         turned: Whether faces had to be turned outward.
     """
@@ -32,7 +32,7 @@ class Shape:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedShape:
-    """The shape of one product, and where it is.
+    """The shape of one product, and its placement.
 
     Attributes:
         shape: Clean triangles in the product's own frame; products may share one.
@@ -43,14 +43,14 @@ class PlacedShape:
     placement: NDArray[np.float64]
 
     def mesh(self, origin_m: NDArray[np.float64]) -> TriangleMesh:
-        """Return the mesh relative to a world point; subtracted first, so that a far placement costs nothing."""
+        """Return the mesh relative to a world point; subtracted first, so that a far placement costs no precision."""
         shift: NDArray[np.float64] = self.placement[:3, 3] - origin_m
         own = self.shape.mesh
         return TriangleMesh(own.vertices_m @ self.placement[:3, :3].T + shift, own.faces)
 
 
 def clean_shape(vertices_m: NDArray[np.float64], faces: NDArray[np.int32]) -> Shape | str:
-    """Repair and measure what a kernel made.
+    """Return a kernel's triangles, repaired and measured; or the reason why they are not a shape.
 
     Args:
         vertices_m: (V, 3).

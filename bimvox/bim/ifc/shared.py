@@ -1,4 +1,4 @@
-"""Which products of an IFC file share one shape: it needs to be meshed once only."""
+"""Find products of an IFC file that share one shape, so that it is meshed only once."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from typing import Any
 
 
 def shape_groups(file: Any, step_ids: Sequence[int]) -> list[tuple[int, ...]]:
-    """Group products whose shapes are equal in their own frames, because they are made of the same instances.
+    """Return groups of products whose shapes are equal in their own frames: they consist of the same instances.
 
-    Products share a shape where all their representations hold the same items, or map the same representations in the
-    same way, and where nothing is cut out of any of them.
+    Products share a shape if all their representations contain the same items, or map the same representations in the
+    same way, and if nothing is cut out of any of them.
 
     Args:
         file: The ``ifcopenshell.file``.
         step_ids: Products with a representation.
 
     Returns:
-        Tuples of step ids, each in the order given, which together are the step ids; in the order of their first.
+        Tuples of step ids, each in the given order, sorted by the position of their first; together all step ids.
     """
     alike: dict[Hashable, list[int]] = {}
     for step_id in step_ids:
@@ -35,7 +35,7 @@ def shape_groups(file: Any, step_ids: Sequence[int]) -> list[tuple[int, ...]]:
 
 
 def _shape_key(product: Any) -> Hashable:
-    """Return what its shape is made of: the class, too, has a say in which representation a kernel takes."""
+    """Return what determines its shape; the class is included, since it affects which representation a kernel uses."""
     made_of = []
     for representation in product.Representation.Representations:
         items = tuple(_item_key(item) for item in representation.Items)
@@ -51,14 +51,14 @@ def _item_key(item: Any) -> Hashable:
 
 
 def _values(value: Any) -> Hashable:
-    """Return an instance as its class and plain values: exporters write the same transformation again and again."""
+    """Return an instance as its class and plain values: exporters write equal transformations many times."""
     if hasattr(value, "is_a"):
         return value.is_a(), tuple(_values(attribute) for attribute in value)
     return tuple(_values(part) for part in value) if isinstance(value, tuple) else str(value)
 
 
 def _is_cut(product: Any) -> bool:
-    """Say whether openings are cut out of a product: its own, and those of the wholes that it is a part of."""
+    """Return whether openings are cut out of a product: its own, or those of the wholes that it is a part of."""
     seen: set[int] = set()
     whole: Any | None = product
     while whole is not None and whole.id() not in seen:

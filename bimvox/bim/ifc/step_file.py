@@ -1,4 +1,4 @@
-"""The STEP file around a model: whether it is all there, and which schema it states; needs no IfcOpenShell."""
+"""The STEP file of a model: whether it is complete, and which schema it states. Does not need IfcOpenShell."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def check_frame(path: Path, step: bytes) -> None:
 
 
 def stated_schema(path: Path, step: bytes) -> tuple[str, tuple[int, int]]:
-    """Return the schema name in the header, upper case, and the range of bytes that it takes.
+    """Return the schema name in the header, upper case, and its byte range.
 
     Raises:
         IfcError: If the header names none.
@@ -76,5 +76,5 @@ def stated_schema(path: Path, step: bytes) -> tuple[str, tuple[int, int]]:
 
 
 def without_comments(step: bytes) -> bytes:
-    """Blank the comments out, line breaks and offsets kept."""
+    """Return the text with comments replaced by spaces; line breaks and offsets stay."""
     return _COMMENT.sub(lambda found: re.sub(rb"[^\n]", b" ", found[0]), step)

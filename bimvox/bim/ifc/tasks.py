@@ -1,7 +1,7 @@
-"""The schedule that an IFC file already holds: which task sets a product, and in which order the tasks come.
+"""The schedule in an IFC file: which task sets a product, and the order of the tasks.
 
-A task speaks of a product through ``IfcRelAssignsToProduct`` or ``IfcRelAssignsToProcess``. Tasks are ordered by
-``IfcRelSequence``, taken over by subtasks (``IfcRelNests``), and by their scheduled starts where they have any.
+A task refers to a product through ``IfcRelAssignsToProduct`` or ``IfcRelAssignsToProcess``. Tasks are ordered by
+``IfcRelSequence``, which subtasks inherit (``IfcRelNests``), and by their scheduled starts if they have any.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class ProductTask:
 
     Attributes:
         name: Its name, or its GlobalId.
-        rank: Its place among all tasks, from 0; tasks that may go on at the same time share one.
+        rank: Its rank among all tasks, from 0; tasks that may run in parallel share one.
     """
 
     name: str
@@ -32,14 +32,14 @@ class ProductTask:
 
 
 def tasks_of_products(file: Any) -> tuple[dict[int, ProductTask], tuple[str, ...]]:
-    """Return the task of every product that the file's schedule speaks of.
+    """Return the task of every product in the file's schedule.
 
     Args:
         file: The ``ifcopenshell.file``.
 
     Returns:
-        Task by step id of the product, and what is worth a note. A product with several tasks has its construction or
-        installation, else the earliest; tasks that take down or keep up count for nothing.
+        Task by step id of the product, and notes. A product with several tasks gets its construction or installation
+        task, otherwise the earliest; demolition and maintenance tasks are ignored.
     """
     tasks = [task for task in file.by_type("IfcTask") if _type(task) not in _UNDOES]
     assigned = _assigned(file, {task.id() for task in tasks})
@@ -59,7 +59,7 @@ def _type(task: Any) -> str:
 
 
 def _assigned(file: Any, tasks: set[int]) -> dict[int, set[int]]:
-    """Step ids of the tasks by step id of the product."""
+    """Return step ids of the tasks by step id of the product."""
     found: dict[int, set[int]] = {}
     pairs = [(r.RelatingProduct, r.RelatedObjects) for r in file.by_type("IfcRelAssignsToProduct")]
     for product, related in pairs:
@@ -69,14 +69,14 @@ def _assigned(file: Any, tasks: set[int]) -> dict[int, set[int]]:
     for relation in file.by_type("IfcRelAssignsToProcess"):
         task = relation.RelatingProcess.id()
         for product in relation.RelatedObjects or () if task in tasks else ():
-            # A crane is the input of a task, but is not set by it.
+            # A crane is an input of a task; the task does not set it.
             if product.is_a("IfcElement") and not product.is_a("IfcTransportElement"):
                 found.setdefault(product.id(), set()).add(task)
     return found
 
 
 def _ranks(file: Any, tasks: list[int]) -> tuple[dict[int, int], tuple[str, ...]]:
-    """Longest-path levels of the tasks' starts; a start that has a date does not come before that date's place."""
+    """Return the rank of each task, and notes: longest-path levels of the starts, not below the rank of their date."""
     number = {task: n for n, task in enumerate(tasks)}
     starts, finishes = np.arange(len(tasks)) * 2, np.arange(len(tasks)) * 2 + 1
     edges = [(int(starts[n]), int(finishes[n]), 0) for n in range(len(tasks))]
@@ -110,10 +110,10 @@ def _ranks(file: Any, tasks: list[int]) -> tuple[dict[int, int], tuple[str, ...]
 
 
 def _settle(level: np.ndarray[Any, np.dtype[np.int64]], edges: np.ndarray[Any, np.dtype[np.int64]]) -> list[int]:
-    """Raise levels along the edges (from, to, by); edges inside a circle count for nothing.
+    """Raise levels in place along the edges (from, to, by); edges inside a cycle are ignored.
 
     Returns:
-        Nodes of circles that a sequence closes.
+        Nodes of cycles that contain a sequence.
     """
     size = len(level)
     graph = coo_array((np.ones(len(edges), np.int8), (edges[:, 0], edges[:, 1])), shape=(size, size))
@@ -137,7 +137,7 @@ def _nested(file: Any) -> Iterable[tuple[int, int]]:
 
 
 def _starts(file: Any) -> Mapping[int, str]:
-    """Scheduled start by step id of the task, as text that sorts by time."""
+    """Return the scheduled start by step id of the task, as text that sorts by time."""
     found: dict[int, str] = {}
     for task in file.by_type("IfcTask"):
         time = getattr(task, "TaskTime", None)
@@ -155,7 +155,7 @@ def _starts(file: Any) -> Mapping[int, str]:
 
 
 def _written(moment: Any) -> str:
-    """IFC2X3: a date taken apart."""
+    """Return an IFC2X3 date, which is stored in components, as text."""
     date = moment.DateComponent if moment.is_a("IfcDateAndTime") else moment
     time = moment.TimeComponent if moment.is_a("IfcDateAndTime") else None
     if not date.is_a("IfcCalendarDate"):

@@ -1,4 +1,4 @@
-"""STEP text as IfcOpenShell can read it: it stops, without a word, at much that exporters write."""
+"""STEP text as IfcOpenShell can read it: without an error, it stops at much that exporters write."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ REWRITES: dict[str, str] = {
     "IFC4X1": "IFC4",
     "IFC4X2": "IFC4",
 }
-"""Schema names that IfcOpenShell refuses, and the schema whose building classes they share. What does not fit that
-schema after all is noted, or refused where it is geometry (``ifc_log``)."""
+"""Schema names that IfcOpenShell refuses, and the schema whose building classes they share. Instances that do not fit
+that schema give a note; geometry that does not fit is refused (``parser_log``)."""
 
 READABLE = ("IFC2X3", "IFC4", "IFC4X3_ADD2")
 
@@ -47,21 +47,21 @@ _ESCAPE = re.compile(
 
 
 def parser_text(path: Path, step: bytes) -> str:
-    """Return STEP text as IfcOpenShell can read it, the same number of lines.
+    """Return STEP text as IfcOpenShell can read it, with the same number of lines.
 
-    - The header is replaced by a plain one: of all that it says only the schema matters, and a comment or a Windows
-      path in it would make the parser give up. A schema that it does not know is renamed.
-    - Characters beyond ASCII, which the standard does not allow and many exporters write, are encoded as it asks:
-      the parser would drop them.
-    - A backslash that begins none of the encodings of the standard is taken as it stands, also where an encoding was
-      cut short: the parser would end the file there.
+    - A plain header replaces the original: only its schema matters, and the parser fails on a comment or a Windows
+      path in it. A schema that the parser does not know is renamed.
+    - Characters beyond ASCII are encoded as the standard requires. Many exporters write them unencoded, and the
+      parser would drop them.
+    - A backslash that does not begin an encoding of the standard is kept as a backslash, also if an encoding was cut
+      short: the parser would end the file there.
 
     Args:
         path: Names the file in errors.
         step: The STEP text.
 
     Raises:
-        IfcError: If the schema cannot be read, or there is no data section.
+        IfcError: If the schema cannot be read, or the data section is missing.
     """
     stated, (_, end) = stated_schema(path, step)
     schema = REWRITES.get(stated, stated)
@@ -85,5 +85,5 @@ def parser_text(path: Path, step: bytes) -> str:
 
 
 def _encoded(run: re.Match[str]) -> str:
-    """Encode characters as ISO 10303-21 asks."""
+    """Return characters encoded as ISO 10303-21 requires."""
     return f"\\X4\\{run[0].encode('utf-32-be').hex().upper()}\\X0\\"

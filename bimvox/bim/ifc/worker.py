@@ -1,8 +1,8 @@
-"""The geometry processes: a kernel may hang or crash on a real file, so none runs in the process that reads the file.
+"""The geometry processes. A kernel may hang or crash on a real file, so it runs in its own process.
 
-Run by ``ifc_process`` as ``python -m bimvox.bim.ifc.worker SOCKET FILE``. This process, the server, loads the file once
-and never meshes anything. It forks a worker for every socket that it is handed: a worker starts in milliseconds
-however large the file is, and shares its memory. When its parent goes away, the server takes the workers with it.
+``process`` runs this as ``python -m bimvox.bim.ifc.worker SOCKET FILE``. This process, the server, loads the file once
+and never meshes anything. It forks a worker for every socket that it receives: a worker starts in milliseconds
+however large the file is, and shares its memory. If its parent ends, the server ends itself and its workers.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from bimvox.bim.ifc.step_file import step_bytes
 from bimvox.bim.ifc.text import parser_text
 
 _SHAPE_BYTES = 4 << 30
-"""Memory that a worker may take beyond the file."""
+"""Memory that a worker may allocate in addition to the file."""
 CIRCLE_SEGMENTS = 64
-"""Edges of a full circle in the fast library, whose default of 16 would cut 1 cm off a column of 1 m. With 64 it is
-0.6 mm, below the 1 mm that the plain library keeps to."""
+"""Edges of a full circle in the fast library. Its default of 16 would cut 1 cm off a column of 1 m; 64 cut 0.6 mm,
+less than the 1 mm tolerance of the plain library."""
 
 Answer = tuple[Shape, list[NDArray[np.float64]]] | str
-"""A shape and the placement of each product, (4, 4) float64, metres; or the reason why there is none."""
+"""A shape and the placement of each product, (4, 4) float64, metres; or the reason why there is no shape."""
 Mesher = Callable[[tuple[int, ...], str], Answer]
-"""Meshes products that share one shape with a library."""
+"""Meshes products that share one shape, with the named library."""
 
 
 class Kernel:
@@ -51,14 +51,14 @@ class Kernel:
         self._kernels: dict[str, Any] = {}
 
     def mesh(self, step_ids: tuple[int, ...], library: str) -> Answer:
-        """Mesh the first product and place all of them.
+        """Return the mesh of the first product and the placements of all.
 
         Args:
             step_ids: Products with a representation that share their shape.
             library: Name of the geometry library.
 
         Returns:
-            The shape, or the reason why there is none.
+            The shape and the placements, or the reason why there is no shape.
         """
         if library not in self._kernels:
             self._kernels[library] = ifcopenshell.geom.kernel(self._settings, self._file, geometry_library=library)
@@ -83,7 +83,7 @@ class Kernel:
 
 
 def geometry_settings() -> Any:
-    """Return the kernel's settings: local coordinates (their precision survives far placements), shells reoriented."""
+    """Return the kernel's settings: local coordinates (they stay precise at far placements), shells reoriented."""
     settings = ifcopenshell.geom.settings()
     settings.set("reorient-shells", True)
     settings.set("weld-vertices", True)
@@ -95,8 +95,8 @@ def geometry_settings() -> Any:
 def serve(control: Connection, mesher: Mesher) -> None:
     """Fork workers until the parent closes the control socket.
 
-    Requests are ``"fork"``, followed by a socket for the worker, answered with its process id, and the id of a worker
-    that has ended, or is to, answered with its exit status (negative: the signal that killed it).
+    There are two requests. ``"fork"``, followed by a socket for the worker, returns the worker's process id. The
+    process id of a worker ends that worker and returns its exit status (negative: the signal that killed it).
     """
     workers: set[int] = set()
     try:
@@ -137,7 +137,7 @@ def _work(channel: Connection, mesher: Mesher) -> None:
 
 
 def _limit_memory() -> None:
-    """Let a kernel that allocates without end fail, before it takes the machine's memory."""
+    """Limit the memory, so that a kernel that allocates without end fails before the machine runs out."""
     try:
         in_use = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     except OSError:
@@ -154,7 +154,7 @@ def main() -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # a crash leaves no file behind
     kernel = Kernel(parse_text(path, parser_text(path, step_bytes(path, path.read_bytes()))))
     serve(control, kernel.mesh)
-    os._exit(0)  # taking a large file apart instance by instance would take seconds
+    os._exit(0)  # freeing a large file instance by instance would take seconds
 
 
 if __name__ == "__main__":
