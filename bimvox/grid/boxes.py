@@ -1,4 +1,4 @@
-"""A voxel shape as a short list of disjoint boxes."""
+"""Represent a voxel shape as a short list of disjoint boxes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bimvox.compiled import kernel
 
 @kernel
 def boxes_of(cells: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """Cut a shape into disjoint boxes, greedily: grow along z, then x, then y from the first cell not yet covered.
+    """Return disjoint boxes that cover a shape; greedy: each grows from the first free cell along z, then x, then y.
 
     Args:
         cells: (X, Y, Z) boolean shape.

@@ -1,4 +1,4 @@
-"""The compiled loops over bricks; see :mod:`bimvox.grid.bricks` for what the arrays mean."""
+"""The compiled loops over bricks; :mod:`bimvox.grid.bricks` describes the arrays."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def read_owners(
     low: NDArray[np.int64],
     out: NDArray[np.int32],
 ) -> None:
-    """Fill ``out`` with the owners of the box of its shape that starts at ``low``, inside the grid."""
+    """Fill ``out`` with the owners in a box of its shape that starts at ``low``, inside the grid."""
     for i in range(out.shape[0]):
         x = low[0] + i
         for j in range(out.shape[1]):
@@ -44,7 +44,7 @@ def read_mapped(
     table: NDArray[np.generic],
     out: NDArray[np.generic],
 ) -> bool:
-    """Fill ``out`` like :func:`read_owners`, each owner replaced by ``table[owner + 1]``; return whether all fitted."""
+    """Fill ``out`` with ``table[owner + 1]`` for :func:`read_owners`; return whether every owner is in the table."""
     for i in range(out.shape[0]):
         x = low[0] + i
         for j in range(out.shape[1]):
@@ -76,9 +76,9 @@ def read_layers(
     table: NDArray[np.generic],
     out: NDArray[np.generic],
 ) -> None:
-    """Fill ``out``, indexed [z, y, x], with ``table[owner + 1]`` of horizontal layers of one layer of bricks.
+    """Fill ``out``, indexed [z, y, x], with ``table[owner + 1]`` of horizontal cell layers in one layer of bricks.
 
-    ``low`` is the height of the first; ``table`` has a row for every owner.
+    ``low`` is the z index of the first layer; ``table`` has a row for every owner.
     """
     layer = low // BRICK
     for b in range(index.shape[1]):
@@ -111,9 +111,9 @@ def enter_owners(
     row: int,
     parts: int,
 ) -> int:
-    """Enter a dense box of whole bricks that starts at the brick ``low``; return the next free row of ``cells``.
+    """Store a dense box of whole bricks that starts at the brick ``low``; return the next free row of ``cells``.
 
-    Return -1, with some of the bricks entered, if an owner is neither -1 nor one of ``parts``.
+    Return -1, with some of the bricks stored, if an owner is neither -1 nor below ``parts``.
     """
     nx, ny, nz = owners.shape
     for x0 in range(0, nx, BRICK):
@@ -151,7 +151,7 @@ def count_owners(
     shape: tuple[int, int, int],
     counts: NDArray[np.int64],
 ) -> None:
-    """Add the number of cells of every owner to ``counts``, that of owner n at n + 1."""
+    """Add the number of cells of every owner to ``counts``; owner n has index n + 1."""
     for a in range(index.shape[0]):
         nx = min(BRICK, shape[0] - a * BRICK)
         for b in range(index.shape[1]):
@@ -170,7 +170,7 @@ def count_owners(
 
 @kernel
 def list_occupied(owners: NDArray[np.int32], x0: int, cells: NDArray[np.int32], found: NDArray[np.int32]) -> int:
-    """List the cells of a dense slab that have an owner, and the owners; return how many."""
+    """Write the cells of a dense slab that have an owner, and the owners; return how many."""
     row = 0
     for i in range(owners.shape[0]):
         for j in range(owners.shape[1]):
@@ -207,9 +207,9 @@ def sort_boxed_cells(
     lent_parts: NDArray[np.int32],
     lent_places: NDArray[np.int64],
 ) -> int:
-    """Count the cells in the boxes of every part that it owns, and list the others: their part, and their position.
+    """Count the cells in each part's boxes that it owns; list the part and the position of the others.
 
-    Return how many others there are, or -1 if they do not fit the list.
+    Return the number of others, or -1 if the list is too short.
     """
     row = 0
     for n in range(boxes.shape[0]):

@@ -10,10 +10,10 @@ from bimvox.grid.voxel_grid import VoxelGrid
 
 
 def contradiction(grid: VoxelGrid) -> str | None:
-    """Return what is wrong in the tables of a grid, beginning with the table's name; None if all agree.
+    """Return what is wrong in the tables of a grid, starting with the table's name; None if all agree.
 
-    The table of shared cells is sorted by cell, then part; the owner of such a cell is one of its rows, none of which
-    has a larger share. The boxes of a part hold as many cells as it owns and shares, and all those that it owns.
+    The table of shared cells is sorted by cell, then part. The owner of a shared cell is one of its rows, and no row
+    has a larger share. The boxes of a part contain exactly the cells that it owns and shares.
     """
     owned = grid.owners.counts(len(grid.parts))[1:]
     return _in_shared(grid) or _in_boxes(grid, owned) or _in_parts(grid)
@@ -51,7 +51,7 @@ def _in_boxes(grid: VoxelGrid, owned: NDArray[np.int64]) -> str | None:
             return "boxes: outside the grid, or empty"
         if parts[0] < 0 or parts[-1] >= len(grid.parts) or np.any(parts[1:] < parts[:-1]):
             return f"box_parts: must ascend, within the {len(grid.parts)} parts"
-    # Whole numbers below 2^53 stay whole in the weights of bincount; a table far beyond does not get past the sum.
+    # Integers below 2^53 stay exact in the weights of bincount; far larger sums fail the comparison below.
     volumes = np.prod(boxes[:, 3:] - boxes[:, :3], axis=1, dtype=np.float64)
     held = np.bincount(parts, volumes, len(grid.parts))
     lent = grid.shared_parts != grid.owners.at(grid.shared_cells)

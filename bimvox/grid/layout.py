@@ -1,4 +1,4 @@
-"""The layout of a grid file: the arrays of the Zarr group, as they are written and as they are checked.
+"""The layout of a grid file: the arrays of the Zarr group, for writing and for checking.
 
 Zarr v3 with regular chunks, each little-endian and compressed with Zstandard (https://zarr-specs.readthedocs.io).
 """
@@ -27,7 +27,7 @@ SUFFIX = ".zarr.zip"
 
 AXES = ("x", "y", "z")
 TABLE_ROWS_LIMIT = 100_000_000
-"""Most rows of the tables of shared cells and boxes that are read."""
+"""Largest number of rows in the tables of shared cells and boxes."""
 
 _CELL_CHUNK = 64
 _ROW_CHUNK = 1 << 16
@@ -39,13 +39,13 @@ _NUMPY = {"uint8": "u1", "int32": "<i4", "float32": "<f4", "float64": "<f8"}
 
 @dataclass(frozen=True, slots=True)
 class ArrayRule:
-    """How one array of the group looks.
+    """The format of one array of the group.
 
     Attributes:
         dtype: Its Zarr data type.
         dimensions: Its named dimensions.
-        attributes: By the CF conventions, where they have a word for it.
-        fill: Value of chunks that are left out, or None where every chunk must be there.
+        attributes: Names and units, by the CF conventions if they define one.
+        fill: Value of chunks that are left out; None if every chunk must be present.
     """
 
     dtype: str
@@ -82,7 +82,7 @@ _FIXED = {"axis": 3, "corner": 6}
 
 
 def chunk_shape(rule: ArrayRule, shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the shape of an array's chunks: 64 cells each way, more along the others if the grid is thin."""
+    """Return the shape of an array's chunks: 64 cells along each axis; in a thin grid, more along the other axes."""
     if rule.dimensions != AXES:
         return (min(_ROW_CHUNK, max(shape[0], 1)), *shape[1:])
     edges = [_CELL_CHUNK] * 3
@@ -116,7 +116,7 @@ def array_document(key: str, shape: tuple[int, ...]) -> dict[str, Any]:
 
 
 def chunk_keys(key: str, shape: tuple[int, ...]) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Yield the name of every chunk of an array, and the index of its first value."""
+    """Yield, for every chunk of an array, its name and the index of its first value."""
     chunk = chunk_shape(ARRAYS[key], shape)
     counts = [range(-(-size // step)) for size, step in zip(shape, chunk, strict=True)]
     for at in itertools.product(*counts):
@@ -124,7 +124,7 @@ def chunk_keys(key: str, shape: tuple[int, ...]) -> Iterator[tuple[str, tuple[in
 
 
 def encode_chunk(key: str, shape: tuple[int, ...], values: NDArray[Any]) -> bytes:
-    """Return a chunk as it is stored: filled up to the full size where the array ends inside it, compressed."""
+    """Return a chunk in stored form: compressed, and padded to full size if the array ends inside it."""
     rule = ARRAYS[key]
     chunk = chunk_shape(rule, shape)
     if values.shape != chunk:
@@ -139,7 +139,7 @@ def decode_chunk(archive: Archive, member: str, shape: tuple[int, ...], name: st
     """Return a stored chunk in its full size.
 
     Raises:
-        GridFileError: If its size, told before it is decompressed, is not the chunk's, or it is damaged.
+        GridFileError: If it is damaged, or its declared size, checked before decompression, is not the chunk's.
     """
     rule = ARRAYS[member.split("/", 1)[0]]
     chunk = chunk_shape(rule, shape)
@@ -159,7 +159,7 @@ def decode_chunk(archive: Archive, member: str, shape: tuple[int, ...], name: st
 
 
 def zstandard_bound(size: int) -> int:
-    """Return the most bytes that Zstandard makes of this many (``ZSTD_COMPRESSBOUND``, with room for a checksum)."""
+    """Return the largest compressed size of this many bytes (``ZSTD_COMPRESSBOUND``, with room for a checksum)."""
     return size + (size >> 8) + 1024
 
 
@@ -167,7 +167,7 @@ def read_json(archive: Archive, key: str, name: str) -> dict[str, Any]:
     """Return one metadata document of the store.
 
     Raises:
-        GridFileError: If it is missing, far too long, or no JSON object.
+        GridFileError: If it is missing, far too long, or not a JSON object.
     """
     if key not in archive:
         raise GridFileError(
@@ -185,10 +185,10 @@ def read_json(archive: Archive, key: str, name: str) -> dict[str, Any]:
 
 
 def check_arrays(archive: Archive, name: str, cell_limit: int) -> dict[str, tuple[int, ...]]:
-    """Check every array's declared type, shape and chunks, before anything is allocated; return the shapes.
+    """Return the arrays' shapes, after a check of their declared types, shapes and chunks; allocates nothing.
 
     Raises:
-        GridFileError: Naming the key that is wrong.
+        GridFileError: If one is wrong; it names the key.
     """
     shapes = {key: _check_array(archive, key, name) for key in ARRAYS}
     cells = math.prod(shapes["labels"])
@@ -230,7 +230,7 @@ def _check_chunks(archive: Archive, key: str, shape: tuple[int, ...], name: str)
     chunk = chunk_shape(ARRAYS[key], shape)
     expected = math.prod(-(-size // step) for size, step in zip(shape, chunk, strict=True))
     present = [member for member in archive if member.startswith(prefix)]
-    # The number of members is limited, that of chunks is only declared: compare before they are listed.
+    # The archive limits the number of members; the number of chunks is only declared. Compare before listing chunks.
     if ARRAYS[key].fill is None and len(present) != expected:
         raise GridFileError(name, f"{key}: {len(present):,} of {expected:,} chunks are there")
     known = {member for member, _ in chunk_keys(key, shape)}
@@ -240,7 +240,7 @@ def _check_chunks(archive: Archive, key: str, shape: tuple[int, ...], name: str)
 
 
 def _plain_codecs(codecs: object) -> object:
-    """Return the codecs without what does not change how a chunk is read."""
+    """Return the codecs without the settings that do not affect reading."""
     if not isinstance(codecs, list) or not all(isinstance(codec, dict) for codec in codecs):
         return codecs
     plain = []

@@ -1,4 +1,4 @@
-"""All the cells that a part meets: those that it owns, and those that belong to a part that fills more of them."""
+"""All cells that a part meets: those it owns, and shared ones that another part owns because it fills more of them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def part_boxes(grid: VoxelGrid, index: int) -> NDArray[np.int32]:
     """Return the disjoint boxes of the cells that one part meets: (B, 6) int32.
 
     Raises:
-        IndexError: If there is no such part.
+        IndexError: If the part does not exist.
     """
     if not 0 <= index < len(grid.parts):
         raise IndexError(f"part {index} of a grid with {len(grid.parts)} parts")
@@ -35,7 +35,7 @@ def part_boxes(grid: VoxelGrid, index: int) -> NDArray[np.int32]:
 
 
 def part_cells(grid: VoxelGrid, index: int) -> NDArray[np.int32]:
-    """Return all the cells that one part meets, owned or shared: (N, 3) int32 in ascending order."""
+    """Return all cells that one part meets, owned or shared: (N, 3) int32, ascending."""
     boxes = part_boxes(grid, index)
     places = np.empty(int(np.prod(boxes[:, 3:] - boxes[:, :3], axis=1, dtype=np.int64).sum()), np.int64)
     _expand(boxes, grid.shape, places)
@@ -44,5 +44,5 @@ def part_cells(grid: VoxelGrid, index: int) -> NDArray[np.int32]:
 
 
 def all_part_cells(grid: VoxelGrid) -> list[NDArray[np.int32]]:
-    """Return all the cells that each part meets: per part (N, 3) int32, ascending."""
+    """Return all cells that each part meets: per part (N, 3) int32, ascending."""
     return [part_cells(grid, index) for index in range(len(grid.parts))]

@@ -1,4 +1,4 @@
-"""Cut a lump of triangles without names into the bodies that could be lifted one by one."""
+"""Split an unnamed triangle soup into the bodies that can be lifted one by one."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from bimvox.bim.mesh.repair import Shells, shells_of
 
 
 def bodies_of(mesh: TriangleMesh) -> list[TriangleMesh]:
-    """Split a welded mesh into bodies, in the order of their first face.
+    """Return the bodies of a welded mesh, in the order of their first face.
 
-    Faces that close around something before the next one begins are a shell of their own, although they share corners
-    with others: parts that touch, written one after the other, stay apart. A closed shell is a body, together with its
-    cavities (closed shells inside its box that face the other way). Open pieces whose boxes touch are one body: a
-    surface that was exported in patches, or as loose triangles, is one thing.
+    A run of consecutive faces that is closed is its own shell, even if it shares corners with others: touching parts
+    that are written one after the other stay separate. A closed shell is a body, together with its cavities (closed
+    shells inside its box that face the other way). Open pieces whose boxes touch are one body: some surfaces are
+    exported in patches or as loose triangles.
     """
     mesh = _apart(mesh)
     shells = shells_of(mesh)
@@ -27,14 +27,14 @@ def bodies_of(mesh: TriangleMesh) -> list[TriangleMesh]:
 
 
 def _apart(mesh: TriangleMesh) -> TriangleMesh:
-    """Give every run of faces that is closed in itself vertices of its own."""
+    """Return the mesh with separate vertices for every closed run of faces."""
     count = len(mesh.faces)
     faces = mesh.faces.astype(np.int64)
     a, b = np.stack([faces, np.roll(faces, -1, axis=1)]).reshape(2, -1)
     _, edge = np.unique(np.minimum(a, b) * len(mesh.vertices_m) + np.maximum(a, b), return_inverse=True)
     order = np.argsort(edge, kind="stable")
     edge, face = edge[order], order // 3
-    # Walked once each way an edge is in balance; between the faces that upset and restore it no run can end.
+    # An edge is balanced if it is walked once each way; no run can end while an edge is unbalanced.
     ending = np.append(edge[1:] != edge[:-1], True)
     walked = np.cumsum(np.sign(b - a)[order])
     before = np.repeat(np.append(0, walked[ending][:-1]), np.diff(np.append(-1, np.flatnonzero(ending))))
@@ -55,7 +55,7 @@ def _with_own_vertices(mesh: TriangleMesh, faces: NDArray[np.int32]) -> Triangle
 
 
 def _owners(shells: Shells) -> NDArray[np.int64]:
-    """Return for each shell the lowest shell of its body."""
+    """Return, for each shell, the lowest shell of its body."""
     owner = np.arange(len(shells.closed), dtype=np.int64)
     size = np.prod(shells.high_m - shells.low_m, axis=1)
     outward, inward = (np.flatnonzero(shells.closed & (np.sign(shells.volume_m3) == sign)) for sign in (1.0, -1.0))

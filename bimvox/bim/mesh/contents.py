@@ -1,4 +1,4 @@
-"""What a mesh file holds, as its own format says it: every reader of a mesh format returns this."""
+"""The contents of a mesh file, as its format states them: every reader of a mesh format returns this."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bimvox.bim.mesh.polygons import triangulated
 
 REPEATED_MOST = 20_000_000
-"""A file that repeats its meshes (instances of instances) into more triangles or vertices than this is refused."""
+"""A file whose instances expand to more triangles or vertices than this is refused."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,11 +20,11 @@ class RawBody:
     """One body of a mesh file.
 
     Attributes:
-        name: As the file gives it; empty for a lump without a name, which may hold several bodies.
+        name: As in the file; empty for a triangle soup, which may contain several bodies.
         vertices: (V, 3) float64, in the file's unit and axes.
         faces: (F, 3) int32; may be out of range, degenerate or inside out.
-        rounding: How far a coordinate may be from what was meant, in the file's unit, because the file stores single
-            precision; 0 for text and double precision.
+        rounding: Largest rounding error of a coordinate that the file stores in single precision, in the file's unit;
+            0 for text and double precision.
     """
 
     name: str
@@ -39,11 +39,11 @@ class MeshContents:
 
     Attributes:
         bodies: In the order of the file.
-        unit: Unit that the file states or its standard fixes, None where nobody says.
-        up: Axis that points up by the format's standard, None where nobody says.
-        left_out: (name, reason) of what is in the file and is no surface.
-        notes: What a reader should know, one sentence each.
-        beside: Bytes of the files beside this one that it takes its bodies from, in the order of their use.
+        unit: Unit that the file states or its standard fixes; None if neither does.
+        up: Axis that points up by the format's standard; None if the standard does not fix it.
+        left_out: (name, reason) of what the file contains that is not a surface.
+        notes: What the user should know, one sentence each.
+        beside: Bytes of the external files that it references, in the order of their use.
     """
 
     bodies: tuple[RawBody, ...]
@@ -57,7 +57,7 @@ class MeshContents:
 def body_of_polygons(
     name: str, vertices: NDArray[np.float64], polygons: Sequence[Sequence[int]] | NDArray[np.int64]
 ) -> RawBody:
-    """Make a body of faces with any number of corners; it keeps only the vertices that they use.
+    """Return a body from faces with any number of corners, with only the vertices that they use.
 
     Args:
         name: Its name.
@@ -69,12 +69,12 @@ def body_of_polygons(
         corners = polygons.reshape(-1)
     else:
         sizes = np.fromiter((len(polygon) for polygon in polygons), dtype=np.int64, count=len(polygons))
-        # Clamped while they are Python's own integers: a damaged file may hold one of any size.
+        # Clamped as Python integers: a damaged file may contain one of any size.
         count = len(vertices)
         clamped = (-1 if corner < 0 else min(corner, count) for polygon in polygons for corner in polygon)
         corners = np.fromiter(clamped, np.int64, int(sizes.sum()))
     used, local = np.unique(np.clip(corners, -1, len(vertices)), return_inverse=True)
     missing = (used < 0) | (used >= len(vertices))
-    # A corner that is not there becomes a vertex that is no number: whoever cleans the mesh drops and counts its faces.
+    # A missing corner becomes a NaN vertex: the cleaning of the mesh drops and counts its faces.
     kept = np.where(missing[:, None], np.nan, vertices[np.where(missing, 0, used)] if len(vertices) else np.nan)
     return RawBody(name, kept, triangulated(kept, sizes, local.reshape(-1)))

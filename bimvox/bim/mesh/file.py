@@ -1,4 +1,4 @@
-"""Read a mesh file into a building: named things become elements, a lump without names is cut into its bodies."""
+"""Read a mesh file into a building: named bodies become elements, an unnamed triangle soup is split into bodies."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ READERS: Mapping[str, Callable[[Path, bytes], MeshContents]] = {
     ".gltf": read_gltf,
     ".3mf": read_3mf,
 }
-"""By suffix."""
+"""Readers by suffix."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Cleaned:
-    """Bodies by name, what gave none, and how many faces were no use."""
+    """Bodies by name, what did not become a body, and the number of faces dropped."""
 
     meshes: Mapping[str, TriangleMesh]
     skipped: tuple[SkippedProduct, ...]
@@ -52,17 +52,17 @@ class _Cleaned:
 
 
 def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, report: Report) -> Building:
-    """Read a mesh file.
+    """Return the building in a mesh file.
 
     Args:
-        path: Its suffix says the format.
+        path: The file; its suffix gives the format.
         data: Its bytes.
         sha256: Their hash.
         options: ``select``: names with wildcards, separated by commas; ``unit`` and ``up`` of the file.
-        report: Told about progress.
+        report: Called with the progress.
 
     Raises:
-        MeshError: If the file cannot be read or holds no triangles.
+        MeshError: If the file cannot be read or does not contain triangles.
         SelectionError: If a name of the selection matches nothing.
         InputError: If the unit is unknown.
     """
@@ -110,7 +110,7 @@ def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, r
 
 
 def _contents(path: Path, data: bytes) -> MeshContents:
-    """Read the format; what a reader stumbles over, it stumbles over because the file is damaged."""
+    """Return the contents of the file; an unexpected error in a reader means that the file is damaged."""
     suffix = path.suffix.lower()
     try:
         return READERS[suffix](path, data)
@@ -124,7 +124,7 @@ def _contents(path: Path, data: bytes) -> MeshContents:
 
 
 def _cleaned(contents: MeshContents, scale: Scale) -> _Cleaned:
-    """Scale, weld and clean the bodies, name them apart, and cut up those without a name."""
+    """Return the bodies scaled, welded and cleaned, with unique names; unnamed ones are split."""
     meshes: dict[str, TriangleMesh] = {}
     skipped = [
         SkippedProduct(name, MESH_CLASS, name, f"{reason}: no surface" if "support" not in reason else reason)
@@ -156,7 +156,7 @@ def _cleaned(contents: MeshContents, scale: Scale) -> _Cleaned:
 
 
 def _nothing(path: Path, contents: MeshContents) -> MeshError:
-    """Return the error for a file without a triangle that could be used."""
+    """Return the error for a file without a usable triangle."""
     if not contents.bodies and contents.left_out:
         held = "; ".join(f"{name}: {what}" if name else what for name, what in contents.left_out[:3])
         if "points" in held:
@@ -170,6 +170,6 @@ def _nothing(path: Path, contents: MeshContents) -> MeshError:
 
 
 def _natural(name: str) -> tuple[tuple[int, str], ...]:
-    """Sort key that puts ``body-2`` before ``body-10``."""
+    """Return a sort key that puts ``body-2`` before ``body-10``."""
     parts: Sequence[tuple[str, str]] = re.findall(r"(\d*)(\D*)", name)
     return tuple((int(digits[:300]) if digits else -1, text) for digits, text in parts)

@@ -1,4 +1,4 @@
-"""Read glTF 2.0, binary and text: a tree of nodes, each with a mesh is a body. In metres, y up, by its standard."""
+"""Read glTF 2.0, binary and text: each node with a mesh is a body. The standard fixes metres and y up."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _HARMLESS = (
     *("KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_", "KHR_xmp"),
     *("KHR_mesh_quantization", "KHR_animation_", "EXT_mesh_features", "EXT_structural_metadata"),
 )
-"""Beginnings of extensions that do not change a shape, or that are read."""
+"""Prefixes of extensions that do not change a shape, or that are read."""
 _PACKED = {
     "KHR_draco_mesh_compression": "Draco",
     "EXT_meshopt_compression": "meshopt",
@@ -31,12 +31,12 @@ _Shape = tuple[NDArray[np.float64], NDArray[np.int32]]
 
 
 def read_gltf(path: Path, data: bytes) -> MeshContents:
-    """Read a glTF file: every node with a mesh is a body, named after the node, else the mesh, else its number.
+    """Return the bodies of a glTF file: one per node with a mesh, named after the node, otherwise its mesh or number.
 
-    Skins, morph targets and animations are passed over: a body is as it was modelled.
+    Skins, morph targets and animations are ignored: a body is as it was modelled.
 
     Raises:
-        MeshError: If it is damaged, or needs an extension that is not known.
+        MeshError: If it is damaged, or needs an unknown extension.
     """
     return _Reader(GltfData(path, data)).contents()
 
@@ -77,7 +77,7 @@ class _Reader:
         )
 
     def _roots(self) -> list[Any]:
-        """Return the nodes of the scene that is shown; of all of them where the file has no scene."""
+        """Return the root nodes of the default scene; all root nodes if the file has no scene."""
         if self._file.items("scenes"):
             roots = self._file.item("scenes", self._file.json.get("scene", 0)).get("nodes", [])
             return roots if isinstance(roots, list) else []
@@ -105,7 +105,7 @@ class _Reader:
         return placement
 
     def _place(self, index: int, node: dict[str, Any], to_world: NDArray[np.float64]) -> None:
-        """Make the body of a node."""
+        """Add the body of a node."""
         if "EXT_mesh_gpu_instancing" in (node.get("extensions") or ()):
             raise MeshError(
                 self._file.path,
@@ -137,7 +137,7 @@ class _Reader:
         self._bodies.append(RawBody(name, placed, faces, single_rounding(vertices) * growth))
 
     def _shape(self, index: int, mesh: dict[str, Any]) -> _Shape | None:
-        """Return the triangles of a mesh; None where it has only points and lines."""
+        """Return the triangles of a mesh; None if it has only points and lines."""
         primitives = mesh.get("primitives", [])
         if not isinstance(primitives, list) or not all(isinstance(item, dict) for item in primitives):
             raise MeshError(self._file.path, f"meshes[{index}]: its primitives are damaged", hint=_AGAIN)
@@ -169,7 +169,7 @@ class _Reader:
 
 
 def _triangles(order: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
-    """Return (F, 3) corners of a list, strip or fan; what is left over is passed over."""
+    """Return (F, 3) corners of a list, strip or fan; an incomplete triangle at the end is ignored."""
     if mode == _TRIANGLES:
         return order[: len(order) // 3 * 3].reshape(-1, 3)
     count = max(len(order) - 2, 0)

@@ -1,4 +1,4 @@
-"""The container of glTF 2.0: JSON, buffers and the numbers in them (its specification, section 3.6)."""
+"""The container of glTF 2.0: JSON, buffers and the numbers in them (glTF 2.0 specification, section 3.6)."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _AGAIN = "the file is damaged or cut off: export it again"
 
 
 class GltfData:
-    """A glTF file: its JSON, and arrays out of its buffers.
+    """A glTF file: its JSON, and arrays from its buffers.
 
     Args:
-        path: The file; buffers in files of their own are looked for in its folder, and nowhere else.
+        path: The file; external buffers are only read from its folder and below.
         data: Its bytes, GLB or JSON.
 
     Raises:
-        MeshError: If it is no glTF 2.0, or cut off.
+        MeshError: If it is not glTF 2.0, or truncated.
     """
 
     def __init__(self, path: Path, data: bytes) -> None:
@@ -36,14 +36,14 @@ class GltfData:
         self._binary: bytes | None = None
         self._buffers: dict[int, bytes] = {}
         self.beside: list[bytes] = []
-        """Contents of the buffers read from files of their own."""
+        """Contents of the external buffers."""
         self.json = self._parsed(self._glb(data) if data.startswith(_MAGIC) else data)
         version = str(self._of(self.json, "asset", dict).get("version", ""))
         if not version.startswith("2"):
             raise MeshError(path, f"is glTF {version or 'without a version'}, not 2.0", hint="export it as glTF 2.0")
 
     def items(self, key: str) -> list[dict[str, Any]]:
-        """Return one of the file's lists of objects, empty where it has none."""
+        """Return one of the file's lists of objects; empty if the file does not have it."""
         found = self.json.get(key, [])
         if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
             raise MeshError(self.path, f"{key}: is no list of objects", hint=_AGAIN)
@@ -87,7 +87,7 @@ class GltfData:
         return wide
 
     def _with_sparse(self, values: NDArray[Any], sparse: Any, where: str) -> NDArray[Any]:
-        """Replace the values that a sparse accessor states anew."""
+        """Return the values with those of a sparse accessor in place."""
         where += ".sparse"
         places, news = (self._of(self._object(sparse, where), key, dict) for key in ("indices", "values"))
         count = self._count(sparse, "count", where)
@@ -103,13 +103,13 @@ class GltfData:
         return replaced
 
     def _view_bytes(self, sparse: Any, where: str) -> bytes:
-        """Return the buffer that a sparse accessor draws from: it bounds how many zeros are believed."""
+        """Return the buffer that a sparse accessor reads: its size limits how many zeros are allocated."""
         values = self._of(self._object(sparse, where), "values", dict)
         view = self.item("bufferViews", values.get("bufferView"))
         return self._buffer(view.get("buffer"))
 
     def _view(self, index: Any, offset: int, count: int, width: int, stored: str) -> NDArray[Any]:
-        """Return (count, width) numbers of a buffer view; no copy."""
+        """Return (count, width) numbers of a buffer view, without a copy."""
         view, where = self.item("bufferViews", index), f"bufferViews[{index}]"
         content = self._buffer(view.get("buffer"))
         start, length = self._count(view, "byteOffset", where), self._count(view, "byteLength", where)
@@ -123,7 +123,7 @@ class GltfData:
         return np.ndarray((count, width), stored, content, start + offset, (stride, np.dtype(stored).itemsize))
 
     def _buffer(self, index: Any) -> bytes:
-        """Return a buffer: the binary chunk, a data URI, or a file beside this one."""
+        """Return a buffer: the binary chunk, a data URI, or an external file."""
         buffer = self.item("buffers", index)
         if index not in self._buffers:
             uri, where = buffer.get("uri"), f"buffers[{index}]"
@@ -153,7 +153,7 @@ class GltfData:
             raise MeshError(self.path, f"{where}: its data URI cannot be read ({error})", hint=_AGAIN) from error
 
     def _beside(self, uri: str, where: str) -> bytes:
-        """Read a buffer's own file; it must lie in this file's folder or below."""
+        """Return the contents of an external buffer, which must be in this file's folder or below."""
         folder = self.path.resolve().parent
         try:
             place = (folder / unquote(uri)).resolve()
@@ -170,7 +170,7 @@ class GltfData:
             ) from error
 
     def _glb(self, data: bytes) -> bytes:
-        """Return the JSON chunk of a GLB, and keep the binary one."""
+        """Return the JSON chunk of a GLB; store the binary one."""
         chunks: dict[bytes, bytes] = {}
         version, length = (int.from_bytes(data[at : at + 4], "little") for at in (4, 8))
         if version != 2:
@@ -208,7 +208,7 @@ class GltfData:
         return found
 
     def _count(self, value: dict[str, Any], key: str, where: str) -> int:
-        """Return a whole number from 0; 0 where it is left out."""
+        """Return an integer of at least 0; 0 if it is left out."""
         found = value.get(key, 0)
         if not isinstance(found, int) or isinstance(found, bool) or not 0 <= found < 2**48:
             raise MeshError(self.path, f"{where}.{key}: is no count", hint=_AGAIN)

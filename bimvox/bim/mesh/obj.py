@@ -1,7 +1,7 @@
 """Read OBJ: vertices, polygons, objects and groups as text. It states neither unit nor up.
 
-Materials, normals and texture coordinates are passed over. What a body is: an object (``o``) where the file has
-several; else a group (``g``); else the file is a lump.
+Materials, normals and texture coordinates are ignored. A body is an object (``o``) if the file has several, otherwise
+a group (``g``). Without objects and groups the file is one unnamed triangle soup.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ Polygons = dict[tuple[int, str, str], list[list[int]]]
 
 
 def read_obj(path: Path, data: bytes) -> MeshContents:
-    """Read an OBJ file.
+    """Return the bodies of an OBJ file.
 
     Raises:
-        MeshError: If it is damaged, or no OBJ.
+        MeshError: If it is damaged, or not OBJ.
     """
     rows: list[str] = []
     faces: Polygons = {}
@@ -72,7 +72,7 @@ def _bodies(faces: Polygons) -> list[tuple[str, list[list[int]]]]:
 
 
 def _corners(path: Path, number: int, rest: str, vertices: int) -> list[int]:
-    """Return the vertices of a face (``1/2/3``, ``1//3`` or ``1``; negative ones count back), from 0."""
+    """Return the vertices of a face, from 0 (``1/2/3``, ``1//3`` or ``1`` in the file; negative ones count back)."""
     try:
         corners = [int(word.split("/", 1)[0]) for word in rest.split()]
     except ValueError:

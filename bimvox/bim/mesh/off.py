@@ -14,10 +14,10 @@ _AGAIN = "the file is damaged or cut off: export it again"
 
 
 def read_off(path: Path, data: bytes) -> MeshContents:
-    """Read an OFF file; it is a lump.
+    """Return the contents of an OFF file: one unnamed triangle soup.
 
     Raises:
-        MeshError: If it is cut off, binary, or no OFF.
+        MeshError: If it is truncated, binary, or not OFF.
     """
     text = re.sub(r"#[^\n]*", "", text_of(data))
     keyword = _KEYWORD.match(text)
@@ -45,7 +45,7 @@ def read_off(path: Path, data: bytes) -> MeshContents:
 
 
 def _corners(path: Path, line: str) -> list[int]:
-    """Return the corners of a face: their number comes first, a colour may come after."""
+    """Return the corners of a face; the line starts with their number and may end with a colour."""
     words = line.split()
     try:
         count = int(words[0])

@@ -1,7 +1,7 @@
 """Read PLY, text and binary of either byte order: vertices and polygons. It states neither unit nor up.
 
-Reads ``vertex`` (``x y z``), ``face`` (``vertex_indices`` or ``vertex_index``) and ``tristrips``; colours, normals,
-texture coordinates and other elements are passed over.
+Reads ``vertex`` (``x y z``), ``face`` (``vertex_indices`` or ``vertex_index``) and ``tristrips``. Ignores colours,
+normals, texture coordinates and other elements.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ _CORNERS = ("vertex_indices", "vertex_index")
 _AGAIN = "the file is damaged or cut off: export it again"
 
 Columns = dict[str, Any]
-"""By property: an (n,) array, or for a list an (n, k) array where all have one length, else a list of arrays."""
+"""By property: an (n,) array; for lists of equal length an (n, k) array, otherwise a list of arrays."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Property:
-    """``type`` of the value, and of its count where it is a list, as numpy writes them."""
+    """A property: ``type`` of its value and, if it is a list, of its count, as numpy type strings."""
 
     name: str
     type: str
@@ -53,10 +53,10 @@ class _Element:
 
 
 def read_ply(path: Path, data: bytes) -> MeshContents:
-    """Read a PLY file; it is a lump.
+    """Return the contents of a PLY file: one unnamed triangle soup.
 
     Raises:
-        MeshError: If it is cut off, or no PLY.
+        MeshError: If it is truncated, or not PLY.
     """
     is_text, elements, start = _header(path, data)
     if not is_text:
@@ -69,7 +69,7 @@ def read_ply(path: Path, data: bytes) -> MeshContents:
         except MeshError:
             end = -1
         if end != len(body):
-            # Some exporters write more into a line than the header says: what is not announced is passed over.
+            # Some exporters write more values into a line than the header declares: the rest is ignored.
             read, _ = _elements(path, _announced(path, text, elements), 0, elements, is_text=True)
     vertex = read.get("vertex", {})
     if any(axis not in vertex for axis in "xyz"):
@@ -85,12 +85,12 @@ def read_ply(path: Path, data: bytes) -> MeshContents:
 
 
 def _header(path: Path, data: bytes) -> tuple[bool, list[_Element], int]:
-    """Return whether the body is text, the elements, and where the body begins."""
+    """Return whether the body is text, the elements, and the offset of the body."""
     head, mark, _ = data[:_HEADER_MOST].partition(b"end_header")
     if not head.startswith(b"ply") or not mark:
         raise MeshError(path, "has no PLY header, or not all of it", hint=_AGAIN)
     newline = data.find(b"\n", len(head))
-    # Very old files end their lines with a carriage return alone.
+    # Very old files end their lines with only a carriage return.
     start = 1 + (newline if newline >= 0 and b"\n" in head else data.find(b"\r", len(head)))
     order: str | None = None
     elements: list[_Element] = []
@@ -125,7 +125,7 @@ def _elements(
 
 
 def _announced(path: Path, text: str, elements: list[_Element]) -> NDArray[np.float64]:
-    """Return the numbers of a text, of every line only those that the header announces."""
+    """Return the numbers of a text; of every line only those that the header declares."""
     lines = (line.split() for line in text.splitlines() if line.strip())
     kept: list[str] = []
     for element in elements:
@@ -170,7 +170,7 @@ def _value(body: Any, at: int, kind: str, is_text: bool) -> float:
 
 
 def _even(body: Any, at: int, element: _Element, is_text: bool) -> tuple[Columns, int] | None:
-    """Read an element all of whose lists are as long as the first row's at once; None where they are not."""
+    """Return an element read at once, and where it ends; None if its lists differ in length from the first row's."""
     lengths, here = [], at
     for item in element.properties:
         length = 1
@@ -211,7 +211,7 @@ def _even(body: Any, at: int, element: _Element, is_text: bool) -> tuple[Columns
 
 
 def _uneven(path: Path, body: Any, at: int, element: _Element, is_text: bool) -> tuple[Columns, int]:
-    """Read an element row by row, because its lists differ in length."""
+    """Return an element read row by row, because its lists differ in length, and where it ends."""
     columns: Columns = {item.name: [] for item in element.properties}
     sizes = [(item, _size(item.type, is_text)) for item in element.properties]
     for row in range(element.count):
@@ -239,7 +239,7 @@ def _uneven(path: Path, body: Any, at: int, element: _Element, is_text: bool) ->
 
 
 def _polygons(read: dict[str, Columns]) -> Any:
-    """Return the corners of the faces: (n, k) int64 where all have one number of corners, else a list of lists."""
+    """Return the corners of the faces: (n, k) int64 if all have the same number, otherwise a list of lists."""
     face = read.get("face", {})
     corners = next((face[name] for name in _CORNERS if name in face), ())
     strips = next((read.get("tristrips", {})[name] for name in _CORNERS if name in read.get("tristrips", {})), ())
@@ -251,7 +251,7 @@ def _polygons(read: dict[str, Columns]) -> Any:
 
 
 def _whole_array(corners: NDArray[Any]) -> NDArray[np.int64]:
-    """Return corners as integers, -1 where they cannot be."""
+    """Return corners as integers; -1 for invalid ones."""
     wide: NDArray[np.float64] = np.asarray(corners, dtype=np.float64)
     usable = (wide >= 0) & (wide < 2.0**53)
     return np.where(usable, np.where(usable, wide, 0), -1).astype(np.int64)
@@ -263,7 +263,7 @@ def _whole(corners: NDArray[Any]) -> list[int]:
 
 
 def _of_strip(strip: list[int]) -> list[list[int]]:
-    """Return the triangles of strips parted by -1; every second one is turned back."""
+    """Return the triangles of strips separated by -1; every second one is reversed."""
     faces, start = [], 0
     for index, corner in enumerate(strip):
         if corner < 0:

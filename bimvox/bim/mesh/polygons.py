@@ -1,4 +1,4 @@
-"""Cut faces with more than three corners into triangles that cover exactly the face, concave ones too."""
+"""Cut faces with more than three corners, also concave ones, into triangles that cover exactly the face."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 CLIPPED_MOST = 4096
-"""A face with more corners than this is cut as a fan, without a look at its shape: ear clipping is quadratic."""
+"""A face with more corners than this is always cut as a fan: ear clipping is quadratic."""
 
 
 def triangulated(
     vertices: NDArray[np.float64], sizes: NDArray[np.int64], corners: NDArray[np.int64]
 ) -> NDArray[np.int32]:
-    """Cut polygons into triangles, in their order, with their orientation.
+    """Return the triangles of polygons, in their order, with their orientation.
 
-    A polygon all of whose corners the first one sees is cut as a fan, any other one by ear clipping. Faces with fewer
-    than three corners vanish.
+    If the first corner sees all others, the polygon is cut as a fan, otherwise by ear clipping. Faces with fewer than
+    three corners are dropped.
 
     Args:
         vertices: (V, 3).
@@ -38,7 +38,7 @@ def triangulated(
     with np.errstate(invalid="ignore", over="ignore"):
         a, b, c = vertices[faces[:, 0]], vertices[faces[:, 1]], vertices[faces[:, 2]]
         cross = np.cross(b - a, c - a)
-        # The fan's area vectors add up to the polygon's, whatever its shape.
+        # For any shape, the area vectors of the fan add up to that of the polygon.
         normals = np.zeros((len(sizes), 3))
         np.add.at(normals, polygon, cross)
         seen = np.einsum("ij,ij->i", cross, normals[polygon]) > 0.0
@@ -53,17 +53,17 @@ def triangulated(
 
 
 def _flat(points: NDArray[np.float64], normal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Drop the axis that the polygon looks along; (n, 2), counter-clockwise. Exact: no coordinate is changed."""
+    """Return the points without the main axis of the normal: (n, 2), counter-clockwise, coordinates unchanged."""
     axis = int(np.argmax(np.abs(normal)))
     u, v = (axis + 1) % 3, (axis + 2) % 3
     return points[:, [u, v]] if normal[axis] > 0 else points[:, [v, u]]
 
 
 def _ears(points: NDArray[np.float64]) -> NDArray[np.int64] | None:
-    """Clip ears off a counter-clockwise polygon; (n - 2, 3) indices, None where it is no polygon at all.
+    """Return the ears of a counter-clockwise polygon, (n - 2, 3) indices; None if it is not a polygon.
 
-    Corners at the same place (the two sides of a bridge to a hole) do not stop an ear. Corners on a straight line are
-    used up by ears beside them where possible, so that the face still meets its neighbours corner to corner.
+    Corners at the same place (the two sides of a bridge to a hole) do not block an ear. If possible, corners on a
+    straight line are used by adjacent ears, so that the face still meets its neighbours corner to corner.
     """
     if not np.isfinite(points).all():
         return None
@@ -86,13 +86,13 @@ def _three(ring: list[int], place: int) -> tuple[int, int, int]:
 
 
 def _turn(points: NDArray[np.float64], three: tuple[int, int, int]) -> float:
-    """Twice the signed area of a triangle."""
+    """Return twice the signed area of a triangle."""
     (ax, ay), (bx, by), (cx, cy) = points[list(three)].tolist()
     return float((bx - ax) * (cy - ay) - (by - ay) * (cx - ax))
 
 
 def _is_ear(points: NDArray[np.float64], ring: list[int], place: int) -> bool:
-    """Say whether a corner sticks out and no other corner lies in its triangle."""
+    """Return whether a corner is convex and no other corner is in its triangle."""
     three = _three(ring, place)
     if _turn(points, three) <= 0.0:
         return False

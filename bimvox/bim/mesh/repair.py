@@ -1,4 +1,4 @@
-"""Make triangles fit to use: finite, not degenerate, outward; and say how much solid they hold."""
+"""Repair triangles (finite, not degenerate, outward) and measure the volume of the solid inside."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.bim.connected import connected_labels
 
 OPEN_FILL = 0.5
-"""Share of its bounding box that an open shell is taken to fill, because it has no volume of its own."""
+"""Share of its bounding box that an open shell is assumed to fill, because its volume is undefined."""
 SMALL_GAP = 0.05
-"""Largest sum of area vectors, as a share of the area, of a shell that is open only at small holes."""
+"""Largest sum of area vectors, as a share of the area, of a shell with only small holes."""
 WELD = 1e-7
-"""Vertices closer than this share of the extent are one: the resolution of single precision."""
+"""Vertices closer than this share of the extent are merged: the resolution of single precision."""
 WELD_MOST_M = 1e-3
-"""Vertices farther apart than this are never one: a stray piece far away must not blunt the others."""
+"""Vertices farther apart than this are never merged: a stray piece far away must not coarsen the others."""
 BALANCE = 1e-6
-"""Largest sum of area vectors, as a share of the area, of a surface that counts as all around something."""
+"""Largest sum of area vectors, as a share of the area, of a surface that counts as bounding a solid."""
 SHEET_M = 0.01
-"""Thickness that an open flat sheet is taken to have, metres."""
+"""Assumed thickness of an open flat sheet, metres."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,9 +32,9 @@ class Shells:
         of_face: (F,) int64 shell of each face, numbered by first face.
         closed: (S,) bool, whether every directed edge has its opposite.
         bounded: (S,) bool, closed, or its area vectors cancel out: a solid whose faces meet without sharing vertices.
-        volume_m3: (S,) float64 signed volume; means something for bounded shells only.
-        about_middle_m3: (S,) float64 signed volume about the middle of the shell's box: near the truth for a shell with
-            small holes.
+        volume_m3: (S,) float64 signed volume; valid for bounded shells only.
+        about_middle_m3: (S,) float64 signed volume about the centre of the shell's box: a good estimate for a shell
+            with small holes.
         gap: (S,) float64, the sum of the area vectors as a share of the area: 0 for a closed shell, 1 for a flat sheet.
         low_m: (S, 3) float64 lowest corner.
         high_m: (S, 3) float64 highest corner.
@@ -51,10 +51,10 @@ class Shells:
 
 
 def weld(mesh: TriangleMesh) -> TriangleMesh:
-    """Merge vertices that are the same to single precision, and drop those that no face uses.
+    """Return the mesh with vertices merged that are equal in single precision, without unused ones.
 
-    Vertices of STL and many exports come once per face, rounded to single precision. The first of those merged keeps
-    its exact place.
+    STL and many exports repeat vertices for each face, rounded to single precision. Merged vertices get the exact
+    position of the first.
     """
     is_used = np.zeros(len(mesh.vertices_m), dtype=bool)
     is_used[mesh.faces] = True
@@ -72,10 +72,10 @@ def weld(mesh: TriangleMesh) -> TriangleMesh:
 
 
 def wind_consistently(mesh: TriangleMesh) -> tuple[TriangleMesh, int]:
-    """Turn faces so that neighbours agree which side is out; return the mesh and how many faces were turned.
+    """Return the mesh with faces turned so that neighbours agree which side is out, and how many were turned.
 
-    Each piece follows its first face; only edges with exactly two faces count as neighbourhood. A piece with just one
-    side (a Moebius strip) is left alone.
+    Each piece follows its first face; only edges with exactly two faces make neighbours. A piece with only one side
+    (a Moebius strip) is not changed.
     """
     count, faces = len(mesh.faces), mesh.faces.astype(np.int64)
     a, b = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
@@ -86,7 +86,7 @@ def wind_consistently(mesh: TriangleMesh) -> tuple[TriangleMesh, int]:
     clash = a[one] == a[other]
     if not clash.any():
         return mesh, 0
-    # Two nodes per face, as it is and turned; neighbours that clash are joined crosswise.
+    # Two nodes per face, unchanged and turned; neighbours that clash are joined crosswise.
     one, other = one % count, other % count
     near, far = np.where(clash, other + count, other), np.where(clash, other, other + count)
     label = connected_labels(2 * count, np.concatenate([one, one + count]), np.concatenate([near, far]))
@@ -97,7 +97,7 @@ def wind_consistently(mesh: TriangleMesh) -> tuple[TriangleMesh, int]:
 
 
 def shells_of(mesh: TriangleMesh) -> Shells:
-    """Split a mesh with at least one face into pieces connected by shared vertices."""
+    """Return the pieces of a mesh that are connected by shared vertices; it needs at least one face."""
     faces = mesh.faces.astype(np.int64)
     count = len(mesh.vertices_m)
     a, b = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).T
@@ -108,7 +108,7 @@ def shells_of(mesh: TriangleMesh) -> Shells:
     of_face = rank[inverse.reshape(-1)]
     number = len(first)
 
-    # An edge walked once each way closes; what is left over is a border (or an edge with a third face).
+    # An edge walked once each way is closed; any other is a border (or an edge with a third face).
     edges, where = np.unique(np.minimum(a, b) * count + np.maximum(a, b), return_inverse=True)
     balance = np.bincount(where.reshape(-1), weights=np.sign(b - a), minlength=len(edges))
     shell_of_edge = np.empty(len(edges), dtype=np.int64)
@@ -132,7 +132,7 @@ def shells_of(mesh: TriangleMesh) -> Shells:
 
 
 def drop_bad_faces(mesh: TriangleMesh) -> tuple[TriangleMesh, int]:
-    """Drop faces with a missing, infinite or repeated corner, or without any area; return how many went."""
+    """Return the mesh without faces that have a missing or infinite corner, or no area; and how many were dropped."""
     in_range = ((mesh.faces >= 0) & (mesh.faces < len(mesh.vertices_m))).all(axis=1)
     faces = mesh.faces[in_range]
     corners = mesh.vertices_m[faces]
@@ -144,10 +144,10 @@ def drop_bad_faces(mesh: TriangleMesh) -> tuple[TriangleMesh, int]:
 
 
 def turn_outward(mesh: TriangleMesh) -> tuple[TriangleMesh, Shells, bool]:
-    """Make faces look outward; return the mesh, its shells and whether anything was turned.
+    """Return the mesh with faces that look outward, its shells, and whether anything was turned.
 
-    A shell inside the box of another one is a cavity and rightly looks inward. Where the whole mesh is inside out,
-    everything is flipped, cavities too.
+    A shell inside the box of another one is a cavity, which looks inward. If the whole mesh is inside out, all shells
+    are flipped, including cavities.
     """
     mesh, turned = wind_consistently(mesh)
     shells = shells_of(mesh)
@@ -171,8 +171,8 @@ def turn_outward(mesh: TriangleMesh) -> tuple[TriangleMesh, Shells, bool]:
 def solid_volume_m3(mesh: TriangleMesh, shells: Shells) -> tuple[float, bool]:
     """Return the volume of solid in a mesh, and whether it is exact (every shell closed).
 
-    A shell that is not even bounded counts with what it encloses about its middle where its holes are small (a bent
-    tube without lids), else as ``OPEN_FILL`` of its box, and as at least a sheet ``SHEET_M`` thick.
+    If an unbounded shell has only small holes (a bent tube without lids), its volume about the centre of its box
+    counts. Otherwise ``OPEN_FILL`` of its box counts, but at least a sheet ``SHEET_M`` thick.
     """
     total = abs(float(shells.volume_m3[shells.bounded].sum()))
     if shells.bounded.all() and total > 0.0:
@@ -182,7 +182,7 @@ def solid_volume_m3(mesh: TriangleMesh, shells: Shells) -> tuple[float, bool]:
     area = np.bincount(shells.of_face, weights=np.linalg.norm(cross, axis=1) / 2.0, minlength=len(shells.closed))
     box = np.prod(shells.high_m - shells.low_m, axis=1)
     enclosed = np.minimum(np.abs(shells.about_middle_m3), box)
-    # A surface drawn with both its sides has no gap either, and encloses nothing.
+    # A surface modelled with both its sides has no gap either, but its volume is 0.
     nearly_closed = (shells.gap <= SMALL_GAP) & (enclosed > 1e-6 * area**1.5)
     guess = np.where(nearly_closed, enclosed, np.maximum(OPEN_FILL * box, SHEET_M * area))
     return total + float(guess[~shells.bounded].sum() if not shells.bounded.all() else guess.sum()), False

@@ -1,4 +1,4 @@
-"""Which bodies of a mesh file are lifted: by their names."""
+"""Select the bodies of a mesh file that are lifted, by their names."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from bimvox.errors import SelectionError
 def roles_of(file: str, names: Sequence[str], select: str | None) -> Mapping[str, Role]:
     """Return the role of every name.
 
-    Without a selection everything is a component, but for names that say terrain or an obstacle (``name_roles``);
-    with one, the names that it matches are, and the others are structure.
+    Without a selection, every body is a component unless its name implies terrain or an obstacle (``name_roles``).
+    With a selection, the names that it matches are components, and the others are structure or ground.
 
     Args:
         file: Name of the file, for messages.
@@ -23,7 +23,7 @@ def roles_of(file: str, names: Sequence[str], select: str | None) -> Mapping[str
         select: One name, or names and patterns (``*``, ``?``) separated by commas.
 
     Raises:
-        SelectionError: If a name or pattern matches nothing; it tells the nearest names.
+        SelectionError: If a name or pattern matches nothing; it lists the nearest names.
     """
     by_name = {name: role_by_name(name) for name in names}
     if select is None:
@@ -34,18 +34,18 @@ def roles_of(file: str, names: Sequence[str], select: str | None) -> Mapping[str
 
 
 def some(names: Sequence[str], most: int = 8) -> str:
-    """List names, not all of very many."""
+    """Return the first few names as text."""
     more = f" and {len(names) - most:,} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more
 
 
 def _chosen(file: str, names: Sequence[str], select: str) -> set[str]:
-    if select in names:  # a name may hold a comma
+    if select in names:  # a name may contain a comma
         return {select}
     patterns = [pattern.strip() for pattern in select.split(",") if pattern.strip()]
     chosen: set[str] = set()
     for pattern in patterns:
-        # As a name first: many exporters put brackets into names, which would be a set of letters.
+        # As a name first: many exporters put brackets into names, which a pattern reads as a set of letters.
         matching = [pattern] if pattern in names else fnmatch.filter(names, pattern)
         if not matching:
             raise SelectionError(
@@ -59,7 +59,7 @@ def _chosen(file: str, names: Sequence[str], select: str) -> set[str]:
 
 
 def _nearest(pattern: str, names: Sequence[str]) -> str:
-    """Return a question with the names most like a pattern, upper and lower case alike."""
+    """Return a question with the names most similar to a pattern, case-insensitive; empty if there are none."""
     by_lower = {name.lower(): name for name in names}
     other_case = fnmatch.filter(list(by_lower), pattern.lower())
     close = other_case or difflib.get_close_matches(pattern.lower().strip("*?"), list(by_lower), n=3)

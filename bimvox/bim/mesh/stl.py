@@ -1,4 +1,4 @@
-"""Read STL, binary and text: a soup of triangles, in text in named solids. It states neither unit nor up."""
+"""Read STL, binary and text: a triangle soup; text may have named solids. It states neither unit nor up."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _AGAIN = "the file is damaged or cut off: export or copy it again"
 
 
 def read_stl(path: Path, data: bytes) -> MeshContents:
-    """Read an STL file.
+    """Return the bodies of an STL file.
 
-    A single solid is a lump, whatever its title says; several are bodies with their names.
+    A single solid is an unnamed triangle soup, whatever its title; several solids are bodies with their names.
 
     Raises:
-        MeshError: If it is cut off, or no STL.
+        MeshError: If it is truncated, or not STL.
     """
     count = int.from_bytes(data[80:84], "little") if len(data) >= _HEADER_BYTES else -1
     if len(data) == _HEADER_BYTES + count * _RECORD.itemsize:
@@ -75,12 +75,12 @@ def _text(path: Path, text: str) -> MeshContents:
 
 
 def _in_threes(count: int) -> NDArray[np.int32]:
-    """Return the faces of vertices that come three a face."""
+    """Return the faces of vertices that are listed three per face."""
     return np.arange(count, dtype=np.int32).reshape(-1, 3)
 
 
 def single_rounding(vertices: NDArray[np.float64]) -> float:
-    """Return half the step between neighbouring numbers of single precision, at the farthest usable coordinate."""
+    """Return half the step between adjacent single-precision numbers at the largest usable coordinate."""
     usable = vertices[np.isfinite(vertices)]
     largest = np.float32(min(np.abs(usable).max(), _LARGEST)) if len(usable) else np.float32(0.0)
     return float(np.spacing(largest)) / 2 if largest else 0.0

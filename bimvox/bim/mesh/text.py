@@ -13,7 +13,7 @@ from bimvox.errors import MeshError
 
 
 def text_of(data: bytes) -> str:
-    """Decode text: UTF-8, with or without a mark, else Latin-1, in which every byte is a letter."""
+    """Return decoded text: UTF-8, with or without a byte order mark, otherwise Latin-1, which accepts every byte."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -21,15 +21,15 @@ def text_of(data: bytes) -> str:
 
 
 def numbers(path: Path, words: str, where: str) -> NDArray[np.float64]:
-    """Return the numbers of a text, parted by white space.
+    """Return the numbers of a text, separated by white space.
 
     Args:
-        path: Of the file, for the message.
+        path: Names the file in the message.
         words: The text.
-        where: What it is, for the message.
+        where: Names the text in the message.
 
     Raises:
-        MeshError: If a word is no number.
+        MeshError: If a word is not a number.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)
@@ -51,7 +51,7 @@ def rows_of_numbers(path: Path, rows: Sequence[str], columns: int, where: str) -
     """Return (len(rows), columns) numbers, the first ``columns`` of every row.
 
     Raises:
-        MeshError: If a row has too few, or one that is no number.
+        MeshError: If a row has too few numbers, or a word that is not a number.
     """
     found = numbers(path, " ".join(rows), where)
     if rows and len(found) == len(rows) * columns:

@@ -1,7 +1,7 @@
-"""Read 3MF: a zip with XML in it that states its unit; z is up. Every placed object with a mesh is a body.
+"""Read 3MF: a zip of XML that states its unit; z is up. Every placed object with a mesh is a body.
 
-Follows the core specification and the ``p:path`` references of the production extension; colours, slices, beam lattices
-and supports for printing are passed over.
+Follows the core specification and the ``p:path`` references of the production extension. Ignores colours, slices, beam
+lattices and supports for printing.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ _XML_MOST = 1 << 29
 _RATIO_MOST = 200
 _DEPTH_MOST = 64
 _LEAST = 100
-"""What placing an object costs beside its triangles, in triangles."""
+"""Cost of placing an object in addition to its triangles, in triangles."""
 _NO_NAME = "object-"
 _AGAIN = "the file is damaged: export it again"
 
 _Key = tuple[str, str]
-"""An object: the part of the zip that it is in, and its id."""
+"""Identifies an object: its part of the zip, and its id."""
 
 
 _Start = Callable[[str, dict[str, str]], None]
@@ -41,7 +41,7 @@ _End = Callable[[str], None]
 
 @dataclass(slots=True)
 class _Object:
-    """An object as it is read: a mesh, or a list of other objects placed in it."""
+    """An object while it is read: a mesh, or a list of other objects placed in it."""
 
     name: str
     kind: str
@@ -52,7 +52,7 @@ class _Object:
 
 @dataclass(slots=True)
 class _Package:
-    """What the parts of the zip say."""
+    """The contents of all parts of the zip."""
 
     unit: str = "millimeter"
     objects: dict[_Key, _Object] = field(default_factory=dict)
@@ -60,10 +60,10 @@ class _Package:
 
 
 def read_3mf(path: Path, data: bytes) -> MeshContents:
-    """Read a 3MF file.
+    """Return the bodies of a 3MF file.
 
     Raises:
-        MeshError: If it is damaged, or expands to more than can be.
+        MeshError: If it is damaged, or expands beyond the limits.
     """
     package = _Package()
     try:
@@ -88,7 +88,7 @@ def read_3mf(path: Path, data: bytes) -> MeshContents:
 
 
 def _check_sizes(path: Path, parts: dict[str, zipfile.ZipInfo]) -> None:
-    """Refuse a zip that would grow beyond use, before anything of it is unpacked."""
+    """Raise if the zip would expand beyond the limits, before anything is unpacked."""
     models = [info for name, info in parts.items() if name.endswith((".model", ".rels"))]
     size, packed = sum(info.file_size for info in models), sum(info.compress_size for info in models)
     if size > _XML_MOST or (size > 1 << 24 and size > _RATIO_MOST * packed):
@@ -96,7 +96,7 @@ def _check_sizes(path: Path, parts: dict[str, zipfile.ZipInfo]) -> None:
 
 
 def _root(path: Path, archive: zipfile.ZipFile, parts: dict[str, zipfile.ZipInfo]) -> str:
-    """Return the part to begin with: the one that the package names, else the usual one."""
+    """Return the root part: the one that the package names, otherwise the usual one."""
     found: list[str] = []
 
     def start(tag: str, attributes: dict[str, str]) -> None:
@@ -152,7 +152,7 @@ def _read_part(
 
 
 def _parse(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, start: _Start, end: _End) -> None:
-    """Run the XML parser over a part, piece by piece; a document type, the way to XML bombs, is refused."""
+    """Run the XML parser over a part, piece by piece; refuse a document type, which allows XML bombs."""
 
     def refuse(*_: object) -> None:
         raise MeshError(path, f"{info.filename}: has a document type, which 3MF forbids", hint=_AGAIN)
@@ -170,7 +170,7 @@ def _parse(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, start: _
 
 
 def _transform(attributes: dict[str, str]) -> NDArray[np.float64]:
-    """Return the (4, 4) transform; 3MF writes the upper 4x3 of it for row vectors."""
+    """Return the (4, 4) transform; 3MF writes its first three columns, for row vectors."""
     matrix = np.eye(4)
     if "transform" in attributes:
         matrix[:3] = np.array([float(word) for word in attributes["transform"].split()]).reshape(4, 3).T
@@ -191,7 +191,7 @@ def _placed(path: Path, package: _Package) -> MeshContents:
         if item.kind in ("support", "solidsupport"):
             left_out.append((name or item.name, "a support for printing"))
             continue
-        # The name of a placed assembly would fit none of its parts.
+        # The name of a placed assembly does not apply to its parts.
         todo += [(inner, "", to_world @ to_item) for inner, to_item in reversed(item.components)]
         if len(item.corners):
             bodies.append(_body(name or item.name, item, to_world))
@@ -201,7 +201,7 @@ def _placed(path: Path, package: _Package) -> MeshContents:
 
 
 def _size(path: Path, package: _Package, key: _Key, sizes: dict[_Key, int], depth: int) -> int:
-    """Return how many triangles or vertices placing an object once makes, from sizes known already where they are."""
+    """Return how many triangles or vertices one placement of an object makes; ``sizes`` caches the results."""
     if key not in package.objects:
         raise MeshError(path, f"object {key[1]!r} is placed, and not in the file", hint=_AGAIN)
     if depth > _DEPTH_MOST:

@@ -1,4 +1,4 @@
-"""Group boxes that touch, for lumps of very many loose pieces."""
+"""Group boxes that touch, for triangle soups with very many loose pieces."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from bimvox.compiled import kernel
 
 
 def touching_groups(low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return for each of N boxes the lowest box that it hangs together with, through boxes that touch.
+    """Return, for each of N boxes, the lowest box that it is connected to through boxes that touch.
 
     Args:
         low_m: (N, 3) lowest corners.
         high_m: (N, 3) highest corners.
     """
-    # Swept along the longest axis, in which a box meets the fewest others.
+    # Sweeps along the longest axis, where a box meets the fewest others.
     sweep = int(np.argmax(high_m.max(axis=0) - low_m.min(axis=0)))
     order = np.argsort(low_m[:, sweep], kind="stable")
     return _groups(low_m[order], high_m[order], order, sweep)
@@ -25,7 +25,7 @@ def touching_groups(low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> 
 def _groups(
     low_m: NDArray[np.float64], high_m: NDArray[np.float64], order: NDArray[np.int64], sweep: int
 ) -> NDArray[np.int64]:
-    """Join boxes sorted by their low side: each with those that begin before it ends."""
+    """Return the groups of boxes sorted by their low side: compares each with those that begin before it ends."""
     count = len(order)
     root = np.arange(count)
     for one in range(count):

@@ -1,4 +1,4 @@
-"""What unit and axes a mesh file is in, and what of that is a guess."""
+"""Unit and axes of a mesh file, and which of them are assumed."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from bimvox.units import METRES_PER_UNIT, metres_per
 
 _METRES = {**METRES_PER_UNIT, "µm": 1e-6}
 _TINY_M = 0.1
-"""A model smaller than this is no building."""
+"""A model smaller than this is not a building."""
 _HEAVY_KG = 1e6
-"""No part is heavier: no crane lifts a fifth of this."""
+"""A heavier part means a wrong unit: this is over five times what a crane lifts."""
 _ROUNDED_M = 0.0005
-"""Coordinates rounded by more than this are worth a note."""
+"""Coordinates rounded by more than this give a note."""
 _USABLE_M = 1e9
-"""A coordinate beyond this is a damaged number, whatever the unit."""
+"""A coordinate beyond this is damaged, whatever the unit."""
 _Y_UP_TO_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """How numbers of a file become metres, z up.
+    """Conversion from a file's coordinates to metres, z up.
 
     Attributes:
         unit: Name of the unit.
-        metres: What one is in metres.
+        metres: The unit in metres.
         assumed: Whether the unit is assumed.
         y_up: Whether y points up in the file.
-        notes: What was assumed, or asked against the file.
+        notes: What was assumed, or overrides the file.
     """
 
     unit: str
@@ -43,7 +43,7 @@ class Scale:
     notes: tuple[str, ...]
 
     def vertices_m(self, body: RawBody) -> NDArray[np.float64]:
-        """Return a body's vertices in metres, z up; those that cannot be become not-a-number."""
+        """Return a body's vertices in metres, z up; unusable ones become NaN."""
         with np.errstate(invalid="ignore", over="ignore"):
             scaled = body.vertices * self.metres
             metres = np.where(np.abs(scaled) <= _USABLE_M, scaled, np.nan)
@@ -51,10 +51,10 @@ class Scale:
 
 
 def scale_of(contents: MeshContents, options: ReadOptions) -> Scale:
-    """Decide on unit and axes: what is asked for, else what the file states, else metres and z up, with a note.
+    """Return unit and axes: as requested, otherwise as the file states, otherwise metres and z up, with a note.
 
     Raises:
-        InputError: If the unit asked for is not known.
+        InputError: If the requested unit is unknown.
     """
     notes = []
     if options.unit is not None and contents.unit not in (None, options.unit):
@@ -73,10 +73,10 @@ def scale_of(contents: MeshContents, options: ReadOptions) -> Scale:
 
 
 def doubts(scale: Scale, size_m: float, heaviest_kg: float, rounding: float) -> list[str]:
-    """Return what is odd about the numbers.
+    """Return notes on implausible sizes, masses and rounding.
 
     Args:
-        scale: How they were read.
+        scale: The unit and axes that were used.
         size_m: Longest side of the model.
         heaviest_kg: Mass of its heaviest body.
         rounding: Largest rounding of a coordinate, in the file's unit.
