@@ -1,21 +1,21 @@
 """Everything that ``verify`` does: the proof of a plan, independent of the planner.
 
-It imports records, grid, site and crane only, and decides every rule by functions of its own.
+It imports only records, grid, site and crane, and checks every rule with its own functions.
 
 What is proven:
 
 - ``plan``: every lift's path, place in the yard, order, hook and rope; with ``shape`` (cells cover triangles),
-  ``stands`` (the building stands at every stage) and ``site_rules`` (zones, wind, clearance of the rope)
+  ``stands`` (the building is stable at every stage) and ``site_rules`` (zones, wind, clearance of the rope)
 - ``motion``: every motion; with ``axes`` (clock, rates, ranges), ``ends``, ``capacity``, ``load`` (what the load
-  meets), ``hook`` (the empty hook and the jib; ``jib`` for luffing ones) and ``swing``
-- ``cranes`` and ``turns``: several cranes keep their distance, and wait for each other
-- ``over_time``: plan and motions while obstructions come and go
+  hits), ``hook`` (the empty hook and the jib; ``jib`` for luffing ones) and ``swing``
+- ``cranes`` and ``turns``: several cranes keep their distance and wait for each other
+- ``over_time``: plan and motions while obstructions change
 
-By what means:
+How it is proven:
 
-- ``triangles``, ``overlap``, ``solid``, ``solid_queries``, ``triangle_tree``: how deep real triangles overlap
+- ``triangles``, ``overlap``, ``solid``, ``solid_queries``, ``triangle_tree``: how deep triangle meshes overlap
 - ``marks``, ``space``, ``placements``: raw cells, and where a load is between samples
 - ``pendulum``, ``braking``, ``crane_way``, ``crane_distance``: how a load swings, an axis stops, cranes pass
-- ``moment``, ``between``: what is where before each lift, and while hooks are empty
-- ``footprint``: which cells a proof looked at, for revisions; ``kept``: results kept per object; ``lift``: shared base
+- ``moment``, ``between``: what is where before each lift and during empty hook moves
+- ``footprint``: which cells a proof checked, for revisions; ``kept``: results kept per object; ``lift``: shared base
 """

@@ -28,12 +28,12 @@ AXES = "slew_rad, radius_m and height_m"
 
 
 def axes_of_samples(trajectory: Trajectory) -> NDArray[np.float64]:
-    """(N, 3) float64 slew (rad), radius (m), height (m)."""
+    """Return (N, 3) float64 slew (rad), radius (m), height (m)."""
     return trajectory.axes
 
 
 def is_sound(check: Check, name: str, motion: LiftMotion) -> bool:
-    """Check that every trajectory has two samples at least, three finite axes of one length, and times that ascend."""
+    """Check that every trajectory has at least two samples, three finite axes of equal length and ascending times."""
     good = True
     for part in motion.trajectories:
         count = len(part.time_ns)
@@ -47,9 +47,9 @@ def is_sound(check: Check, name: str, motion: LiftMotion) -> bool:
 
 
 def check_phases(check: Check, name: str, motion: LiftMotion) -> None:
-    """Check that the phases follow each other without gaps, in their order, and that the trajectories fit into them.
+    """Check that the phases follow each other in order without gaps, and that the trajectories fit into them.
 
-    After a stop the load is carried on, from any of the phases of carrying.
+    After a stop, the motion continues in any of the carrying phases.
     """
     phases = motion.phases
     order = {phase: n for n, phase in enumerate(PhaseName)}
@@ -78,7 +78,7 @@ def check_phases(check: Check, name: str, motion: LiftMotion) -> None:
         ("approach", motion.approach, {PhaseName.APPROACH}, True),
         ("raising", motion.raising, {PhaseName.RAISE}, False),
         ("loaded motion", motion.loaded, {PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER}, True),
-        # A departure that is stopped ends within the stop.
+        # A stopped departure ends within the stop phase.
         ("departure", motion.departure, {PhaseName.LEAVE}, phases[-1].name is PhaseName.LEAVE),
     )
     check.look(
@@ -98,7 +98,7 @@ def check_phases(check: Check, name: str, motion: LiftMotion) -> None:
 
 
 def _check_waits(check: Check, name: str, motion: LiftMotion) -> None:
-    """A crane waits with an empty hook, and no axis moves."""
+    """Check that a crane waits with an empty hook and that no axis moves."""
     time_ns, axes = motion.samples()
     hooked_ns = motion.hooked_ns
     for phase in motion.phases:
@@ -118,13 +118,13 @@ def _check_waits(check: Check, name: str, motion: LiftMotion) -> None:
 
 
 def check_limits(check: Check, name: str, crane: TowerCrane, motion: LiftMotion, mass_kg: float) -> None:
-    """Check that no axis exceeds its rate, acceleration or jerk, by divided differences of the samples.
+    """Check rate, acceleration and jerk of every axis by divided differences of the samples.
 
-    The hoist's rate is the one for what hangs on it: nothing on the approach, the load from then on. Between two
-    samples over a slow zone every rate is that share of it.
+    The limit of the hoist depends on the hung mass: none during the approach, the load afterwards. Between two
+    samples over a slow zone, every rate limit is multiplied by the share of the zone.
 
-    The k-th divided difference times k! is a value of the k-th derivative somewhere between the samples, or an average
-    of it, so a motion within its limits cannot fail, wherever the samples are.
+    The k-th divided difference times k! is a value or an average of the k-th derivative between the samples. So a
+    motion within its limits passes for any choice of samples.
     """
     time_ns, axes = motion.samples()
     time_s = (time_ns - time_ns[0]) / 1e9
@@ -163,7 +163,7 @@ def _differences(
     allowed: NDArray[np.float64],
     order: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int, float]:
-    """The next divided differences times their order, their noise, which takes the largest share of its limit, it."""
+    """Return divided differences times their order, their noise, the worst index and its share of the limit."""
     count = len(values) - 1
     differences, noises = np.empty(count), np.empty(count)
     worst, largest = 0, -1.0
@@ -173,13 +173,13 @@ def _differences(
         noises[n] = (noise[n + 1] + noise[n]) / span_s
         excess = max(abs(differences[n]) - noises[n], 0.0)
         share = excess / allowed[n] if allowed[n] > 0.0 else np.inf
-        if largest == largest and not share <= largest:  # what is no number is worst of all, and stays it
+        if largest == largest and not share <= largest:  # NaN counts as the worst value and propagates
             worst, largest = n, share
     return differences, noises, worst, largest
 
 
 def _hoist_rate(crane: TowerCrane, load_kg: float) -> float:
-    """The rate of the slowest gear that is needed for a load, looked up from the heaviest down."""
+    """Return the rate of the fastest gear that can hoist a load, searched from the heaviest gear down."""
     hung_kg = load_kg + crane.hook_block_kg + crane.rigging_mass_kg
     rate = min([joint_limits(crane)[_HOIST].rate] + [last for _, last in crane.gears[-1:]])
     for most_kg, faster in reversed(crane.gears):
@@ -190,7 +190,7 @@ def _hoist_rate(crane: TowerCrane, load_kg: float) -> float:
 
 
 def _slow_between(crane: TowerCrane, axes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N - 1,) share of the rates allowed between samples: less where both are over a slow zone."""
+    """Return (N - 1,) allowed share of the rates between samples: reduced if both samples are over a slow zone."""
     allowed = np.ones(len(axes) - 1)
     hook_m = hook_of(crane, *axes.T)
     for zone in crane.slow_zones:
@@ -202,7 +202,7 @@ def _slow_between(crane: TowerCrane, axes: NDArray[np.float64]) -> NDArray[np.fl
 def check_rests(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, what: str) -> None:
     """Check that the axes are at rest at both ends of a trajectory and at its corners.
 
-    From rest an axis goes at most a t^2 / 2 and j t^3 / 6 within t.
+    From rest, an axis moves at most a t^2 / 2 and j t^3 / 6 within time t.
     """
     time_s, axes = trajectory.time_ns / 1e9, joints_of(crane, axes_of_samples(trajectory))
     limits, names = joint_limits(crane), joint_names(crane)
@@ -222,10 +222,10 @@ def check_rests(check: Check, name: str, crane: TowerCrane, trajectory: Trajecto
 
 
 def check_range(check: Check, name: str, crane: TowerCrane, axes: NDArray[np.float64], voxel_size_m: float) -> None:
-    """Check that the hook stays between the smallest radius and the jib's end, its slings' end above z = 0.
+    """Check that the hook stays between the smallest radius and the jib's end, and the end of its slings above z = 0.
 
-    A straight unit move between two columns at the smallest radius is nearer to the mast in its middle, by
-    h^2 / (8 r) for cells of h: so much is allowed.
+    In its middle, a straight unit move between two columns at the smallest radius r is nearer to the mast by
+    h^2 / (8 r) for cells of size h. The check allows for this.
     """
     nearest_m = np.sqrt(max(crane.min_radius_m**2 - (voxel_size_m / 2.0) ** 2, 0.0))
     given = crane.working_range
@@ -264,7 +264,7 @@ def check_range(check: Check, name: str, crane: TowerCrane, axes: NDArray[np.flo
 
 
 def check_spacing(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, voxel_size_m: float) -> None:
-    """Check that the hook goes no more than half a cell between two samples."""
+    """Check that the hook moves at most half a cell between two samples."""
     hook_m = hook_of(crane, trajectory.slew_rad, trajectory.radius_m, trajectory.height_m)
     steps = np.linalg.norm(np.diff(hook_m, axis=0), axis=1) / voxel_size_m
     worst = int(np.argmax(steps))

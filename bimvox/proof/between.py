@@ -1,7 +1,7 @@
-"""What stands on the site while an empty hook is on its way, where several cranes work side by side.
+"""What is on the site during the moves of an empty hook, if several cranes work in parallel.
 
-Between two lifts of a crane others take parts out of the yard and set them, so what is there depends on the moment: it
-is read from the motions themselves.
+Between two lifts of a crane, other cranes pick parts from the yard and set them. So what is present depends on the
+time; it is derived from the motions.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from bimvox.site.site import Site
 
 
 class EmptyWay(NamedTuple):
-    """A way of the empty hook.
+    """A move of the empty hook.
 
     Attributes:
-        what: For messages.
+        what: Name of the move, for messages.
         way: Its samples.
-        left: The part from whose place it starts; None where it starts elsewhere.
-        present: What may stand there meanwhile.
+        left: The part at whose place it starts; None if it starts elsewhere.
+        present: What may be on the site during the move.
     """
 
     what: str
@@ -36,7 +36,7 @@ class EmptyWay(NamedTuple):
 
 
 def one_way(site: Site, moment: Moment, motion: LiftMotion) -> tuple[EmptyWay, ...]:
-    """Return the approach of a site's only crane, with what stands there at the moment before the lift."""
+    """Return the approach of a site's only crane, with what is on the site just before the lift."""
     if motion.approach is None or moment.before is None:
         return ()
     present, place = moment.present, moment.lift.place
@@ -47,12 +47,12 @@ def one_way(site: Site, moment: Moment, motion: LiftMotion) -> tuple[EmptyWay, .
 
 
 class Between:
-    """Finds what stands while the hooks of several cranes are empty.
+    """Finds what is on the site during the empty hook moves of several cranes.
 
     Args:
         plan: The plan.
-        motions: The motions that are known, by order.
-        context: Lifts that the plan does not carry.
+        motions: The known motions, by order.
+        context: Lifts that the plan does not contain.
     """
 
     def __init__(self, plan: LiftPlan, motions: Mapping[int, LiftMotion], context: Collection[Lift]) -> None:
@@ -63,7 +63,7 @@ class Between:
         self._stored: dict[int, Thing] = {}
 
     def before(self, lift: Lift) -> Lift | None:
-        """Return the planned lift of the same crane before a lift."""
+        """Return the previous planned lift of the same crane."""
         crane = self._site.components[lift.component].crane
         found = None
         for other in self._lifts:
@@ -74,7 +74,7 @@ class Between:
         return found
 
     def ways(self, moment: Moment, motion: LiftMotion) -> Iterator[EmptyWay]:
-        """Yield the ways of the empty hook in a lift, each with what may stand there during it.
+        """Yield the empty hook moves of a lift, each with what may be on the site during it.
 
         Args:
             moment: The moment before the lift, ``before`` that of its crane.
@@ -88,15 +88,15 @@ class Between:
         ):
             for n, (start_ns, end_ns, _) in enumerate(motion.ways_ns(name)):
                 if whole is None:
-                    continue  # the phases do not agree with it: that is found elsewhere
+                    continue  # inconsistent with the phases; another check reports it
                 way = _cut(whole, start_ns - motion.start_ns, end_ns - motion.start_ns)
                 if len(way.time_ns) >= 2:
                     yield EmptyWay(what, way, first if n == 0 else None, self._present(moment, start_ns, end_ns))
 
     def _present(self, moment: Moment, start_ns: int, end_ns: int) -> tuple[Thing, ...]:
-        """What stands or lies there at some time of a span.
+        """Return what is on the site or in the yard at any time in a span.
 
-        Of a lift whose motion is not known, the part is in place if it comes before the crane's last lift, and in the
+        If the motion of a lift is unknown, its part is in place if it comes before the crane's last lift, and in the
         yard otherwise.
         """
         things = list(self._fixed)
@@ -118,12 +118,12 @@ class Between:
         return tuple(things)
 
     def _delivery_at(self, at_ns: int, since: int) -> int:
-        """The earliest delivery of which something is still to be lifted or set."""
+        """Return the earliest delivery with a part that is not set yet."""
         left = [one.place.delivery for one in self._lifts if one.place and not self._is_over(one, at_ns, since)]
         return min(left, default=0)
 
     def _is_over(self, lift: Lift, at_ns: int, since: int) -> bool:
-        """Whether a lift does not keep its delivery in the yard any more."""
+        """Return whether a lift no longer keeps its delivery in the yard."""
         if lift.status is not Status.PLANNED:
             return True
         motion = self._motions.get(lift.order)

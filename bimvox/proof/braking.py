@@ -1,8 +1,8 @@
-"""How an axis brakes from any state, worked out from its limits alone.
+"""How an axis brakes from any state, computed from its limits alone.
 
 The axis stops as fast as its limits on acceleration and jerk allow: the deceleration grows to a peak, holds, and fades
-to nothing. The peak is found by bisection: the highest, up to the limit, at which the braking does not take away more
-rate than there is. Position is the acceleration's trapezium integrated twice, exactly from corner to corner.
+to zero. Bisection finds the peak: the highest, up to the limit, at which the braking does not reverse the rate. The
+position is the acceleration's trapezium integrated twice, exactly from corner to corner.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ _HALVINGS = 60
 def braked(
     position: float, rate: float, acceleration: float, limits: AxisLimits, time_s: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return (N,) where an axis is at times after its brakes take hold; at rest it stays where it is.
+    """Return (N,) the position of an axis at times after braking starts; at rest it stays in place.
 
     Args:
-        position: Where it is at time 0, in the axis's unit.
-        rate: Its rate then, unit/s.
-        acceleration: Its acceleration then, unit/s^2; one beyond the limit counts as the limit.
+        position: Position at time 0, in the axis's unit.
+        rate: Rate at time 0, unit/s.
+        acceleration: Acceleration at time 0, unit/s^2; clipped to the limit.
         limits: The axis's limits.
         time_s: (N,) ascending, 0 or later.
     """
@@ -45,7 +45,7 @@ def _trapezium(
     rate: float, acceleration: float, most: float, jerk: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Corners of the acceleration over time: (4,) seconds and (4,) values, the last one 0."""
-    # The rate that remains if the acceleration fades at once gives the direction to brake in.
+    # The rate that remains if the acceleration fades at once determines the braking direction.
     way = 1.0 if rate + acceleration * abs(acceleration) / (2.0 * jerk) >= 0.0 else -1.0
     v, a = way * rate, way * acceleration
     low, high = max(0.0, -a), most
@@ -70,7 +70,7 @@ def _trapezium(
 
 @kernel
 def _remains(rate: float, acceleration: float, peak: float, jerk: float) -> float:
-    """The rate that is left after braking with a peak that is not held: rise of the deceleration, then its fade."""
+    """Return the remaining rate if the deceleration rises to a peak and fades without being held."""
     rising_s, fading_s = (acceleration + peak) / jerk, peak / jerk
     return rate + 0.5 * (acceleration - peak) * rising_s - 0.5 * peak * fading_s
 
@@ -83,7 +83,7 @@ def _integrated(
     corner_a: NDArray[np.float64],
     time_s: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Positions at ascending times under an acceleration that is straight between corners, constant after the last."""
+    """Return positions at ascending times for an acceleration that is linear between corners, then constant."""
     reached = np.empty(time_s.shape[0])
     at, v, p = 0, rate, position
     for n in range(time_s.shape[0]):

@@ -1,4 +1,4 @@
-"""The proof that no sample of a motion is beyond the load chart, read by other means than the planner's."""
+"""The proof that every sample of a motion is within the load chart, which it evaluates independently of the planner."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bimvox.records.trajectory import Trajectory
 
 
 def check_capacity(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, mass_kg: float) -> None:
-    """Check that load, rigging and hook block together are within the load chart at the radius of every sample."""
+    """Check that load, rigging and hook block are together within the load chart at the radius of every sample."""
     hung_kg = mass_kg + crane.rigging_mass_kg + crane.hook_block_kg
     used = shares_of_capacity(crane, trajectory.radius_m, hung_kg)
     worst = int(np.argmax(used))
@@ -24,9 +24,9 @@ def check_capacity(check: Check, name: str, crane: TowerCrane, trajectory: Traje
 
 
 def shares_of_capacity(crane: TowerCrane, radius_m: NDArray[np.float64], hung_kg: float) -> NDArray[np.float64]:
-    """Return (N,) the share of the capacity that a mass takes at each radius; infinite beyond the chart.
+    """Return (N,) the utilisation of the capacity by a mass at each radius; infinite beyond the chart.
 
-    Between two points of the chart the capacity is a / r + b through both; a and b are solved for, span by span.
+    Between two points of the chart the capacity is a / r + b through both; a and b are solved for each span.
     """
     at, carries = np.array(crane.chart.radius_m), np.array(crane.chart.capacity_kg)
     used = np.full(len(radius_m), np.inf)

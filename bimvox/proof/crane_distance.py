@@ -1,6 +1,6 @@
-"""How near two cranes are to each other in poses: points along the parts of each against the solids of the other.
+"""The distance between two cranes in given poses: points along each crane against the solids of the other.
 
-For proofs: it shares nothing with the search for conflicts over bounds (``crane.conflict``).
+For proofs: it shares no code with the bounds-based conflict search (``crane.conflict``).
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ def least_distances(
     rows_b: NDArray[np.float64],
     separation_m: float,
 ) -> NDArray[np.float64]:
-    """Return (M,) the least distance on the plan of parts whose heights are nearer than a separation.
+    """Return (M,) the least distance in plan between crane parts whose heights differ by less than a separation.
 
-    Infinite where no heights are so near, or where the cranes are more than twice the separation apart.
+    Infinite if no heights are that close, or if the cranes are more than twice the separation apart.
 
     Args:
         shape_a: (18,) base x, y; jib's end, half width, lowest, highest; the same of the counter-jib, its length first;
@@ -55,13 +55,13 @@ def least_distances(
 def stopping_swing(
     axes: NDArray[np.float64], rates: NDArray[np.float64], rope_m: float, step_s: float
 ) -> NDArray[np.float64]:
-    """Return (K,) how far a load that hung at rest swings out, up to each pose of a stop.
+    """Return (K,) how far a load, initially at rest, swings out up to each pose of a stop.
 
-    Symplectic steps of ``q'' = g / l (p - q)``, p the point that it hangs from.
+    Symplectic steps of ``q'' = g / l (p - q)``, p the suspension point.
 
     Args:
         axes: (K, 3) slew (rad), radius (m), height of the hook (m), ``step_s`` apart.
-        rates: (3,) their rates at first: the load goes along with the hook.
+        rates: (3,) their initial rates: the load moves with the hook.
         rope_m: Height of the rope's top above the middle of a load whose hook is at height 0.
         step_s: Time between the poses.
     """
@@ -98,7 +98,7 @@ def _are_far(
     row_b: NDArray[np.float64],
     separation: float,
 ) -> bool:
-    """Whether the lines from the ends of the counter-jibs to those of the jibs, with all about them, are far apart."""
+    """Return whether the lines from counter-jib end to jib end, with everything around them, are far apart."""
     ends = np.empty((2, 4))
     about = 0.0
     for k in range(2):
@@ -125,7 +125,7 @@ def _are_far(
 
 @kernel
 def _off_line(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
-    """Distance of a point from the line from a to b."""
+    """Return the distance of a point from the line from a to b."""
     ux, uy = bx - ax, by - ay
     along = min(max(((x - ax) * ux + (y - ay) * uy) / max(ux * ux + uy * uy, 1e-12), 0.0), 1.0)
     return float(np.hypot(x - ax - along * ux, y - ay - along * uy))
@@ -133,7 +133,7 @@ def _off_line(x: float, y: float, ax: float, ay: float, bx: float, by: float) ->
 
 @kernel
 def _jib_band(shape: NDArray[np.float64], row: NDArray[np.float64], along: float) -> tuple[float, float]:
-    """Lowest and highest of the jib at a radius."""
+    """Return the lowest and highest z of the jib at a radius."""
     if shape[17] == 0.0:
         return shape[4], shape[5]
     share = min(max((row[1] - shape[14]) / shape[16], -1.0), 1.0)
@@ -157,7 +157,7 @@ def _rope_top(shape: NDArray[np.float64], row: NDArray[np.float64]) -> float:
 
 @kernel
 def _points(shape: NDArray[np.float64], row: NDArray[np.float64], points: NDArray[np.float64]) -> int:
-    """Points along the parts: x, y, half width, lowest, highest, and 1 for what turns with the jib."""
+    """Return points along the crane: x, y, half width, lowest, highest, and 1 for what turns with the jib."""
     c, s = np.cos(row[0]), np.sin(row[0])
     end, count = _jib_end(shape, row), 0
     steps = int(np.ceil(end / _POINT_M))
@@ -193,7 +193,7 @@ def _points(shape: NDArray[np.float64], row: NDArray[np.float64], points: NDArra
 def _to_solids(
     points: NDArray[np.float64], shape: NDArray[np.float64], row: NDArray[np.float64], separation: float
 ) -> float:
-    """The least distance of points from the solids of a crane that are near them in height."""
+    """Return the least distance of points from the solids of a crane at a similar height."""
     c, s = np.cos(row[0]), np.sin(row[0])
     hook_x, hook_y = shape[0] + row[1] * c, shape[1] + row[1] * s
     end, top = _jib_end(shape, row), _rope_top(shape, row)

@@ -1,4 +1,4 @@
-"""Where one of several cranes is at any time, what hangs on its hook, and how it stops from there."""
+"""The pose of one of several cranes at any time, its hung load, and how it stops from there."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
 LOOK_NS = 250_000_000
-"""Poses that are compared are this far apart in time."""
+"""Time between compared poses."""
 STOP_EVERY_NS = 1_000_000_000
-"""Moments from which a crane is stopped are this far apart."""
+"""Time between the moments at which a crane is stopped."""
 _AT_REST = 1e-6
 _EMPTY_M = 0.5
 """Half the width of the empty hook with its slings."""
 
 
 class Hung(NamedTuple):
-    """What hangs on a hook from a time on: the edges of its box around the hook on plan, and how far down it reaches.
+    """What hangs on a hook from a time on: its box around the hook in plan, and how far down it reaches.
 
     Attributes:
-        from_ns: When, on the site's clock.
-        box_m: Lowest and highest x, lowest and highest y, from the hook.
+        from_ns: Start time on the site's clock.
+        box_m: Lowest and highest x, lowest and highest y, relative to the hook.
         drop_m: From the hook to its lowest point.
         below_hook_m: From the hook to its middle, for the pendulum.
     """
@@ -50,11 +50,11 @@ class CraneWay:
     Attributes:
         crane: The crane.
         motions: Its motions, in order of time.
-        time_ns: (N,) when its axes are known.
+        time_ns: (N,) times at which its axes are known.
         axes: (N, 3) slew (rad), radius (m), height (m).
-        hung: What hangs on the hook, ascending times.
+        hung: What hangs on the hook, by ascending time.
         swing: (2, M) times (ns) and amplitudes (m) of the load.
-        swings: Whether the site's rules take account of swing.
+        swings: Whether the site's rules include swing.
     """
 
     crane: TowerCrane
@@ -73,7 +73,7 @@ class CraneWay:
         return moving
 
     def is_known(self, time_ns: NDArray[np.int64], is_whole: bool) -> NDArray[np.bool_]:
-        """Return (M,) whether its pose is known: during its motions and, if these are all, before and after them."""
+        """Return (M,) whether its pose is known: during its motions; if these are all, also outside them."""
         first, last = int(self.time_ns[0]), int(self.time_ns[-1])
         known = ((time_ns < first) | (time_ns > last)) & is_whole
         for motion in self.motions:
@@ -81,11 +81,11 @@ class CraneWay:
         return np.asarray(known, np.bool_)
 
     def axes_at(self, time_ns: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return (M, 3) axes at times; before its first and after its last motion the crane does not move."""
+        """Return (M, 3) axes at times; the crane is still before its first and after its last motion."""
         return np.stack([np.interp(time_ns, self.time_ns, axis) for axis in self.axes.T], axis=1)
 
     def rows_at(self, time_ns: NDArray[np.int64], axes: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (M, 9) axes, what hangs on the hook then, and how far it swings (see ``crane_distance``)."""
+        """Return (M, 9) axes, hung load and swing at times (see ``crane_distance``)."""
         at = np.searchsorted([hung.from_ns for hung in self.hung], time_ns, side="right") - 1
         hung = np.array([(*hung.box_m, hung.drop_m) for hung in self.hung])[np.maximum(at, 0)]
         rows = np.empty((len(time_ns), POSE_COLUMNS))
@@ -94,17 +94,17 @@ class CraneWay:
         return rows
 
     def motion_at(self, time_ns: int) -> LiftMotion:
-        """Return the motion at a time, or the last one before it."""
+        """Return the motion at a time, otherwise the last one before it."""
         return next((m for m in reversed(self.motions) if m.start_ns <= time_ns), self.motions[0])
 
 
 def way_of_crane(site: Site, number: int, motions: Sequence[LiftMotion]) -> CraneWay:
-    """Return where one of a site's cranes is over time.
+    """Return the poses of one of a site's cranes over time.
 
     Args:
         site: The site.
         number: Of the crane in ``Site.cranes``.
-        motions: Its motions, one at least.
+        motions: Its motions, at least one.
     """
     crane = site.cranes[number]
     motions = sorted(motions, key=lambda motion: motion.start_ns)
@@ -125,7 +125,7 @@ def way_of_crane(site: Site, number: int, motions: Sequence[LiftMotion]) -> Cran
 
 
 def _hung_by(site: Site, crane: TowerCrane, motions: Sequence[LiftMotion]) -> tuple[Hung, ...]:
-    """What hangs on the hook during motions in order of time: a load from its raising to its release."""
+    """Return what hangs on the hook during motions in order of time: a load from its raising to its release."""
     size_m, empty_m = site.frame.voxel_size_m, crane_for(site, crane, None).sling_m
     loose = ((-_EMPTY_M, _EMPTY_M, -_EMPTY_M, _EMPTY_M), empty_m, empty_m)
     hung = [Hung(motions[0].start_ns, *loose)]
@@ -144,7 +144,7 @@ def _hung_by(site: Site, crane: TowerCrane, motions: Sequence[LiftMotion]) -> tu
 
 
 def _swing_of(site: Site, crane: TowerCrane, motion: LiftMotion) -> list[NDArray[np.float64]]:
-    """(2, K) times (ns) and amplitudes (m), one array a piece of the motion."""
+    """Return (2, K) times (ns) and amplitudes (m), one array for each piece of the motion."""
     component = site.components[motion.component]
     found = []
     for way, load in ((motion.approach, None), (motion.loaded, component), (motion.departure, None)):
@@ -154,14 +154,14 @@ def _swing_of(site: Site, crane: TowerCrane, motion: LiftMotion) -> list[NDArray
         for swung in swung_parts(crane, motion, way, below_m):
             at_ns = motion.start_ns + 1e9 * swung.time_s
             found.append(np.stack([at_ns, swung.amplitude_m]))
-            # A load that is held keeps swinging, until it is brought to rest before the crane goes on.
+            # A held load keeps swinging until it is brought to rest before the crane resumes.
             held_ns = next((end for begin, end in motion.stops_ns if begin < at_ns[-1] < end), float(at_ns[-1]))
             found.append(np.array([[held_ns, held_ns + 1.0], [swung.amplitude_m[-1], 0.0]]))
     return found
 
 
 class Stops:
-    """How a crane stops, from any moment of its way."""
+    """How a crane stops from any moment of its motions."""
 
     def __init__(self, way: CraneWay) -> None:
         self.way = way
@@ -170,7 +170,7 @@ class Stops:
         self._known: dict[int, NDArray[np.float64]] = {}
 
     def rows(self, moments: NDArray[np.int64], delay_ns: int) -> NDArray[np.float64]:
-        """Return (M, K, 9) poses from each moment on, ``LOOK_NS`` apart: as planned for a delay, then braking."""
+        """Return (M, K, 9) poses after each moment, ``LOOK_NS`` apart: as planned for a delay, then braking."""
         series = []
         for moment in moments.tolist():
             braking = self._stop(moment + delay_ns)
@@ -181,11 +181,11 @@ class Stops:
         return np.stack([np.concatenate([one, np.repeat(one[-1:], count - len(one), axis=0)]) for one in series])
 
     def forget(self) -> None:
-        """Free the stops that are kept in memory."""
+        """Free the cached stops."""
         self._known.clear()
 
     def _stop(self, at_ns: int) -> NDArray[np.float64]:
-        """(K, 9) poses from a moment on until it is at rest."""
+        """Return (K, 9) poses from a moment until the crane is at rest."""
         if (known := self._known.get(at_ns)) is not None:
             return known
         way, half_s, at_s = self.way, 0.25, at_ns / 1e9

@@ -1,9 +1,9 @@
 """The proof that several cranes on one site keep their distance from each other.
 
-It shares nothing with the choice of the times: the cranes are put into their poses moment by moment, and points along
-the jib, rope and load of each are measured against the other. At every moment at which a crane moves both are stopped:
-at once, or one a reaction time after the other. The stops are integrated axis by axis (``braking``), and the load
-swings as it is braked.
+It shares no code with the scheduler. At each time step it computes the poses of the cranes and measures points along
+the jib, rope and load of each crane against the other. At every step at which a crane moves, both are stopped: at the
+same time, or one a reaction time after the other. The stops are integrated for each axis (``braking``), and the load
+swings during braking.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from bimvox.records.proof import Check
 from bimvox.site.site import Site
 
 REACTION_NS = 1_000_000_000
-"""From the order to stop until the brakes take hold."""
+"""Time from the stop command until braking starts."""
 _TOLERANCE_M = 0.1
-"""Points are this far apart, and poses between moments are not compared."""
+"""Allowance for the spacing of points and for poses between time steps, which are not compared."""
 _AT_ONCE = 200
-"""Moments of stops that are held in memory at once."""
+"""Number of time steps whose stops are kept in memory at once."""
 
 
 def check_cranes(
@@ -39,15 +39,15 @@ def check_cranes(
     *,
     is_whole: bool = True,
 ) -> None:
-    """Check that the cranes keep their distance at every moment, whenever one or all of them are stopped.
+    """Check that the cranes always keep their distance, whenever one or all of them are stopped.
 
     Args:
-        check: Where the result goes; its worst is the separation as a share of the least distance.
+        check: Receives the result; its worst is the separation as a share of the least distance.
         site: The site.
         motions: The motions of all its cranes.
-        window_ns: The span of the site's clock that is checked.
-        is_whole: Whether these are all motions: the cranes then do not move before and after them. Of an extract only
-            the times are checked at which both poses are known.
+        window_ns: The checked span of the site's clock.
+        is_whole: Whether these are all motions: the cranes are then still before and after them. In an extract, only
+            times at which both poses are known are checked.
     """
     ways = [
         way_of_crane(site, number, [motion for motion in motions if motion.crane == number])
@@ -94,7 +94,7 @@ class _Pair:
                 one.forget()
 
     def _known(self, time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Those of the times at which it is known where both cranes are."""
+        """Return the times at which both poses are known."""
         return time_ns[self.one.is_known(time_ns, self.is_whole) & self.other.is_known(time_ns, self.is_whole)]
 
     def _look(
@@ -120,12 +120,12 @@ class _Pair:
 
 
 def _held(series: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """The series, each held at its last pose until they are ``count`` long."""
+    """Return the series, each extended with its last pose to a length of ``count``."""
     return np.concatenate([series, np.repeat(series[:, -1:], count - series.shape[1], axis=1)], axis=1)
 
 
 def _shape(crane: TowerCrane) -> NDArray[np.float64]:
-    """The crane's own solids, as the measuring takes them."""
+    """Return the crane's own solids in the form that the distance kernel takes."""
     jib = crane.luffing
     luffing = (0.0, 0.0, 0.0, 0.0) if jib is None else (jib.pivot_offset_m, jib.pivot_height_m, jib.length_m, 1.0)
     return np.array([*outline_of(crane).solids_m, *luffing])

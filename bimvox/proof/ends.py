@@ -28,16 +28,16 @@ def check_ends(
     motion: LiftMotion,
     previous: LiftMotion | None,
 ) -> None:
-    """Check where every trajectory of a lift begins and ends, within a millimetre.
+    """Check the start and end of every trajectory of a lift, within a millimetre.
 
     Args:
-        check: Where the result goes.
+        check: Receives the result.
         name: The lift, for messages.
         site: The site.
         crane: Its crane.
         moment: The moment before the lift.
         motion: Its motion.
-        previous: The motion of the planned lift before it, if that is known.
+        previous: The motion of the planned lift before it, if known.
     """
     component, place = site.components[moment.lift.component], moment.lift.place
     usual, crane = crane, crane_for(site, crane, component)
@@ -91,7 +91,7 @@ def check_ends(
 def _check_hooked_on(
     check: Check, name: str, site: Site, crane: TowerCrane, moment: Moment, axes: NDArray[np.float64]
 ) -> None:
-    """The slings' end is right on top of the part as it lies, inside its outline on the plan."""
+    """Check that the end of the slings is on top of the part as it lies, inside its outline in plan."""
     place = moment.lift.place
     assert place is not None
     foot_m = hook_of(crane, *axes) - np.array([0.0, 0.0, crane.sling_m])
@@ -105,7 +105,7 @@ def _check_hooked_on(
 
 
 def _hook_over(site: Site, crane: TowerCrane, component: Component, cell_vox: IntVec) -> NDArray[np.float64]:
-    """(3,) where the hook is when a component's reference cell is at a placement, metres."""
+    """Return (3,) the hook position for a component's reference cell at a placement, metres."""
     cell = np.array(cell_vox) + np.array(component.hook_offset_vox) + [0.5, 0.5, 0.0]
     return np.asarray(site.frame.corner_of(cell) + np.array([0.0, 0.0, crane.sling_m]), np.float64)
 

@@ -1,15 +1,15 @@
-"""Which cells the proof of a lift looked at: the lift's footprint.
+"""The cells that the proof of a lift checked: the lift's footprint.
 
-The verifier asks, for every placement on a lift's path and around its motion, whether anything is in the load's cells
-or in the column above the hook; in the box in which the part is raised; in the column above the empty hook. All of
-these cells together are the footprint, kept as one bit mask of heights for each column that has any.
+For every placement on a lift's path and around its motion, the verifier checks the load's cells and the column above
+the hook, the box in which the part is raised, and the column above the empty hook. All of these cells together are the
+footprint, stored as one bit mask of heights for each non-empty column.
 
-Why this proves a lift again after a change of the obstructions. Every check of ``verify_plan`` and ``verify_motions``
+Why this re-proves a lift after a change of the obstructions: Every check of ``verify_plan`` and ``verify_motions``
 that concerns an obstruction is of the form "no cell of it is among these cells", and all of these cells are in the
-footprint. (The jib, which turns above everything, is the one exception: it has a test of its own.) Obstructions have no
-triangles that a part may touch, so none is ever excused. A proof that held with the old cells therefore holds with the
-new ones if no cell that was added is in the footprint; a removed cell can break none. What else the proof rested on
-(path, motion, structure, the parts in place and in the yard) is the same, or is followed up by its own cells.
+footprint. (The only exception is the jib, which turns above everything and has its own test.) Obstructions have no
+triangles that a part may touch, so no contact with them is permitted. A proof that passed with the old cells therefore
+passes with the new ones if no added cell is in the footprint; removed cells cannot make it fail. Its other inputs
+(path, motion, structure, the parts in place and in the yard) are unchanged, or tracked by their own cells.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Footprint:
     """Cells of a grid, column by column.
 
     Attributes:
-        columns: (N,) int32 flat indices x * Y + y of the columns that have any, ascending.
+        columns: (N,) int32 flat indices x * Y + y of the non-empty columns, ascending.
         heights: (N, W) uint64 the heights in each: bit k % 64 of word k // 64 is cell k.
     """
 
@@ -53,12 +53,12 @@ class Footprint:
 
     @property
     def nbytes(self) -> int:
-        """Memory of its arrays."""
+        """Memory of its arrays in bytes."""
         return self.columns.nbytes + self.heights.nbytes
 
 
 class CellMask:
-    """Any set of cells of a grid, as bits.
+    """A set of cells of a grid, as bits.
 
     Args:
         shape: (X, Y, Z) of the grid.
@@ -70,7 +70,7 @@ class CellMask:
         self.empty = True
 
     def add(self, cells: NDArray[np.int32]) -> None:
-        """Add cells ((N, 3) int32); those outside the grid are passed over."""
+        """Add cells ((N, 3) int32); cells outside the grid are ignored."""
         if len(cells):
             self.empty = False
             _mark_boxes(self._words, self._shape, _ORIGIN, np.ascontiguousarray(_as_runs(cells)))
@@ -118,13 +118,13 @@ class CellMask:
         return bool((self._words & high).any())
 
     def footprint(self) -> Footprint:
-        """Return the set as a footprint."""
+        """Return the footprint of the set."""
         columns = np.flatnonzero(self._words.any(axis=1)).astype(np.int32)
         return Footprint(columns, self._words[columns])
 
 
 def path_footprint(site: Site, lift: Lift) -> Footprint:
-    """Return the cells that ``verify_plan`` looks at for a planned lift: raising, path, hook line."""
+    """Return the cells that ``verify_plan`` checks for a planned lift: raising, path, hook line."""
     component, place = site.components[lift.component], lift.place
     assert lift.path_vox is not None
     assert place is not None
@@ -140,13 +140,13 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
 
 
 def motion_footprint(site: Site, lift: Lift, motion: LiftMotion, since_ns: int | None = None) -> Footprint:
-    """Return the cells that ``verify_motions`` looks at for a lift: what load, hook line and empty hook sweep.
+    """Return the cells that ``verify_motions`` checks for a lift: what load, hook line and empty hook sweep.
 
     Args:
         site: The site.
         lift: The lift.
         motion: Its motion.
-        since_ns: Only what is swept from this time on, on the site's clock.
+        since_ns: Only what is swept after this time, on the site's clock.
     """
     assert lift.place is not None
     mask = CellMask(site.shape)
@@ -156,12 +156,12 @@ def motion_footprint(site: Site, lift: Lift, motion: LiftMotion, since_ns: int |
 
 
 def hook_footprint(site: Site, motion: LiftMotion, way: Trajectory, since_ns: int) -> Footprint:
-    """Return the cells that ``verify_motions`` looks at for a way of the empty hook from a time on.
+    """Return the cells that ``verify_motions`` checks for an empty hook move after a time.
 
     Args:
         site: The site.
-        motion: The lift that the way belongs to.
-        way: The way, times from the start of the lift.
+        motion: The lift that the move belongs to.
+        way: The move, times from the start of the lift.
         since_ns: On the site's clock.
     """
     crane, mask, rest_ns = site.cranes[motion.crane], CellMask(site.shape), since_ns - motion.start_ns
@@ -184,13 +184,13 @@ def jib_meets(site: Site, motion: LiftMotion, cells: NDArray[np.int32]) -> bool:
 
 
 def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox: int) -> Footprint:
-    """Return the cells that decide whether a lift has a start and last moves at all, whatever lies between.
+    """Return the cells that decide whether a lift can start and has last moves, whatever lies between.
 
     Args:
         site: The site.
         component: The part.
         place: Where it waits.
-        sideways_vox: How far around its place the last moves are looked for.
+        sideways_vox: How far around its place the last moves are searched for.
     """
     mask = CellMask(site.shape)
     low, size = np.array(place.cell_vox), np.array(component.shape.size_vox)
@@ -207,7 +207,7 @@ def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox
 
 
 def _add_motion(mask: CellMask, site: Site, place: YardPlace, motion: LiftMotion, rest_ns: int) -> None:
-    """What the load, its hook line and the empty hook's line sweep, by the definitions of the verifier."""
+    """What the load, its hook line and the empty hook's line sweep, as the verifier defines it."""
     crane, component = site.cranes[motion.crane], site.components[motion.component]
     hook = np.array(component.hook_offset_vox)
     upright = place.pose is StoredPose.AS_BUILT and not place.turn
@@ -231,7 +231,7 @@ def _add_motion(mask: CellMask, site: Site, place: YardPlace, motion: LiftMotion
 
 
 def _rest_of(trajectory: Trajectory, rest_ns: int) -> Trajectory | None:
-    """What is left of a trajectory from a time on, a sample more than less; None where it is over."""
+    """Return the rest of a trajectory from the sample before a time; None if it has ended."""
     time_ns = trajectory.time_ns
     if rest_ns <= time_ns[0]:
         return trajectory
@@ -257,13 +257,13 @@ _ORIGIN = np.zeros((1, 3), np.int64)
 
 
 def _around(reach: int) -> NDArray[np.int64]:
-    """((2 R + 1)^2, 3) int64 columns up to ``reach`` away, in plan."""
+    """Return ((2 R + 1)^2, 3) int64 columns up to ``reach`` away, in plan."""
     x, y = (axis.ravel() - reach for axis in np.indices((2 * reach + 1, 2 * reach + 1)))
     return np.stack([x, y, np.zeros_like(x)], axis=1).astype(np.int64)
 
 
 def _as_runs(cells: NDArray[np.int32]) -> NDArray[np.int64]:
-    """(R, 4) int64 x, y, first z, one after the last z: cells ((N, 3)) as upright runs."""
+    """Return cells ((N, 3)) as (R, 4) int64 upright runs: x, y, first z, one after the last z."""
     order = np.lexsort(cells.T[::-1])
     sorted_cells = cells[order].astype(np.int64)
     step = np.diff(sorted_cells, axis=0)

@@ -1,4 +1,4 @@
-"""The proof that the empty hook and the jib meet nothing."""
+"""The proof that the empty hook and the jib hit nothing."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ class HookProof(LiftProof):
     """Its checks are ``empty_hook``, ``zones`` and ``jib``."""
 
     def check(self, name: str, moment: Moment, motion: LiftMotion, ways: Sequence[EmptyWay] | None = None) -> None:
-        """Check the ways of the empty hook in a lift, and the jib over all of it.
+        """Check the empty hook moves of a lift, and the jib throughout the lift.
 
         Args:
             name: The lift, for messages.
             moment: The moment before it.
             motion: Its motion.
-            ways: The ways of the empty hook; None: its approach, with what stands there at that moment.
+            ways: The empty hook moves; if None, its approach with what is on the site at that moment.
         """
         self.start_ns = motion.start_ns
         for way in one_way(self.site, moment, motion) if ways is None else ways:
@@ -57,10 +57,10 @@ class HookProof(LiftProof):
         check_luffing_jib(self.checks["jib"], name, self.site, crane, jib, present, axes[seen], load)
 
     def _check_approach(self, name: str, empty: EmptyWay) -> None:
-        """A cell at the slings' end and the line above it are free, the next part in the yard included.
+        """Check that the cell at the slings' end and the line above it are free, also of the next part in the yard.
 
-        On the way out of a set point the line may run through cells of what touches the part just set, where it misses
-        the real triangles.
+        When it leaves a set point, the line may pass through cells of what touches the part just set, if it misses
+        the triangles.
         """
         check, frame, approach, left = self.checks["empty_hook"], self.site.frame, empty.way, empty.left
         way = way_of(self.crane, axes_of_samples(approach), frame.voxel_size_m)
@@ -91,15 +91,15 @@ class HookProof(LiftProof):
             n = int(np.argmax(bad))
             met = ", ".join(things_over(present, placements, n, np.zeros(3, np.int64)))
             if left is not None and leaving[n]:
-                # The hook cannot leave where the part before was set: that lift is at fault, not this one.
+                # The hook cannot leave the set point of the previous part: that lift fails, not this one.
                 check.about = left.id
             when = f"{name}: on its {empty.what}, at {time_s[n]:.2f} s"
             check.look(False, f"{when}, the empty hook or its rope meets {met}")
 
     def _check_jib(self, name: str, present: Sequence[Thing], axes: NDArray[np.float64]) -> None:
-        """The jib, as wide as the mast, turns over nothing that is as high as it is.
+        """Check that the jib, as wide as the mast, turns over nothing as high as itself.
 
-        What sticks out of the grid's top is cut off there, and not seen.
+        What extends above the grid's top is cut off and ignored.
         """
         crane, check = self.crane, self.checks["jib"]
         if not len(axes):
@@ -119,7 +119,7 @@ class HookProof(LiftProof):
 
 
 def jib_cell(site: Site, crane: TowerCrane) -> int:
-    """Return the lowest height, in cells, at which something is as high as the jib."""
+    """Return the lowest height, in cells, that reaches the jib."""
     return int(np.floor((crane.jib_height_m - site.frame.origin_m[2]) / site.frame.voxel_size_m + 1e-6))
 
 
@@ -135,7 +135,7 @@ def tallest_met(site: Site, crane: TowerCrane, cells: NDArray[np.int32], slew_ra
         site: The site.
         crane: Its crane.
         cells: (N, 3) int32.
-        slew_rad: (M,) every slewing angle that the jib takes, unwrapped.
+        slew_rad: (M,) all slewing angles of the jib, unwrapped.
     """
     frame = site.frame
     tall = cells[cells[:, 2] >= jib_cell(site, crane)]

@@ -1,4 +1,4 @@
-"""The proof that a luffing jib and its counterweight meet nothing: the jib itself, point by point, in raw cells."""
+"""The proof that a luffing jib and its counterweight hit nothing, tested point by point in raw cells."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ def check_luffing_jib(
     axes: NDArray[np.float64],
     load: tuple[Component, NDArray[np.float64]] | None,
 ) -> None:
-    """Check jib, counterweight and, where given, the load below the jib over a whole motion.
+    """Check jib, counterweight and, if given, the load below the jib over a whole motion.
 
-    The jib is a band as wide as itself from pivot to tip; every half cell along and across it is looked up in the
-    cells of what stands there. The counterweight is the same band behind the axis, from its underside up. The
-    load's corners towards the mast have to be below the jib.
+    The jib is a band of its own width from pivot to tip; points every half cell along and across it are looked up in
+    the occupied cells. The counterweight is the same band behind the axis, from its underside up. The load's corners
+    towards the mast must be below the jib.
 
     Args:
-        check: Where the result goes.
+        check: Receives the result.
         name: The lift, for messages.
         site: The site.
         crane: Its crane, with the slings of the load.
         jib: Its jib.
-        present: What stands there.
+        present: What is on the site.
         axes: (N, 3) slew, radius, height of the samples.
         load: The load and its (M, 3) poses of the hook.
     """
@@ -57,7 +57,7 @@ def check_luffing_jib(
 
 @kernel
 def _any_taken(taken: NDArray[np.bool_], cells: NDArray[np.int32]) -> bool:
-    """Whether any cell is taken; those outside the grid are not."""
+    """Return whether any cell is occupied; cells outside the grid are free."""
     nx, ny, nz = taken.shape
     for n in range(cells.shape[0]):
         x, y, z = cells[n, 0], cells[n, 1], cells[n, 2]
@@ -67,10 +67,10 @@ def _any_taken(taken: NDArray[np.bool_], cells: NDArray[np.int32]) -> bool:
 
 
 def swept_by_jib(site: Site, crane: TowerCrane, jib: LuffingJib, axes: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return the (X, Y, Z) cells that jib and counterweight come through between samples ((N, 3)).
+    """Return the (X, Y, Z) cells that jib and counterweight sweep between samples ((N, 3)).
 
-    Poses are taken so close together that neither the tip nor the counterweight's end is off by more than a quarter of
-    a cell; from one point looked at to the next, along and across, it is half a cell at most.
+    Poses are so dense that neither the tip nor the counterweight's end is off by more than a quarter of a cell.
+    Checked points are at most half a cell apart, along and across.
     """
     size_m = site.frame.voxel_size_m
     way = way_of(crane, axes, size_m).axes
@@ -140,7 +140,7 @@ def _mark_tail(
 def _mark_across(
     taken: NDArray[np.bool_], place: NDArray[np.float64], slew: float, radius: float, height: float, width: float
 ) -> None:
-    """Mark the cells on a level line across a band, as wide as it, at a radius of its middle."""
+    """Mark the cells on a level line across the whole width of a band, at a radius of its middle."""
     base_x, base_y, origin_x, origin_y, origin_z, size = place
     c, s = np.cos(slew), np.sin(slew)
     z = int(np.floor((height - origin_z) / size))
@@ -164,7 +164,7 @@ def _check_load(
     component: Component,
     axes: NDArray[np.float64],
 ) -> None:
-    """No column of the load is as high as the jib above it."""
+    """Check that no column of the load reaches the jib above it."""
     size_m = site.frame.voxel_size_m
     columns = np.unique(component.shape.cells[:, :2], axis=0) - np.array(component.hook_offset_vox[:2])
     slew, radius, height = axes.T
@@ -173,7 +173,7 @@ def _check_load(
     top_m = height - crane.sling_m
     along = columns[:, 0] * np.cos(slew)[:, None] + columns[:, 1] * np.sin(slew)[:, None]
     aside = columns[:, 1] * np.cos(slew)[:, None] - columns[:, 0] * np.sin(slew)[:, None]
-    # A column of a cell is as far in as its nearest corner, and below the jib where it is within its width.
+    # A cell column's radius is that of its nearest corner; it is below the jib if it is within the jib's width.
     at = radius[:, None] + (along - 0.5 * np.sqrt(2.0)) * size_m
     under = (np.abs(aside) - 0.5 * np.sqrt(2.0)) * size_m <= jib.width_m / 2.0
     jib_m = jib.pivot_height_m + (np.minimum(at, radius[:, None]) - jib.pivot_offset_m) * slope[:, None]

@@ -1,6 +1,6 @@
-"""What a proof works out about an object once, and keeps for as long as that object lives.
+"""Results that a proof computes once for an object and keeps during that object's lifetime.
 
-The same parts stand at the same places in both verifications of a plan, and at every change of a plan that is watched.
+The same parts are at the same places in both verifications of a plan, and in every revision of a watched plan.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ R = TypeVar("R")
 
 
 def kept(function: Callable[Concatenate[Owner, P], R]) -> Callable[Concatenate[Owner, P], R]:
-    """Work a function out once for each object, its first argument, and all of the other ones.
+    """Cache a function's result for each object (its first argument) and the other arguments.
 
     Args:
-        function: Its first argument is an object that never changes, is equal to itself alone, and can be referred to
-            weakly; the others can be hashed. What it returns must not refer to the object, or neither would ever go.
+        function: Its first argument is immutable, equal only to itself, and can be weakly referenced; the others are
+            hashable. The result must not refer to the object, otherwise neither is ever freed.
     """
     found: WeakKeyDictionary[Owner, dict[Any, R]] = WeakKeyDictionary()
 

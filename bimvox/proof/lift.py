@@ -1,4 +1,4 @@
-"""What every part of the proof of a lift rests on."""
+"""The base of every part of the proof of a lift."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from bimvox.site.site import Site
 
 
 class LiftProof:
-    """Looks at the lifts of one crane, one after the other.
+    """Checks the lifts of one crane in order.
 
     Args:
-        site: The site as the crane works on it.
+        site: The site as this crane sees it.
         crane: The crane.
-        triangles: The test of real triangles.
-        cells: What stands where now; moved on by the caller, or to what a part of the proof needs.
-        checks: Where results go, by name.
-        window_ns: What is there is met in this span of the site's clock only.
+        triangles: The triangle test.
+        cells: What is where at the current lift; updated by the caller or by parts of the proof.
+        checks: Receive the results, by name.
+        window_ns: Collisions count only in this span of the site's clock.
     """
 
     def __init__(

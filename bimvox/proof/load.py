@@ -1,4 +1,4 @@
-"""The proof that a load on its way hits nothing, and that the line from its hook up to the jib is free."""
+"""The proof that a moving load hits nothing, and that the line from its hook up to the jib is free."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ from bimvox.site.site import Site
 
 
 class _Spots(NamedTuple):
-    """Positions of a load on its way.
+    """Positions of a moving load.
 
     Attributes:
         cells: (N, 3) float64 reference cells.
         placements: Whole placements around them.
-        time_s: (N,) float64 when, from the start of the lift.
-        tail: (N,) bool which are on the last moves.
-        now: (N,) bool which are within the span of time that is checked.
+        time_s: (N,) float64 times from the start of the lift.
+        tail: (N,) bool whether each is on the last moves.
+        now: (N,) bool whether each is within the checked time span.
     """
 
     cells: NDArray[np.float64]
@@ -55,8 +55,8 @@ class LoadProof(LiftProof):
         component, place = self.site.components[moment.lift.component], moment.lift.place
         self.start_ns = motion.start_ns
         upright = place is not None and place.pose is StoredPose.AS_BUILT and not place.turn
-        # What a part sweeps while it is tipped up, or raised turned, is checked with its place in the yard; here its
-        # hook line is.
+        # What a part sweeps while it is upended, or raised turned, is checked with its place in the yard. This checks
+        # its hook line.
         self._check_way(f"{name}, raised", component, moment, motion.raising, None, with_load=upright)
         self._check_way(name, component, moment, motion.loaded, moment.lift, with_load=True)
 
@@ -111,14 +111,14 @@ class LoadProof(LiftProof):
         check_zone(self.checks["zones"], name, self.site, self.crane, placements, component, cells, time_s)
 
     def _left(self, placements: Placements, own: NDArray[np.int32], without: Sequence[Thing]) -> NDArray[np.bool_]:
-        """(N,) at which positions the load is in cells of anything else."""
+        """Return (N,) whether the load at each position is in cells of anything else."""
         with self.cells.without(without):
             return placements.at_positions(self.cells.meets(placements, own))
 
     def _check_passed(
         self, component: Component, lift: Lift, cells: NDArray[np.float64], far: Sequence[Thing]
     ) -> list[Thing]:
-        """Return what the load passes by on its last moves, in cells of it; checked not to be met at all."""
+        """Return what shares cells with the load on its last moves; the load must not touch it at all."""
         assert lift.path_vox is not None
         passed = passed_by(component, far, lift.path_vox[-lift.contact_moves :])
         offsets_m = (cells - np.array(component.target_vox)) * self.site.frame.voxel_size_m
@@ -129,7 +129,7 @@ class LoadProof(LiftProof):
     def _check_contact(
         self, component: Component, cells: NDArray[np.float64], hit: NDArray[np.bool_], near: Sequence[Thing]
     ) -> None:
-        """From the first contact by cells on the real triangles decide, neighbour by neighbour."""
+        """Decide by triangles, for each neighbour, from the first contact in cells."""
         if not hit.any():
             return
         first = max(0, int(np.argmax(hit)) - 1)
@@ -140,7 +140,7 @@ class LoadProof(LiftProof):
     def _check_rope(
         self, name: str, component: Component, moment: Moment, spots: _Spots, near: Sequence[Thing]
     ) -> None:
-        """A hook line one cell wide is free; on the last moves the rope itself must miss the neighbours' triangles."""
+        """Check that a hook line one cell wide is free; on the last moves: that the rope misses real triangles."""
         cells, placements, time_s, tail, now = spots
         check = self.checks["motion_rope"]
         check.look(True, "", samples=int(now.sum()))
@@ -170,10 +170,10 @@ def check_zone(
     cells: NDArray[np.float64],
     time_s: NDArray[np.float64],
 ) -> None:
-    """Check that hook and load are over no column that a zone forbids them, and the hook as high as limiters want it.
+    """Check that hook and load are over no column that a zone forbids, and that the hook respects the height limiters.
 
     Args:
-        check: Where the result goes.
+        check: Receives the result.
         name: The lift, for messages.
         site: The site.
         crane: Its crane.
@@ -185,7 +185,7 @@ def check_zone(
     offset = np.array((0, 0, 0) if component is None else component.hook_offset_vox)
 
     def over(zone: NDArray[np.bool_], offsets: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Which placements have one of these columns, relative to the reference cell, over a zone."""
+        """Return which placements have one of these columns, relative to the reference cell, over a zone."""
         found = np.zeros(len(placements.cells), np.bool_)
         for column in offsets:
             at = placements.cells[:, :2] + column

@@ -1,4 +1,4 @@
-"""The verifiers' raw cells: how many things occupy each, kept from lift to lift, so that only changes are marked."""
+"""The verifiers' raw cells: how many things occupy each. Kept between lifts, so only changes are marked."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from bimvox.site.component import IntVec
 class Marks:
     """Counts of things by cell.
 
-    What a spoiled plan puts outside the grid is in nobody's way, and other checks say so.
+    Cells that an invalid plan puts outside the grid are ignored; other checks report them.
 
     Args:
         shape: (X, Y, Z) of the site.
-        present: What is there at first.
+        present: What is there initially.
 
     Attributes:
         counts: (X, Y, Z) uint16.
@@ -33,7 +33,7 @@ class Marks:
         self.move_to(present)
 
     def move_to(self, present: Sequence[Thing]) -> None:
-        """Make it so that just these things are there."""
+        """Update the counts so that exactly these things are present."""
         if present is self._given:
             return
         wanted = set(present)
@@ -45,7 +45,7 @@ class Marks:
 
     @contextmanager
     def without(self, things: Sequence[Thing]) -> Iterator[None]:
-        """Take some of the things away for a while, in which nothing else is moved."""
+        """Remove some of the things temporarily; nothing else may change meanwhile."""
         gone = self._present.intersection(things)
         self._present -= gone
         for thing in gone:
@@ -58,12 +58,12 @@ class Marks:
             self._present |= gone
 
     def hits(self, own: NDArray[np.int32], placements: NDArray[np.int32] | NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Return (N,) at which placements ((N, 3)) any of a part's cells ((C, 3)) is occupied."""
+        """Return (N,) whether any of a part's cells ((C, 3)) is occupied at each placement ((N, 3))."""
         hit: NDArray[np.bool_] = hits(self.counts, own, np.ascontiguousarray(placements, np.int64))
         return hit
 
     def over(self, hooks: NDArray[np.int32] | NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Return (N,) above which cells ((N, 3)), themselves included, anything is; False beside the grid."""
+        """Return (N,) whether anything is in or above each cell ((N, 3)); False outside the grid."""
         hit: NDArray[np.bool_] = _over(self.counts, np.ascontiguousarray(hooks, np.int64))
         return hit
 
@@ -79,7 +79,7 @@ def _count(counts: NDArray[np.uint16], cells: NDArray[np.int32], number: int) ->
 
 @kernel
 def hits(counts: NDArray[np.uint16], own: NDArray[np.int32], placements: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return (N,) at which placements ((N, 3)) any of a part's cells ((C, 3)) is counted; False outside the grid."""
+    """Return (N,) whether any of a part's cells ((C, 3)) is counted at each placement; False outside the grid."""
     nx, ny, nz = counts.shape
     hit = np.zeros(placements.shape[0], np.bool_)
     for n in range(placements.shape[0]):
@@ -93,7 +93,7 @@ def hits(counts: NDArray[np.uint16], own: NDArray[np.int32], placements: NDArray
 
 @kernel
 def _over(counts: NDArray[np.uint16], hooks: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """The top of a column is looked for once, and kept for the placements after it."""
+    """Find the top of each column once, and keep it for later placements."""
     nx, ny, nz = counts.shape
     hit = np.zeros(hooks.shape[0], np.bool_)
     column_x, column_y, top = np.int64(-1), np.int64(-1), 0

@@ -1,4 +1,4 @@
-"""What stands where before each lift, found from a finished plan alone: for proofs, which do not trust the planner."""
+"""What is where before each lift, derived from a finished plan alone: for proofs, which do not trust the planner."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _FAR_VOX = 2**30
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Thing:
-    """Something that stands somewhere.
+    """A thing at a place on the site.
 
     Attributes:
         name: Id of the part, structure or obstruction.
         cells: (N, 3) int32 cells of the grid that it occupies.
-        solid: Number of its triangles (components by their index, then structure), ``NO_SOLID`` where it has none.
+        solid: Number of its triangles (components by their index, then structure), ``NO_SOLID`` if it has none.
         low: Lowest cell of the box around its cells.
         high: Highest cell of that box.
     """
@@ -44,11 +44,11 @@ class Thing:
         object.__setattr__(self, "high", tuple(self.cells.max(axis=0, initial=-_FAR_VOX).tolist()))
 
     def is_within(self, shape: Sequence[int]) -> bool:
-        """Whether all of it is in a grid."""
+        """Return whether all of it is in a grid."""
         return min(self.low) >= 0 and all(last < count for last, count in zip(self.high, shape, strict=True))
 
     def is_apart(self, low: Sequence[int], high: Sequence[int]) -> bool:
-        """Whether its box lies beside another one, both ends inclusive. Looked at before any cell: most things do."""
+        """Return whether its box is apart from another, both ends inclusive: a fast test before any cell is checked."""
         return (
             self.low[0] > high[0]
             or self.high[0] < low[0]
@@ -65,7 +65,7 @@ class Moment:
 
     Attributes:
         lift: The lift.
-        before: The planned lift before it, None for the first.
+        before: The planned lift before it; None for the first.
         present: Fixed things, parts in place, and parts of the same delivery that wait in the yard; not its own part.
         placed: Indices of the components in place.
     """
@@ -77,11 +77,11 @@ class Moment:
 
 
 def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
-    """Yield the moment before every planned lift that the plan carries, ascending order.
+    """Yield the moment before every planned lift in the plan, in ascending order.
 
     Args:
         plan: The plan.
-        context: Lifts of the same plan that it does not carry (it is an extract).
+        context: Lifts of the same plan that it does not contain (it is an extract).
     """
     site = plan.site
     lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
@@ -110,7 +110,7 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
 
 
 def _delivered(site: Site, lifts: Sequence[Lift], delivery: int) -> Iterator[tuple[Lift, Thing]]:
-    """Every lift of a delivery, and its part in the yard."""
+    """Return every lift of a delivery, and its part in the yard."""
     for lift in lifts:
         if lift.place is not None and lift.place.delivery == delivery:
             yield lift, stored_thing(site, lift, lift.place)
@@ -123,7 +123,7 @@ def finished(component: Component) -> Thing:
 
 
 def set_thing(site: Site, lift: Lift) -> Thing:
-    """Return the part of a lift at its place, as much of it as is inside the site."""
+    """Return the part of a lift at its place, clipped to the site."""
     return _set(site.components[lift.component], site.shape)
 
 
@@ -133,7 +133,7 @@ def stored_thing(site: Site, lift: Lift, place: YardPlace) -> Thing:
 
 
 def near_and_far(component: Component, present: Sequence[Thing]) -> tuple[list[Thing], list[Thing]]:
-    """Return which present things have triangles and share or touch cells with a part in its place, and the others."""
+    """Return the present things with triangles that share or touch cells with a part in its place, and the others."""
     target = finished(component)
     low, high = [n - 1 for n in target.low], [n + 1 for n in target.high]
     near = [thing for thing in beside(present, low, high) if thing.solid != NO_SOLID and _touches(target, thing)]
@@ -157,7 +157,7 @@ def beside(things: Sequence[Thing], low: Sequence[int], high: Sequence[int]) -> 
 
 
 def passed_by(component: Component, far: Sequence[Thing], path_vox: NDArray[np.int32]) -> list[Thing]:
-    """Return which things with triangles a part shares cells with at some of (N, 3) placements."""
+    """Return the things with triangles that share cells with a part at any of (N, 3) placements."""
     if not len(path_vox):
         return []
     own = component.shape.cells
@@ -215,12 +215,12 @@ def _stored(place: YardPlace, name: str, shape: IntVec) -> Thing:
 
 
 def _inside(cells: NDArray[np.int32], shape: IntVec) -> NDArray[np.int32]:
-    """Leave out what a spoiled plan puts outside the site: its own lift is to blame, not the one that looks round."""
+    """Drop cells that an invalid plan puts outside the site: the check of their own lift reports them."""
     return cells[((cells >= 0) & (cells < np.array(shape))).all(axis=1)]
 
 
 def _touches(target: Thing, thing: Thing) -> bool:
-    """Whether two things share a cell or touch, corners included."""
+    """Return whether two things share a cell or touch, corners included."""
     if not len(target.cells):
         return False
     low = np.array(target.low) - 1
@@ -232,7 +232,7 @@ def _touches(target: Thing, thing: Thing) -> bool:
 def _touch(
     around: NDArray[np.bool_], low: NDArray[np.int64], cells: NDArray[np.int32], others: NDArray[np.int32]
 ) -> bool:
-    """Mark cells in an empty box that begins beside their lowest, and look for others in it or one beside it."""
+    """Mark cells in an empty, padded box, and test whether others are in a marked cell or next to one."""
     nx, ny, nz = around.shape
     for n in range(cells.shape[0]):
         around[cells[n, 0] - low[0], cells[n, 1] - low[1], cells[n, 2] - low[2]] = True

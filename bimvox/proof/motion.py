@@ -1,8 +1,8 @@
-"""Proves the crane's motions again, by other means than they were made.
+"""Proves the crane's motions independently of how they were made.
 
-The motions are made from moves that a swept check of the summed-area table found free. This module knows nothing of
-moves: it takes the samples as they are (a log's, for instance), goes along the chords between them, and looks up raw
-cells; on the last moves, where neighbours share cells, a collision library decides on the real triangles.
+The planner makes motions from moves that a swept check of the summed-area table found free. This module does not use
+moves: it takes the samples (from a log, for instance), follows the chords between them, and looks up raw cells. On the
+last moves, where neighbours share cells, a collision library decides by the triangles.
 
 Numeric tolerances: a position at a sample is within a cell when it reaches less than 1e-5 of a cell into the next one,
 between samples 0.05 of a cell (``BETWEEN_VOX``); ends and positions agree within 1 mm; rates, accelerations and jerks
@@ -54,10 +54,10 @@ UNITS = {
     "jib": "",
     "swing": "m",
 }
-"""The checks, and what ``worst`` is measured in."""
+"""The checks, and the unit of ``worst``."""
 
 CRANES_UNITS = {"cranes": "share of distance", "turns": ""}
-"""Checks of sites with several cranes only."""
+"""Checks only for sites with several cranes."""
 
 
 def verify_motions(
@@ -71,12 +71,12 @@ def verify_motions(
     """Check the motions of a plan.
 
     Args:
-        plan: The plan; taken as proven by ``verify_plan``.
+        plan: The plan; assumed to be proven by ``verify_plan``.
         motions: One per planned lift, in order; none for a site without a crane.
-        context: Lifts of the same plan that it does not carry (it is an extract of a log).
-        window_ns: The time on the site's clock for which what stands on the site was there; nothing is met outside.
-        known: Of a site with several cranes: the motions of all lifts, the context's too. They say what stands and lies
-            where; that the cranes keep apart is then proven for all of the time at once, by ``verify_together``.
+        context: Lifts of the same plan that it does not contain (it is an extract of a log).
+        window_ns: The span of the site's clock in which the site had this state; collisions count only in this span.
+        known: For a site with several cranes: the motions of all lifts, including the context. They determine what is
+            where. ``verify_together`` then proves the crane distances for the whole time at once.
 
     Returns:
         Every check, with what failed and where.
@@ -85,7 +85,7 @@ def verify_motions(
 
 
 def verify_together(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()) -> Verification:
-    """Check that several cranes keep apart and take turns, whatever is in the way; nothing where there is one.
+    """Check that several cranes keep apart and take turns, independent of obstructions; no checks for one crane.
 
     Args:
         plan: The plan.
@@ -156,18 +156,18 @@ class _Verifier:
     def _proofs(
         self, number: int, triangles: TriangleCheck, cells: RawCells
     ) -> tuple[TowerCrane, LoadProof, HookProof, SwingProof]:
-        """One of the cranes, and what proves its motions."""
+        """One crane, and the proofs of its motions."""
         crane = self.site.cranes[number]
         shared = (self.site, crane, triangles, cells, self.checks, self.window_ns)
         return crane, LoadProof(*shared), HookProof(*shared), SwingProof(*shared)
 
     def _sound_ones(self, motions: Sequence[LiftMotion]) -> dict[int, LiftMotion]:
-        """The motions with sound trajectories, by order; the others are found fault with where their turn is."""
+        """Return the motions with sound trajectories, by order; the others are reported when they are checked."""
         aside = Check("timeline")
         return {motion.order: motion for motion in motions if is_sound(aside, "", motion)}
 
     def _check_timeline(self) -> None:
-        """One motion per planned lift, in order, on one clock without gaps."""
+        """Check that there is one motion per planned lift, in order, on one clock without gaps."""
         check = self.checks["timeline"]
         planned = [lift for lift in (*self.plan.lifts, *self.context) if lift.status is Status.PLANNED]
         planned.sort(key=lambda lift: lift.order)
@@ -183,7 +183,7 @@ class _Verifier:
         check.look(given == sorted(given), "the motions do not follow each other in the order of their lifts")
 
     def _check_clock(self, lifts: Sequence[Lift], clock: Mapping[int, LiftMotion]) -> None:
-        """The lifts of one crane follow each other without gaps, from the start of the clock."""
+        """Check that the lifts of one crane follow each other without gaps, from the start of the clock."""
         check = self.checks["timeline"]
         before: LiftMotion | None = None
         starts: list[int] = []
@@ -209,7 +209,7 @@ class _Verifier:
         check.look(starts == sorted(starts), "the motions do not follow each other on the clock")
 
     def check_cranes(self) -> None:
-        """Several cranes: their turns, and the distance that they keep."""
+        """Check the turns of several cranes and the distance between them."""
         if not self.site.has_several_cranes:
             return
         sound = list(self._sound_ones(self.motions).values())

@@ -1,9 +1,9 @@
-"""The proof of a plan that is being carried out while obstructions come and go.
+"""The proof of a plan that is being executed while obstructions change.
 
-What was driven is proven against what was in the way then, what is still to come against what is in the way now. A
-lift's path counts from the moment at which the load began to follow it; where a change did not meet what was left of
-the way, the way goes on into the next epoch, and its motion is proven for the time before the change against the old
-obstructions and for the time after it against the new.
+Past motions are proven against the obstructions at that time, future motions against the current obstructions. A
+lift's path counts from the moment at which the load began to follow it. If a change does not affect the rest of the
+path, the path continues into the next epoch. Its motion is then proven against the old obstructions before the change
+and against the new ones after it.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ def verify_plan_over_time(
     *,
     known_shapes: set[int] | None = None,
 ) -> Verification:
-    """Check every planned lift of a plan, each path against what was in the way when the load began to follow it.
+    """Check every planned lift of a plan, each path against the obstructions when the load began to follow it.
 
     Args:
         plan: The plan.
-        motions: Motions of its lifts; they say when.
+        motions: Motions of its lifts; they give the times.
         context: Lifts of the same plan that it does not carry.
         known_shapes: See ``verify_plan``.
     """
@@ -57,10 +57,10 @@ def verify_plan_over_time(
 def verify_motions_over_time(
     plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()
 ) -> Verification:
-    """Check the motions of a plan, each moment of them against what was in the way then.
+    """Check the motions of a plan, each moment against the obstructions at that time.
 
     Args:
-        plan: The plan; taken as proven by ``verify_plan_over_time``.
+        plan: The plan; assumed to be proven by ``verify_plan_over_time``.
         motions: One per planned lift, in order.
         context: Lifts of the same plan that it does not carry.
     """
@@ -84,7 +84,7 @@ def verify_motions_over_time(
 
 
 def epochs_of(plan: LiftPlan) -> Iterator[tuple[int, int, Site]]:
-    """Yield from when until when (site's clock, ns) which site was there; the last one is the plan's own."""
+    """Yield start, end (site's clock, ns) and site of each epoch; the last site is the plan's own."""
     from_ns = ALWAYS_NS[0]
     for epoch in plan.history:
         yield from_ns, epoch.until_ns, site_with(plan.site, epoch.obstructions)
@@ -93,23 +93,23 @@ def epochs_of(plan: LiftPlan) -> Iterator[tuple[int, int, Site]]:
 
 
 def site_with(site: Site, obstructions: Iterable[Blocker]) -> Site:
-    """Return a site with other obstructions in the way; its labels and digests are those of the original."""
+    """Return a site with other obstructions; its labels and digests are those of the original."""
     fixed = tuple(blocker for blocker in site.blockers if blocker.kind != "obstruction")
     return replace(site, blockers=(*fixed, *obstructions))
 
 
 def _begins_ns(site: Site, motion: LiftMotion) -> int:
-    """When a lift counts as begun. Of several cranes the hook may wait long for its turn, and the path change."""
+    """Return when a lift counts as begun. With several cranes the path may change while the hook waits for its turn."""
     return motion.hooked_ns if site.has_several_cranes else motion.start_ns
 
 
 def _versions(lift: Lift, start_ns: int) -> Iterator[tuple[int, Lift]]:
-    """Every path of a lift as a lift of its own, and when the load began to follow it."""
+    """Return every path of a lift as a separate lift, and when the load began to follow it."""
     begins_ns = start_ns
     for n, left in enumerate(lift.left):
         yield (
             begins_ns,
-            # How many moves are possible at least is known of its present path alone.
+            # The least number of moves is known only for its current path.
             replace(
                 lift, path_vox=left.path_vox, contact_moves=left.contact_moves, shortest_moves=None, left=lift.left[:n]
             ),
@@ -119,7 +119,7 @@ def _versions(lift: Lift, start_ns: int) -> Iterator[tuple[int, Lift]]:
 
 
 def _together(found: Sequence[Verification]) -> Verification:
-    """Put the checks of the same name into one."""
+    """Merge the checks of the same name."""
     checks: dict[str, Check] = {}
     for check in (check for verification in found for check in verification.checks):
         whole = checks.setdefault(check.name, Check(check.name, unit=check.unit))

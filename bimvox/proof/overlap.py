@@ -1,16 +1,16 @@
-"""How the proof decides that two solids overlap deeper than they may.
+"""How the proof decides whether two solids overlap too deep.
 
-Two parts touch no deeper than the tolerance if no point of one is in the core of the other, the thicker one: everything
-inside it but its skin (see ``solid``). The surface of the thinner part is searched for such a point, piece by piece:
+Two parts overlap by no more than the tolerance if no point of the thinner one is in the core of the thicker one: its
+inside without its skin (see ``solid``). The surface of the thinner part is searched for such a point, piece by piece:
 
-- a piece that the skin of one triangle holds is good, whatever its size: a triangle's skin is convex;
-- a piece that does not cross the other surface is inside or outside as a whole; outside it is good;
-- inside, a point that is in the skin of no triangle is the point that is searched for;
+- a piece that the skin of one triangle contains is good, whatever its size: a triangle's skin is convex;
+- a piece that does not cross the other surface is completely inside or outside; outside is good;
+- inside, a point that is not in the skin of any triangle is a hit;
 - every other piece is halved, until its longest edge is shorter than ``FINEST_M``.
 
-So nothing depends on where samples lie. What the search may miss is a tip of the surface that reaches less than
-``FINEST_M`` into the core. A core that the other part swallows whole shows by a point of its own, its seed. A search
-that does not end within ``_MOST_PIECES`` for a triangle counts as an overlap: what is not proven is not allowed.
+So the result does not depend on the position of samples. The search may only miss a tip of the surface that reaches
+less than ``FINEST_M`` into the core. If the other part encloses the whole core, a point of the core, its seed, shows
+it. A search that does not end within ``_MOST_PIECES`` for a triangle counts as an overlap.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ def overlap_m(thick: Solid, thin: Solid, offset_m: NDArray[np.float64]) -> NDArr
     Args:
         thick: The solid whose skin may be overlapped.
         thin: The other one.
-        offset_m: (3,) where the other one is, relative to its mesh.
+        offset_m: (3,) position of the other one, relative to its mesh.
 
     Returns:
-        (3,) metres, in the frame of ``thick``; None.
+        (3,) metres, in the frame of ``thick``; None if there is none.
     """
     found, point = _search(thick, thin, offset_m)
     return point if found else None
@@ -71,7 +71,7 @@ def _search(thick: Solid, thin: Solid, offset: NDArray[np.float64]) -> tuple[boo
 
 @kernel
 def _reaches_in(thick: Solid, thin: Solid, offset: NDArray[np.float64]) -> bool:
-    """Whether an end of the thin solid is inside the thick one: if surfaces do not cross, its pieces are in or out."""
+    """Return whether an end of the thin solid is inside the thick one; decisive if their surfaces do not cross."""
     low, high = thick.boxes_m[0, 0], thick.boxes_m[0, 1]
     for n in range(thin.ends_m.shape[0]):
         point, apart = thin.ends_m[n] + offset, False

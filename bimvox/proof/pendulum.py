@@ -1,8 +1,8 @@
-"""How a load swings on its rope while the crane moves, worked out from the samples of a motion alone.
+"""How a load swings on its rope while the crane moves, computed from the samples of a motion alone.
 
 The load is a point that hangs below the rope's exit and swings by small angles, undamped. Two samples are joined by a
-cubic. From step to step, 40 ms at most, the exit goes straight and the rope keeps its mean length; over such a step the
-swing is a rotation in phase space, which is exact: it adds no damping and no energy.
+cubic. During a step of at most 40 ms, the exit moves straight and the rope keeps its mean length. Over a step, the
+swing is an exact rotation in phase space: it adds no damping and no energy.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ _SHORTEST_ROPE_M = 0.5
 
 
 class Swung(NamedTuple):
-    """A load that swings.
+    """A swinging load.
 
     Attributes:
         time_s: (N,) float64 since the start of the lift.
         axes: (N, 3) float64 slew (rad), radius (m), height (m).
-        offset_m: (N, 2) float64 of the load from where it would hang at rest.
-        amplitude_m: (N,) float64 how far it would swing out if the crane stood still from then on.
-        hook_m: (N, 3) float64 where the hook is.
+        offset_m: (N, 2) float64 offset of the load from its rest position.
+        amplitude_m: (N,) float64 how far it would swing out if the crane stopped moving at that time.
+        hook_m: (N, 3) float64 position of the hook.
     """
 
     time_s: NDArray[np.float64]
@@ -49,12 +49,12 @@ class Swung(NamedTuple):
 
 
 def hanging_m(site: Site, crane: TowerCrane, component: Component | None) -> float | None:
-    """Return how far below the hook the middle of a load is; None if the site's rules take no account of swing.
+    """Return how far below the hook the middle of a load is; None if the site's rules do not include swing.
 
     Args:
         site: The site.
         crane: One of its cranes.
-        component: The load; None for the empty hook, whose middle is the end of its slings.
+        component: The load; None for the empty hook, whose middle is at the end of its slings.
     """
     if site.rules.swing is SwingRule.OFF:
         return None
@@ -66,7 +66,7 @@ def hanging_m(site: Site, crane: TowerCrane, component: Component | None) -> flo
 
 
 def ropes_m(crane: TowerCrane, axes: NDArray[np.float64], below_hook_m: float) -> NDArray[np.float64]:
-    """Return (N,) the length of the pendulum at poses of the hook ((N, 3) slew, radius, height): 0.5 m at least.
+    """Return (N,) the length of the pendulum at hook poses ((N, 3) slew, radius, height): at least 0.5 m.
 
     A luffing jib of length L with its pivot at radius o and height h has its tip at ``h + sqrt(L^2 - (r - o)^2)``.
     """
@@ -79,7 +79,7 @@ def ropes_m(crane: TowerCrane, axes: NDArray[np.float64], below_hook_m: float) -
 
 
 def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, below_hook_m: float) -> Iterator[Swung]:
-    """Yield how a load swings, piece by piece: each stop and the time it is held end a piece, and rest begins the next.
+    """Yield the swing of a load in pieces: a piece ends after each stop and its hold; the next one starts at rest.
 
     Args:
         crane: The crane.
@@ -96,14 +96,14 @@ def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, below_ho
             continue
         time_ns = way.time_ns[part]
         if high_ns in rests:
-            # An undamped load repeats itself after one period: the rest of the time it is held adds nothing.
+            # The swing of an undamped load repeats after one period: a longer hold adds nothing.
             period_s = 2.0 * np.pi * np.sqrt(ropes_m(crane, axes[part][-1:], below_hook_m)[0] / GRAVITY_M_S2)
             time_ns[-1] = min(time_ns[-1], time_ns[-2] + round(1e9 * period_s))
         yield _swung(crane, time_ns, axes[part], below_hook_m)
 
 
 def _swung(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.float64], below_hook_m: float) -> Swung:
-    """Return the swing at the samples and at times between them, no further apart than a step."""
+    """Return the swing at the samples and at times between them, at most a step apart."""
     axes, since_s = _between(np.ascontiguousarray(samples), np.ascontiguousarray(time_ns))
     length_m = ropes_m(crane, axes, below_hook_m)
     bend = _gradient(_gradient(length_m, since_s), since_s)
@@ -118,7 +118,7 @@ def _swung(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.fl
 def _between(
     samples: NDArray[np.float64], time_ns: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The samples and, on the cubics between two with the slopes there, points no further apart than a step."""
+    """Return the samples and points at most a step apart on the cubics between them."""
     count = samples.shape[0]
     since_s = (time_ns - time_ns[0]) / 1e9
     total = 1
@@ -145,7 +145,7 @@ def _between(
 
 @kernel
 def _slope(time_s: NDArray[np.float64], values: NDArray[np.float64], n: int, k: int) -> float:
-    """Slope at a sample: of the parabola through three; none where an axis rests or turns back, or at an end."""
+    """Return the slope at a sample: of the parabola through three; 0 if an axis rests or reverses, or at an end."""
     if n == 0 or n == values.shape[0] - 1:
         return 0.0
     before, after = time_s[n] - time_s[n - 1], time_s[n + 1] - time_s[n]
@@ -155,7 +155,7 @@ def _slope(time_s: NDArray[np.float64], values: NDArray[np.float64], n: int, k: 
 
 @kernel
 def _gradient(values: NDArray[np.float64], time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N,) slopes of the parabolas through three values, of the line through two at the ends; none of two values."""
+    """Return (N,) slopes of parabolas through three values, of the line through two at the ends; 0 for two values."""
     count = values.shape[0]
     slopes = np.zeros(count)
     if count > 2:
@@ -175,7 +175,7 @@ def _gradient(values: NDArray[np.float64], time_s: NDArray[np.float64]) -> NDArr
 def _turned(
     point_m: NDArray[np.float64], pulse: NDArray[np.float64], step_s: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """A load under a point that goes straight from step to step: its offset turns in phase space, exactly."""
+    """Return the swing of a load under a point that moves straight in each step: an exact rotation in phase space."""
     n = point_m.shape[0]
     offset, amplitude = np.zeros((n, 2)), np.zeros(n)
     rate = np.zeros(2)

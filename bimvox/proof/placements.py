@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 from bimvox.compiled import inline_kernel, kernel
 
 _ROOM = 4096
-"""Places in the table of cells at first, a power of two."""
+"""Initial size of the cell table, a power of two."""
 
 
 class Placements:
-    """The whole placements whose cells together cover a load at continuous reference cells: up to eight each.
+    """The whole placements whose cells together cover a load at continuous reference cells: up to eight per position.
 
     Args:
         positions: (N, 3) float64 reference cells.
-        slack_vox: (N,) positions this close to a whole cell are taken to be at it.
+        slack_vox: (N,) positions this close to a whole cell are snapped to it.
 
     Attributes:
-        cells: (U, 3) int64 reference cells of the placements, each once.
+        cells: (U, 3) int64 unique reference cells of the placements.
     """
 
     def __init__(self, positions: NDArray[np.float64], slack_vox: NDArray[np.float64]) -> None:
@@ -31,12 +31,12 @@ class Placements:
 
     @cached_property
     def around(self) -> NDArray[np.int64]:
-        """(8, N) int64 per position the rows of ``cells`` around it, some of them the same."""
+        """(8, N) int64 rows of ``cells`` around each position; some may be equal."""
         around: NDArray[np.int64] = _numbered(self._positions, self._slack_vox, True)[1]
         return around
 
     def at_positions(self, found: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return (N,) whether any placement around each position has what ((U,) bool) was found."""
+        """Return (N,) whether ``found`` ((U,) bool) holds for any placement around each position."""
         if not found.any():
             return np.zeros(len(self._positions), np.bool_)
         at: NDArray[np.bool_] = _any_around(found, self.around)
@@ -52,9 +52,9 @@ class Placements:
 def _numbered(
     cells: NDArray[np.float64], slack_vox: NDArray[np.float64], with_numbers: bool
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Number the whole cells around positions as they come, and, if wanted, say which are around each.
+    """Number the whole cells around positions in order of appearance; optionally list those around each position.
 
-    Most positions are between the same whole cells as the one before; those of the others are looked for in a table.
+    Most positions are between the same whole cells as the previous one; the cells of others are found in a hash table.
     """
     count = cells.shape[0]
     at = np.empty((8, count if with_numbers else 0), np.int64)
@@ -87,7 +87,7 @@ def _numbered(
 
 @inline_kernel
 def _slot(table: NDArray[np.int32], whole: NDArray[np.int64], x: int, y: int, z: int) -> int:
-    """Where one more than a cell's number is in a hash table that is half empty at least, or would be.
+    """Return the slot of a cell's number plus one in a hash table that is at least half empty; a free slot if absent.
 
     Open addressing; the hash is that of Teschner et al., Optimized Spatial Hashing for Collision Detection of
     Deformable Objects (2003).
@@ -104,7 +104,7 @@ def _slot(table: NDArray[np.int32], whole: NDArray[np.int64], x: int, y: int, z:
 
 @kernel
 def _with_more_room(whole: NDArray[np.int64], total: int) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-    """Room for four times as many cells, and a table of those that are there."""
+    """Return arrays for four times as many cells, with the table of the existing ones."""
     more = np.empty((4 * whole.shape[0], 3), np.int64)
     table = np.zeros(2 * more.shape[0], np.int32)
     for n in range(total):

@@ -1,8 +1,8 @@
-"""Proves a finished plan again, by other means than it was made.
+"""Proves a finished plan independently of how it was made.
 
-The planner asks a summed-area table and an exact sweep. This module asks neither: it counts what is in each raw cell,
-in a plain grid kept from lift to lift, and tests the real triangles with a collision library (FCL), finely sampled.
-Infeasible lifts prove nothing and are not looked at, except that what they leave out must not be leaned on.
+The planner uses a summed-area table and an exact sweep. This module uses neither: it counts what is in each raw cell,
+in a plain grid kept between lifts, and tests the triangles with a collision library (FCL) at fine samples.
+Infeasible lifts are not checked. But no part may rest on a part that they do not set.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from bimvox.site.component import Component, StoredPose
 from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape
 
 _SHARE = 1e-9
-"""Share of the capacity by which a load may exceed it: rounding."""
+"""Rounding tolerance: the share by which a load may exceed the capacity."""
 
 
 def verify_plan(
@@ -36,10 +36,10 @@ def verify_plan(
 
     Args:
         plan: The plan.
-        context: Lifts of the same plan that it does not carry (it is an extract of a log): they stand where the plan
-            puts them and wait where it says, but are not proven.
-        known_shapes: Indices of components of the same site whose cells were checked to cover their triangles; they are
-            not checked again, and those that pass now are added.
+        context: Lifts of the same plan that it does not contain (it is an extract of a log): their parts are where the
+            plan sets or stores them, but the lifts are not proven.
+        known_shapes: Indices of components of the same site whose cells are known to cover their triangles. They are
+            not checked again; components that pass now are added.
 
     Returns:
         Every check, with what failed and where.
@@ -87,7 +87,7 @@ class _Verifier:
         return Verification(tuple(self.checks.values()))
 
     def _check_deliveries(self) -> None:
-        """They come one after the other, and none weighs more than a truck carries, but for a single part."""
+        """Check that deliveries come in order, and that none is heavier than a truck's load, except a single part."""
         most_kg = self.site.rules.truckload_kg
         loads: dict[int, list[float]] = {}
         for lift in self.lifts:
@@ -179,7 +179,7 @@ class _Verifier:
 
     def _check_yard(self, lift: Lift, component: Component, present: Sequence[Thing]) -> None:
         check, place = self.checks["yard"], lift.place
-        if place is None or lift.left:  # it left the yard on another path, which is proven by itself
+        if place is None or lift.left:  # it left the yard on another path, which is proven separately
             return
         cells = place.shape.cells + np.array(place.cell_vox)
         turned = stored_shape(component.shape, place.pose, place.turn)
@@ -206,7 +206,7 @@ class _Verifier:
         self._check_turning(check, component, place, present)
 
     def _check_turning(self, check: Check, component: Component, place: YardPlace, present: Sequence[Thing]) -> None:
-        """Upright and raised, it turns about its hook in the way of nothing: in its corners' circle, at its height."""
+        """Check that the upright, raised part turns freely about its hook: in its corners' circle, at its height."""
         check.look(
             place.rise_vox == 1 or place.turn != 0,
             f"{component.id}: is raised by {place.rise_vox} cells, yet not turned",
@@ -235,10 +235,10 @@ class _Verifier:
             check.look(bool((away >= radius - 1e-9).all()), f"{component.id}: meets {thing.name} while it is turned")
 
     def _check_cells(self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
-        """Raw cells, placement by placement; where only neighbours are hit, on the last moves, the triangles decide.
+        """Check raw cells for each placement; on the last moves, triangles decide about contact with neighbours.
 
-        After the gate, on the moves that the plan says were made in contact, they also decide about what has triangles
-        and is no neighbour: the part must not meet it at all.
+        After the gate, on the moves that the plan marks as in contact, they also decide for things with triangles that
+        are not neighbours: the part must not touch them at all.
         """
         check = self.checks["cells"]
         own = component.shape.cells
@@ -269,7 +269,7 @@ class _Verifier:
     def _check_margin(
         self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]
     ) -> None:
-        """Between its departure, straight up, and its last moves a part keeps the clearance in transit."""
+        """Check that a part keeps the transit clearance between its departure, straight up, and its last moves."""
         size_m, margin_m = self.site.frame.voxel_size_m, self.site.rules.transit_clearance_m
         if margin_m <= 0.0:
             return
@@ -329,7 +329,7 @@ class _Verifier:
             check.look(clear, f"{component.id}: at placement {n} the hoist rope meets {names}")
 
     def _check_support(self, component: Component, placed: Collection[int]) -> None:
-        """Everything that carries the part in the finished building stands before it is set."""
+        """Check that everything that carries the part in the finished building is in place before it is set."""
         for other in self.triangles.carried_by(component):
             self.checks["support"].look(
                 other in placed,

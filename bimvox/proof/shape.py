@@ -18,7 +18,7 @@ def check_shape(check: Check, component: Component, frame: GridFrame) -> None:
     """Check that points spread over a part's triangles, half a cell apart, lie in its cells at its place.
 
     Args:
-        check: Where the result goes.
+        check: Receives the result.
         component: The part.
         frame: Metres to cells.
     """
@@ -38,7 +38,7 @@ def check_shape(check: Check, component: Component, frame: GridFrame) -> None:
 def _covered(
     dense: NDArray[np.bool_], scaled: NDArray[np.float64], low: NDArray[np.int64], border: float
 ) -> NDArray[np.bool_]:
-    """(N,) whether any of the cells around points, a border's width to either side, is among those that are set."""
+    """Return (N,) whether any cell around each point, a border's width to either side, is among the set cells."""
     covered = np.zeros(scaled.shape[0], np.bool_)
     nx, ny, nz = dense.shape
     for n in range(scaled.shape[0]):
@@ -53,7 +53,7 @@ def _covered(
 
 
 def _spread(triangles_m: NDArray[np.float64], spacing_m: float) -> NDArray[np.float64]:
-    """Points over every triangle, corners included, at most ``spacing_m`` apart (or ``_FINEST`` an edge)."""
+    """Return points over every triangle, corners included, at most ``spacing_m`` apart (or ``_FINEST`` an edge)."""
     longest = np.linalg.norm(triangles_m - np.roll(triangles_m, 1, axis=1), axis=2).max(axis=1)
     parts = np.clip(np.ceil(longest / spacing_m), 1, _FINEST).astype(int)
     found = []

@@ -1,4 +1,4 @@
-"""The proof that a lift keeps to the site's zones and its wind, by other means than the planner's."""
+"""The proof that a lift respects the site's zones and wind limit, independent of the planner."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from bimvox.site.site import Site
 
 _TURN = np.radians(15.0)
 _PERMITTED_M2_PER_T = 1.2
-"""EN 13000: what a crane's own wind limit supposes."""
+"""Wind area per tonne that a crane's own wind limit assumes (EN 13000)."""
 _SHARE = 1e-6
 
 
 def check_zones(check: Check, site: Site, component: Component, path: NDArray[np.int32]) -> None:
-    """Check that hook and load of every placement ((N, 3)) keep out of the zones that are closed to them."""
+    """Check that hook and load of every placement ((N, 3)) stay outside the zones that are closed to them."""
     hook = path + np.array(component.hook_offset_vox, np.int32)
     if site.prohibited is not None:
         over = site.prohibited[hook[:, 0], hook[:, 1]]
@@ -51,7 +51,7 @@ def check_zones(check: Check, site: Site, component: Component, path: NDArray[np
 
 
 def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component) -> None:
-    """Check that the site's wind is permitted for a part, from the outline of its triangles seen from every side."""
+    """Check that the site's wind is permitted for a part, by the outline of its triangles from every side."""
     wind = site.rules.wind_speed_m_s
     if wind <= 0.0:
         return
@@ -71,12 +71,12 @@ def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component
 
 
 def check_rope_margin(check: Check, site: Site, lift: Lift, component: Component, counts: NDArray[np.uint16]) -> None:
-    """Check that in transit nothing stands higher than the end of the hook's line within its clearance in plan.
+    """Check that in transit, within the clearance in plan, nothing is higher than the end of the hook line.
 
-    Left out are the first placements straight up from the yard, as long as something is near, and the last moves.
+    Exceptions: the first placements straight up from the yard while something is near, and the last moves.
 
     Args:
-        check: Where the result goes.
+        check: Receives the result.
         site: The site.
         lift: The lift; it must have a path.
         component: Its part.
@@ -101,7 +101,7 @@ def check_rope_margin(check: Check, site: Site, lift: Lift, component: Component
 
 
 def _outline_m2(component: Component, angle_rad: float) -> float:
-    """Area of the part's outline seen level from one side: its triangles, one on the other."""
+    """Return the area of the part's outline in a horizontal view from one side: the union of its triangles."""
     aside = np.array([-np.sin(angle_rad), np.cos(angle_rad), 0.0])
     corners = component.mesh.triangles_m
     flat = np.stack([corners @ aside, corners[:, :, 2]], axis=2)

@@ -1,13 +1,13 @@
-"""What the proof knows of a part's triangles: a tree over them, how thick the part is under each, and what is inside.
+"""A part's triangles prepared for the proof: a tree over them, the thickness under each, and points inside.
 
-The *skin* of a part is the layer under its surface that another part may overlap; the rest inside it is its *core*.
-The skin of a triangle reaches to either side of it, square to it, and as far beyond its outline. It is as deep as the
-contact tolerance where the part is thick; where it is thin, 45 % of the thickness there, so that every member of a
-profile or a frame keeps a core, however thin it is. The thickness is measured by rays from points on the triangle to
-the first triangle opposite.
+The *skin* of a part is the layer under its surface that another part may overlap; the rest of its inside is its *core*.
+The skin of a triangle extends perpendicularly to both sides, and equally far beyond its outline. Its depth is the
+contact tolerance if the part is thick there. If the part is thin, it is 45 % of the thickness, so that every member of
+a profile or a frame has a core. The thickness is measured by rays from points on the triangle to the first triangle
+opposite.
 
-A point is inside a part if most of three slanted rays from it say so: by the sum of signed crossings if every edge of
-the mesh is matched, otherwise by their parity. Sheets and open meshes have no inside where the rays disagree.
+A point is inside a part by the majority of three slanted rays: by the sum of signed crossings if every edge of the
+mesh is matched, otherwise by their parity. Sheets and open meshes have no inside if the rays disagree.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from bimvox.proof.solid_queries import in_skin, is_inside
 from bimvox.proof.triangle_tree import crossed, tree_over
 
 FINEST_M = 5e-4
-"""A skin is this deep at least, and pieces of a surface with shorter edges are not divided any more."""
+"""Least depth of a skin; pieces of a surface with shorter edges are not divided further."""
 _ROUNDING_M = 1e-6
 _SHARE_OF_THICKNESS = 0.45
 _APART_M = 0.25
@@ -40,16 +40,16 @@ class Solid(NamedTuple):
     Attributes:
         corners_m: (F, 3, 3) float64 triangles with an area.
         normals: (F, 3) float64 unit normals.
-        skins_m: (F,) float64 depth of the skin at each.
-        deepest_m: The largest of these.
+        skins_m: (F,) float64 depth of the skin of each triangle.
+        deepest_m: The largest skin depth.
         boxes_m: (N, 2, 3) float64 lowest and highest corner of each node of the tree.
         spans: (N, 3) int64 first triangle, one after the last, and right child (the left one follows its parent); the
             right child of a leaf is 0.
         core_m: (2, 3) float64 a box around the core.
-        is_matched: Whether every edge is used as often one way as the other.
+        is_matched: Whether every edge is used equally often in both directions.
         thickness_m: Mean thickness.
-        seed_m: (K, 3) float64 a point of the core; none where no core was found.
-        ends_m: (E, 3) float64 points on the surface: of every piece that hangs together those furthest along each axis.
+        seed_m: (K, 3) float64 a point of the core; empty if no core was found.
+        ends_m: (E, 3) float64 points on the surface: of every connected piece, those furthest along each axis.
     """
 
     corners_m: NDArray[np.float64]
@@ -67,11 +67,11 @@ class Solid(NamedTuple):
 
 @kept
 def solid_of(mesh: TriangleMesh, tolerance_m: float) -> Solid:
-    """Return what the proof knows of a mesh.
+    """Return a mesh prepared for the proof.
 
     Args:
         mesh: The part's triangles.
-        tolerance_m: How deep the skin is where the part is thick.
+        tolerance_m: Depth of the skin if the part is thick.
     """
     triangles = mesh.triangles_m
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
@@ -107,7 +107,7 @@ def solid_of(mesh: TriangleMesh, tolerance_m: float) -> Solid:
 
 
 def _is_matched(mesh: TriangleMesh) -> bool:
-    """Whether every edge is used as often in one direction as in the other; corners closer than 0.1 um are one."""
+    """Return whether every edge is used equally often in both directions; corners closer than 0.1 um are merged."""
     _, number = np.unique(mesh.vertices_m.round(7), axis=0, return_inverse=True)
     faces = number.reshape(-1)[mesh.faces].astype(np.int64)
     first, second = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
@@ -117,7 +117,7 @@ def _is_matched(mesh: TriangleMesh) -> bool:
 
 
 def _ends(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(E, 3) middles of the triangles that are furthest along each axis, either way, of every connected piece."""
+    """Return (E, 3) middles of the triangles furthest along each axis, both ways, of every connected piece."""
     _, corner = np.unique(triangles.reshape(-1, 3).round(7), axis=0, return_inverse=True)
     first, second, third = corner.reshape(-1, 3).T
     count, ones = int(corner.max()) + 1, np.ones(2 * len(first))
@@ -141,7 +141,7 @@ def _thicknesses(
     spans: NDArray[np.int64],
     outward: float,
 ) -> NDArray[np.float64]:
-    """(F,) the least way through the part from points spread over each triangle; infinite where no ray hits."""
+    """Return (F,) the least thickness of the part at points spread over each triangle; infinite if no ray hits."""
     thick = np.full(corners.shape[0], np.inf)
     for f in range(corners.shape[0]):
         a, b, c = corners[f, 0], corners[f, 1], corners[f, 2]
@@ -155,7 +155,7 @@ def _thicknesses(
                     crossed(corners, normals, boxes, spans, point, normals[f], f),
                     crossed(corners, normals, boxes, spans, point, -normals[f], f),
                 )
-                # The way into the part leaves it again: an odd number of crossings. Abutting shells are odd both ways.
+                # A ray into the part leaves it again: an odd number of crossings. Abutting shells are odd both ways.
                 inward = np.inf
                 if ahead[0] % 2 == 1:
                     inward = ahead[2]
@@ -168,7 +168,7 @@ def _thicknesses(
 
 
 def _seed(solid: Solid, thick: NDArray[np.float64], outward: float) -> NDArray[np.float64]:
-    """(K, 3) a point half way through the part, under the first triangle where that is in the core."""
+    """Return (K, 3) a point halfway through the part, under the first triangle for which it is in the core."""
     middles = solid.corners_m.mean(axis=1) - outward * solid.normals * thick[:, None] / 2.0
     for middle in middles[:64]:
         if is_inside(solid, middle) and not in_skin(solid, middle, middle, middle, middle):

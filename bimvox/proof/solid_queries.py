@@ -1,4 +1,4 @@
-"""What is asked of a solid: whether a point is inside, whether its skin holds a triangle, whether surfaces cross."""
+"""Queries on a solid: whether a point is inside, whether its skin contains a triangle, whether surfaces cross."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _RAYS = np.array([[0.5341, 0.2287, 0.8139], [-0.8243, 0.4571, 0.3343], [0.2951, 
 
 @kernel
 def is_inside(solid: Solid, point: NDArray[np.float64]) -> bool:
-    """Return whether a point, (3,) metres, is inside: what most of three rays say."""
+    """Return whether a point, (3,) metres, is inside, by the majority of three rays."""
     votes = 0
     for ray in range(3):
         crossings, winding, _ = crossed(
@@ -40,7 +40,7 @@ def in_skin(
     b: NDArray[np.float64],
     c: NDArray[np.float64],
 ) -> bool:
-    """Return whether the skin of one triangle holds three points: it is convex, and holds everything between them.
+    """Return whether the skin of one triangle contains three points and, as it is convex, everything between them.
 
     Args:
         solid: The solid.
@@ -78,7 +78,7 @@ def in_skin(
 
 @kernel
 def _holds(solid: Solid, f: int, skin: float, point: NDArray[np.float64]) -> bool:
-    """Whether the skin of a triangle holds a point: near its plane, and near its outline in that plane."""
+    """Return whether the skin of a triangle contains a point: near its plane, and near its outline in that plane."""
     normal, triangle = solid.normals[f], solid.corners_m[f]
     off = 0.0
     for k in range(3):
@@ -123,7 +123,7 @@ def from_triangle(triangle: NDArray[np.float64], x: float, y: float, z: float) -
 
 @kernel
 def crosses_surface(solid: Solid, a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> bool:
-    """Return whether a triangle, three (3,) points in metres, crosses the surface; touching it is not crossing."""
+    """Return whether a triangle, three (3,) points in metres, crosses the surface; touching does not count."""
     waiting = np.empty(64, np.int64)
     waiting[0], left = 0, 1
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
@@ -149,7 +149,7 @@ def crosses_surface(solid: Solid, a: NDArray[np.float64], b: NDArray[np.float64]
 
 @kernel
 def surfaces_cross(solid: Solid, other: Solid, offset: NDArray[np.float64]) -> bool:
-    """Return whether the surfaces of two solids, the other moved by (3,) metres, cross; touching is not crossing."""
+    """Return whether the surfaces of two solids, the other moved by (3,) metres, cross; touching does not count."""
     waiting = np.empty((256, 2), np.int64)
     waiting[0, 0], waiting[0, 1], left = 0, 0, 1
     moved = np.empty((3, 3))
@@ -185,7 +185,7 @@ def surfaces_cross(solid: Solid, other: Solid, offset: NDArray[np.float64]) -> b
 
 @kernel
 def _are_apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
-    """Whether a plane separates two triangles: along one of them, or along an edge of each (11 directions)."""
+    """Return whether a plane separates two triangles: along one of them, or along an edge of each (11 directions)."""
     for k in range(3):
         if min(one[0, k], one[1, k], one[2, k]) >= max(other[0, k], other[1, k], other[2, k]) - _ROUNDING_M:
             return True

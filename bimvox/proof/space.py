@@ -1,7 +1,7 @@
-"""Raw cells for the proof of a motion: where a load is between its samples, and what occupies those cells.
+"""Raw cells for the proof of a motion: the positions of a load between samples, and what occupies its cells.
 
-Nothing here asks the summed-area table, a hook floor or the swept check, by which motions are made: positions come from
-the crane's forward kinematics, and what stands where is counted cell by cell.
+This module does not use the summed-area table, a hook floor or the swept check, which make the motions. Positions come
+from the crane's forward kinematics, and occupancy is counted cell by cell.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _SPACING_VOX = 0.125
 _MOST_BETWEEN = 4096
 _AT_SAMPLE_VOX = 1e-5
 BETWEEN_VOX = 0.05
-"""How far into a cell a position between two samples may reach: where one axis speeds up while another slows down the
-motion is curved, and the chord between two of its samples cuts that much off (a t^2 / 8; measured up to 0.05)."""
+"""How far into a cell a position between two samples may reach. If one axis accelerates while another decelerates, the
+motion is curved, and the chord between two samples cuts off this much (a t^2 / 8; measured up to 0.05)."""
 ALWAYS_NS = (-(2**62), 2**62)
-"""A span of time that holds every motion."""
+"""A time span that contains every motion."""
 
 
 class Way(NamedTuple):
@@ -36,7 +36,7 @@ class Way(NamedTuple):
 
     Attributes:
         axes: (N, 3) float64 slew (rad), radius (m), height (m).
-        sample: (N,) int64 index of the sample that each is at or comes after.
+        sample: (N,) int64 index of the sample at or before each.
         slack_vox: (N,) float64 how far each may reach into a cell.
     """
 
@@ -46,15 +46,15 @@ class Way(NamedTuple):
 
 
 def within(trajectory: Trajectory, way: Way, start_ns: int, window_ns: tuple[int, int]) -> NDArray[np.bool_]:
-    """Return (N,) which positions of a way belong to a span of time.
+    """Return (N,) which positions of a trajectory belong to a time span.
 
-    A position belongs to all of the time between the samples around it, so that a span's border is on the safe side.
+    A position belongs to the whole time between the samples around it, so a span's border is on the safe side.
 
     Args:
-        trajectory: Whose positions they are.
+        trajectory: The trajectory of the positions.
         way: The positions.
         start_ns: When its lift starts, on the site's clock.
-        window_ns: From when until when.
+        window_ns: Start and end of the span.
     """
     time_ns = trajectory.time_ns + np.int64(start_ns)
     next_ns = np.append(time_ns[1:], time_ns[-1])
@@ -72,7 +72,7 @@ def way_of(crane: TowerCrane, axes: NDArray[np.float64], voxel_size_m: float) ->
 def _between(
     axes: NDArray[np.float64], hook_m: NDArray[np.float64], spacing_m: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
-    """The samples, and points on the chords between where the hook goes further than a spacing."""
+    """Return the samples, and points on the chords between them if the hook moves further than a spacing."""
     count = axes.shape[0]
     parts = np.ones(count, np.int64)
     for n in range(count - 1):
@@ -105,7 +105,7 @@ def reference_cells(
         crane: The crane.
         frame: Metres to cells.
         axes: (N, 3) slew (rad), radius (m), height (m).
-        hook_offset_vox: Hook cell relative to the reference cell; zeros for the empty hook.
+        hook_offset_vox: Hook cell relative to the reference cell; zero for the empty hook.
 
     Returns:
         (N, 3) float64.
@@ -116,7 +116,7 @@ def reference_cells(
 def cells_below(
     crane: TowerCrane, frame: GridFrame, hook_m: NDArray[np.float64], hook_offset_vox: IntVec
 ) -> NDArray[np.float64]:
-    """Return the same where it is known already where the hook is ((N, 3), metres)."""
+    """Return the same from known hook positions ((N, 3), metres)."""
     cells: NDArray[np.float64] = hook_m - np.array([0.0, 0.0, crane.sling_m])
     cells -= np.array(frame.origin_m)
     cells /= frame.voxel_size_m
@@ -128,7 +128,7 @@ def cells_below(
 def tail_of(cells: NDArray[np.float64], lift: Lift | None) -> NDArray[np.bool_]:
     """Return (N,) which positions ((N, 3) reference cells) are on the last moves of a lift.
 
-    They are at the end, and within the placements that were in contact.
+    These are at the end, within the placements that were in contact.
     """
     if lift is None or lift.path_vox is None or lift.contact_moves <= 0:
         return np.zeros(len(cells), np.bool_)
@@ -140,7 +140,7 @@ def tail_of(cells: NDArray[np.float64], lift: Lift | None) -> NDArray[np.bool_]:
 
 @kernel
 def _last_within(cells: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """(N,) which positions are in a box, and all after them too."""
+    """Return (N,) which positions are in a box and stay in it until the end."""
     last = np.zeros(cells.shape[0], np.bool_)
     for n in range(cells.shape[0] - 1, -1, -1):
         for k in range(3):
@@ -152,7 +152,7 @@ def _last_within(cells: NDArray[np.float64], low: NDArray[np.float64], high: NDA
 
 @kernel
 def _within(cells: NDArray[np.int64], low: NDArray[np.int64], high: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """(N,) which cells are in a box, both ends inclusive."""
+    """Return (N,) which cells are in a box, both ends inclusive."""
     within = np.ones(cells.shape[0], np.bool_)
     for n in range(cells.shape[0]):
         for k in range(3):
@@ -162,7 +162,7 @@ def _within(cells: NDArray[np.int64], low: NDArray[np.int64], high: NDArray[np.i
 
 
 class RawCells(Marks):
-    """How many things occupy each cell, asked about the placements of a load."""
+    """Counts of things in each cell, with queries for the placements of a load."""
 
     def holds(self, placements: Placements, own: NDArray[np.int32]) -> NDArray[np.bool_]:
         """Return (U,) whether all cells ((C, 3) relative to the reference cell) are inside the grid at a placement."""
@@ -171,7 +171,7 @@ class RawCells(Marks):
         return inside
 
     def meets(self, placements: Placements, own: NDArray[np.int32]) -> NDArray[np.bool_]:
-        """Return (U,) whether any cell is occupied at a placement; False where it is not inside the grid."""
+        """Return (U,) whether any cell is occupied at a placement; False if it is not inside the grid."""
         met: NDArray[np.bool_] = self.hits(own, placements.cells) & self.holds(placements, own)
         return met
 

@@ -1,8 +1,8 @@
-"""The verifier's test that the building stands at every stage, seen as taking it apart again.
+"""The verifier's test that the building is stable at every stage, in the reverse order of erection.
 
-Taken apart from the last lift to the first, no part that is still there may lose its hold: it touches the ground or
-structure, directly or through other parts, by cells. Parts that hold on to nothing even in the finished building are as
-the author drew them, and are left out, and so are those that the plan lists: what holds them is not in the model.
+When parts are removed from the last lift to the first, every remaining part must stay supported: its cells touch the
+ground or structure, directly or through other parts. Two kinds of parts are excluded: parts that touch nothing even in
+the finished building, and parts that the plan lists because their support is not in the model.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from bimvox.site.site import Site
 def check_stands(
     check: Check, site: Site, lifts: Sequence[Lift], *, unheld: Collection[str] = (), proven: Collection[int] = ()
 ) -> None:
-    """Check that every planned part has a hold when it is set.
+    """Check that every planned part is supported when it is set.
 
     Args:
-        check: Where the result goes.
+        check: Receives the result.
         site: The site.
         lifts: All lifts of the plan, ascending order.
-        unheld: Ids of parts that the plan lists as held by something that is not in the model.
-        proven: Orders of lifts that were proven before (an extract of a log does not carry them): they have a hold.
+        unheld: Ids of parts that the plan lists as supported by something that is not in the model.
+        proven: Orders of lifts that were proven before (an extract of a log omits them): they are supported.
     """
     held = np.zeros(site.shape, np.bool_)
     for blocker, fixed in zip(site.blockers, fixed_things(site), strict=True):
@@ -67,7 +67,7 @@ def check_stands(
 
 @kernel
 def _hold(held: NDArray[np.bool_], cells: NDArray[np.int32]) -> None:
-    """Note that cells are held; those outside the grid hold nothing."""
+    """Mark cells as supported; cells outside the grid are ignored."""
     nx, ny, nz = held.shape
     for n in range(cells.shape[0]):
         x, y, z = cells[n, 0], cells[n, 1], cells[n, 2]
@@ -77,7 +77,7 @@ def _hold(held: NDArray[np.bool_], cells: NDArray[np.int32]) -> None:
 
 @kernel
 def _touches(held: NDArray[np.bool_], cells: NDArray[np.int32]) -> bool:
-    """Whether a cell that is held is among the cells or beside one of them, corners included."""
+    """Return whether a supported cell is among the cells or next to one of them, corners included."""
     nx, ny, nz = held.shape
     for n in range(cells.shape[0]):
         x, y, z = cells[n, 0], cells[n, 1], cells[n, 2]

@@ -1,8 +1,8 @@
-"""The proof that loads hang at rest where they are set, and swing into nothing on the way.
+"""The proof that loads hang at rest when they are set, and that they hit nothing when they swing.
 
-By other means than the motions were made: from the samples alone, a cubic through them between, and a pendulum that is
-turned exactly from step to step. A stop is braking in need: its load swings through it and goes on swinging while the
-crane stands, and all of that is looked at too. Before the crane goes on the load is brought to rest by its tag lines.
+It is independent of how the motions were made: it uses the samples alone, cubics between them, and a pendulum that is
+rotated exactly in each step. During an emergency stop the load swings, and it keeps swinging while the crane stands
+still; both are checked. Before the crane resumes, tag lines bring the load to rest.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
 REST_M = 0.05
-"""A load that swings no further than this to a side hangs at rest."""
+"""A load that swings no further than this to either side counts as at rest."""
 _SLINGS_END = (0, 0, 0)
 _SPACING_VOX = 0.5
 _MOST_ACROSS = 64
@@ -40,7 +40,7 @@ class SwingProof(LiftProof):
     """Its checks are ``swing``."""
 
     def check(self, name: str, moment: Moment, motion: LiftMotion, ways: Sequence[EmptyWay] | None = None) -> None:
-        """Check the loaded motion of a lift, and the ways of its empty hook; as ``HookProof.check``."""
+        """Check the loaded motion of a lift and its empty hook moves; as ``HookProof.check``."""
         component = self.site.components[moment.lift.component]
         loaded, empty = (hanging_m(self.site, self.crane, part) for part in (component, None))
         if loaded is None or empty is None:
@@ -62,7 +62,7 @@ class SwingProof(LiftProof):
         lift: Lift | None,
         left: Sequence[Thing] = (),
     ) -> None:
-        # A way that ends with a stop ends swinging: tag lines bring what hangs on the hook to rest before it goes on.
+        # A move that ends with a stop ends swinging: tag lines bring what hangs on the hook to rest afterwards.
         stopped = any(abs(end_ns - motion.start_ns - way.time_ns[-1]) <= 1 for _, end_ns in motion.stops_ns)
         for swung in swung_parts(self.crane, motion, way, below_hook_m):
             at_end_m = float(swung.amplitude_m[-1])
@@ -83,7 +83,7 @@ class SwingProof(LiftProof):
         left: Sequence[Thing],
         start_ns: int,
     ) -> None:
-        """A load that swings further than what counts as rest meets nothing, to either side."""
+        """Check that a load that swings further than what counts as rest hits nothing, to either side."""
         self.checks["swing"].look(True, "", samples=len(swung.time_s))
         frame = self.site.frame
         offset = _SLINGS_END if component is None else component.hook_offset_vox
@@ -109,7 +109,7 @@ class SwingProof(LiftProof):
         if self.site.rules.rope:
             over = placements.at_positions(self.cells.line_meets(placements, offset))
             if over.any() and left:
-                # The line leaves the part just set through cells of what touches it.
+                # The line leaves the part just set through cells of what touches that part.
                 with self.cells.without(left):
                     over &= placements.at_positions(self.cells.line_meets(placements, offset))
             bad |= over
@@ -131,7 +131,7 @@ class SwingProof(LiftProof):
         rows: NDArray[np.bool_],
         lift: Lift | None,
     ) -> None:
-        """In the last moves a load swings along their line only."""
+        """Check that in the last moves a load swings only along their line."""
         assert lift is not None
         assert lift.path_vox is not None
         line = lift.path_vox[-1 - lift.contact_moves :].astype(np.float64)
@@ -150,7 +150,7 @@ class SwingProof(LiftProof):
 def swung_placements(
     site: Site, crane: TowerCrane, motion: LiftMotion, way: Trajectory, component: Component | None, rest_ns: int
 ) -> NDArray[np.int64]:
-    """Return (N, 3) the placements into which a load swings on its way; none where swing is off.
+    """Return (N, 3) the placements into which a load swings during its motion; none if swing is off.
 
     Args:
         site: The site.
@@ -158,7 +158,7 @@ def swung_placements(
         motion: The lift.
         way: One of its trajectories.
         component: The load; None for the empty hook.
-        rest_ns: From when on, since the start of the lift.
+        rest_ns: Only after this time, since the start of the lift.
     """
     below_hook_m = hanging_m(site, crane, component)
     found = [np.empty((0, 3), np.int64)]
@@ -183,9 +183,9 @@ def beyond_rest_m(offset_m: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def thinned(cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return rows so many that their cells ((N, 3)) are an eighth of a cell apart or less, or as they are.
+    """Return the rows, thinned so that their cells ((N, 3)) stay at most an eighth of a cell apart if they were.
 
-    So are the cells that the load swings to ((N, 2)): it goes on when the crane stands.
+    The same holds for the cells that the load swings to ((N, 2)): it swings also while the crane stands still.
     """
     thin: NDArray[np.int64] = _thinned(cells, beyond_vox, rows)
     return thin
@@ -193,7 +193,7 @@ def thinned(cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: N
 
 @kernel
 def _thinned(cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The first of the given rows in each step of the way."""
+    """Return the first of the given rows in each step of the motion."""
     thin = np.empty_like(rows)
     count, at, way, last = 0, 0, 0.0, -1.0
     for n in range(rows.shape[0]):
@@ -213,12 +213,12 @@ def _thinned(cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: 
 def across(
     cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return positions from as far as a load swings to one side to as far to the other, half a cell apart.
+    """Return positions over the whole swing of a load, from side to side, half a cell apart.
 
     Args:
         cells: (N, 3) reference cells of the load at rest.
-        beyond_vox: (N, 2) how far it swings.
-        rows: (M,) which of them.
+        beyond_vox: (N, 2) how far it swings to either side.
+        rows: (M,) the rows to use.
 
     Returns:
         (K,) int64 the row of each, and (K, 3) the positions.
@@ -253,7 +253,7 @@ def _across(
 def _from_segment(
     points: NDArray[np.float64], start: NDArray[np.float64], end: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """(N,) distance of points from a segment."""
+    """Return (N,) the distance of points from a segment."""
     edge = end - start
     along = np.clip((points - start) @ edge / max(float(edge @ edge), 1e-12), 0.0, 1.0)
     return np.asarray(np.linalg.norm(points - (start + along[:, None] * edge), axis=1), np.float64)

@@ -1,4 +1,4 @@
-"""A tree of boxes over triangles, and the rays that are sent through it."""
+"""A tree of boxes over triangles, and ray queries on it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SAME_M = 1e-7
 def tree_over(
     low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
-    """Return the order of the triangles, boxes and spans of the nodes: halves along the longest side, to leaves."""
+    """Return the order of the triangles, and boxes and spans of the nodes: halved along the longest side."""
     order = np.arange(len(low))
     boxes, spans = np.empty((2 * len(low) + 1, 2, 3)), np.zeros((2 * len(low) + 1, 3), np.int64)
     count = _split(order, low + high, low, high, boxes, spans)
@@ -73,7 +73,7 @@ def crossed(
     ray: NDArray[np.float64],
     own: int,
 ) -> tuple[int, int, float]:
-    """How many triangles but one's own a ray crosses, the sum of their signs, and the way to the nearest."""
+    """Return how many other triangles a ray crosses, the sum of their signs, and the distance to the nearest."""
     waiting = np.empty(64, np.int64)
     waiting[0], left = 0, 1
     crossings, winding, nearest = 0, 0, np.inf
@@ -116,7 +116,7 @@ def crossed(
 
 @kernel
 def _is_over(triangle: NDArray[np.float64], normal: NDArray[np.float64], x: float, y: float, z: float) -> bool:
-    """Whether a point of a triangle's plane is on the triangle."""
+    """Return whether a point in a triangle's plane is on the triangle."""
     for k in range(3):
         a, b = triangle[k], triangle[(k + 1) % 3]
         ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]

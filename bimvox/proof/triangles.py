@@ -1,9 +1,9 @@
-"""The test of real triangles: whether a part meets another deeper than it may, on a finely sampled way.
+"""The triangle test: whether a part overlaps another too deep, on a finely sampled path.
 
 How deep two parts may overlap is decided by ``overlap``: the surface of the thinner part must not reach the core of the
-thicker one. If the model draws two parts into each other, the plan lists the pair with a way out of the overlap, and
-the part moved by that way must keep this rule. Offsets along the way are at most 20 mm apart, or half the thickness of
-the thinner part's box. FCL (Pan, Chitta, Manocha 2012) tells whether true surfaces cross: for parts that are not
+thicker one. If two parts overlap in the model, the plan lists the pair with a way out of the overlap, and the part
+moved by that way must respect this rule. Offsets along the path are at most 20 mm apart, or half the thickness of
+the thinner part's box. FCL (Pan, Chitta, Manocha 2012) tests whether true surfaces cross: for parts that are not
 neighbours, for ropes, and for what carries a part.
 """
 
@@ -26,17 +26,17 @@ from bimvox.site.component import Component
 
 _SPACING_M = 0.02
 _ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
-_SHARES_STILL_INSIDE = (0.3, 0.5, 0.7, 0.9)  # shares of its way out at one of which a part must still meet the other
-_SHEET_M = 1e-6  # thinner than this it is a sheet: nothing is inside it
-_ROUNDING_M = 1e-9  # boxes this close are not taken to be apart
-_AT_CELL_VOX = 0.01  # a position this close to a placement is at it
+_SHARES_STILL_INSIDE = (0.3, 0.5, 0.7, 0.9)  # at one of these shares of its way out a part must still overlap the other
+_SHEET_M = 1e-6  # anything thinner is a sheet and has no inside
+_ROUNDING_M = 1e-9  # boxes closer than this do not count as apart
+_AT_CELL_VOX = 0.01  # a position this close to a placement counts as at it
 
 
 class TriangleCheck:
     """Real triangles of everything that can touch: components by their index, then structure.
 
     Args:
-        plan: The plan; its modelled clashes say which pairs may overlap as deep as drawn.
+        plan: The plan; its modelled clashes list the pairs that may overlap by no more than the model does.
     """
 
     def __init__(self, plan: LiftPlan) -> None:
@@ -63,7 +63,7 @@ class TriangleCheck:
         self._objects: dict[tuple[bool, int], fcl.CollisionObject] = {}
 
     def check_moves(self, check: Check, component: Component, path: NDArray[np.int32], other: int) -> None:
-        """Check that a part meets another no deeper than it may along a path of unit moves.
+        """Check that a part overlaps another by no more than allowed along a path of unit moves.
 
         Args:
             check: Where the result goes.
@@ -75,7 +75,7 @@ class TriangleCheck:
         self.check_way(check, component, offsets_m, other)
 
     def check_way(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
-        """Check that a part meets another no deeper than it may along straight pieces between positions.
+        """Check that a part overlaps another by no more than allowed along straight pieces between positions.
 
         Args:
             check: Where the result goes.
@@ -94,7 +94,7 @@ class TriangleCheck:
             return
         tolerance_m = self._site.rules.contact_tolerance_m
         part, fixed = (solid_of(self._meshes[number], tolerance_m) for number in (component.index, other))
-        # Of two parts of the same thickness the one with the lower number bears the overlap.
+        # If both parts are equally thick, the one with the lower number counts as the thicker one.
         bears = (part.thickness_m, -component.index) > (fixed.thickness_m, -other)
         boxes = (part.core_m, self._boxes[other]) if bears else (self._boxes[component.index], fixed.core_m)
 
@@ -111,10 +111,10 @@ class TriangleCheck:
         check.measure(float(np.abs(way_m).sum()) + tolerance_m)
 
     def check_apart(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
-        """Check that a part does not meet another at all along straight pieces between positions.
+        """Check that a part does not touch another at all along straight pieces between positions.
 
-        For what it does not touch in the finished building: true surfaces, nothing is allowed for. It comes from where
-        it is free, so surfaces cross on its way into another.
+        For solids that it does not touch in the finished building: true surfaces, without tolerance. The part starts
+        free, so surfaces cross when it enters another.
 
         Args:
             check: Where the result goes.
@@ -140,16 +140,16 @@ class TriangleCheck:
         aside_m: NDArray[np.float64],
         meets: Callable[[NDArray[np.float64]], bool],
     ) -> list[NDArray[np.float64]]:
-        """Return the offsets, finely spaced, at which a part meets another; the others are counted as good.
+        """Return the offsets, finely spaced, at which a part hits another; the others count as passed.
 
         Args:
-            check: Where the count goes.
+            check: Receives the count.
             component: The part.
             offsets_m: (N, 3) where it is, relative to its place in the building.
             other: Number of the other solid.
-            boxes_m: (2, 3) each, boxes around what may meet: if they are apart, it does not.
-            aside_m: (3,) what the part is moved by in addition to the offset.
-            meets: Whether the part, moved by (3,) metres, meets the other.
+            boxes_m: (2, 3) each, boxes around what may collide: if they are apart, nothing collides.
+            aside_m: (3,) additional displacement of the part.
+            meets: Whether the part, moved by (3,) metres, hits the other.
         """
         fine_m = _finely(offsets_m, self._spacing_m(component.index, other))
         low, high = self._boxes[component.index]
@@ -164,7 +164,7 @@ class TriangleCheck:
         return met
 
     def _crosses(self, moving: int, fixed: int) -> Callable[[NDArray[np.float64]], bool]:
-        """Whether the true surfaces of two solids cross or touch, by where the first is moved to."""
+        """Return a test of whether the true surfaces of two solids cross or touch, for a position of the first."""
 
         def crosses(offset_m: NDArray[np.float64]) -> bool:
             part = self._moved(moving)
@@ -187,9 +187,9 @@ class TriangleCheck:
         return not fcl.collide(rope, self._fixed(other))
 
     def carried_by(self, component: Component) -> tuple[int, ...]:
-        """Return the components that a part rests on in the finished building: it meets them when it sinks by the gap.
+        """Return the components that a part rests on in the finished building: it hits them if it sinks by the gap.
 
-        Parts beside it are kept out by narrowing it in plan.
+        The part is narrowed in plan, so parts next to it do not count.
         """
         rules = self._site.rules
         low, high = self._boxes[component.index]
@@ -216,7 +216,7 @@ class TriangleCheck:
         return tuple(found)
 
     def _way_out_m(self, check: Check, moving: int, fixed: int) -> NDArray[np.float64] | None:
-        """The way out of a listed clash, doubted first; zeros for any other pair, None where no way serves."""
+        """Return the checked way out of a listed clash; zeros for any other pair, None if no way out works."""
         if (moving, fixed) in self._clashes:
             pair, sign = (moving, fixed), 1.0
         elif (fixed, moving) in self._clashes:
@@ -236,9 +236,9 @@ class TriangleCheck:
         return None if way_m is None else way_m * sign
 
     def _check_no_fuller(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
-        """Where no depth serves: the pair never shares more cells than in the finished building, as drawn.
+        """Check, if no depth works, that the pair never shares more cells than in the finished building.
 
-        Between two placements the part is looked at in both.
+        Between two placements, the part is checked at both.
         """
         moved = offsets_m / self._site.frame.voxel_size_m
         around = np.concatenate([np.floor(moved + _AT_CELL_VOX), np.ceil(moved - _AT_CELL_VOX)]).astype(np.int32)
@@ -255,7 +255,7 @@ class TriangleCheck:
             )
 
     def _cells(self, number: int) -> NDArray[np.int32]:
-        """(N, 3) cells of a solid at its place."""
+        """Return (N, 3) cells of a solid at its place."""
         components = self._site.components
         if number >= len(components):
             return self._structure_cells[number - len(components)]
@@ -263,12 +263,12 @@ class TriangleCheck:
         return component.shape.cells + np.array(component.target_vox, np.int32)
 
     def _spacing_m(self, first: int, second: int) -> float:
-        """Fine enough that the thinner of the two cannot slip through between two samples."""
+        """Return a spacing so fine that the thinner of the two cannot slip through between two samples."""
         thickness = min(float((b[1] - b[0]).min()) for b in (self._boxes[first], self._boxes[second]))
         return float(np.clip(thickness / 2, 0.002, _SPACING_M))
 
     def _moved(self, number: int) -> fcl.CollisionObject:
-        """A solid to be moved about (``_fixed`` ones stay where they are)."""
+        """Return a movable copy of a solid (``_fixed`` ones stay in place)."""
         return self._object(True, number)
 
     def _fixed(self, number: int) -> fcl.CollisionObject:
@@ -282,7 +282,7 @@ class TriangleCheck:
 
 
 def _collision_object(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
-    """Return an FCL object of (F, 3, 3) float64 triangles, at the origin, that can be moved about."""
+    """Return a movable FCL object of (F, 3, 3) float64 triangles, at the origin."""
     shape = fcl.BVHModel()
     shape.beginModel(len(triangles_m), 3 * len(triangles_m))
     shape.addSubModel(triangles_m.reshape(-1, 3), np.arange(3 * len(triangles_m)).reshape(-1, 3))
@@ -297,7 +297,7 @@ def _bounds_m(mesh: TriangleMesh) -> NDArray[np.float64]:
 
 @kernel
 def _finely(points_m: NDArray[np.float64], spacing_m: float) -> NDArray[np.float64]:
-    """(M, 3) the points, and more between them, so that neighbours are at most ``spacing_m`` apart."""
+    """Return (M, 3) the points, and more between them, so that neighbours are at most ``spacing_m`` apart."""
     count = points_m.shape[0]
     parts = np.ones(count, np.int64)
     for n in range(count - 1):

@@ -1,4 +1,4 @@
-"""The proof that lifts of several cranes wait for each other where one depends on the other, read from the phases."""
+"""The proof that lifts of several cranes wait for the lifts that they depend on, derived from the phases."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from bimvox.site.site import Site
 def check_turns(
     check: Check, site: Site, plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()
 ) -> None:
-    """Check what a lift of one crane waits for from another's.
+    """Check that the lifts of one crane wait for those of the others.
 
-    A part is hooked on after every part before it in the order is raised: those may block it in the yard. It comes to
-    its place after every part before it is released: it may rest on those. A delivery waits until all parts of the one
-    before it are set.
+    A part is hooked on after all previous parts in the order are raised, because they may block it in the yard. It
+    reaches its place after all previous parts are released, because it may rest on them. A delivery waits until all
+    parts of the previous one are set.
 
     Args:
-        check: Where the result goes.
+        check: Receives the result.
         site: The site.
         plan: The plan.
         motions: Its motions.
-        context: Lifts of the same plan that it does not carry.
+        context: Lifts of the same plan that it does not contain.
     """
     lifts = {lift.order: lift for lift in (*plan.lifts, *context) if lift.status is Status.PLANNED}
     raised, released = _Latest(), _Latest()
@@ -53,7 +53,7 @@ def check_turns(
 
 
 class _Latest:
-    """The lift that reaches a state last."""
+    """Return the lift that reaches a state last."""
 
     def __init__(self) -> None:
         self.order, self.time_ns = -1, ALWAYS_NS[0]
