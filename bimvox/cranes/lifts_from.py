@@ -32,7 +32,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.lifting import crane_for
-from bimvox.stop.stop import go_on_cells, move_to_cell
+from bimvox.stop.stop_motion import go_on_cells, move_to_cell
 
 _THERE_VOX = 1e-3
 _KEPT = 3

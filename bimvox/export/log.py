@@ -35,11 +35,11 @@ def log_bytes(
     part = log.extract(orders)
     match wanted.name:
         case "csv":
-            from bimvox.export.path_log import to_csv
+            from bimvox.export.csv_json import to_csv
 
             return to_csv(part).encode()
         case "json":
-            from bimvox.export.path_log import to_json
+            from bimvox.export.csv_json import to_json
 
             return (json.dumps(to_json(part), ensure_ascii=False, indent=1) + "\n").encode()
         case "glb":
@@ -63,7 +63,7 @@ def log_bytes(
                 raise InputError("the ifc format adds the schedule to the building's own file: give that file")
             return with_schedule(*model, schedule_of(log, begins, orders))
         case "mcap":
-            from bimvox.export.path_log import to_mcap
+            from bimvox.export.csv_json import to_mcap
 
             return to_mcap(log if len(orders) == len(log.plan.lifts) else part)
     raise InputError(f"the format {wanted.name} is not one file of a log")

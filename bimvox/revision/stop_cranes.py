@@ -26,8 +26,8 @@ from bimvox.revision.walk_result import RevisionRequest
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
-from bimvox.stop.evade import STOPPED, manoeuvre
 from bimvox.stop.halt import stop_under_way
+from bimvox.stop.stop import STOPPED, manoeuvre
 from bimvox.stop.underway import NOT_CARRIED, Held, Redirected, UnderWay, is_carried, redirect, release
 
 

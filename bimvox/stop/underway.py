@@ -1,6 +1,6 @@
 """A lift that a change of the obstructions affects while it is under way.
 
-The load is brought to rest (``evade``), held, and continues along a new path from where it is. A lift whose load is
+The load is brought to rest (``bimvox.stop.stop``), held, and continues along a new path from where it is. A lift whose load is
 still in the yard gets another path in time. If there is no path, the load is held until something changes.
 """
 
@@ -26,10 +26,10 @@ from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
-from bimvox.stop.evade import manoeuvre, way_is_free
 from bimvox.stop.halt import Stop
 from bimvox.stop.interrupt import interrupted, spliced
-from bimvox.stop.stop import go_on, go_on_cells
+from bimvox.stop.stop import manoeuvre, way_is_free
+from bimvox.stop.stop_motion import go_on, go_on_cells
 
 HOLD_S = 10.0
 """Shortest hold of a stopped load before it continues: a nominal value for a check."""

@@ -11,7 +11,7 @@ from two_cranes import two_crane_plan
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.export.animation import to_animated_glb
-from bimvox.export.path_log import lifts_csv, to_csv, to_json, to_mcap
+from bimvox.export.csv_json import lifts_csv, to_csv, to_json, to_mcap
 from bimvox.export.ros2 import write_ros2_bag
 from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import PlanLog

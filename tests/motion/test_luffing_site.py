@@ -19,7 +19,7 @@ from bimvox.site.site import Blocker
 from bimvox.stop.braking import brake
 from bimvox.stop.halt import brake_radius
 from bimvox.stop.interrupt import spliced
-from bimvox.stop.stop import state_at, stop_motion
+from bimvox.stop.stop_motion import state_at, stop_motion
 
 
 def on_site(name, base, **jib):

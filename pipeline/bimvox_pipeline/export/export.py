@@ -47,8 +47,8 @@ def export(
     Returns:
         The document of ``bimvox export --json``.
     """
+    from bimvox.export.csv_json import lifts_csv
     from bimvox.export.log import log_bytes, messages_in
-    from bimvox.export.path_log import lifts_csv
     from bimvox.log.lift_choice import chosen_lifts
 
     require_input(source)

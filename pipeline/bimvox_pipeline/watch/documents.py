@@ -106,7 +106,7 @@ def _stopped(part: RevisionPart, found: Redirected | Held) -> dict[str, Any]:
 def stop_events(part: RevisionPart, document: dict[str, Any], now_ns: int) -> list[LogEvent]:
     """Return the log's events of stops."""
     from bimvox.log.plan_log import LogEvent
-    from bimvox.stop.stop import STOP_EVENT
+    from bimvox.stop.stop_motion import STOP_EVENT
 
     events = []
     stopped = [] if document.get("stopped") is None else document.get("all_stopped", [document["stopped"]])

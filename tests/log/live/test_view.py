@@ -17,7 +17,7 @@ from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.recorder import write_log
 from bimvox.records.lift import Status
-from bimvox.stop.stop import stop_motion
+from bimvox.stop.stop_motion import stop_motion
 from bimvox.stop.underway import Held
 
 OF_CRANES = (topics.LOAD, topics.JOINTS, topics.COMMAND)

@@ -34,9 +34,9 @@ from bimvox.site.build import with_obstructions
 from bimvox.site.lifting import crane_for
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.site import SwingRule
-from bimvox.stop.evade import HOISTED, STOPPED, SWUNG, UNSAFE, WENT_ON
 from bimvox.stop.interrupt import spliced
-from bimvox.stop.stop import stop_motion
+from bimvox.stop.stop import HOISTED, STOPPED, SWUNG, UNSAFE, WENT_ON
+from bimvox.stop.stop_motion import stop_motion
 from bimvox.stop.swing import swing_through
 from bimvox.stop.underway import Redirected
 

@@ -30,7 +30,7 @@ from bimvox.records.motion import PhaseName
 from bimvox.records.proof import Check
 from bimvox.stop.braking import brake
 from bimvox.stop.interrupt import cut_short, interrupted
-from bimvox.stop.stop import (
+from bimvox.stop.stop_motion import (
     AxisState,
     go_on,
     go_on_cells,
