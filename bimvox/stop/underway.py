@@ -1,7 +1,7 @@
 """A lift that a change of the obstructions affects while it is under way.
 
-The load is brought to rest (``bimvox.stop.stop``), held, and continues along a new path from where it is. A lift whose load is
-still in the yard gets another path in time. If there is no path, the load is held until something changes.
+The load is brought to rest (``bimvox.stop.stop``), held, and continues along a new path from where it is. A lift whose
+load is still in the yard gets another path in time. If there is no path, the load is held until something changes.
 """
 
 from __future__ import annotations
