@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -52,8 +51,25 @@ class BatchState(NamedTuple):
     generator: NDArray[np.uint64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BatchStep:
+class EpisodeRules(NamedTuple):
+    """How episodes begin, end and pay; a plain tuple, so that kernels take it.
+
+    Attributes:
+        chances: (P,) float64 cumulative probability with which each problem is drawn.
+        mix: Where episodes begin.
+        limit: How many actions an episode may take.
+        weights: What an action earns.
+        teacher_discount: Discount per step of the teacher's action values; 0: no teacher.
+    """
+
+    chances: NDArray[np.float64]
+    mix: StartMix
+    limit: StepLimit
+    weights: RewardWeights
+    teacher_discount: float
+
+
+class BatchStep(NamedTuple):
     """Results of one step of N lifts. The arrays are the environment's: valid until the step after the next.
 
     Attributes:
@@ -118,10 +134,8 @@ class BatchedLiftEnv:
         self.problems = len(problems)
         self.ended_problem = np.zeros(lifts, np.int64)
         self.pool = pool_of(problems, with_distances=True)
-        self._weights = REWARDS[reward_name]
-        self._mix = mix
-        self._limit = limit
-        self._chances = np.full(len(problems), 1.0 / len(problems)).cumsum()
+        chances = np.full(len(problems), 1.0 / len(problems)).cumsum()
+        self._rules = EpisodeRules(chances, mix, limit, REWARDS[reward_name], teacher_discount)
         self._threads = threads
         self._executor = ThreadPoolExecutor(threads) if threads > 1 else None
         self.state = BatchState(
@@ -133,7 +147,6 @@ class BatchedLiftEnv:
             np.zeros((lifts, MEMORY, 3), np.int32),
             np.zeros(lifts, np.uint64),
         )
-        self._teacher_discount = teacher_discount
         self._turns = [
             BatchStep(
                 np.zeros((lifts, VIEW_SIZE), np.float32),
@@ -154,14 +167,14 @@ class BatchedLiftEnv:
     def weigh_problems(self, weights: ArrayLike) -> None:
         """Set how often each problem is drawn, (P,) positive weights."""
         share = np.asarray(weights, np.float64)
-        self._chances = np.cumsum(share / share.sum())
+        self._rules = self._rules._replace(chances=np.cumsum(share / share.sum()))
 
     def reset(self) -> NDArray[np.float32]:
         """Begin N new episodes and return their (N, VIEW_SIZE) float32 observations."""
         observations = self._turns[0].observations
 
         def begin(first: int, last: int) -> None:
-            _begin_all(self.pool, self._chances, self._mix, self._limit, self.state, first, last, observations)
+            _begin_all(self.pool, self._rules, self.state, first, last, observations)
 
         self._side_by_side(begin)
         return observations
@@ -172,7 +185,7 @@ class BatchedLiftEnv:
         distance = pooled_distance(self.pool, problem, x, y, z)
         self.state.problem[lift] = problem
         store_state(self.state, lift, initial_state(x, y, z))
-        self.state.limit[lift] = steps_allowed(self._limit, distance)
+        self.state.limit[lift] = steps_allowed(self._rules.limit, distance)
 
     def step(self, actions: ArrayLike) -> BatchStep:
         """Take one action a lift, (N,) integers from 0 to 5.
@@ -186,24 +199,7 @@ class BatchedLiftEnv:
         self.ended_problem[:] = self.state.problem
 
         def step(first: int, last: int) -> None:
-            _step_all(
-                self.pool,
-                self._chances,
-                self._mix,
-                self._limit,
-                self._weights,
-                self._teacher_discount,
-                self.state,
-                chosen,
-                first,
-                last,
-                out.observations,
-                out.rewards,
-                out.arrived,
-                out.truncated,
-                out.final_observations,
-                out.teacher,
-            )
+            _step_all(self.pool, self._rules, self.state, chosen, first, last, out)
 
         self._side_by_side(step)
         return out
@@ -249,84 +245,61 @@ def _look_around(pool: ProblemPool, space: CollisionSpace, batch: BatchState, n:
 
 
 @leaf_kernel
-def _begin(
-    pool: ProblemPool,
-    chances: NDArray[np.float64],
-    mix: StartMix,
-    limit: StepLimit,
-    batch: BatchState,
-    n: int,
-) -> None:
+def _begin(pool: ProblemPool, rules: EpisodeRules, batch: BatchState, n: int) -> None:
     """Begin a new episode of lift ``n``."""
     generator = batch.generator[n : n + 1]
     draw = random_unit(generator)
-    p = min(chances.size - 1, int(np.searchsorted(chances, draw, side="right")))
-    x, y, z = draw_start(pool, p, mix, generator)
+    p = min(rules.chances.size - 1, int(np.searchsorted(rules.chances, draw, side="right")))
+    x, y, z = draw_start(pool, p, rules.mix, generator)
     batch.problem[n] = p
     store_state(batch, n, initial_state(x, y, z))
-    batch.limit[n] = steps_allowed(limit, pooled_distance(pool, p, x, y, z))
+    batch.limit[n] = steps_allowed(rules.limit, pooled_distance(pool, p, x, y, z))
 
 
 @kernel
 def _begin_all(
-    pool: ProblemPool,
-    chances: NDArray[np.float64],
-    mix: StartMix,
-    limit: StepLimit,
-    batch: BatchState,
-    first: int,
-    last: int,
-    observations: NDArray[np.float32],
+    pool: ProblemPool, rules: EpisodeRules, batch: BatchState, first: int, last: int, observations: NDArray[np.float32]
 ) -> None:
     """Begin a new episode of every lift of a range."""
     for n in range(first, last):
-        _begin(pool, chances, mix, limit, batch, n)
+        _begin(pool, rules, batch, n)
         _look_around(pool, pooled_clearance(pool, batch.problem[n]), batch, n, observations[n])
 
 
 @kernel
 def _step_all(
     pool: ProblemPool,
-    chances: NDArray[np.float64],
-    mix: StartMix,
-    limit: StepLimit,
-    weights: RewardWeights,
-    teacher_discount: float,
+    rules: EpisodeRules,
     batch: BatchState,
     actions: NDArray[np.int64],
     first: int,
     last: int,
-    observations: NDArray[np.float32],
-    rewards: NDArray[np.float32],
-    arrived: NDArray[np.bool_],
-    truncated: NDArray[np.bool_],
-    final_observations: NDArray[np.float32],
-    teacher: NDArray[np.float32],
+    out: BatchStep,
 ) -> None:
     """Step every lift of a range; begin anew where an episode ended."""
     for n in range(first, last):
         p = batch.problem[n]
         space = pooled_clearance(pool, p)
         state = state_of(batch, n)
-        if teacher.shape[0] > 0:
-            _ask_teacher(pool, p, space, weights, teacher_discount, state, teacher[n])
+        if out.teacher.shape[0] > 0:
+            _ask_teacher(pool, p, space, rules, state, out.teacher[n])
         following, bumped = transition(space, state, actions[n])
-        arrived[n] = has_arrived(following, pool.target[p])
-        truncated[n] = not arrived[n] and following.steps >= batch.limit[n]
-        rewards[n] = reward(
-            weights,
+        out.arrived[n] = has_arrived(following, pool.target[p])
+        out.truncated[n] = not out.arrived[n] and following.steps >= batch.limit[n]
+        out.rewards[n] = reward(
+            rules.weights,
             pooled_distance(pool, p, state.x, state.y, state.z),
             pooled_distance(pool, p, following.x, following.y, following.z),
             bumped,
-            arrived[n],
+            out.arrived[n],
             state.steps >= batch.limit[n],
         )
         store_state(batch, n, following)
-        if arrived[n] or truncated[n]:
-            _look_around(pool, space, batch, n, final_observations[n])
-            _begin(pool, chances, mix, limit, batch, n)
+        if out.arrived[n] or out.truncated[n]:
+            _look_around(pool, space, batch, n, out.final_observations[n])
+            _begin(pool, rules, batch, n)
             space = pooled_clearance(pool, batch.problem[n])
-        _look_around(pool, space, batch, n, observations[n])
+        _look_around(pool, space, batch, n, out.observations[n])
 
 
 @leaf_kernel
@@ -334,8 +307,7 @@ def _ask_teacher(
     pool: ProblemPool,
     p: int,
     space: CollisionSpace,
-    weights: RewardWeights,
-    discount: float,
+    rules: EpisodeRules,
     state: LiftState,
     out: NDArray[np.float32],
 ) -> None:
@@ -344,6 +316,7 @@ def _ask_teacher(
     A path of d moves is worth w (1 - g^d) / (1 - g) + g^(d - 1) arrival, w = progress + step: a closed form, because
     the reward of a move depends only on whether it gets nearer.
     """
+    weights, discount = rules.weights, rules.teacher_discount
     here = pooled_distance(pool, p, state.x, state.y, state.z)
     for action in range(ACTION_COUNT):
         following, bumped = transition(space, state, action)

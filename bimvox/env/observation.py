@@ -22,12 +22,14 @@ windows and actions are in the frame of :mod:`bimvox.env.frame`. In order:
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.compiled import leaf_kernel
+from bimvox.compiled import inline_kernel, leaf_kernel
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.env.block import bounding_box, swept_fill
+from bimvox.env.block import Corner, bounding_box, swept_fill
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT, frame_of, from_frame, to_frame
 from bimvox.env.goal import GOAL_SIZE as WAY_SIZE
 from bimvox.env.goal import LOG_FARTHEST, write_goal
@@ -93,6 +95,34 @@ NEIGHBOURS: tuple[int, ...] = (
 """Entry that tells whether each of the frame's actions is blocked, in the order of ``Action``."""
 
 
+class _FramedBox(NamedTuple):
+    """The component's bounding box and the frame of the observation.
+
+    Attributes:
+        low: Lowest corner relative to the reference cell.
+        high: Highest corner relative to the reference cell.
+        frame: Which of the policy's frames (:func:`bimvox.env.frame.frame_of`).
+    """
+
+    low: Corner
+    high: Corner
+    frame: int
+
+
+class _Level(NamedTuple):
+    """One level of the observation.
+
+    Attributes:
+        window: Number of cells along each axis; odd.
+        scale: Cells of the site per cell of the window, horizontally.
+        rise: The same, vertically.
+    """
+
+    window: tuple[int, int, int]
+    scale: int
+    rise: int
+
+
 @leaf_kernel
 def look(
     space: CollisionSpace,
@@ -114,17 +144,18 @@ def look(
     dx, dy, dz = target[0] - x, target[1] - y, target[2] - z
     frame = frame_of(dx, dy)
     low, high = bounding_box(space.boxes)
-    n = 0
-    n = _write_level(space, low, high, frame, x, y, z, NEAREST_WINDOW, 1, 1, out, n)
+    box = _FramedBox(low, high, frame)
+    n = _write_level(space, box, (x, y, z), _Level(NEAREST_WINDOW, 1, 1), out, 0)
     for scale, rise in LEVELS:
-        n = _write_level(space, low, high, frame, x, y, z, WINDOW, scale, rise, out, n)
+        n = _write_level(space, box, (x, y, z), _Level(WINDOW, scale, rise), out, n)
     for scale, rise in TARGET_LEVELS:
-        n = _write_level(space, low, high, frame, target[0], target[1], target[2], TARGET_WINDOW, scale, rise, out, n)
+        goal = (target[0], target[1], target[2])
+        n = _write_level(space, box, goal, _Level(TARGET_WINDOW, scale, rise), out, n)
     u, v = to_frame(frame, dx, dy)
     write_goal(u, v, dz, out[n : n + WAY_SIZE])
     out[n + WAY_SIZE] = min(1.0, np.log(1.0 + abs(u) + abs(v) + abs(dz)) / LOG_FARTHEST)
     n += GOAL_SIZE
-    n = _write_body(space, low, high, frame, x, y, z, out, n)
+    n = _write_body(space, box, (x, y, z), out, n)
     for action in range(ACTION_COUNT):
         out[n + action] = 0.0
     if state.last_action >= 0:
@@ -145,73 +176,54 @@ def look(
 
 @leaf_kernel
 def _write_level(
-    space: CollisionSpace,
-    low: tuple[int, int, int],
-    high: tuple[int, int, int],
-    frame: int,
-    x: int,
-    y: int,
-    z: int,
-    window: tuple[int, int, int],
-    scale: int,
-    rise: int,
-    out: NDArray[np.float32],
-    n: int,
+    space: CollisionSpace, box: _FramedBox, cell: Corner, level: _Level, out: NDArray[np.float32], n: int
 ) -> int:
-    """Write one level about (x, y, z) and return where the next begins."""
+    """Write one level about a reference cell and return where the next begins."""
+    x, y, z = cell
+    window, scale, rise = level
     heights = n + window[0] * window[1] * window[2]
     for i in range(-(window[0] // 2), window[0] // 2 + 1):
         for j in range(-(window[1] // 2), window[1] // 2 + 1):
-            a, b = from_frame(frame, scale * i, scale * j)
+            a, b = from_frame(box.frame, scale * i, scale * j)
             for k in range(-(window[2] // 2), window[2] // 2 + 1):
                 if scale == 1:
                     out[n] = 0.0 if placement_is_free(space, x + a, y + b, z + k) else 1.0
                 else:
-                    out[n] = _block_filled(space, low, high, frame, x + a, y + b, z + rise * k, scale // 2, rise // 2)
+                    reach = (scale // 2, scale // 2, rise // 2)
+                    out[n] = _block_filled(space, box, (x + a, y + b, z + rise * k), reach)
                 n += 1
-            out[heights] = _clear_height(space, low, high, x + a, y + b, z, scale // 2)
+            out[heights] = _clear_height(space, box, (x + a, y + b, z), scale // 2)
             heights += 1
     return heights
 
 
-@leaf_kernel
-def _block_filled(
-    space: CollisionSpace,
-    low: tuple[int, int, int],
-    high: tuple[int, int, int],
-    frame: int,
-    x: int,
-    y: int,
-    z: int,
-    reach: int,
-    reach_z: int,
-) -> float:
-    """Return how blocked the placements within reach of (x, y, z) are: one cell of a coarse level."""
-    filled, volume = swept_fill(space, low, high, (x, y, z), (reach, reach, reach_z))
+# Inlined: with a call for each cell, a look takes 1.8 times as long (measured: 91 instead of 49 microseconds).
+@inline_kernel
+def _block_filled(space: CollisionSpace, box: _FramedBox, cell: Corner, reach: Corner) -> float:
+    """Return how blocked the placements within reach of a cell are: one cell of a coarse level."""
+    filled, volume = swept_fill(space, box.low, box.high, cell, reach)
     if volume == 0:
         return 1.0
     if filled == 0:
         return 0.0
-    h, hz = max(1, reach // 2), max(1, reach_z // 2)
+    x, y, z = cell
+    h, hz = max(1, reach[0] // 2), max(1, reach[2] // 2)
     blocked = 0
     for u, v, w in ((0, 0, 0), (h, h, hz), (-h, -h, hz), (h, -h, -hz), (-h, h, -hz)):
-        a, b = from_frame(frame, u, v)
+        a, b = from_frame(box.frame, u, v)
         if not placement_is_free(space, x + a, y + b, z + w):
             blocked += 1
     return float(PARTLY + 0.1 * filled / volume + 0.13 * blocked)
 
 
 @leaf_kernel
-def _clear_height(
-    space: CollisionSpace,
-    low: tuple[int, int, int],
-    high: tuple[int, int, int],
-    x: int,
-    y: int,
-    z: int,
-    reach: int,
-) -> float:
-    """Return how much higher than z the component hangs clear of the block's columns all the way up: 1 nowhere."""
+def _clear_height(space: CollisionSpace, box: _FramedBox, cell: Corner, reach: int) -> float:
+    """Return how much higher than ``cell`` the component hangs clear of the block's columns all the way up.
+
+    1 if no height is clear.
+    """
+    x, y, z = cell
+    low, high = box.low, box.high
     table = space.table
     nx, ny, nz = table.shape[0] - 1, table.shape[1] - 1, table.shape[2] - 1
     x0, y0 = max(0, x + low[0] - reach), max(0, y + low[1] - reach)
@@ -246,19 +258,11 @@ def _highest(space: CollisionSpace, high: tuple[int, int, int], hook_x: int, hoo
 
 
 @leaf_kernel
-def _write_body(
-    space: CollisionSpace,
-    low: tuple[int, int, int],
-    high: tuple[int, int, int],
-    frame: int,
-    x: int,
-    y: int,
-    z: int,
-    out: NDArray[np.float32],
-    n: int,
-) -> int:
+def _write_body(space: CollisionSpace, box: _FramedBox, cell: Corner, out: NDArray[np.float32], n: int) -> int:
     """Write the component's extent, its height on the site, and whether a rope hangs above it."""
-    u, v = to_frame(frame & 4, high[0] - low[0], high[1] - low[1])
+    x, y, z = cell
+    low, high = box.low, box.high
+    u, v = to_frame(box.frame & 4, high[0] - low[0], high[1] - low[1])
     hook_x, hook_y = x + space.hook_offset[0], y + space.hook_offset[1]
     nx, ny = space.hook_floor.shape
     on_site = 0 <= hook_x < nx and 0 <= hook_y < ny
