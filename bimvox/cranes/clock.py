@@ -1,4 +1,4 @@
-"""The schedule of one of several cranes as far as it is known, and the motions made of it."""
+"""The schedule of one of several cranes as far as it is known, and the motions made from it."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class Placed:
     """A way of the empty hook on the clock.
 
     Attributes:
-        start_ns: When it begins.
+        start_ns: When it starts.
         way: Its samples, from 0.
         track: Where the crane may be meanwhile, on the clock.
-        stopped_ns: When the crane began to brake; None if the hook drives to the end.
+        stopped_ns: When the crane began to brake; None if the hook completes the way.
     """
 
     start_ns: int
@@ -41,13 +41,13 @@ class Placed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Begun:
-    """What a crane has begun of a plan that is revised while it is carried out.
+    """The work that a crane has begun, for a revision while the plan is carried out.
 
     Attributes:
         motions: Motions of its lifts that have begun, by order, without the departure of the hook.
         tracks: Where the crane may be during each of them, in order.
-        hooks: Ways of its empty hook since, in order.
-        stands: Where it stood at the start of the clock.
+        hooks: Later ways of its empty hook, in order.
+        stands: Its position at the start of the clock.
     """
 
     motions: Mapping[int, LiftMotion]
@@ -58,13 +58,13 @@ class Begun:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GoingOn:
-    """A load that was stopped under way and has a path on.
+    """A load that was stopped under way and has a path to continue on.
 
     Attributes:
         lift: Its lift.
         crane: Number of its crane.
-        motion: The whole lift, going on as early as it can.
-        resumes_ns: When that is.
+        motion: The whole lift, continued as early as possible.
+        resumes_ns: When it continues in that motion.
         track: Where the crane may be from then on.
     """
 
@@ -80,22 +80,22 @@ class CraneClock:
     """The schedule of one crane.
 
     Attributes:
-        number: Which it is.
-        outline: How much room it takes.
+        number: Index of the crane.
+        outline: The space that it occupies.
         lifts: Its lifts, in order.
-        stands: Where it stands before its first move.
+        stands: Its position before its first move.
         done: How many of its lifts are on the clock.
-        tracks: Everything on the clock, in time.
-        ends_ns: When each of it ends; a track may reach a little further.
-        legs: Per lift its ways to the part; of the lift after the last one its way to the parking place.
-        starts_ns: Per lift on the clock when it is hooked on.
-        at: Where its hook is: ``set`` (where its last part was set, or where it stood when the plan was revised),
-            ``pick`` (over its next one), ``parked``, or ``loaded`` (its load was stopped on its way).
+        tracks: All its tracks on the clock, by time.
+        ends_ns: When each of them ends; a track may reach a little further.
+        legs: Per lift, the ways to its part; for the index after the last lift, the way to the parking place.
+        starts_ns: Per lift on the clock, when it is hooked on.
+        at: Where its hook is: ``set`` (where its last part was set, or where it was when the plan was revised),
+            ``pick`` (over its next part), ``parked``, or ``loaded`` (its load was stopped under way).
         parking: Where it is parked.
         begun: How many of its lifts were hooked on when the plan was revised.
         driven: How many ways of its empty hook had begun by then, after these lifts.
-        motions: Those of the lifts that were hooked on, by order.
-        is_revised: Whether the plan was revised while it was carried out: where the crane stood first is history.
+        motions: Motions of the lifts that were hooked on, by order.
+        is_revised: Whether the plan was revised while it was carried out, so that the first position is fixed.
     """
 
     number: int
@@ -116,7 +116,7 @@ class CraneClock:
 
     @property
     def free_ns(self) -> int:
-        """When it is done with all that is scheduled."""
+        """When it has finished everything that is scheduled."""
         return self.ends_ns[-1] if self.tracks else 0
 
     @property
@@ -126,12 +126,12 @@ class CraneClock:
 
     @property
     def kept(self) -> int:
-        """How many of the ways to its next part have begun, so that they cannot be undone."""
+        """How many of the ways to its next part have begun and can no longer be undone."""
         return self.driven if self.done == self.begun else 0
 
     @property
     def starts(self) -> bool:
-        """Whether its first position is still to be chosen."""
+        """Whether its first position can still be chosen."""
         return self.done == 0 and not self.is_revised
 
     def known(self, from_ns: int) -> CraneTrack:
@@ -143,7 +143,7 @@ class CraneClock:
         return joined(late)
 
     def begin(self, begun: Begun) -> None:
-        """Take over what it has begun."""
+        """Add the work that it has begun."""
         self.is_revised, self.stands, self.at = True, begun.stands, "set"
         for (_, motion), track in zip(sorted(begun.motions.items()), begun.tracks, strict=True):
             self.tracks.append(track)
@@ -164,7 +164,7 @@ def standing_at(row: NDArray[np.float64], from_ns: int) -> CraneTrack:
 
 
 def motions_of(crane: CraneClock) -> list[LiftMotion]:
-    """Return the crane's lifts with their waits, each from where the one before ends."""
+    """Return the motions of the crane's lifts with their waits; each starts where the one before ends."""
     motions: list[LiftMotion] = []
     clock_ns, slew_rad = 0, None
     for n, (one, hooked_ns) in enumerate(zip(crane.lifts, crane.starts_ns, strict=True)):
@@ -194,7 +194,7 @@ class _Phases:
     def ways(
         self, name: PhaseName, legs: list[Placed], clock_ns: int, slew_rad: float | None, until_ns: int | None
     ) -> Trajectory | None:
-        """Go on with ways of the empty hook, waiting between them; a stop lasts until the next one."""
+        """Append ways of the empty hook, with waits between them; a stop lasts until the next way. Return the whole."""
         ways: list[Trajectory] = []
         stopped = False
         for leg in legs:
@@ -212,7 +212,7 @@ class _Phases:
 
 
 def _leaving(motion: LiftMotion, leaves: list[Placed]) -> LiftMotion:
-    """The motion with a departure: ways of the empty hook to clear the way for other cranes."""
+    """Return the motion with a departure: ways of the empty hook that make room for other cranes."""
     if not leaves:
         return motion
     phases = _Phases(motion.end_ns)

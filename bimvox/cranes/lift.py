@@ -12,7 +12,7 @@ from bimvox.records.trajectory import Trajectory
 
 
 class HookError(MotionError):
-    """The empty hook finds no way to a part."""
+    """The empty hook has no free way to a part."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,7 +22,7 @@ class Leg:
     Attributes:
         way: Its samples, from 0.
         before: Orders of the lifts of other cranes that must not be set before it has passed.
-        last: Whether it begins only when every lift that comes before in the order is over.
+        last: Whether it starts only after every earlier lift of the sequence has ended.
     """
 
     way: Trajectory
@@ -35,8 +35,8 @@ class Parking:
     """A place where the empty hook waits.
 
     Attributes:
-        aside: To it; None where the crane begins there.
-        back: From it to the part.
+        aside: The way to it; None if the crane starts there.
+        back: The way from it to the part.
     """
 
     aside: Leg | None
@@ -51,12 +51,12 @@ class CraneLift:
         lift: The lift.
         crane: Number of its crane.
         carry: From hook on to slings off, from 0.
-        early: See ``crane_lifts``; None where there is no such way, or no lift of the crane before.
-        late: The same.
-        parkings: Ways to a parking place and back, the best first.
+        early: The early way (see ``lifts``); None if there is none, or the crane has no earlier lift.
+        late: The late way; None likewise.
+        parkings: Ways to a parking place and back, best first.
         track: Where the crane may be during the carry.
         leaves: Ways to a parking place after the crane's last lift.
-        starts_there: Whether the crane may stand over the part from the start of the clock.
+        starts_there: Whether the crane can wait over the part from the start of the clock.
     """
 
     lift: Lift

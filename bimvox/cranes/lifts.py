@@ -1,14 +1,14 @@
-"""What each of several cranes does for a lift before it is scheduled: its carry, and the ways of its empty hook.
+"""The lifts of several cranes before they are scheduled: the carry of each, and the ways of the empty hook to it.
 
-Between two lifts of one crane others set parts. So the empty hook has more than one way to its next part, each free of
-what stands at its time:
+Between two lifts of one crane, others set parts. So the empty hook has several ways to its next part, each clear of
+the parts in place at that time:
 
-* *early*, right after the lift before: nothing set since is in its way yet. Parts of other cranes whose place it
-  crosses must not be set before it has passed;
-* *late*: everything that comes before the next lift in the order may stand already;
-* *aside*: early to a parking place, where it is not in the way of what comes in between, and late on from there.
+* *early*, right after the crane's previous lift: no later part is in place yet. If the way crosses the place of a part
+  of another crane, that part is set only after the hook has passed;
+* *late*: all parts that come before the next lift in the sequence may be in place;
+* *aside*: early to a parking place, where it does not obstruct the lifts in between, and late from there to the part.
 
-On all of them the hook keeps above every part that may still lie in the yard.
+On all of them the hook stays above every part that may still be in the yard.
 """
 
 from __future__ import annotations
@@ -45,17 +45,17 @@ _APART_RAD = np.radians(25.0)
 _LONG_S = 90.0
 _REST_NS = 1_000_000_000
 _BESIDE_M = 1.0
-"""Parts that are set nearer than this to an early way, and as high, wait until the hook has passed."""
+"""Parts that are set closer than this to an early way, at its height, are set only after the hook has passed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LeftBehind:
-    """A crane's last lift, and the rule of its stage.
+    """A crane's last lift, and the collision rule of its stage.
 
     Attributes:
         lift: The lift.
         space: The rule.
-        slew_rad: Slewing angle at its end, with the turns that it has.
+        slew_rad: Slewing angle at its end, including full turns.
     """
 
     lift: Lift
@@ -64,14 +64,14 @@ class LeftBehind:
 
 
 def crane_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]) -> tuple[CraneLift, ...]:
-    """Return what the cranes do for every planned lift, in order.
+    """Return the cranes' lifts, for every planned lift, in order.
 
     Args:
         plan: The plan, of a site with several cranes.
         clearances: As for ``time_plan``.
 
     Raises:
-        MotionError: If a path is not free or cannot be driven, or the empty hook has no way to a part.
+        MotionError: If a path is not free or cannot be driven, or the empty hook has no free way to a part.
     """
     return lifts_by(plan, clearances, CraneLiftMaker.made)
 
@@ -81,12 +81,12 @@ def lifts_by(
     clearances: Iterable[tuple[Lift, CollisionSpace]],
     make: Callable[[CraneLiftMaker, CollisionSpace, LeftBehind | None], CraneLift],
 ) -> tuple[CraneLift, ...]:
-    """Return what the cranes do for every planned lift, in order, each made by a given function.
+    """Return the cranes' lifts, for every planned lift, in order, each made by a given function.
 
     Args:
         plan: The plan, of a site with several cranes.
         clearances: As for ``time_plan``.
-        make: Given the maker of a lift, the rule of its stage, and what its crane did before.
+        make: Called with the maker of a lift, the rule of its stage, and its crane's previous lift.
     """
     done: list[CraneLift] = []
     left: dict[int, LeftBehind] = {}
@@ -111,7 +111,7 @@ def lifts_by(
 
 
 def _last_of_others(done: Sequence[CraneLift], number: int) -> list[CraneLift]:
-    """The last lift of every other crane so far: where it may stand."""
+    """Return the last lift of every other crane so far: where that crane may wait."""
     last = {one.crane: one for one in done if one.crane != number}
     return [last[other] for other in sorted(last)]
 
@@ -121,11 +121,11 @@ class CraneLiftMaker:
 
     Args:
         plan: The plan.
-        number: The crane.
+        number: Index of the crane.
         lift: The lift.
-        place: Where its part waits.
+        place: Where its part is in the yard.
         meanwhile: The lifts of other cranes since the crane's last one.
-        near: More of them that it should not be in the way of.
+        near: More lifts of other cranes that it must not obstruct.
     """
 
     def __init__(
@@ -144,7 +144,7 @@ class CraneLiftMaker:
         self.component = self.site.components[lift.component]
 
     def made(self, space: CollisionSpace, before: LeftBehind | None) -> CraneLift:
-        """Return the lift, given the rule of its stage and the lift that the crane did before."""
+        """Return the lift, given the rule of its stage and the crane's previous lift."""
         pick_vox = hook_on_cell(self.component, self.place, space)
         lying = self.lying()
         now = empty_hook_clearance(self.site, self.crane, space, self.place, NO_CELLS, lying)
@@ -189,11 +189,11 @@ class CraneLiftMaker:
         return CraneLift(self.lift, self.number, carry, None, None, (), track)
 
     def parking_cells(self, rule: CollisionSpace, near: Sequence[NDArray[np.int32]]) -> list[NDArray[np.int32]]:
-        """Cells to wait at: in the way of the fewest lifts in between first, then the shortest turn.
+        """Return cells to wait at, sorted by how many of the other cranes' lifts they obstruct, then by slewing angle.
 
         Args:
-            rule: Of the empty hook.
-            near: Where the hook comes from and goes to.
+            rule: The collision rule of the empty hook.
+            near: Where the hook comes from and where it goes.
         """
         if not self.watched:
             return []
@@ -220,15 +220,15 @@ class CraneLiftMaker:
         return first_conflict((outline, other), stands, one.track, separation_m) is not None
 
     def lying(self) -> list[NDArray[np.int32]]:
-        """Cells of earlier parts of the sequence that may still be in the yard."""
+        """Return cells of earlier parts of the sequence that may still be in the yard."""
         places = [one.place for one in self.between if one.place is not None]
-        # What cannot be lifted lies there as long as the rest of its delivery.
+        # A part that cannot be lifted stays there as long as the rest of its delivery.
         older = {place.delivery for place in places if place.delivery < self.place.delivery}
         kept = [one.place for one in self.plan.lifts if one.status is not Status.PLANNED and one.place is not None]
         return [stored_cells(place) for place in [*places, *(one for one in kept if one.delivery in older)]]
 
     def left(self, last: LeftBehind) -> tuple[Leg, ...]:
-        """Return the crane's ways to a parking place after its last lift, given what it left."""
+        """Return the crane's ways to a parking place after its last lift."""
         exit_vox = left_cells(self.site, last.lift)
         above = [target_cells(self.component), *self.arrived_since(last.lift, self.between[-1:])]
         rule = empty_hook_clearance(self.site, self.crane, last.space, self.place, exit_vox, above)
@@ -239,7 +239,7 @@ class CraneLiftMaker:
         return tuple(leg for leg in legs if leg is not None)
 
     def arrived_since(self, before: Lift, until: Sequence[Lift]) -> list[NDArray[np.int32]]:
-        """Cells of parts that may be delivered during the early way: the table of its rule lacks them."""
+        """Return cells of parts that may be delivered during the early way; its collision rule lacks them."""
         assert before.place is not None
         last = max((one.place.delivery for one in until if one.place is not None), default=0)
         late = range(before.place.delivery + 1, last + 1)
@@ -259,7 +259,7 @@ class CraneLiftMaker:
         slew_rad: float,
         lying: Sequence[NDArray[np.int32]],
     ) -> Leg | None:
-        """The late way; the exit from the set point does not count as free if something was set above it since."""
+        """Return the late way; the exit from the set point is not free if a part was set above it since."""
         tops = self._tops(self.between)
         kept = exit_vox[exit_vox[:, 2] >= tops[exit_vox[:, 0], exit_vox[:, 1]]]
         if not len(kept) or (kept[-1] != exit_vox[-1]).any():
@@ -286,7 +286,7 @@ class CraneLiftMaker:
         straight = self._way(rule, [start_vox, end_vox], slew_rad)
         if straight is not None and straight.duration_s <= _LONG_S:
             return Leg(straight, last=last)
-        # Where a turn at the hook's radius leads out of the site, or into something, it is drawn in for the turn.
+        # If slewing at the hook's radius leaves the site or meets something, the hook trolleys in before it slews.
         inner = [self._drawn_in(rule, cell) for cell in (start_vox, end_vox)]
         stops = [start_vox, *(cell for cell in inner if cell is not None), end_vox]
         stops = [cell for n, cell in enumerate(stops) if n == 0 or (cell != stops[n - 1]).any()]
@@ -295,7 +295,7 @@ class CraneLiftMaker:
         return Leg(min(found, key=lambda way: way.duration_s), last=last) if found else None
 
     def _drawn_in(self, rule: CollisionSpace, cell: NDArray[np.int32]) -> NDArray[np.int32] | None:
-        """The parking cell nearest to the mast in about the direction of a cell."""
+        """Return the parking cell closest to the mast in about the direction of a cell."""
         hook = load_frame(crane_for(self.site, self.crane, None), self.site.frame, HOOK_OFFSET)
         wanted_rad = float(axes_of_cells(hook, cell)[0])
         best: tuple[float, NDArray[np.int32]] | None = None
@@ -306,7 +306,7 @@ class CraneLiftMaker:
         return None if best is None else best[1]
 
     def _way(self, rule: CollisionSpace, stops: Sequence[NDArray[np.int32]], slew_rad: float) -> Trajectory | None:
-        """From stop to stop, at rest at each."""
+        """Return the way from stop to stop, at rest at each; None if it is not free."""
         ways: list[Trajectory] = []
         for start_vox, end_vox in pairwise(stops):
             try:
@@ -320,7 +320,7 @@ class CraneLiftMaker:
         return one_after_another(ways)
 
     def crossed(self, way: Trajectory) -> list[int]:
-        """Orders of the lifts in between whose part, once set, is as high as the hook passes next to it."""
+        """Return orders of the lifts in between whose part, once set, reaches the height of the hook next to it."""
         frame = self.site.frame
         hook = load_frame(crane_for(self.site, self.crane, None), frame, HOOK_OFFSET)
         axes = np.stack([way.slew_rad, way.radius_m, way.height_m], axis=1)
@@ -333,7 +333,7 @@ class CraneLiftMaker:
         return [one.order for one in self.between if (self._tops([one]) > lowest).any()]
 
     def _tops(self, lifts: Sequence[Lift]) -> NDArray[np.int64]:
-        """(X, Y) one above the highest cell of the parts of lifts at their places; 0 if there is none."""
+        """Return (X, Y) one above the highest cell of the parts of lifts at their places; 0 if there is none."""
         tops = np.zeros(self.site.shape[:2], np.int64)
         for one in lifts:
             cells = target_cells(self.site.components[one.component])
@@ -342,14 +342,14 @@ class CraneLiftMaker:
 
 
 def standing_track(site: Site, crane: TowerCrane, axes: NDArray[np.float64]) -> CraneTrack:
-    """Return the track of a crane that stands still with an empty hook at a pose ((3,) slew, radius, height)."""
+    """Return the track of a crane at rest with an empty hook at a pose ((3,) slew, radius, height)."""
     slew, radius, height = (np.repeat(axis, 2) for axis in axes)
     still = Trajectory(np.array([0, SPAN_NS]), slew, radius, height, np.zeros(0, np.int64), 0.0)
     return approach_track(site, crane, still, 0)
 
 
 def _turn(angle_rad: float) -> float:
-    """The absolute angle of the shorter turn."""
+    """Return the absolute angle of the shorter turn."""
     return abs(float(np.remainder(angle_rad + np.pi, 2.0 * np.pi) - np.pi))
 
 

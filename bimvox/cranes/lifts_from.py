@@ -1,8 +1,8 @@
-"""What each of several cranes does for the remaining lifts of a plan that is being carried out.
+"""The remaining lifts of several cranes, for a plan that is being carried out.
 
-A crane whose last part stands goes to its next one as in a plan. One whose hook is elsewhere by now, stopped on its way
-or waiting, goes on from there: *late*, when everything that comes before the next lift in the order may stand and may
-still lie in the yard; or *early*, when no more is set than now.
+A crane whose last part is set moves to its next one as in a plan. If its hook is elsewhere, stopped on its way or
+waiting, it continues from there: *early*, while no more parts are set than now; or *late*, when all parts that come
+before the next lift in the sequence may be in place or still in the yard.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ _REST_NS = NS_PER_S
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stands:
-    """From where a crane goes on.
+    """The position from which a crane continues.
 
     Attributes:
-        motions: Of its lifts that are hooked on or done, by order.
-        axes: (3,) slew (rad), radius (m), height (m) at which its empty hook is, or comes to rest; None where its last
-            part is set.
+        motions: Motions of its lifts that are hooked on or done, by order.
+        axes: (3,) slew (rad), radius (m), height (m) at which its empty hook is, or comes to rest; None if it is where
+            its last part was set.
     """
 
     motions: Mapping[int, LiftMotion]
@@ -57,16 +57,16 @@ class Stands:
 def crane_lifts_from(
     plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]], stands: Mapping[int, Stands]
 ) -> tuple[CraneLift, ...]:
-    """Return what the cranes do for every planned lift, in order; for lifts that have begun only their tracks.
+    """Return the cranes' lifts, for every planned lift, in order; for lifts that have begun only their tracks.
 
     Args:
         plan: The plan, of a site with several cranes.
-        clearances: As for ``time_plan``; of lifts that are hooked on the rule of their stage now.
-        stands: Where every crane goes on from, by its number.
+        clearances: As for ``time_plan``; for lifts that are hooked on, the rule of their current stage.
+        stands: Where every crane continues from, by its number.
 
     Raises:
-        HookError: If a hook finds no way from where it is to its next part.
-        MotionError: If a path is not free or cannot be driven, or the empty hook has no way to a part.
+        HookError: If a hook has no free way from where it is to its next part.
+        MotionError: If a path is not free or cannot be driven, or the empty hook has no free way to a part.
     """
     last: list[tuple[Lift, CollisionSpace]] = []
     come: set[int] = set()
@@ -92,13 +92,13 @@ def crane_lifts_from(
 def _from_there(
     maker: CraneLiftMaker, space: CollisionSpace, axes: NDArray[np.float64], last: list[tuple[Lift, CollisionSpace]]
 ) -> CraneLift:
-    """The crane's next lift with its hook at any pose.
+    """Return the crane's next lift with its hook at any pose.
 
     Args:
-        maker: Makes it.
+        maker: Makes the lift.
         space: The rule of its stage.
         axes: (3,) the pose.
-        last: The last lift that is hooked on, of any crane, and the rule of its stage; none where there is none.
+        last: The last lift of any crane that is hooked on, and the rule of its stage; empty if there is none.
     """
     site, place, component = maker.site, maker.place, maker.component
     pose = CranePose(*(float(n) for n in axes))
@@ -142,7 +142,7 @@ def _from_there(
 def _early(
     maker: CraneLiftMaker, rule: CollisionSpace, pose: CranePose, end_vox: NDArray[np.int32], since: int
 ) -> Leg | None:
-    """A way that passes the places of later lifts before their parts are set."""
+    """Return a way that passes the places of later lifts before their parts are set; None if there is none."""
     leg = _way(maker, rule, pose, end_vox)
     return None if leg is None else replace(leg, before=frozenset(n for n in maker.crossed(leg.way) if n > since))
 
@@ -150,7 +150,7 @@ def _early(
 def _way(
     maker: CraneLiftMaker, rule: CollisionSpace, pose: CranePose, end_vox: NDArray[np.int32], *, last: bool = False
 ) -> Leg | None:
-    """A way of the empty hook from rest at any pose to a cell."""
+    """Return a way of the empty hook from rest at any pose to a cell; None if there is none."""
     site, crane = maker.site, crane_for(maker.site, maker.crane, None)
     hook, empty = load_frame(crane, site.frame, HOOK_OFFSET), pendulum_of(site, crane, None)
     for cell in go_on_cells(rule, hook, pose):

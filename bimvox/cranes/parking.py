@@ -1,4 +1,4 @@
-"""Parking places: where a crane waits, jib turned aside and empty hook raised, so that another crane can work."""
+"""Parking places: a crane waits there, jib turned aside and empty hook raised, so that another crane can work."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bimvox.site.site import Site
 
 _SECTORS = 24
 _SHARES = (0.0, 0.5)
-"""Of the radii of a sector, from the nearest to the furthest column: where the hook may wait."""
+"""Where the hook may wait in a sector, as shares of its columns from the nearest to the furthest."""
 _OFF_VOX = 3.0
 """Distance from the smallest radius at which the hook can slew: columns nearer to it are only partly in reach."""
 
@@ -27,11 +27,11 @@ def _top(site: Site, rule: CollisionSpace) -> NDArray[np.int32]:
 
 
 def parking_cells(site: Site, number: int, rule: CollisionSpace) -> list[NDArray[np.int32]]:
-    """Return cells of the slings' lower end at which a crane may wait, in every direction, with the hook raised.
+    """Return cells of the slings' lower end at which a crane can wait, in every direction, with the hook raised.
 
     Args:
         site: The site, with all its cranes.
-        number: Which of them.
+        number: Index of the crane.
         rule: The collision rule of its empty hook (``empty_hook_clearance``).
     """
     top = _top(site, rule)

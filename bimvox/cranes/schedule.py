@@ -1,17 +1,17 @@
-"""The schedule of several cranes: when each lift begins so that the sequence holds and the cranes keep apart.
+"""The schedule of several cranes: when each lift starts so that the sequence is kept and the cranes stay apart.
 
 The erection sequence is that of one crane: lift after lift. With several cranes lifts overlap in time, under rules that
 keep the assumptions of each lift true at every moment:
 
 * R1: a part is hooked on after all earlier parts of the sequence have left the yard;
-* R2: a part is set after all earlier parts of the sequence stand by themselves, slings off;
-* R3: a part of a later delivery is hooked on after all parts of earlier deliveries stand by themselves;
+* R2: a part is set after all earlier parts of the sequence are set and their slings are off;
+* R3: a part of a later delivery is hooked on after all parts of earlier deliveries are set and their slings are off;
 * R4: the cranes keep their separation at every moment, also if they brake from there (``bimvox.crane.conflict``).
 
-Lifts are scheduled one by one in sequence, each at the first time (in steps of some seconds) at which the rules hold
-against everything scheduled for the other cranes, and against their positions after it. A crane that has finished a
-lift goes to its next part at once and waits there. If it would be in the way of earlier lifts there, it stays where it
-is or slews to a parking place. A load never waits in the air.
+Lifts are scheduled one by one in sequence. Each gets the first time (in steps of some seconds) at which it obeys the
+rules against everything scheduled for the other cranes, and against their positions afterwards. A crane that has
+finished a lift moves to its next part at once and waits there. If it would obstruct earlier lifts there, it stays where
+it is or slews to a parking place. A load never waits in the air.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def time_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]
 
     Raises:
         InputError: If the site has no crane.
-        MotionError: If a path is not free or cannot be driven, or a crane is always in a lift's way; says which lift.
+        MotionError: If a path is not free or cannot be driven, or a crane always obstructs a lift; names the lift.
     """
     if not plan.site.has_several_cranes:
         return time_plan(plan, clearances)
@@ -56,17 +56,17 @@ def time_rest(
 ) -> tuple[LiftMotion, ...]:
     """Return the motion of every planned lift of a plan that is being carried out, in order.
 
-    What has begun goes on unchanged, and nothing new begins before ``ready_ns``.
+    What has begun continues unchanged, and nothing new starts before ``ready_ns``.
 
     Args:
         plan: The plan, of a site with several cranes.
-        lifts: What its cranes do for every planned lift (``crane_lifts_from``).
-        begun: What every crane did already, and goes on with, by its number.
-        going_on: Loads that were stopped on their way, with a way on, in order.
-        ready_ns: The first moment at which something new may begin.
+        lifts: The cranes' lifts, for every planned lift (``crane_lifts_from``).
+        begun: The work that every crane has begun, by its number.
+        going_on: Loads that were stopped under way and have a path to continue on, in order.
+        ready_ns: The first moment at which something new may start.
 
     Raises:
-        MotionError: If a crane is always in a lift's way; says which lift.
+        MotionError: If a crane always obstructs a lift; names the lift.
     """
     return _Schedule(plan, lifts, begun, going_on, ready_ns).run()
 
@@ -108,12 +108,12 @@ class _Schedule:
             if motion.order not in on_the_hook:
                 self.set_ns[motion.order], self.released_ns[motion.order] = motion.set_ns, motion.released_ns
         self.begun = {order for one in self.cranes for order in one.motions}
-        # What is set next waits until hooks that are on their way have passed.
+        # Later parts are set only after hooks that are on their way have passed.
         passed_ns = max([leg.end_ns for one in self.cranes for leg in one.legs.get(one.begun, ())], default=0)
         self.not_set_before_ns |= {one.lift.order: passed_ns for one in lifts if passed_ns}
 
     def run(self) -> tuple[LiftMotion, ...]:
-        """Schedule every lift."""
+        """Return the motions of all lifts, scheduled."""
         for crane in reversed(self.cranes):
             if crane.starts and self._conflict(crane, crane.stands, 0) is not None:
                 self._start_parked(crane)
@@ -135,15 +135,15 @@ class _Schedule:
         return next(crane for crane in self.cranes if crane.number == number)
 
     def _schedule(self, crane: CraneClock, one: CraneLift) -> None:
-        """Bring the hook to the part if it is not there, and carry it."""
+        """Move the hook to the part if it is not there, and carry the part."""
         if not self._tried(crane, lambda: self._to_part(crane, one) and self._carry(crane, one)):
             raise self._never(crane, one.lift)
 
     def _tried(self, crane: CraneClock, go: Callable[[], bool]) -> bool:
-        """Whether a crane can go on; then it also goes to its next part.
+        """Return whether a crane can continue; if so, it also moves to its next part.
 
-        Where another crane is in the way it goes back, or aside; where this one's hook, over the part already, keeps
-        the other from doing so, it goes back or aside itself, and comes later.
+        If another crane is in the way, that crane moves back or aside. If this crane's hook, already over the part,
+        prevents that, this crane moves back or aside itself and comes later.
         """
         kept = self._kept()
         others = [other for other in self.cranes if other is not crane]
@@ -188,7 +188,7 @@ class _Schedule:
         return any(leg is not None and self._go(crane, leg, "pick") for leg in (one.early, one.late))
 
     def _go_on(self, crane: CraneClock, going: GoingOn) -> bool:
-        """Schedule the rest of the motion of a load that was stopped."""
+        """Schedule the rest of the motion of a stopped load; return whether it is possible."""
         order, motion = going.lift.order, going.motion
         earlier = [self.released_ns[n] for n in self.released_ns if n < order]
         set_after_ns = max([*earlier, self.not_set_before_ns.get(order, 0)], default=0)
@@ -205,7 +205,7 @@ class _Schedule:
         return True
 
     def _carry(self, crane: CraneClock, one: CraneLift) -> bool:
-        """Schedule a lift from hook on to slings off."""
+        """Schedule a lift from hook-on to slings off; return whether it is possible."""
         order, carry = one.lift.order, one.carry
         earlier = [n for n in self.released_ns if n < order]
         assert one.lift.place is not None
@@ -229,7 +229,7 @@ class _Schedule:
         return True
 
     def _go(self, crane: CraneClock, leg: Leg, to: str, *, at_once: bool = False) -> bool:
-        """Schedule a way of the empty hook as early as possible, or at once."""
+        """Schedule a way of the empty hook as early as possible, or at once; return whether it is possible."""
         order = crane.next.lift.order if crane.next is not None else len(self.plan.lifts)
         first_ns = max(crane.free_ns, self.ready_ns)
         if crane.legs.get(crane.done):
@@ -255,7 +255,7 @@ class _Schedule:
         return True
 
     def _give_way(self, crane: CraneClock) -> bool:
-        """Move a crane that is in the way: back from its next part, or to a parking place."""
+        """Move a crane back from its next part, or to a parking place; return whether it is possible."""
         following = crane.next
         if crane.at == "pick" and following is not None:
             legs = crane.legs.get(crane.done, [])
@@ -277,9 +277,9 @@ class _Schedule:
         return False
 
     def _undo(self, crane: CraneClock, legs: list[Placed]) -> bool:
-        """Undo the way to the next part.
+        """Undo the way to the next part; return whether it is possible.
 
-        Where something would meet the crane at the place that it came from, it goes aside from there at once.
+        If there is a conflict at the place that the crane came from, it moves aside from there at once.
         """
         leg = legs.pop()
         crane.tracks.pop()
@@ -298,7 +298,7 @@ class _Schedule:
         return False
 
     def _start_parked(self, crane: CraneClock) -> bool:
-        """Begin at a parking place instead of over the first part."""
+        """Start at a parking place instead of over the first part; return whether it is possible."""
         if crane.at != "pick" or crane.tracks or not crane.starts:
             return False
         for parking in crane.lifts[0].parkings:
@@ -312,7 +312,7 @@ class _Schedule:
     def _first_free(
         self, crane: CraneClock, track: CraneTrack, first_ns: int, latest_ns: int | None = None
     ) -> int | None:
-        """Return the first start at which a track, and the position at its end, are clear of everything scheduled."""
+        """Return the first start at which a track, and the position at its end, have no conflict; None if none has."""
         others_end_ns = max((other.free_ns for other in self.cranes if other is not crane), default=0)
         start_ns = first_ns
         while latest_ns is None or start_ns <= latest_ns:

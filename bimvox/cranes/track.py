@@ -1,10 +1,10 @@
 """Where a crane may be during a lift, for its separation from other cranes: bounds that include braking.
 
-At every sample the crane may be told to stop. It then goes on for the reaction time, as planned or at the speed that it
-has, whichever leads further, and every axis brakes as fast as its acceleration and jerk allow: all of that is within
-the bounds of the spans around the sample. The load hangs at rest or swings as its proof says, and further by what
-braking adds: a deceleration a swings a load on a rope of length l out by no more than 2 a l / g, and no more than its
-speed lost at once would, v sqrt(l / g).
+A stop may be ordered at every sample. The crane then continues for the reaction time, as planned or at its current
+speed, whichever leads further, and every axis brakes as fast as its acceleration and jerk allow. The bounds of the
+spans around the sample contain all of this motion. The load swings as in its proof, plus what braking adds: a
+deceleration a adds at most 2 a l / g on a rope of length l, and at most v sqrt(l / g), as if the speed v were lost at
+once.
 """
 
 from __future__ import annotations
@@ -44,20 +44,20 @@ from bimvox.site.site import Site, SwingRule
 from bimvox.stop.braking import braking_ways
 
 REACTION_S = 1.0
-"""From the order to stop until the brakes act; until then the crane goes on."""
+"""From the order to stop until the brakes act; until then the crane continues."""
 
 EMPTY_HALF_M = 0.5
-"""Radius of the disc that holds hook block and slings."""
+"""Radius of the disc that contains hook block and slings."""
 _ROPE_HALF_M = 0.1
 
 
 class _Hung(NamedTuple):
-    """What hangs on the hook.
+    """The load on the hook.
 
     Attributes:
-        half_m: Radius of the disc about the hook that holds it on the plan.
-        drop_m: From the hook down to its lowest.
-        pendulum: How it swings; None where swing is not looked at.
+        half_m: Radius of the disc about the hook that contains it in plan view.
+        drop_m: From the hook down to its lowest point.
+        pendulum: How it swings; None if swing is ignored.
     """
 
     half_m: float
@@ -66,12 +66,12 @@ class _Hung(NamedTuple):
 
 
 def approach_track(site: Site, crane: TowerCrane, approach: Trajectory, start_ns: int) -> CraneTrack:
-    """Return where a crane may be while its empty hook goes to a part.
+    """Return where a crane may be while its empty hook moves to a part.
 
     Args:
         site: The site.
         crane: The crane.
-        approach: The way; its times count from ``start_ns``.
+        approach: The way of the hook; its times count from ``start_ns``.
         start_ns: On the site's clock.
     """
     return _track(crane_for(site, crane, None), _empty(site, crane), *_series(approach, start_ns))
@@ -82,14 +82,14 @@ def carrying_track(
 ) -> CraneTrack:
     """Return where a crane may be from hook-on until the slings are off; its approach and any wait are left out.
 
-    Where the load was stopped and held it hangs at rest when it goes on.
+    If the load was stopped and held, it hangs at rest when it continues.
 
     Args:
         site: The site.
         crane: The crane.
         lift: The lift.
         motion: Its motion, on the site's clock.
-        since_ns: Only what comes from this moment on, at which the crane stands; None: all of it.
+        since_ns: Only from this moment on, at which the crane is at rest; None for the whole motion.
     """
     component, time_ns, axes = site.components[lift.component], *motion.samples()
     raised_ns, carried_ns = (motion.start_ns + int(part.time_ns[0]) for part in (motion.raising, motion.loaded))
@@ -126,7 +126,7 @@ def _empty(site: Site, crane: TowerCrane) -> _Hung:
 
 
 def _hanging(site: Site, rigged: TowerCrane, component: Component) -> _Hung:
-    """The part upright, its hook line above the centre of its hook column."""
+    """Return the part upright, its hook line above the centre of its hook column."""
     size_m, at = site.frame.voxel_size_m, np.array(component.hook_offset_vox[:2]) + 0.5
     width = np.array(component.shape.size_vox[:2])
     half_m = size_m * float(np.hypot(*np.maximum(at, width - at)))
@@ -135,7 +135,7 @@ def _hanging(site: Site, rigged: TowerCrane, component: Component) -> _Hung:
 
 
 def _raised(site: Site, rigged: TowerCrane, component: Component, lift: Lift) -> _Hung:
-    """The part while it is tipped up and turned: it stays within its diagonals about the hook."""
+    """Return the part during upending and turning: it stays within its diagonals about the hook."""
     upright = _hanging(site, rigged, component)
     if lift.place is None:
         return upright
@@ -154,7 +154,7 @@ def _series(way: Trajectory, start_ns: int) -> tuple[NDArray[np.int64], NDArray[
 def _between(
     time_ns: NDArray[np.int64], axes: NDArray[np.float64], from_ns: int, until_ns: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """The samples in a span of the clock, one at each of its ends."""
+    """Return the samples in a span of the clock, with one at each end."""
     inside = (time_ns > from_ns) & (time_ns < until_ns)
     ends = np.array([from_ns, until_ns], np.int64)
     at_ends = np.stack([np.interp(ends, time_ns, axis) for axis in axes.T], axis=1)
@@ -163,7 +163,7 @@ def _between(
 
 
 def _track(crane: TowerCrane, hung: _Hung, time_ns: NDArray[np.int64], axes: NDArray[np.float64]) -> CraneTrack:
-    """Bounds of one series of samples that begins and ends at rest."""
+    """Return the bounds of one series of samples that starts and ends at rest."""
     time_s = (time_ns - time_ns[0]) / NS_PER_S
     rate, acceleration = _derivatives(time_s, axes)
     low, high = axes.copy(), axes.copy()
@@ -198,13 +198,13 @@ def _track(crane: TowerCrane, hung: _Hung, time_ns: NDArray[np.int64], axes: NDA
 def _derivatives(
     time_s: NDArray[np.float64], axes: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(N, 3) rates at the samples, at rest at both ends, and the accelerations that lead from one to the next."""
+    """Return (N, 3) rates at the samples, 0 at both ends, and the accelerations from each to the next."""
     rate = np.zeros_like(axes)
     if len(time_s) > 2:
         h = np.diff(time_s)[:, None]
         rise = np.diff(axes, axis=0) / h
         rate[1:-1] = (h[1:] * rise[:-1] + h[:-1] * rise[1:]) / (h[1:] + h[:-1])
-        # Beside a stand the axis is at rest, or will be.
+        # Next to a standstill the rate of the axis is 0.
         rate[1:-1] = np.where((rise[:-1] == 0.0) | (rise[1:] == 0.0), 0.0, rate[1:-1])
     acceleration = np.zeros_like(axes)
     if len(time_s) > 1:
@@ -213,7 +213,7 @@ def _derivatives(
 
 
 def _around(values: NDArray[np.float64], extreme: np.ufunc) -> NDArray[np.float64]:
-    """The extreme of every value and the one before it."""
+    """Return the extreme of every value and the one before it."""
     around: NDArray[np.float64] = extreme(values, np.concatenate([values[:1], values[:-1]]))
     return around
 
@@ -221,7 +221,7 @@ def _around(values: NDArray[np.float64], extreme: np.ufunc) -> NDArray[np.float6
 def _swing_m(
     crane: TowerCrane, hung: _Hung, time_s: NDArray[np.float64], axes: NDArray[np.float64], rate: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """(N,) how far the load may swing out: on its way, and when the crane is stopped."""
+    """Return (N,) how far the load may swing out, both during the motion and when the crane is stopped."""
     if hung.pendulum is None or time_s[-1] <= 0.0:
         return np.zeros(len(time_s))
     at_s = np.linspace(0.0, time_s[-1], int(np.ceil(time_s[-1] / STEP_S)) + 1)
@@ -241,7 +241,7 @@ def _swing_m(
 def _hulls(
     rows: NDArray[np.float64], first: NDArray[np.int64], last: NDArray[np.int64], is_low: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """(M, C) the extremes of rows ``first[m]`` to ``last[m]``, both included."""
+    """Return (M, C) the extremes of rows ``first[m]`` to ``last[m]``, both included."""
     spans = np.empty((first.shape[0], rows.shape[1]))
     for m in range(first.shape[0]):
         spans[m] = rows[first[m]]

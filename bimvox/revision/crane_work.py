@@ -1,4 +1,4 @@
-"""What a revision leaves to the cranes: what a stop does, and when each lift begins."""
+"""The part of a revision that depends on the cranes: what a stop does, and when each lift starts."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class CraneWork(Protocol):
     """The work of one crane (or none), or of several, in one round of a revision."""
 
     def begun(self, walk: Walk, was: Lift) -> Lift | None:
-        """Return a lift that is done, was passed over, or hangs on a hook; None if the walk is to plan it.
+        """Return a lift that is done, was skipped, or is on a hook; None if the walk plans it.
 
         Args:
-            walk: The walk, come to this lift.
+            walk: The walk, at this lift.
             was: The lift in the current plan.
         """
 
@@ -28,13 +28,13 @@ class CraneWork(Protocol):
         """Keep the motion of a lift that has not begun, or note that it is to be made or that it is pending.
 
         Args:
-            walk: The walk, come to this lift.
+            walk: The walk, at this lift.
             lift: The lift; it is planned.
             was: The lift in the current plan.
         """
 
     def timed(self, made: WalkResult) -> WalkResult | Refused:
-        """Return what the walk made with all its motions on the clock; or which lifts cannot be driven, and why."""
+        """Return the walk's result with all its motions on the clock; or which lifts cannot be driven, and why."""
 
     def refused(self, proof: Proof) -> Refused:
         """Return the lifts to refuse after a failed proof, and why."""

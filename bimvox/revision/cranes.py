@@ -49,7 +49,7 @@ class SeveralCranes:
         """Do nothing: all motions are made together."""
 
     def timed(self, made: WalkResult) -> WalkResult | Refused:
-        """Return what the walk made with all motions on the clock."""
+        """Return the walk's result with all motions on the clock; or which lift cannot be driven, and why."""
         plan = made.plan(self._was, self._request, self._change)
         try:
             motions = time_lifts(plan, stages_of(plan, self._request.preparation))
@@ -63,7 +63,7 @@ class SeveralCranes:
 
 
 def with_motions(was: CurrentPlan, made: WalkResult, motions: Iterable[LiftMotion]) -> WalkResult:
-    """Return what a walk made with the motions of several cranes, all of them to be proven; equal ones are kept."""
+    """Return a walk's result with the motions of several cranes, all of them to be proven; equal ones are kept."""
     kept = {new.order: new for new in motions}
     kept |= {order: was.motions[order] for order, new in kept.items() if _same(was.motions.get(order), new)}
     new_motions = {order for order, motion in kept.items() if was.motions.get(order) is not motion}
@@ -71,7 +71,7 @@ def with_motions(was: CurrentPlan, made: WalkResult, motions: Iterable[LiftMotio
 
 
 def _same(one: LiftMotion | None, other: LiftMotion) -> bool:
-    """Whether two motions are equal up to the rounding of a log."""
+    """Return whether two motions are equal up to the rounding of a log."""
     if one is None or (one.component, one.start_ns, one.phases) != (other.component, other.start_ns, other.phases):
         return False
     (time_ns, axes), (other_ns, other_axes) = one.samples(), other.samples()

@@ -1,4 +1,4 @@
-"""What several cranes have done of a plan at a time, and whether a change meets what they are doing.
+"""What several cranes have done of a plan at a given time, and whether a change meets what they are doing.
 
 Parts are hooked on in the erection sequence (R1), so the lifts that have begun are always the first ones of the
 sequence. The empty hooks may be anywhere on their ways to the next parts.
@@ -26,11 +26,11 @@ from bimvox.stop.underway import is_set
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CraneNow:
-    """One crane at a time.
+    """One crane at a given time.
 
     Attributes:
         number: Its index in ``Site.cranes``.
-        stands: Slew (rad), radius (m) and height (m) at which it stood at the start of the clock.
+        stands: Slew (rad), radius (m) and height (m) at the start of the clock.
         motions: Motions of its lifts that have begun, by order, without the departure of the hook.
         ways: Ways of its empty hook that have begun since, in order.
     """
@@ -42,7 +42,7 @@ class CraneNow:
 
     @property
     def goes_on_from(self) -> Stands:
-        """From where it goes on."""
+        """The position from which it continues."""
         if self.ways:
             return Stands(self.motions, self.ways[-1].way.axes[-1])
         return Stands(self.motions, None if self.motions else np.array(self.stands))
@@ -59,7 +59,7 @@ class CraneNow:
 
 
 def cranes_at(site: Site, current: CurrentPlan, now_ns: int) -> tuple[CraneNow, ...]:
-    """Return what every crane that has lifts has done until a time.
+    """Return the state of every crane that has lifts, at a given time.
 
     Args:
         site: The site.
@@ -130,7 +130,7 @@ def load_is_met(site: Site, lift: Lift, motion: LiftMotion, added: NDArray[np.in
 
 
 def motion_is_met(site: Site, current: CurrentPlan, motion: LiftMotion, added: NDArray[np.int32]) -> bool:
-    """Return whether new obstructed cells meet a motion to come.
+    """Return whether new obstructed cells meet a motion that has not begun.
 
     Args:
         site: The site.
@@ -149,7 +149,7 @@ def motion_is_met(site: Site, current: CurrentPlan, motion: LiftMotion, added: N
 
 
 def _without_leaving(motion: LiftMotion) -> LiftMotion:
-    """The motion until its slings are off."""
+    """Return the motion until its slings are off."""
     if motion.departure is None:
         return motion
     phases = tuple(phase for phase in motion.phases if phase.end_ns <= motion.released_ns)
@@ -157,19 +157,19 @@ def _without_leaving(motion: LiftMotion) -> LiftMotion:
 
 
 def _ways_of(motion: LiftMotion, name: PhaseName) -> Iterator[HookWay]:
-    """The ways of the empty hook in a motion, its approach or its departure."""
+    """Yield the ways of the empty hook in a motion: of its approach or its departure."""
     whole = motion.approach if name is PhaseName.APPROACH else motion.departure
     if whole is None:
         return
     for start_ns, end_ns, stopped_ns in motion.ways_ns(name):
-        # Of a stop the last sample may be that at which the next way begins.
+        # The last sample of a stop may be the one at which the next way starts.
         last_ns = end_ns - motion.start_ns - (0 if stopped_ns is None else 1)
         way = between(whole, start_ns - motion.start_ns, last_ns)
         yield HookWay(start_ns, shifted(way, -int(way.time_ns[0])), stopped_ns)
 
 
 def alone(way: HookWay, crane: int) -> LiftMotion:
-    """Return a way of a crane's empty hook as a motion of its own."""
+    """Return a way of a crane's empty hook as a separate motion."""
     end_ns = int(way.way.time_ns[-1])
     slew, radius, height = (np.repeat(axis, 2) for axis in way.way.axes[-1])
     still = Trajectory(np.array([end_ns, end_ns + 1]), slew, radius, height, np.zeros(0, np.int64), 0.0)

@@ -1,10 +1,10 @@
 """A revision with several cranes while their plan is carried out.
 
 What was done stays as driven. If the change meets nothing that the cranes are doing, loads on hooks and hooks under way
-go on unchanged, and all later lifts are scheduled around them. If it meets something, all cranes stop, as
+continue unchanged, and all later lifts are scheduled around them. If it meets something, all cranes stop, as
 anti-collision systems do: the separation is planned and proven for a stop at any moment. After the hold, each load
-goes on along a new path as soon as the other cranes leave room. If one load finds no path, all cranes are held until
-the next change.
+continues along a new path as soon as the other cranes leave room. If one load has no free path, all cranes are held
+until the next change.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class CranesUnderWay:
         """Do nothing: all motions are made together."""
 
     def timed(self, made: WalkResult) -> WalkResult | Refused:
-        """Return what the walk made, with all later lifts scheduled around what the cranes are doing."""
+        """Return the walk's result, with all later lifts scheduled around what the cranes are doing."""
         if self.waits_for is not None:
             return self._all_held(made)
         plan = made.plan(self.current, self.request, self.change)
@@ -101,7 +101,7 @@ class CranesUnderWay:
         return replace(with_motions(self.current, made, motions), written=everything, stops=self.stops)
 
     def refused(self, proof: Proof) -> Refused:
-        """Return the lifts that failed; all that its crane has left if a hook under way meets something."""
+        """Return the lifts that failed; if a hook under way meets something, all remaining lifts of its crane."""
         refused, names = dict(proof.refused), self.site.components
         for number, crane in self.cranes.items():
             mine = [names[lift.component].id for lift in self._to_come if names[lift.component].crane == number]
@@ -126,7 +126,7 @@ class CranesUnderWay:
 
     @property
     def _to_come(self) -> list[Lift]:
-        """The planned lifts that are put on the clock."""
+        """The planned lifts that are still to be put on the clock."""
         return [lift for lift in self._planned if lift.order > self.last]
 
     @property
@@ -135,12 +135,12 @@ class CranesUnderWay:
         return [crane for crane in self.cranes.values() if not crane.is_safe]
 
     def _is_of(self, lift: Lift, crane: CraneNow) -> bool:
-        """Whether a lift belongs to a crane, and is planned or held because the crane's hook met something."""
+        """Return whether a lift belongs to a crane, and is planned or held because the crane's hook met something."""
         mine = self.site.components[lift.component].crane == crane.number
         return mine and (lift.status is Status.PLANNED or lift.reason == _MET)
 
     def _reasons(self, orders: Set[int]) -> list[str]:
-        """The reasons why any of these lifts are refused."""
+        """Return the reasons why any of these lifts are refused."""
         names = self.site.components
         reasons = (self.refusals.get(names[lift.component].id) for lift in self.lifts if lift.order in orders)
         return [reason for reason in reasons if reason is not None]
@@ -150,7 +150,7 @@ class CranesUnderWay:
         return any(is_met(self.site, self.current, crane, self.change.added, self.now_ns) for crane in cranes)
 
     def _stop(self) -> None:
-        """Stop all cranes and look for a path on for each load."""
+        """Stop all cranes and search a path for each load to continue on."""
         stopped = all_stopped(
             self.request,
             [lift for lift in self.lifts if lift.order <= self.last],
@@ -162,7 +162,7 @@ class CranesUnderWay:
         self.stops = stopped.loads
 
     def _begun_lifts(self) -> dict[int, Lift]:
-        """The lifts that the walk leaves unchanged, by order: those begun; all of them while the cranes are held."""
+        """Return the lifts that the walk leaves unchanged, by order: those begun; all while the cranes are held."""
         on = {one.lift.order: one.lift for one in self.stops}
         if self.waits_for is None:
             return {lift.order: on.get(lift.order, lift) for lift in self.lifts if lift.order <= self.last}
@@ -175,7 +175,7 @@ class CranesUnderWay:
         return now
 
     def _held_loads(self, waits_for: str) -> tuple[Held, ...]:
-        """The loads on the hooks, all held: a load that has a path waits for those that have none."""
+        """Return the loads on the hooks, all held: a load that has a path waits for those without one."""
         loads, lifts = [], {lift.order: lift for lift in self.lifts}
         for one in self.stops:
             if isinstance(one, Held):
@@ -187,7 +187,7 @@ class CranesUnderWay:
         return tuple(loads)
 
     def _all_held(self, made: WalkResult) -> WalkResult:
-        """Hold all cranes; all later lifts are pending."""
+        """Return the walk's result with all cranes held; all later lifts are pending."""
         assert self.waits_for is not None
         hooks = tuple(crane.hook for crane in self.cranes.values())
         held = HeldCranes(self._held_loads(self.waits_for), hooks)
@@ -198,7 +198,7 @@ class CranesUnderWay:
         return replace(
             made,
             unproven_motions=set(),
-            # They are not examined now but at the next change.
+            # They are examined at the next change, not now.
             new_paths=pending,
             pending=pending,
             written=frozenset(lift.order for lift in made.lifts) - pending,
@@ -207,7 +207,7 @@ class CranesUnderWay:
         )
 
     def _is_as_it_was(self, plan: LiftPlan) -> bool:
-        """Whether the change meets nothing, so that all motions are kept."""
+        """Return whether the change meets nothing, so that all motions are kept."""
         current, added = self.current, self.change.added
         if self.stops or self.refusals or current.pending or current.held is not None:
             return False
@@ -219,7 +219,7 @@ class CranesUnderWay:
         return not any(motion_is_met(self.site, current, motion, added) for motion in to_come)
 
     def _look_ahead(self, plan: LiftPlan) -> None:
-        """Keep what begins before the hold ends, up to the first lift that the change affects."""
+        """Keep what starts before the hold ends, up to the first lift that the change affects."""
         current, added, until_ns = self.current, self.change.added, self.ready_ns
         for lift, was in zip(plan.lifts, current.plan.lifts, strict=True):
             motion = current.motions.get(lift.order)
@@ -236,7 +236,7 @@ class CranesUnderWay:
             self.last = max([self.last, *(order for crane in self.cranes.values() for order in crane.motions)])
 
     def _timed(self, plan: LiftPlan) -> tuple[LiftMotion, ...]:
-        """Schedule the lifts to come."""
+        """Return all motions, with those that have not begun scheduled."""
         going_on = []
         for one in self.stops:
             assert isinstance(one, Redirected)
@@ -270,7 +270,7 @@ class CranesUnderWay:
         )
 
     def _undriven(self, error: MotionError) -> Refused:
-        """What to refuse if a lift cannot be driven: if its hook is stuck, all that its crane has left."""
+        """Return what to refuse if a lift cannot be driven: if its hook is stuck, all remaining lifts of its crane."""
         names, reason = self.site.components, f"the crane cannot drive its path: {error.message}"
         left = self._to_come
         own = next((lift for lift in left if names[lift.component].id == error.component), None)
@@ -283,5 +283,5 @@ class CranesUnderWay:
 
 
 def _is_planned(now: Lift, was: Lift) -> bool:
-    """Whether a lift is or was planned."""
+    """Return whether a lift is or was planned."""
     return Status.PLANNED in (now.status, was.status)

@@ -28,7 +28,7 @@ class CurrentPlan:
             at every change.
         pending: Orders of the planned lifts that are not timed and proven yet.
         memory: Earlier versions of lifts that were changed.
-        held: The cranes, if they are stopped because a load finds no path on; all later lifts are pending.
+        held: The cranes, if they are stopped because a load has no free path; all later lifts are pending.
     """
 
     plan: LiftPlan

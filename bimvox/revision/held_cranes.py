@@ -1,4 +1,4 @@
-"""Cranes that are held because a load on one of their hooks finds no path on."""
+"""Cranes that are held because a load on one of their hooks has no free path."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from bimvox.stop.underway import Held
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HookWay:
-    """A way of an empty hook that it has begun.
+    """A way that an empty hook has begun.
 
     Attributes:
         start_ns: When it began, on the site's clock.
         way: Its samples, from 0, to where the hook is at rest.
-        stopped_ns: When the crane began to brake, on the site's clock; None if the hook drives to the end.
-        is_free: Whether the hook met nothing while it stopped, its swing included.
+        stopped_ns: When the crane began to brake, on the site's clock; None if the hook completes the way.
+        is_free: Whether the hook, including its swing, met nothing while it stopped.
     """
 
     start_ns: int
@@ -32,11 +32,11 @@ class HookWay:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldHook:
-    """Where a crane is.
+    """The position of a crane.
 
     Attributes:
         crane: Its number.
-        stands: Slew (rad), radius (m) and height (m) at which it stood at the start of the clock.
+        stands: Slew (rad), radius (m) and height (m) at the start of the clock.
         ways: Ways of its empty hook since its last lift was hooked on or done, in order.
     """
 
@@ -51,7 +51,7 @@ class HeldCranes:
 
     Attributes:
         loads: The loads on their hooks, in order.
-        hooks: Where the cranes are; empty if there is only one (its load says where).
+        hooks: Positions of the cranes; empty if there is only one (its load gives its position).
     """
 
     loads: tuple[Held, ...]
@@ -59,5 +59,5 @@ class HeldCranes:
 
     @property
     def orders(self) -> frozenset[int]:
-        """Orders of the lifts whose loads hang on the hooks."""
+        """Orders of the lifts whose loads are on the hooks."""
         return frozenset(load.lift.order for load in self.loads)

@@ -9,13 +9,13 @@ from bimvox.stop.underway import is_set
 
 
 def behind(current: CurrentPlan, now_ns: int | None) -> int:
-    """Return the order of the last lift that is done or was passed over; -1 for none.
+    """Return the order of the last lift that is done or was skipped; -1 if there is none.
 
-    A later one is to come, or under way.
+    Later lifts have not begun, or are under way.
 
     Args:
         current: The plan.
-        now_ns: The time on the site's clock; None where it is not carried out.
+        now_ns: The time on the site's clock; None if the plan is not being carried out.
     """
     if now_ns is None:
         return -1
@@ -29,12 +29,12 @@ def behind(current: CurrentPlan, now_ns: int | None) -> int:
 
 
 def motion_under_way(current: CurrentPlan, lift: Lift, now_ns: int | None) -> LiftMotion | None:
-    """Return the motion of a lift that is not behind, if it is under way; else None.
+    """Return the motion of a lift that is not done, if it is under way; otherwise None.
 
     Args:
         current: The plan.
         lift: One of its lifts.
-        now_ns: The time on the site's clock; None where it is not carried out.
+        now_ns: The time on the site's clock; None if the plan is not being carried out.
     """
     if current.held is not None:
         held = current.held.loads[0]

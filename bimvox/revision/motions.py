@@ -1,4 +1,4 @@
-"""The motions of a part: those that are missing are made, each at its own stage, and all are laid on the clock."""
+"""The motions of a part: missing ones are made, each at its own stage, and all are put on the clock."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from bimvox.site.collision import CollisionSpace
 
 
 def made_in_full(request: RevisionRequest, made: WalkResult) -> WalkResult | Refused:
-    """Return what a walk made with all motions made and laid on the clock one after the other.
+    """Return a walk's result with all motions made and put on the clock one after the other.
 
     Args:
         request: What to revise the plan for.
-        made: What the walk made.
+        made: The walk's result.
 
     Returns:
         The same with every motion; or the lifts that the crane cannot drive, and why.
@@ -42,7 +42,7 @@ def made_in_full(request: RevisionRequest, made: WalkResult) -> WalkResult | Ref
 
 
 def _missing_motions(request: RevisionRequest, made: WalkResult) -> tuple[dict[int, LiftMotion], Refused]:
-    """Return the motions that the walk left open, each timed at its own stage; they start at 0, in the turn nearest 0.
+    """Return the motions that the walk left open, each timed at its own stage, from time 0 and slew angle 0.
 
     Returns:
         Motions by order; and why the crane cannot drive other lifts, by component.
@@ -91,7 +91,7 @@ def stages_of(plan: LiftPlan, preparation: Preparation, last: int = -1) -> Itera
 
 
 def _in_time(request: RevisionRequest, motion: LiftMotion) -> LiftMotion:
-    """A lift to come does not begin in the past: an idle crane waits until now."""
+    """Return a motion that does not start in the past: an idle crane waits until now and for the hold."""
     now_ns = request.now_ns
     if now_ns is None or motion.start_ns >= now_ns:
         return motion

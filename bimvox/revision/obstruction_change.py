@@ -1,4 +1,4 @@
-"""What a change of the obstructions changed, cell by cell."""
+"""The cells that a change of the obstructions added or removed."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class ObstructionChange:
     """The difference between the obstructions of two sites with the same fixed part.
 
     Attributes:
-        added: (N, 3) int32 cells that an obstruction occupies now and none did before, whatever else stands there.
-        removed: (M, 3) int32 cells that one occupied before and none does now.
-        ids: Ids of the obstructions that came, went, or changed a cell.
+        added: (N, 3) int32 cells that an obstruction occupies now and none did before, whatever else occupies them.
+        removed: (M, 3) int32 cells that an obstruction occupied before and none does now.
+        ids: Ids of the obstructions that were added, removed, or changed.
     """
 
     added: NDArray[np.int32]
@@ -32,7 +32,7 @@ class ObstructionChange:
 
 
 def change_between(before: Site, after: Site) -> ObstructionChange:
-    """Return what changed from one site to another."""
+    """Return the difference between the obstructions of two sites."""
     old, new = _obstructions(before), _obstructions(after)
     ids = {name for name in old.keys() | new.keys() if not _same(old.get(name), new.get(name))}
     if not ids:
@@ -57,7 +57,7 @@ def _same(one: NDArray[np.int32] | None, other: NDArray[np.int32] | None) -> boo
 
 
 def _flat(obstructions: dict[str, NDArray[np.int32]], shape: tuple[int, int, int]) -> NDArray[np.int64]:
-    """(N,) int64 flat indices of all cells, ascending, each once."""
+    """Return (N,) int64 flat indices of all cells, ascending, without duplicates."""
     if not obstructions:
         return np.zeros(0, np.int64)
     cells = np.concatenate(list(obstructions.values())).astype(np.int64)

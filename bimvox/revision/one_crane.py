@@ -53,7 +53,7 @@ class OneCrane:
         start = before.component if before else None
         if self._keeps_motion(walk, lift, was, same_start=start == walk.was_before):
             if has_crane and made.pending:
-                # Behind a pending lift the clock is not known yet; the part after that sets it.
+                # After a pending lift the clock is not known yet; a later part sets it.
                 made.motions[order] = self._was.motions[order]
             elif has_crane:
                 made.laid[order] = self._was.motions[order]
@@ -73,13 +73,13 @@ class OneCrane:
         made.laid[order] = None if known is None else known.motion
 
     def timed(self, made: WalkResult) -> WalkResult | Refused:
-        """Return what the walk made with all motions made and laid on the clock one after the other."""
+        """Return the walk's result with all motions made and put on the clock one after the other."""
         return made_in_full(self._request, made)
 
     def refused(self, proof: Proof) -> Refused:
-        """Return the lifts that failed; or all that is left if one of them is done already.
+        """Return the lifts that failed; or all remaining lifts if one of them is done already.
 
-        Something is where the hook is: it cannot leave the place where it set the last part.
+        In that case the hook is obstructed: it cannot leave the place where it set the last part.
         """
         site, lifts = self._was.plan.site, self._was.plan.lifts
         done = {site.components[lift.component].id for lift in lifts if lift.order <= self._last}
@@ -90,7 +90,7 @@ class OneCrane:
         return dict.fromkeys(left, f"the hook cannot leave where the last part was set: {stuck}")
 
     def _redirected(self, walk: Walk, was: Lift, motion: LiftMotion) -> Lift:
-        """Keep the lift under way if the change does not meet what is left of it; otherwise stop it and find a way."""
+        """Return the lift under way: unchanged if the change does not meet its rest, otherwise redirected or held."""
         site, crane, held, made = self._site, self._site.cranes[motion.crane], self._held, walk.made
         now_ns, hold_s = self._request.now_ns, self._request.hold_s
         assert now_ns is not None

@@ -26,7 +26,7 @@ class Proof:
         refused: The lifts to refuse and why; if there are any, the footprints are incomplete.
         paths: Footprints of the new paths, by order.
         ways: Footprints of the new motions, by order.
-        stuck: Of those to refuse, the components whose empty hook meets something.
+        stuck: The components to refuse whose empty hook meets something.
     """
 
     refused: Refused
@@ -40,7 +40,7 @@ def prove_new(plan: LiftPlan, made: WalkResult, known_shapes: set[int]) -> Proof
 
     Args:
         plan: The plan of the part.
-        made: What the walk made, with all motions.
+        made: The walk's result, with all motions.
         known_shapes: See ``verify_plan``.
 
     Raises:
@@ -71,7 +71,7 @@ def _prove(
     timed: Mapping[int, LiftMotion],
     known_shapes: set[int],
 ) -> Proof:
-    """Prove the paths and the motions of some lifts."""
+    """Return the proof of the paths and the motions of some lifts."""
     reasons: dict[str, str] = {}
     stuck: set[str] = set()
     for orders, verify in (
@@ -97,7 +97,7 @@ def _prove(
 
 
 def _split(plan: LiftPlan, orders: Collection[int]) -> tuple[LiftPlan, tuple[Lift, ...]]:
-    """Return a plan of those lifts alone, and all others."""
+    """Return a plan of only those lifts, and all other lifts."""
     return (
         replace(plan, lifts=tuple(lift for lift in plan.lifts if lift.order in orders)),
         tuple(lift for lift in plan.lifts if lift.order not in orders),

@@ -1,7 +1,7 @@
-"""Earlier versions of lifts, recalled if everything that their proof depends on is as it was.
+"""Earlier versions of lifts, recalled if nothing that their proof depends on has changed.
 
-A change often undoes an earlier one: an obstruction is removed, and the lifts that it made infeasible, with all that
-rests on them, are feasible again. Planning, timing and proving them again would give the known result.
+A change often undoes an earlier one: an obstruction is removed, and the lifts that it made infeasible, with all parts
+that rest on them, are feasible again. Planning, timing and proving them again would give the known result.
 
 A version is still proven if the same lifts are done before it (so the same parts are in place and in the yard) and
 no cell of its footprint has become obstructed since (``footprint`` explains why that is enough). Its motion is still
@@ -87,7 +87,7 @@ class Recall:
         return None
 
     def motion(self, lift: Lift, done: int, before: int | None) -> Version | None:
-        """Return the latest version of this very path whose motion is still proven; None if none is.
+        """Return the latest version of exactly this path whose motion is still proven; None if none is.
 
         Args:
             lift: The lift.
@@ -107,7 +107,7 @@ class Recall:
         return None
 
     def _since(self, version: Version) -> CellMask:
-        """Cells that have become obstructed since the version was made."""
+        """Return cells that have become obstructed since the version was made."""
         key = id(version.obstructed)
         if key not in self._added:
             self._added[key] = self._obstructed.without(version.obstructed)

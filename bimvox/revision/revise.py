@@ -37,7 +37,7 @@ def revise(
     known_shapes: set[int] | None = None,
     on_verdict: Callable[[], None] | None = None,
 ) -> Iterator[RevisionPart]:
-    """Revise a plan for a site with other obstructions.
+    """Yield the plan, revised for a site with other obstructions, in proven parts.
 
     Args:
         current: The current plan.
@@ -89,7 +89,7 @@ def _proven_part(
 
 
 def _work(current: CurrentPlan, request: RevisionRequest, change: ObstructionChange, refused: Refused) -> CraneWork:
-    """Return what depends on the number of cranes."""
+    """Return the crane work for one crane, several, or several under way."""
     if not request.site.has_several_cranes:
         return OneCrane(current, request, refused)
     if request.now_ns is None:

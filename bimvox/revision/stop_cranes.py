@@ -1,4 +1,4 @@
-"""Stop all cranes of a site, their loads and their empty hooks, because one of them must stop."""
+"""Stop all cranes of a site with their loads and empty hooks, because one of them must stop."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Loads(NamedTuple):
         under_way: Motions of those that are not at their place.
         held: Those that were already held.
         added: (N, 3) int32 new obstructed cells.
-        refused: Ids of components whose path on was not proven, and why.
+        refused: Ids of components whose path to continue on was not proven, and why.
     """
 
     under_way: Mapping[int, LiftMotion]
@@ -99,7 +99,7 @@ def all_stopped(
 
 
 def _load(assembly: Assembly, request: RevisionRequest, lift: Lift, loads: Loads) -> Redirected | Held:
-    """Redirect a load, or hold it."""
+    """Return a load redirected, or held."""
     assert request.now_ns is not None
     assert lift.path_vox is not None
     component, now_ns, hold_s = request.site.components[lift.component], request.now_ns, request.hold_s
@@ -120,7 +120,7 @@ def _load(assembly: Assembly, request: RevisionRequest, lift: Lift, loads: Loads
 
 
 def _hook(site: Site, crane: CraneNow, free: CollisionSpace, now_ns: int) -> CraneNow:
-    """Stop the empty hook of a crane if it is under way.
+    """Return a crane with its empty hook stopped, if it is under way.
 
     Args:
         site: The site.

@@ -1,7 +1,7 @@
-"""What has changed for one lift of a walk: cells that obstructions took or left, and new states of earlier lifts.
+"""What has changed for one lift of a walk: cells that obstructions occupy or left, and new states of earlier lifts.
 
-The part of a lift that became infeasible is in the yard and not at its place; of one that became feasible again the
-reverse holds. For later lifts these cells count as added and removed, like an obstruction's.
+If a lift became infeasible, its part is in the yard and not at its place; if it became feasible again, the other way
+round. For later lifts these cells count as added and removed, like those of an obstruction.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Touched:
         self._lean_on: set[int] = set()
 
     def come_to(self, was: Lift) -> None:
-        """Go on to a lift; a new delivery finds the yard empty."""
+        """Move to the next lift; a new delivery starts with an empty yard."""
         if was.place is not None and was.place.delivery != self._delivery:
             self._in_yard, self._delivery = CellMask(self._site.shape), was.place.delivery
 
@@ -103,5 +103,5 @@ class Touched:
         return self._added.meets(rest) or jib_meets(self._site, motion, self._change.added)
 
     def _is_waiting(self, was: Lift, pending: Collection[int]) -> bool:
-        """Whether its verdict is known, and only its motion is still to be made."""
+        """Return whether its verdict is known, and only its motion is still to be made."""
         return bool(pending) and was.order in self._was.pending and was.path_vox is not None and not self._change.ids

@@ -1,4 +1,4 @@
-"""One walk through the lifts in order: each keeps its path, or gets a new one at its own stage. That is the verdict.
+"""One walk through the lifts in order: each keeps its path, or gets a new one at its own stage (the verdict).
 
 ``CraneWork`` decides about lifts that have begun, and about motions.
 """
@@ -77,7 +77,7 @@ class Walk:
             self._remember(was, lift, self.was_done, self.was_before)
         if lift.status is Status.PLANNED:
             self.before = lift
-        if made.held is None or lift.order not in made.held.orders:  # a part that hangs on a hook is nowhere
+        if made.held is None or lift.order not in made.held.orders:  # a part on a hook is neither in place nor stored
             assembly.finish(lift.component, placed=lift.status is Status.PLANNED)
         made.lifts.append(lift)
         if lift.status is Status.PLANNED:
@@ -91,7 +91,7 @@ class Walk:
         component, better = self.site.components[was.component], self.request.better
         reason = self.refused.get(component.id)
         if better is not None and was.component in better.components and was.status is Status.PLANNED:
-            reason = None  # only its better path was not proven; the one that it has is
+            reason = None  # only its better path is not proven; its current one is
         obstacle = Obstacle(reason) if reason is not None else assembly.unsupported(was.component)
         if obstacle is not None:
             if was.status is Status.INFEASIBLE and (was.reason, was.blocked_by) == (
@@ -124,7 +124,7 @@ class Walk:
         return False
 
     def _asked_again(self, assembly: Assembly, was: Lift) -> Lift:
-        """Ask the retrained policy if it was trained for this lift."""
+        """Return the lift, with the retrained policy's path if that was trained for the lift and its path is better."""
         better = self.request.better
         if better is None or was.component not in better.components or was.status is not Status.PLANNED:
             return was
@@ -148,13 +148,13 @@ class Walk:
             self.request.propose,
         )
         if lift.status is Status.PLANNED:
-            self.made.new_paths.add(was.order)  # proven again in any case, also where it could be kept
+            self.made.new_paths.add(was.order)  # always proven again, even if it could be kept
         else:
             self.made.new_verdicts.add(was.order)
         return lift
 
     def _remember(self, was: Lift, lift: Lift, done: int, before: int | None) -> None:
-        """Remember the version of a lift that is changed; ``done`` and ``before`` as they were then."""
+        """Store the old version of a changed lift; ``done`` and ``before`` are those of the current plan."""
         order, made = was.order, self.made
         if was.status is not Status.PLANNED or order in self.was.pending or order not in self.was.paths:
             return

@@ -1,4 +1,4 @@
-"""What a revision is asked for, and what its walk through the lifts results in."""
+"""The request for a revision, and the result of its walk through the lifts."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ class RevisionRequest:
     Attributes:
         site: The same site with its current obstructions.
         preparation: What was prepared for it.
-        propose: The policy; None for search alone.
-        first: How many new lifts a part holds; the rest follows in parts of that size. With several cranes there is
+        propose: The policy; None for search without a policy.
+        first: How many new lifts a part contains; the rest follows in parts of that size. With several cranes there is
             one part.
         now_ns: The time on the site's clock if the plan is being carried out, otherwise None. What was done until then
-            stays as driven; a load under way that the change meets is stopped, and goes on from where it is.
-        hold_s: The least time for which a stopped load is held.
+            stays as driven; a load under way that the change meets is stopped, and continues from where it is.
+        hold_s: The shortest time for which a stopped load is held.
         better: A policy that was trained further, asked again for some lifts; its paths are taken if they are proven
             and no longer.
     """
@@ -60,7 +60,7 @@ class WalkResult:
         memory: Earlier versions of lifts that were changed.
         unproven_motions: Lifts whose motion is to be proven.
         written: Lifts that are written to the log even if nothing about them is new.
-        held: The cranes, if they are stopped because a load finds no path on.
+        held: The cranes, if they are stopped because a load has no free path.
         stops: The lifts under way that were stopped, each redirected or held.
         laid: Motions to put on the clock one after the other, in ascending order; None for those still to be made.
     """
