@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from bimvox.errors import PlanningError
+from bimvox.errors import InputError, PlanningError
 from bimvox.files import require_input
 from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.plan_value import Plan
@@ -46,11 +46,14 @@ def plan(
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
+        InputError: If ``site`` is not a site.
         NoPlanError: If no lift can be planned; ``reasons`` says why, by component.
         VerificationError: If a proof of the plan as a whole fails; ``failures`` says what.
         PolicyError: If the named policy is missing or does not fit.
         ObstructionFileError: If the obstructions cannot be used.
     """
+    if not isinstance(site, LoadedSite):
+        raise InputError(f"plan() takes a site, not a {type(site).__name__}", hint="see load_site() and guess_site()")
     told = progress_of(progress)
     built, files = site.site, dict(site.files)
     if obstructions is not None:
@@ -79,6 +82,11 @@ def obstructions_of(
     """Return the obstructions, and the file that a log carries of them: none if they are given as a value."""
     if isinstance(obstructions, ObstructionSet):
         return obstructions, {}
+    if not isinstance(obstructions, str | Path):
+        raise InputError(
+            f"obstructions are an ObstructionSet or the path of a file, not a {type(obstructions).__name__}",
+            hint="ObstructionSet.of([...]) makes a set of obstructions",
+        )
     path = require_input(Path(obstructions))
     found = load_obstructions(path, site)
     return found, {f"obstructions{path.suffix.lower()}": path.read_bytes()}

@@ -148,13 +148,13 @@ class Plan:
 
     @property
     def verified(self) -> bool:
-        """Whether the plan was proven and every check passed."""
+        """Whether the plan was proven and every check passed; it speaks of the planned lifts, see ``infeasible``."""
         return self.verdict is not None and self.verdict.verified
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a reader should know about the plan, one sentence each."""
-        return self.record.plan.notes
+        """What a reader should know about the plan and its obstructions, one sentence each."""
+        return (*self.record.plan.notes, *self.site.obstruction_notes)
 
     @property
     def clashes(self) -> tuple[ModelledClash, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from bimvox.bim.building import Building
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.crane.catalogue import machines_called
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import InputError
 from bimvox.files import require_input
 from bimvox.grid.part_cells import all_part_cells
 from bimvox.library.building import say_notes
@@ -114,8 +116,10 @@ def guess_site(
 
     Raises:
         SelectionError: If nothing is to be lifted.
-        InputError: If there is no such crane, or none can serve the site.
+        InputError: If the cell size is not positive, there is no such crane, or none can serve the site.
     """
+    if voxel_size_m is not None and not 0.0 < voxel_size_m < math.inf:
+        raise InputError(f"voxel_size_m is {voxel_size_m}", hint="give a positive length in metres, for example 0.1")
     told = progress_of(progress)
     options = read_with or ReadOptions()
     told.stage("guess")

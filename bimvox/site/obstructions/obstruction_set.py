@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import TypeAlias
 
@@ -13,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.errors import InputError
 
 Vec3: TypeAlias = tuple[float, float, float]
 
@@ -28,6 +31,14 @@ class Box:
 
     low_m: Vec3
     high_m: Vec3
+
+    def __post_init__(self) -> None:
+        """Refuse a box without volume."""
+        low_m, high_m = _point(self.low_m, "Box.low_m"), _point(self.high_m, "Box.high_m")
+        if any(low >= high for low, high in zip(low_m, high_m, strict=True)):
+            raise InputError(f"Box: {low_m} to {high_m} has no volume", hint="high_m is above low_m in x, y and z")
+        object.__setattr__(self, "low_m", low_m)
+        object.__setattr__(self, "high_m", high_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +66,13 @@ class Cylinder:
     radius_m: float
     height_m: float
 
+    def __post_init__(self) -> None:
+        """Refuse a cylinder without volume."""
+        object.__setattr__(self, "base_m", _point(self.base_m, "Cylinder.base_m"))
+        for name in ("radius_m", "height_m"):
+            if not 0.0 < getattr(self, name) < math.inf:
+                raise InputError(f"Cylinder.{name} is {getattr(self, name)}", hint="give a positive length in metres")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Points:
@@ -65,6 +83,11 @@ class Points:
     """
 
     points_m: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        """Refuse points without a place."""
+        if self.points_m.ndim != 2 or self.points_m.shape[1] != 3 or not np.isfinite(self.points_m).all():
+            raise InputError("Points.points_m is not an (N, 3) array of finite numbers")
 
 
 Form: TypeAlias = Box | Voxels | Cylinder | TriangleMesh | Points
@@ -81,6 +104,16 @@ class Obstruction:
 
     id: str
     form: Form
+
+    def __post_init__(self) -> None:
+        """Refuse what has no name or no form."""
+        if not isinstance(self.id, str) or not self.id:
+            raise InputError(f"Obstruction.id is {self.id!r}", hint="give every obstruction a name of its own")
+        if not isinstance(self.form, Box | Voxels | Cylinder | TriangleMesh | Points):
+            raise InputError(
+                f"obstruction {self.id!r}: its form is a {type(self.form).__name__}",
+                hint="give a Box, Voxels, Cylinder, TriangleMesh or Points",
+            )
 
     def content(self) -> bytes:
         """Return bytes that are equal for equal obstructions."""
@@ -111,8 +144,16 @@ class ObstructionSet:
 
     @classmethod
     def of(cls, obstructions: Iterable[Obstruction], name: str = "", files: tuple[Path, ...] = ()) -> ObstructionSet:
-        """Return a set of obstructions given in any order."""
-        return cls(tuple(sorted(obstructions, key=lambda one: one.id)), name, files)
+        """Return a set of obstructions given in any order.
+
+        Raises:
+            InputError: If two have the same id.
+        """
+        ordered = tuple(sorted(obstructions, key=lambda one: one.id))
+        for one, other in pairwise(ordered):
+            if one.id == other.id:
+                raise InputError(f"two obstructions have the id {one.id!r}", hint="give each an id of its own")
+        return cls(ordered, name, files)
 
     @classmethod
     def from_meshes(cls, meshes: Iterable[tuple[str, TriangleMesh]], name: str = "") -> ObstructionSet:
@@ -138,6 +179,14 @@ class ObstructionSet:
 
 EMPTY = ObstructionSet()
 """No obstructions."""
+
+
+def _point(values: Vec3, name: str) -> Vec3:
+    """Return three finite coordinates as plain floats."""
+    point = tuple(float(value) for value in values)
+    if len(point) != 3 or not all(math.isfinite(value) for value in point):
+        raise InputError(f"{name} is {tuple(values)}", hint="give three finite numbers, in metres")
+    return point
 
 
 def _bytes(array: NDArray[np.generic], dtype: str) -> bytes:
