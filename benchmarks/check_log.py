@@ -1,9 +1,9 @@
-"""Looks at a log with other people's readers, each run as a process of its own.
+"""Checks a log with third-party readers, each in a separate process.
 
-``make check-log`` (``LOG=file`` for one of yours; else the sample frame is planned, by search alone). ``pymcap-cli
+``make check-log`` (``LOG=file`` for your own; otherwise the sample frame is planned, by search alone). ``pymcap-cli
 doctor`` checks the container, ``rerun mcap check`` what the viewer Rerun makes of its channels; MPXJ reads its schedule
-as Microsoft Project XML. One that is not installed is named and passed over; one that finds something ends the run
-with 1.
+as Microsoft Project XML. A reader that is not installed is named and skipped. If one finds a problem, the exit
+code is 1.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def sample_log(folder: Path) -> Path:
 
 
 def main() -> int:
-    """Run every checker there is; 1 where one finds something, or none is there."""
+    """Run every installed checker; return 1 if one finds a problem or none is installed."""
     tools, *given = sys.argv[1:]
     with tempfile.TemporaryDirectory() as folder:
         log = Path(given[0]) if given else sample_log(Path(folder))
@@ -52,7 +52,7 @@ def main() -> int:
 
 
 def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
-    """0 where MPXJ reads the schedule of a log with its times, 1 where it does not, None where it is not there."""
+    """Return 0 if MPXJ reads the schedule of a log with its times, 1 if it does not, None if it is not installed."""
     from bimvox_pipeline.export.export import export
 
     from bimvox.export.lift_schedule import duration_text

@@ -1,4 +1,4 @@
-"""Puts what a benchmark wrote into the page that speaks of it."""
+"""Inserts the output of a benchmark into its page."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from pathlib import Path
 
 
 def put_into(document: Path, name: str, text: str) -> None:
-    """Replace what stands between a benchmark's two markers in a document.
+    """Replace the text between a benchmark's two markers in a document.
 
     Args:
         document: A page with ``<!-- NAME: begin -->`` and ``<!-- NAME: end -->``.
-        name: The benchmark, as its target in the Makefile is called.
-        text: What to put there.
+        name: The benchmark, by the name of its Makefile target.
+        text: The new text.
 
     Raises:
         ValueError: If the document lacks a marker.

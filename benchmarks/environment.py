@@ -103,7 +103,7 @@ def batched_rate(interface: str, sites: int, threads: int, observation: str = "p
 
 
 def peer_rate(command: str | None) -> float:
-    """Return what the peer's command prints, or the figure measured before."""
+    """Return the rate that the peer's command prints, otherwise the rate measured before."""
     if command is None:
         return PEER_STEPS_PER_S
     done = subprocess.run(shlex.split(command), check=True, capture_output=True, text=True)

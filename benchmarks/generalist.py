@@ -52,11 +52,11 @@ class Row:
     """One problem.
 
     Attributes:
-        shortest: Fewest moves; negative where there is no way.
+        shortest: Fewest moves; negative if there is no path.
         manhattan: Manhattan distance.
-        one_way: Moves of the roll-out from the start under its guards, None where it did not arrive.
-        shipped: Moves of what the package does, None where it did not arrive.
-        found: Whether the package found a way, with the search where the policy did not.
+        one_way: Moves of the roll-out from the start under its guards, None if it did not arrive.
+        shipped: Moves of the package's path, None if it did not arrive.
+        found: Whether the package found a path, by search if the policy did not.
     """
 
     shortest: int
@@ -149,7 +149,7 @@ def _shipped(row: Row) -> int | None:
 
 
 def _ratios(rows: Sequence[Row], moves: Callable[[Row], int | None]) -> np.ndarray:
-    """Return moves / shortest of those that arrived."""
+    """Return moves / shortest for the problems in which it arrived."""
     return np.array([made / row.shortest for row in rows if (made := moves(row)) is not None])
 
 
@@ -175,7 +175,7 @@ def _met(held: bool) -> str:
 
 
 class _Text:
-    """Says lines at once and keeps them."""
+    """Prints lines immediately and collects them."""
 
     def __init__(self) -> None:
         self.whole = ""

@@ -32,7 +32,7 @@ WAYS = ("ours", "loop", "iterator")
 
 
 class DefaultKernel:
-    """Takes the place of our geometry processes: the default kernel, one thread, in this process.
+    """Replaces our geometry processes: the default kernel, one thread, in this process.
 
     Args:
         path: The IFC file.
@@ -125,7 +125,7 @@ def _in_a_process(path: Path, way: str, options: argparse.Namespace) -> dict[str
 
 
 def _measure(path: Path, way: str, processes: int | None, there: Any) -> None:
-    """Measure one file in one way and send what was found, with a digest of the cells of each part."""
+    """Measure one file in one way and send the result, with a digest of the cells of each part."""
     import numpy as np
 
     from bimvox.errors import BimvoxError
@@ -191,7 +191,7 @@ def _ratio(row: dict[str, Any], way: str, key: str = "wall_s") -> float:
 
 
 def _differences(row: dict[str, Any]) -> tuple[int, list[tuple[int, int]]]:
-    """Return how many parts we lack, and (our cells, their cells) of each that is not the same."""
+    """Return the number of parts that we miss, and (our cells, their cells) of each different part."""
     ours, theirs = row["ours"]["cells"], row["loop"].get("cells", {})
     missing = len(set(theirs) - set(ours))
     return missing, [(ours[key][0], theirs[key][0]) for key in theirs if key in ours and ours[key] != theirs[key]]

@@ -1,4 +1,4 @@
-"""Loads all that ``bimvox voxelize`` uses when it is imported: a process that is forked afterwards starts at once."""
+"""On import, loads everything that ``bimvox voxelize`` uses: a process forked afterwards starts immediately."""
 
 import gc
 import importlib
@@ -16,6 +16,6 @@ for name in (
     "zarr.codecs",
 ):
     importlib.import_module(name)
-# A tetrahedron has the kernels compiled, or fetched from numba's cache.
+# A tetrahedron compiles the kernels, or loads them from numba's cache.
 voxelize_mesh(TriangleMesh(np.eye(4, 3), np.array([[2, 1, 0], [0, 1, 3], [1, 2, 3], [2, 0, 3]], np.int32)), 0.3)
-gc.freeze()  # what is loaded stays: looking at it again would only copy memory in every fork
+gc.freeze()  # loaded objects stay: tracing them again would only copy memory in every fork

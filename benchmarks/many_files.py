@@ -36,13 +36,13 @@ SUFFIXES = (".ifc", ".ifczip")
 BYTES_FLIPPED = 8
 _PROCESSES = multiprocessing.get_context("forkserver")
 _ONE_AT_A_TIME = threading.Lock()
-"""Starting a process asks after the others too, and the exit status of a forked process can be read only once."""
+"""Starting a process also polls the others, and the exit status of a forked process can be read only once."""
 _MARK = "BIMVOX_SOAK_MARK"
 _LOOK_EVERY_S = 0.05
 
 
 def main() -> int:
-    """Run all files and print what became of them."""
+    """Run all files and print their outcomes."""
     options = _options()
     done: dict[str, dict[str, Any]] = {}
     if options.resume and options.json and options.json.exists():
@@ -66,7 +66,7 @@ def main() -> int:
 
 
 def run_file(path: Path, label: str, options: argparse.Namespace) -> dict[str, Any]:
-    """Voxelize one file in a process of its own and judge how that ends."""
+    """Voxelize one file in a separate process and classify its outcome."""
     with tempfile.TemporaryDirectory(prefix="bimvox-soak-file-") as folder:
         scratch, out = Path(folder) / "tmp", Path(folder) / "out"
         scratch.mkdir()
@@ -119,7 +119,7 @@ def _voxelize(arguments: list[str], folder: str, mark: str) -> None:
 
 
 def _judged(code: int, text: str, complaint: str, timeout_s: float | None) -> dict[str, Any]:
-    """Return the outcome of one run and what is to be told of it."""
+    """Return the outcome of one run and its message."""
     if timeout_s is not None:
         return {"outcome": "DEFECT", "why": f"not done after {timeout_s:g} s"}
     if code < 0:
@@ -149,7 +149,7 @@ def _judged(code: int, text: str, complaint: str, timeout_s: float | None) -> di
 
 
 def _watch(process: Any, timeout_s: float) -> tuple[float, bool]:
-    """Wait for a process; return the most memory (MB) that it and its children took at a time, and if it was late."""
+    """Wait for a process; return the peak memory (MB) of it and its children, and whether it timed out."""
     peak, late, end_s = 0.0, False, time.monotonic() + timeout_s
     while _status(process) is None:
         peak = max(peak, sum(_resident_mb(pid) for pid in _family(process.pid)))
@@ -166,7 +166,7 @@ def _status(process: Any) -> int | None:
 
 
 def _family(pid: int) -> Iterator[int]:
-    """Yield a process and all below it."""
+    """Yield a process and all its descendants."""
     yield pid
     try:
         children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
@@ -196,7 +196,7 @@ def _marked(mark: str) -> list[int]:
 
 
 def _inputs(options: argparse.Namespace, folder: Path) -> list[tuple[Path, str]]:
-    """Return the files to run, the damaged copies last, each with what it is called in the table."""
+    """Return the files to run, the damaged copies last, each with its name in the table."""
     files = sorted(path for path in options.folder.rglob("*") if path.suffix.lower() in SUFFIXES)
     inputs = [(path, str(path.relative_to(options.folder))) for path in files]
     chance = random.Random(options.seed)
@@ -224,7 +224,7 @@ def _line(row: dict[str, Any]) -> str:
 
 
 def summary(rows: list[dict[str, Any]]) -> str:
-    """Return the Markdown tables: outcomes, what the errors said, what took longest."""
+    """Return the Markdown tables: outcomes, error messages, slowest files."""
     lines = ["| outcome | files |", "|---|---|"]
     lines += [f"| {outcome} | {count} |" for outcome, count in Counter(row["outcome"] for row in rows).most_common()]
     if errors := Counter(_kind(row["message"], row["file"]) for row in rows if row["outcome"] == "error"):

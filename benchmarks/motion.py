@@ -1,7 +1,7 @@
-"""How the crane drives the sample models: time over the bound, and what is left of the swing.
+"""How the crane executes the sample models: time over the bound, and residual swing.
 
-``make bench-motion``: the table in docs/measured.md. Paths are found by complete search, so that nothing depends on a
-policy store; each model is driven twice, shaped against swing and not. Nothing here depends on the machine.
+``make bench-motion``: the table in docs/measured.md. Paths are found by complete search, so the result does not depend
+on a policy store or the machine. Each model is timed twice, with and without swing shaping.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def site_of(model: Path, folder: Path) -> Site:
 
 
 def swings_m(site: Site, motions: Sequence[LiftMotion]) -> tuple[float, float]:
-    """Return the largest swing on the way and the largest that is left at an end of a loaded motion."""
+    """Return the largest swing during loaded motions and the largest residual swing at their ends."""
     assert site.cranes
     peak, left = 0.0, 0.0
     for motion in motions:
@@ -73,7 +73,7 @@ def row(name: str, plan: LiftPlan, motions: Sequence[LiftMotion]) -> str:
 
 
 def main() -> None:
-    """Drive every sample, shaped and not."""
+    """Time every sample with and without swing shaping."""
     names = sys.argv[1:] or MODELS
     print(
         "| model | swing | lifts | loaded | / bound | median lift | worst lift | empty hook | peak swing | left at set "

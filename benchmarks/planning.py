@@ -1,4 +1,4 @@
-"""What the chosen order and yard save, and what the narrow phase costs: ``make bench-planning``.
+"""The savings by the chosen order and yard, and the cost of the narrow phase: ``make bench-planning``.
 
 Each model is planned twice by complete search: in the plain order (lowest first) with the first free places in the
 yard, and as ``bimvox plan`` does it. Crane times are the timed motions', the same on every machine; shares are CPU time
@@ -22,7 +22,7 @@ _DRIVEN = ("approach", "raise", "hoist", "traverse", "lower")
 
 
 class NarrowPhase:
-    """Counts the CPU time spent with true triangles while planning."""
+    """Measures the CPU time of triangle tests during planning."""
 
     def __init__(self) -> None:
         from bimvox.planning import insertion
@@ -79,7 +79,7 @@ def row(name: str, site_file: Path, narrow: NarrowPhase) -> str:
 
 
 def crane_hours(site: Any, preparation: Any, plan: Any) -> tuple[int, float, float]:
-    """Planned lifts, crane hours, and hours in which the crane moves."""
+    """Return planned lifts, crane hours, and hours in which the crane moves."""
     from bimvox.motion.time_plan import time_plan
     from bimvox.planning.assembly import replay
 

@@ -1,4 +1,4 @@
-"""Reads a Microsoft Project XML file with MPXJ, a Java library by others, and prints its tasks as JSON.
+"""Reads a Microsoft Project XML file with MPXJ, a third-party Java library, and prints its tasks as JSON.
 
 Run by a Python that has ``mpxj`` and ``jpype1`` (``make check-log`` makes one), and a Java: it imports nothing of
 bimvox. ``python benchmarks/read_ms_project.py FILE.xml``

@@ -23,9 +23,9 @@ from pathlib import Path
 import numpy as np
 
 BOUND_S = 5.0
-"""What a picture may take."""
+"""Time limit for a picture."""
 PAGE_BYTES, FIRST_FRAME_S = 4_000_000, 6.0
-"""What a page of 500 parts may weigh, and take to show something."""
+"""Limits for a page of 500 parts: its size, and the time to its first frame."""
 SHAPE, PARTS, CELL_M = (200, 200, 60), 500, 0.25
 _ROUNDS = 3
 _FRAMES = 20
@@ -96,7 +96,7 @@ def plan_of_log(file: Path):
 
 
 def _parts():
-    """Half-open boxes of cells, storey by storey: per storey 25 bays of one column, two beams and a slab."""
+    """Return half-open boxes of cells by storey: 25 bays per storey, each with one column, two beams and a slab."""
     for storey in range(5):
         z = 1 + 11 * storey
         for x in range(5):
@@ -158,7 +158,7 @@ def measured(work: Callable[[], object], rounds: int = _ROUNDS) -> tuple[float, 
 
 
 def main() -> None:
-    """Print the table; the exit code is 1 where a picture takes longer than it may."""
+    """Print the table; the exit code is 1 if a picture exceeds its time limit."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--log", type=Path, help="measure this log instead")
     arguments = parser.parse_args()
@@ -192,7 +192,7 @@ def main() -> None:
         rows[f"frame of a {kind.upper()}, 640 x 400"] = (spent[0] / _FRAMES, spent[1] / _FRAMES)
     for name, spent in rows.items():
         print(f"| {name} | {spent[0]:.2f} | {spent[1]:.2f} |")
-    # CPU time is more than an idle machine would take; wall time here may be that of others.
+    # CPU time is an upper bound for an idle machine; wall time may include other processes.
     slow = [name for name, spent in rows.items() if "picture" in name and spent[1] > BOUND_S]
     print(f"\nA picture may take {BOUND_S:g} s: {'too slow: ' + ', '.join(slow) if slow else 'kept'}.")
     if arguments.log:

@@ -1,6 +1,6 @@
-"""Plans and proves every sample model from nothing, and prints what came out as a Markdown table.
+"""Plans and proves every sample model from scratch, and prints the results as a Markdown table.
 
-``make bench``: the table in docs/measured.md. Times are of the machine it runs on; the rest is the same everywhere.
+``make bench``: the table in docs/measured.md. Times depend on the machine; the rest is deterministic.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ MODELS = ("paper.ifc", "frame.ifc", "frame_georeferenced.ifc", "prefab.ifc", "ya
 
 
 def measure(model: Path, folder: Path) -> dict[str, Any]:
-    """Run init, plan and verify on a model and return what they say."""
+    """Run init, plan and verify on a model and return their documents."""
     from bimvox_pipeline.plan import plan
     from bimvox_pipeline.site import init
     from bimvox_pipeline.verify import verify
@@ -52,7 +52,7 @@ def row(name: str, found: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    """Measure every sample with a policy store of its own."""
+    """Measure every sample with a separate policy store."""
     print(
         "| model | lifts planned | by policy / search | moves / shortest | crane time / bound | training steps "
         "| proven (samples) | init + plan | verify | log |"

@@ -102,7 +102,7 @@ class Watch:
         self.notes.extend(self.process.stderr)
 
     def hear(self, *events: str, limit_s: float = _WAIT_S) -> dict[str, Any]:
-        """Return the next document of one of these events that nothing follows; others are passed over."""
+        """Return the next document of one of these events with no pending lifts to follow; others are skipped."""
         until_s = time.monotonic() + limit_s
         while True:
             document = self.said.get(timeout=max(0.01, until_s - time.monotonic()))
@@ -113,7 +113,7 @@ class Watch:
                 return document
 
     def last_words(self) -> str:
-        """Return what it said last, shortly."""
+        """Return its last output, shortened."""
         keys = ("event", "revision", "error", "message", "pending", "stopped", "time_s")
         heard = [{key: one[key] for key in keys if key in one} for one in self.heard]
         return f"{heard}, {list(self.notes)[-3:]}"
@@ -126,22 +126,22 @@ class Watch:
         return 0.0
 
     def limit_files(self, size: int) -> None:
-        """Let the process write no file longer than that; -1 for no limit."""
+        """Limit the length of the files that the process writes; -1 for no limit."""
         resource.prlimit(self.process.pid, resource.RLIMIT_FSIZE, (size, resource.RLIM_INFINITY))
 
     def kill(self) -> None:
-        """End it so that nothing can be done about it."""
+        """Kill it."""
         self.process.send_signal(signal.SIGKILL)
         self.process.wait()
 
     def interrupt(self) -> int:
-        """End it as a user does, and return its exit code."""
+        """Stop it as a user does, and return its exit code."""
         self.process.send_signal(signal.SIGINT)
         return self.process.wait(timeout=_WAIT_S)
 
 
 class Soak:
-    """The soak; collects what went wrong.
+    """The soak; collects failures.
 
     Args:
         folder: An empty folder.
@@ -180,7 +180,7 @@ class Soak:
         self.proofs = self.held = 0
 
     def run(self, count: int) -> None:
-        """Make so many changes."""
+        """Make a number of changes."""
         kinds, weights = list(_KINDS), list(_KINDS.values())
         for number in range(count):
             kind = self.random.choices(kinds, weights)[0]
@@ -212,13 +212,13 @@ class Soak:
         self._answer()
 
     def recreate(self) -> None:
-        """Delete, and make again."""
+        """Delete and create again."""
         self.file.unlink()
         self.watch.hear("missing")
         self.write()
 
     def broken(self) -> None:
-        """Write what cannot be used, then what can."""
+        """Write unusable content, then usable content."""
         self.file.write_bytes(self.random.choice(_BROKEN))
         self.watch.hear("rejected")
         if self.random.random() < 0.5:
@@ -246,7 +246,7 @@ class Soak:
         self._answer()
 
     def full(self) -> None:
-        """Let there be no room for the segment, then some again."""
+        """Leave no disk space for the segment, then some again."""
         self.watch.limit_files(1000)
         self.content = self.changes.change()
         self.file.write_bytes(self.content)
@@ -269,7 +269,7 @@ class Soak:
         time.sleep(3.0)  # the whole log is written
 
     def check(self, when: str) -> None:
-        """Prove the newest plan on disk, compare it with what was told, and remove segments that are not needed."""
+        """Prove the newest plan on disk, compare it with the reports, and remove segments that are not needed."""
         from bimvox_pipeline.watch.log import segments_on_disk
 
         from bimvox.library.obstructions import load_obstructions, rasterise
@@ -280,7 +280,7 @@ class Soak:
 
         log = self._newest()
         if pending_of(log):
-            self.held += 1  # a load hangs on the hook, and what comes after it waits
+            self.held += 1  # a load is held on the hook, and later lifts wait
         else:
             self.proofs += 1
             for proof in (
@@ -302,7 +302,7 @@ class Soak:
                 path.unlink()
 
     def end(self) -> None:
-        """End as a user does: exit code 0, and the whole log is the newest plan."""
+        """Stop as a user does: exit code 0, and the whole log is the newest plan."""
         code = self.watch.interrupt()
         self._expect(code == 0, f"Ctrl-C: exit code {code}")
         log = self._newest()
@@ -330,7 +330,7 @@ class Soak:
         self._wait_until_ready()
 
     def _wait_until_ready(self) -> None:
-        """The first change after the start is noticed whenever it comes; memory is compared from here on."""
+        """Pause after the start; the first change is noticed at any time, and memory is compared from here on."""
         time.sleep(0.2)
 
     def _newest(self) -> Any:
@@ -351,12 +351,12 @@ class Soak:
 
 
 def _hear_interrupts() -> None:
-    """Begun in the background of a shell the soak ignores Ctrl-C; the command is to hear it all the same."""
+    """Enable Ctrl-C in the command: a soak started in the background of a shell ignores it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def main() -> int:
-    """Run the soak and print what came out."""
+    """Run the soak and print the result."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--changes", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=0)

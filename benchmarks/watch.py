@@ -58,7 +58,7 @@ def main() -> int:
 
 def _measured(name: str, scratch: Path, options: argparse.Namespace) -> dict[str, Any]:
     site = PAPER if name == "paper" else write_site(scratch, COMPONENTS)
-    kept = options.output / f"{name}.mcap"  # planning 500 lifts takes minutes: a later run takes the plan up
+    kept = options.output / f"{name}.mcap"  # planning 500 lifts takes minutes: a later run reuses the plan
     watcher, file = watcher_for(site, scratch, kept if name != "paper" else scratch / f"{name}.mcap", name != "paper")
     said: queue.Queue[dict[str, Any]] = queue.Queue()
     stop = threading.Event()
@@ -115,13 +115,13 @@ def _follow(watcher: Any, stop: threading.Event, said: queue.Queue[dict[str, Any
 
 
 def _used_s() -> float:
-    """Processor time of this process and of the copies of it that it has waited for."""
+    """Return the processor time of this process and of its forks that have ended."""
     copies = resource.getrusage(resource.RUSAGE_CHILDREN)
     return time.process_time() + copies.ru_utime + copies.ru_stime
 
 
 def _row(documents: list[dict[str, Any]], closed_s: float, used_s: float) -> dict[str, Any]:
-    """What a change took, and what it did; times in ms from the file's close."""
+    """The duration and effect of a change; times in ms from the file's close."""
     first, last = documents[0], documents[-1]
     first_ms, all_ms = ((d["heard_s"] - closed_s) * 1000.0 for d in (first, last))
     noticed_ms = first_ms - first["latency_ms"]
@@ -141,7 +141,7 @@ def _row(documents: list[dict[str, Any]], closed_s: float, used_s: float) -> dic
 
 
 def table(rows: list[dict[str, Any]]) -> str:
-    """Return the measurements as a Markdown table, and where the time goes."""
+    """Return the measurements as a Markdown table, with the time by stage."""
     lines = [
         "| site | changes | lifts made anew (median, most) | verdict p50 / p95 / max "
         "| first lifts on disk p50 / p95 / max | all on disk p50 / p95 / max "
@@ -191,7 +191,7 @@ def histogram(found: list[dict[str, Any]]) -> list[str]:
 
 
 def update_table_text() -> str:
-    """Return what the summed-area table of 200 x 200 x 60 cells costs, made anew and brought up to date."""
+    """Return the cost of the summed-area table of 200 x 200 x 60 cells: rebuilt, and updated."""
     from bimvox.grid.summed_area import summed_area_table, top_of_columns, update_table
 
     counts = (np.random.default_rng(0).random((200, 200, 60)) < 0.05).astype(np.uint16)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from bimvox.records.lift import LiftPlan
 
 MOST = 4
-"""Obstructions at once."""
+"""Largest number of obstructions."""
 _ON_A_PATH = 0.7
 _SIZE_VOX = (0.4, 3.0)
 
@@ -20,8 +20,8 @@ class RandomObstructions:
     """Obstructions that change at random, a few at a time.
 
     Args:
-        plan: A plan of the site: where its lifts go, obstructions matter.
-        seed: Gives the same changes.
+        plan: A plan of the site; obstructions matter near its lifts.
+        seed: The same seed gives the same changes.
     """
 
     def __init__(self, plan: LiftPlan, seed: int) -> None:
@@ -32,7 +32,7 @@ class RandomObstructions:
         self._count = 0
 
     def change(self) -> bytes:
-        """Add, move or remove something, and return the file's new content; it differs from the last one."""
+        """Add, move or remove an obstruction, and return the file's new content; it differs from the previous one."""
         before = self.content()
         while True:
             what = self._rng.choice(["add", "move", "remove"])

@@ -1,4 +1,4 @@
-"""What smaller truckloads save: ``make bench-yard``.
+"""The savings by smaller truckloads: ``make bench-yard``.
 
 A delivery arrives when its first part is next, so every place in the yard is empty by then, and a delivery as large as
 the yard means the fewest trucks. A smaller one (``[rules] truckload_kg``) takes the nearest places, and takes them

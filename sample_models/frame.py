@@ -1,4 +1,4 @@
-"""A frame of four columns and four beams, also in other units, another schema, and far from the origin."""
+"""A frame of four columns and four beams, also in other units, in another schema, and far from the origin."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def frame_georeferenced(file_name: str = "frame_georeferenced.ifc") -> bytes:
         MapProjection="RD",
         MapUnit=ifc.add("IfcSIUnit", UnitType="LENGTHUNIT", Name="METRE"),
     )
-    # The coordinates are the map's already, so that the conversion only says where zero height is.
+    # The coordinates are already map coordinates, so the conversion only sets the zero height.
     ifc.add(
         "IfcMapConversion",
         SourceCRS=ifc.context,
@@ -80,8 +80,8 @@ def _columns(ifc: IfcAuthor, storey: object) -> list[object]:
 
 
 def _beams(ifc: IfcAuthor, storey: object) -> list[object]:
-    # The beams along x lie over the outer three quarters of the column heads, from end to end; those along y bear on
-    # the quarter that is left: 90 mm, less than which nobody would build.
+    # The beams along x lie end to end on the outer three quarters of the column heads. Those along y bear on the
+    # remaining quarter: 90 mm, the practical minimum.
     outer = SPAN_M + COLUMN_M
     inner = outer - 2 * (BEAM_WIDTH_M + JOINT_M)
     far = outer - BEAM_WIDTH_M
@@ -92,10 +92,10 @@ def _beams(ifc: IfcAuthor, storey: object) -> list[object]:
         ("A", (0.0, BEAM_WIDTH_M + JOINT_M), inner, True),
         ("B", (far, BEAM_WIDTH_M + JOINT_M), inner, True),
     ):
-        # Drawn as beams are: the section extruded along the beam's own axis.
+        # As usual for beams: the section extruded along the beam's own axis.
         section = ifc.rectangle((BEAM_WIDTH_M, BEAM_HEIGHT_M), (BEAM_WIDTH_M / 2, BEAM_HEIGHT_M / 2))
         solid = ifc.extrusion(section, length, axes=ALONG_X)
-        # Turned to the left, the section would lie on the other side of the axis.
+        # If turned to the left, the section would lie on the other side of the axis.
         x = at[0] + (BEAM_WIDTH_M if turned else 0.0)
         axes = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0) if turned else (1.0, 0.0, 0.0))
         body = ifc.body_of([solid])

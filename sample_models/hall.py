@@ -1,4 +1,4 @@
-"""A hall of six bays in a row: long enough for two cranes to work side by side."""
+"""A hall of six bays in a row: long enough for two cranes to work in parallel."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _columns(ifc: IfcAuthor, storey: object) -> list[object]:
 
 
 def _along(ifc: IfcAuthor, storey: object) -> list[object]:
-    """Beams along the hall, end to end in the middle of the column heads' outer three quarters."""
+    """Add beams along the hall, end to end in the middle of the column heads' outer three quarters."""
     beams = []
     for bay in range(BAYS):
         first, last = bay == 0, bay == BAYS - 1
@@ -49,7 +49,7 @@ def _along(ifc: IfcAuthor, storey: object) -> list[object]:
 
 
 def _across(ifc: IfcAuthor, storey: object) -> list[object]:
-    """Beams across it, on the quarter of the column heads that is left, as in the frame."""
+    """Add beams across it, on the remaining quarter of the column heads, as in the frame."""
     length = SPAN_M + COLUMN_M - 2 * (BEAM_WIDTH_M + JOINT_M)
     middle = (COLUMN_M - BEAM_WIDTH_M) / 2
     return [
@@ -70,7 +70,7 @@ def _beam(
 ) -> object:
     section = ifc.rectangle((BEAM_WIDTH_M, BEAM_HEIGHT_M), (BEAM_WIDTH_M / 2, BEAM_HEIGHT_M / 2))
     solid = ifc.extrusion(section, length_m, axes=ALONG_X)
-    # Turned to the left, the section would lie on the other side of the axis.
+    # If turned to the left, the section would lie on the other side of the axis.
     x = at[0] + (BEAM_WIDTH_M if turned else 0.0)
     axes = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0) if turned else (1.0, 0.0, 0.0))
     place = (x, at[1], COLUMN_HEIGHT_M)

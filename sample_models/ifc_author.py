@@ -1,4 +1,4 @@
-"""What an author of a building says in IFC: where things are, what they look like, and what is known about them."""
+"""Authoring of buildings in IFC: the placement, geometry and properties of products."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from sample_models.ifc_entities import QUARTER_TURNS, UPRIGHT, Axes, IfcEntities
 class IfcAuthor(IfcEntities):
     """Draws into one IFC file; all lengths in metres."""
 
-    # Where things are.
+    # Placement.
 
     def placement(self, at_m: Vector, *, within: Any = None, axes: Axes = UPRIGHT) -> Any:
-        """Add a local placement; ``within`` is the product that it is relative to."""
+        """Add a local placement; relative to the product ``within``."""
         return self.add(
             "IfcLocalPlacement",
             PlacementRelTo=within.ObjectPlacement if within is not None else None,
@@ -34,7 +34,7 @@ class IfcAuthor(IfcEntities):
         return self.spatial("IfcBuildingStorey", name, (0, 0, elevation_m), within=within, Elevation=elevation)
 
     def aggregate(self, whole: Any, parts: Sequence[Any]) -> None:
-        """Say that ``whole`` is made of ``parts``."""
+        """Record that ``whole`` consists of ``parts``."""
         name = f"parts of {whole.Name}" + (f": {parts[0].Name}" if whole.is_a("IfcSpatialStructureElement") else "")
         self.rooted("IfcRelAggregates", name, RelatingObject=whole, RelatedObjects=list(parts))
 
@@ -43,7 +43,7 @@ class IfcAuthor(IfcEntities):
         name = f"contents of {place.Name}"
         self.rooted("IfcRelContainedInSpatialStructure", name, RelatingStructure=place, RelatedElements=list(products))
 
-    # What they look like.
+    # Geometry.
 
     def polygon(self, outline_m: Sequence[Point2], voids_m: Sequence[Sequence[Point2]] = ()) -> Any:
         """Add a profile: a closed polygon, with or without polygonal voids."""
@@ -128,15 +128,15 @@ class IfcAuthor(IfcEntities):
         return self.rooted(ifc_class, name, RepresentationMaps=[source], **more)
 
     def occurrence(self, kind: Any, name: str, at_m: Vector, *, within: Any, quarter_turns: int = 0) -> Any:
-        """Add a product that repeats the geometry of its type; :meth:`define_by_type` says that it is of that type."""
+        """Add a product that repeats the geometry of its type; :meth:`define_by_type` relates it to that type."""
         axes = ((0.0, 0.0, 1.0), QUARTER_TURNS[quarter_turns % 4])
         ifc_class = kind.is_a().removesuffix("Type")
         return self.product(ifc_class, name, at_m, within=within, body=self.body_like(kind), axes=axes)
 
-    # What is known about them.
+    # Properties.
 
     def define_by_type(self, kind: Any, products: Sequence[Any]) -> None:
-        """Say that ``products`` are of type ``kind``."""
+        """Record that ``products`` are of type ``kind``."""
         name = f"type {kind.Name}"
         self.rooted("IfcRelDefinesByType", name, RelatingType=kind, RelatedObjects=list(products))
 
@@ -169,12 +169,12 @@ class IfcAuthor(IfcEntities):
             self.add("IfcStyledItem", Item=solid, Styles=[style])
 
     def properties(self, name: str, of: str, objects: Sequence[Any], values: Mapping[str, tuple[str, Any]]) -> None:
-        """Say properties of objects.
+        """Add properties to objects.
 
         Args:
             name: Name of the property set, for example ``Pset_BeamCommon``.
-            of: What the objects are, to tell property sets of the same name apart.
-            objects: What has them.
+            of: What the objects are, to distinguish property sets of the same name.
+            objects: The objects with these properties.
             values: Property to its measure type and value.
         """
         known = [self._single_value(key, measure, value) for key, (measure, value) in values.items()]
@@ -189,7 +189,7 @@ class IfcAuthor(IfcEntities):
         volume_m3: float | None = None,
         weight_kg: float | None = None,
     ) -> None:
-        """Say the net volume and the gross weight of each of some objects, as far as given."""
+        """Add the net volume and the gross weight to objects, if given."""
         known = []
         if volume_m3 is not None:
             known.append(self.add("IfcQuantityVolume", Name="NetVolume", VolumeValue=round(volume_m3, 6)))

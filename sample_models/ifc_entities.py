@@ -1,4 +1,4 @@
-"""IFC entities whose bytes depend on nothing but the order of the calls.
+"""IFC entities whose bytes depend only on the order of the calls.
 
 GlobalIds come from the project and the part's name, step ids from the order of the calls, the header from constants:
 the same drawing gives the same bytes. Lengths are given in metres; the file may be in millimetres.
@@ -86,7 +86,7 @@ class IfcEntities:
         )
 
     def to_bytes(self, file_name: str) -> bytes:
-        """Return the file; its header names neither this moment nor the version of any tool."""
+        """Return the file; its header contains neither a time nor a tool version."""
         header = self.file.header
         header.file_description.description = ("ViewDefinition [CoordinationView]",)
         header.file_name.name = file_name
@@ -115,7 +115,7 @@ class IfcEntities:
 
     def axes(self, at_m: Vector, axes: Axes) -> Any:
         """Return a 3D placement, the same entity each time."""
-        # Z up and x to the right is the default: writing it would only make the file longer.
+        # Z up and x to the right is the default, so it is not written.
         turned = axes != UPRIGHT
         return self._once(
             ("axes", *(self.length(c) for c in at_m), axes),

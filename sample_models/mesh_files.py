@@ -21,10 +21,10 @@ class Body:
 
     Attributes:
         name: Its name.
-        mesh: Name of its mesh; bodies that share one share the geometry too, and differ by ``at_m`` only.
+        mesh: Name of its mesh; bodies with the same mesh have the same geometry and differ only by ``at_m``.
         vertices_m: (V, 3) float64, z up, relative to ``at_m``.
         faces: (F, 3) int32, counter-clockwise seen from outside.
-        at_m: Where it stands.
+        at_m: Its position.
     """
 
     name: str
@@ -52,7 +52,7 @@ def stl_text(bodies: Sequence[Body]) -> bytes:
 
 
 def glb_bytes(bodies: Sequence[Body]) -> bytes:
-    """Return a binary glTF 2.0 with one named node per body; metres, y up as the standard has it.
+    """Return a binary glTF 2.0 with one named node per body; metres, y up as in the standard.
 
     z up becomes y up by a quarter turn about x: (x, y, z) -> (x, z, -y).
     """

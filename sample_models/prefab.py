@@ -15,7 +15,7 @@ BAYS = ((0, 0), (1, 0), (0, 1), (1, 1))
 SHAFT_BAY = (1, 1)
 SHAFT_MODULES = (1, 2)
 SHAFT_X_M = shapes.LINES_X_M[1] + shapes.SLAB_MODULE_M + shapes.JOINT_M / 2
-"""Outer face of the shaft's left wall: a joint beside the slab that ends there."""
+"""Outer face of the shaft's left wall: a joint next to the slab that ends there."""
 SHAFT_END_X_M = SHAFT_X_M + 2 * shapes.SLAB_MODULE_M - shapes.JOINT_M
 SHAFT_Y_M = 5.77
 LANDING_X_M = (SHAFT_X_M + SHAFT_END_X_M - kinds.LANDING_WIDTH_M) / 2
@@ -33,7 +33,7 @@ Opening = tuple[float, float, float, float]
 
 
 def prefab_ifc(file_name: str = "prefab.ifc") -> bytes:
-    """Return the building as IFC4 in metres; z = 0 is the formation level, on which the footings stand."""
+    """Return the building as IFC4 in metres; z = 0 is the formation level, under the footings."""
     drawing = _Drawing()
     _grid(drawing)
     _footings(drawing)
@@ -49,7 +49,7 @@ def prefab_ifc(file_name: str = "prefab.ifc") -> bytes:
 
 
 class _Drawing:
-    """The file being drawn, its storeys and types, and what was put where."""
+    """The file being written, its storeys and types, and the placed products."""
 
     def __init__(self) -> None:
         ifc = self.ifc = IfcAuthor("prefab")
@@ -119,7 +119,7 @@ class _Drawing:
         self.ifc.rooted("IfcRelFillsElement", name, RelatingOpeningElement=void, RelatedBuildingElement=part)
 
     def finish(self) -> None:
-        """Say what is in which storey, of which type, of which material, and how heavy."""
+        """Add storeys, types, materials and weights."""
         for storey, products in sorted(self._contents.items()):
             self.ifc.contain(self.storeys[storey], products)
         made_of: dict[str, list[Any]] = defaultdict(list)
@@ -131,7 +131,7 @@ class _Drawing:
                 self.ifc.properties("Pset_PrecastConcreteElementGeneral", kind.name, parts, mark)
             if kind.material is None:
                 continue
-            # Half of the exporters say the material of the type, the other half that of the part.
+            # Half of the exporters give the material of the type, the other half that of the part.
             made_of[kind.material] += parts if kind.says_weight else [self.types[key]]
             if kind.quantities is not None and kind.volume_m3 is not None:
                 weight = kind.volume_m3 * kinds.MATERIALS[kind.material].density_kg_m3 if kind.says_weight else None
@@ -141,7 +141,7 @@ class _Drawing:
 
 
 def _grid(drawing: _Drawing) -> None:
-    """The grid of the drawing: a product without a body."""
+    """Add the grid of the drawing: a product without a body."""
     ifc, over = drawing.ifc, 2.0
     xs, ys = shapes.LINES_X_M, shapes.LINES_Y_M
     upright = [[(x, ys[0] - over), (x, ys[-1] + over)] for x in xs]
@@ -234,7 +234,7 @@ def _shaft_walls(drawing: _Drawing, storey: int) -> None:
 
 
 def _stairs(drawing: _Drawing, storey: int) -> None:
-    """The lower flight and the half landing come as one lift, the floor landing and the upper flight singly."""
+    """Add the stairs: lower flight and half landing are one lift, floor landing and upper flight are single lifts."""
     half = shapes.STOREY_M / 2
     gap = (kinds.LANDING_WIDTH_M - 2 * shapes.FLIGHT_WIDTH_M) / 2
     left, right = LANDING_X_M + gap / 2, LANDING_X_M + kinds.LANDING_WIDTH_M - gap / 2

@@ -1,4 +1,4 @@
-"""The types of precast parts: geometry once, to be repeated by every part of the type, and what is known of each."""
+"""The types of precast parts: geometry that every part of the type repeats, and the properties of each."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ class Kind:
         name: Its name, also the piece mark.
         predefined: Its PredefinedType.
         solids: Draws its geometry.
-        material: Its material, or None where the drawing does not say.
+        material: Its material; None if the drawing does not state it.
         quantities: Name of its quantity set, if it has one.
-        volume_m3: Net volume of one part, where the drawing says it.
-        says_weight: Whether the drawing says the weight too.
+        volume_m3: Net volume of one part, if the drawing states it.
+        says_weight: Whether the drawing also states the weight.
         more: Further attributes of the type.
     """
 
@@ -169,7 +169,7 @@ KINDS: Mapping[str, Kind] = {
         "IfcWallType",
         "W3 shaft wall, top storey",
         "SOLIDWALL",
-        # It ends below the roof slabs, which it does not carry.
+        # It ends below the roof slabs and does not carry them.
         _box(
             (SHAFT_WALL_M, SHAFT_WALL_LENGTH_M, shapes.STOREY_M - shapes.SLAB_M - 2 * shapes.GROUT_M),
             (0, 0, shapes.GROUT_M),
@@ -183,7 +183,7 @@ KINDS: Mapping[str, Kind] = {
         _along_x(shapes.flight_side(), shapes.FLIGHT_WIDTH_M),
         "C35/45",
     ),
-    # No material and no quantities: whoever plans the lift has to assume a density.
+    # No material and no quantities: the planner must assume a density.
     "floor_landing": Kind(
         "IfcSlabType",
         "L1 floor landing",

@@ -1,7 +1,7 @@
-"""The outlines and measures of the precast parts: plain geometry, metres, no IFC.
+"""The outlines and dimensions of the precast parts: plain geometry in metres, no IFC.
 
-Parts touch nothing: they stand on 20 mm of grout or 10 mm bearing strips, with joints of 10 to 20 mm beside them. Each
-one can be lowered straight down when the parts below it stand.
+Parts do not touch: they rest on 20 mm of grout or 10 mm bearing strips, with joints of 10 to 20 mm around them. Each
+can be lowered straight down when the parts below it are in place.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ LINES_Y_M = (0.0, 5.4, 10.8)
 STOREY_M = 3.30
 STOREYS = 3
 GROUND_FLOOR_M = 0.30
-"""The ground floor above the formation level, on which the footings stand and where z = 0."""
+"""Height of the ground floor above the formation level, which carries the footings and has z = 0."""
 
 GROUT_M = 0.020
 BEARING_M = 0.010
@@ -37,7 +37,7 @@ CORES_PER_SLAB, CORE_RADIUS_M = 6, 0.07
 RISER_M, GOING_M, TREADS = STOREY_M / 18, 0.27, 8
 FLIGHT_WIDTH_M, WAIST_M = 1.00, 0.18
 NIB_M, TOE_M = 0.10, 0.13
-"""Thickness of the nibs by which a flight rests on the toes of its landings, and how far these toes reach."""
+"""Thickness of the nibs by which a flight rests on the toes of its landings, and the length of these toes."""
 FLIGHT_RUN_M = TREADS * GOING_M + TOE_M + 2 * JOINT_M
 """Between the faces of the two landings."""
 
@@ -78,7 +78,7 @@ def slab_section() -> tuple[Outline, list[Outline]]:
     low, high = JOINT_M / 2, SLAB_MODULE_M - JOINT_M / 2
     pitch = (high - low) / CORES_PER_SLAB
     centres = [low + pitch * (i + 0.5) for i in range(CORES_PER_SLAB)]
-    # Octagons: round enough for a crane, and cheap.
+    # Octagons: accurate enough for lifting, and small.
     angles = [pi / 8 + pi / 4 * i for i in range(8)]
     voids = [[(x + CORE_RADIUS_M * cos(a), CORE_RADIUS_M * sin(a) - SLAB_M / 2) for a in angles] for x in centres]
     return rectangle((low, -SLAB_M), (high, 0.0)), voids

@@ -22,7 +22,7 @@ FILES: Mapping[str, Callable[[], bytes]] = {
 
 
 def write_all(out: Path) -> list[Path]:
-    """Write every sample model into a folder, which is made if need be, and return their paths."""
+    """Write every sample model into a folder, created if necessary, and return their paths."""
     out.mkdir(parents=True, exist_ok=True)
     paths = []
     for name, content in FILES.items():
@@ -33,7 +33,7 @@ def write_all(out: Path) -> list[Path]:
 
 
 def main() -> None:
-    """Write the files and say which."""
+    """Write the files and print their paths."""
     parser = argparse.ArgumentParser(prog="python -m sample_models.write", description="Write the sample models.")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder to write to (default: here)")
     for path in write_all(parser.parse_args().out):

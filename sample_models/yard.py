@@ -1,4 +1,4 @@
-"""A mesh site: six 20-foot containers to be set, an excavator in the way, the ground. z up, metres."""
+"""A mesh site: six 20-foot containers to set, an excavator as obstruction, the ground. z up, metres."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ CONTAINER_M = (6.058, 2.438, 2.591)
 """Outer size of a 20-foot container (ISO 668, 1CC)."""
 RIBS, RIB_DEPTH_M = 5, 0.036
 GAP_M = 0.112
-"""Between containers side by side: the row's pitch is 2.55 m."""
+"""Gap between neighbouring containers: the row's pitch is 2.55 m."""
 
 Vector = tuple[float, float, float]
 Mesh = tuple[NDArray[np.float64], NDArray[np.int32]]
@@ -66,7 +66,7 @@ def _box(low: Vector, high: Vector) -> Mesh:
 
 
 def _container() -> Mesh:
-    """A container with corrugated long sides: a plan outline extruded, its corrugations inside the outer size."""
+    """Return a container with corrugated long sides: an extruded plan outline, corrugations within the outer size."""
     length, width, height = CONTAINER_M
     # One rib: out, slope in, in, slope out; whole ribs between plain ends.
     end, slope = 0.3, 0.07
@@ -96,7 +96,7 @@ def _rib(pitch_m: float, slope_m: float) -> list[tuple[float, float]]:
 
 
 def _excavator() -> Mesh:
-    """A tracked excavator of the 20-tonne class, boxy; its boxes run into each other, as drawn machines do."""
+    """Return a boxy tracked excavator of the 20-tonne class; its boxes overlap, as in many machine models."""
     return _joined(
         _box((-2.1, -1.4, 0.0), (2.1, -0.8, 0.9)),
         _box((-2.1, 0.8, 0.0), (2.1, 1.4, 0.9)),
@@ -110,7 +110,7 @@ def _excavator() -> Mesh:
 
 
 def _arm(start: tuple[float, float], end: tuple[float, float], depth_m: float, half_width_m: float) -> Mesh:
-    """A beam in the x-z plane from ``start`` to ``end``."""
+    """Return a beam in the x-z plane from ``start`` to ``end``."""
     a, b = np.array(start), np.array(end)
     along = (b - a) / np.linalg.norm(b - a)
     across = np.array([-along[1], along[0]]) * depth_m / 2

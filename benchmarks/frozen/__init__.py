@@ -1,1 +1,1 @@
-"""SHA-256 of what the program writes, recorded, and checked while its inside is changed."""
+"""Recorded SHA-256 of what the program writes, to check that refactoring does not change it."""

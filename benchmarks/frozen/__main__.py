@@ -22,7 +22,7 @@ from benchmarks.frozen.workshop import RunError, Workshop
 
 
 def main() -> int:
-    """Run the cases, and store what they wrote or compare it."""
+    """Run the cases, and store or compare their output."""
     options = _options()
     if options.one_core:
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
@@ -44,7 +44,7 @@ def main() -> int:
 
 
 def _run(chosen: Mapping[str, Case], workshop: Workshop, jobs: int) -> dict[str, Recorded]:
-    """Return what the cases wrote; a case that fails is told of and left out."""
+    """Return the output of the cases; a failed case is reported and omitted."""
 
     def one(name: str) -> Recorded | None:
         started_s, why = time.perf_counter(), ""

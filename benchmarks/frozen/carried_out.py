@@ -1,7 +1,7 @@
-"""A plan carried out by a script against a clock that is turned by hand: the watch of ``--simulate`` in this process.
+"""Executes a plan by a script with a manual clock: the watch of ``--simulate`` in this process.
 
-Run in the folder of a planned site: ``python -m benchmarks.frozen.carried_out frame``. It prints what the watch says.
-``_watcher`` is all that knows the inside of the program.
+Run in the folder of a planned site: ``python -m benchmarks.frozen.carried_out frame``. Prints the watch's output.
+Only ``_watcher`` uses internals of the program.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from bimvox_pipeline.watch.watch import Watcher
 
 SPEED = 10.0
-"""How many times as fast as the wall's clock the site's goes."""
+"""Speed of the site's clock relative to the wall clock."""
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What the script does.
+    """A step of the script.
 
     Attributes:
-        time_s: When, on the site's clock.
-        boxes: What the obstruction file holds from then on.
+        time_s: Its time on the site's clock.
+        boxes: The contents of the obstruction file from then on.
     """
 
     time_s: float
@@ -49,23 +49,23 @@ SCRIPTS: dict[str, tuple[Step, ...]] = {
         Step(1760.0, {}),
     ),
 }
-"""Of each site: a load in the air meets something, stops and goes on another way; later one is held on the hook because
-something stands on its place, and goes on when it is gone."""
+"""For each site: a load in transit stops at an obstruction and continues on another path. Later, a load is held on the
+hook because its place is obstructed, and continues when the obstruction is removed."""
 
 
 class Hand:
-    """A wall clock that is turned by hand."""
+    """A wall clock that is set manually."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
 
     def __call__(self) -> float:
-        """Return what it shows."""
+        """Return its time."""
         return self.now_s
 
 
 def carry_out(name: str) -> Iterator[dict[str, Any]]:
-    """Follow the script of a site in the current folder, and return what the watch says."""
+    """Follow the script of a site in the current folder, and return the output of the watch."""
     hand, file = Hand(), Path(OBSTRUCTIONS)
     put(file, {})
     watcher, looks = _watcher(name, file, hand)
@@ -73,7 +73,7 @@ def carry_out(name: str) -> Iterator[dict[str, Any]]:
         yield from looks()
         for step in SCRIPTS[name]:
             hand.now_s = step.time_s / SPEED
-            yield from looks()  # what has happened until then, before the file changes
+            yield from looks()  # events up to this time, before the file changes
             put(file, step.boxes)
             yield from looks()
     finally:
@@ -81,7 +81,7 @@ def carry_out(name: str) -> Iterator[dict[str, Any]]:
 
 
 def _watcher(name: str, file: Path, hand: Hand) -> tuple[Watcher, Callable[[], Iterator[dict[str, Any]]]]:
-    """Return a watch that has taken up the plan on disk and begun to carry it out, and what looks at the file once."""
+    """Return a watch that executes the plan on disk, and a function that checks the file once."""
     from bimvox_pipeline.watch.file_watch import state_of
     from bimvox_pipeline.watch.simulate import PlanClock
     from bimvox_pipeline.watch.watch import Watcher
@@ -103,7 +103,7 @@ def _watcher(name: str, file: Path, hand: Hand) -> tuple[Watcher, Callable[[], I
 
 
 def main() -> None:
-    """Print what the watch of a site says, as a JSON list."""
+    """Print the output of the watch of a site as a JSON list."""
     json.dump(list(carry_out(sys.argv[1])), sys.stdout)
 
 

@@ -1,4 +1,4 @@
-"""The cases: each runs the program and returns what is recorded of the files that it wrote."""
+"""The cases: each runs the program and returns the record of the files that it wrote."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Case = Callable[[Workshop], Recorded]
 
 
 def cases() -> dict[str, Case]:
-    """Return all cases by name, in the order in which they run."""
+    """Return all cases by name, in the order of execution."""
     return {
         **{f"init-{name}": partial(_init, name=name) for name in MODELS},
         **{f"voxelize-{name}": partial(_voxelize, name=name) for name in MODELS},
@@ -36,7 +36,7 @@ def cases() -> dict[str, Case]:
 
 
 def files_of(folder: Path, *names: str) -> Recorded:
-    """Return what is recorded of files of a folder."""
+    """Return the record of files in a folder."""
     return {name: digest_of(folder / name, name) for name in names}
 
 
@@ -57,7 +57,7 @@ def _planned(workshop: Workshop, name: str, search: bool) -> Recorded:
 
 
 def _experiment(workshop: Workshop) -> Recorded:
-    """Tiny budgets of everything, one seed, both modes. Times are left out, see ``digest``."""
+    """Use tiny budgets, one seed and both modes. Times are omitted, see ``digest``."""
     folder = workshop.fresh("experiment")
     workshop.run(folder, "experiment", "paper", "--quick", "--seeds", "1", "--jobs", "2", "-o", "out", "-q")
     return {name: _of_experiment(folder / "out" / name) for name in _names_in(folder / "out")}
@@ -100,7 +100,7 @@ def _exported_grid(workshop: Workshop) -> Recorded:
 
 
 def _rendered(workshop: Workshop) -> Recorded:
-    """Pictures, an animation and the page; of two cranes too."""
+    """Render pictures, an animation and the page, also for two cranes."""
     frame = workshop.copy_of(workshop.planned("frame", search=True), "render-frame")
     hall = workshop.copy_of(workshop.planned("hall", search=True), "render-hall")
     for file, options in {

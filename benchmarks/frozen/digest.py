@@ -1,7 +1,7 @@
-"""What is recorded of a file: the SHA-256 of the whole, and one of each part, so that a difference says where it is.
+"""The record of a file: the SHA-256 of the whole file and of each part, to locate a difference.
 
-The whole has all 64 hexadecimal digits, a part the first few. Of a JSON document the times that a machine took are left
-out, see ``UNMEASURED``; a text keeps its words and loses the numbers before a unit of time.
+The whole has all 64 hexadecimal digits, a part the first few. Measured times in a JSON document are omitted, see
+``UNMEASURED``; in a text, numbers before a unit of time are omitted.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ from mcap.reader import SeekingReader
 
 PART_DIGITS = 8
 _KEY_DIGITS = 6
-"""Of a part of a part: it only says where to look."""
+"""Number of digits for a nested part: it only locates a difference."""
 _UNDIVIDED = ("load_chart.json", "layout.json")
-"""Attachments whose names end so have no parts."""
+"""Attachments with these suffixes have no parts."""
 UNMEASURED = re.compile(r"(^|_)(ms|seconds)$")
-"""A key of a JSON document that ends so holds the time that this machine took: it is left out."""
+"""Keys of a JSON document with these suffixes contain measured times and are omitted."""
 _DURATION = re.compile(r"\d+(\.\d+)? m?s\b")
 _HEAD = struct.Struct("<QQ")
 
 Digest = dict[str, str]
-"""What is recorded of a file, by part; the whole is under ``WHOLE``."""
+"""The record of a file, by part; the whole is under ``WHOLE``."""
 WHOLE = "sha256"
 
 
 def digest_of(path: Path, name: str) -> Digest:
-    """Return what is recorded of a file.
+    """Return the record of a file.
 
     Args:
         path: The file.
-        name: Its name, which says how its parts are found: ``.mcap``, ``.zip``, ``.json``.
+        name: Its name; the suffix determines its parts: ``.mcap``, ``.zip``, ``.json``.
     """
     data = path.read_bytes()
     if name.endswith(".mcap"):
@@ -54,19 +54,19 @@ def digest_of(path: Path, name: str) -> Digest:
 
 
 def digest_of_document(document: Any) -> Digest:
-    """Return what is recorded of a JSON document that says how long things took."""
+    """Return the record of a JSON document that contains measured times."""
     plain = without_times(document)
     parts = {key: _key(_canonical(value)) for key, value in plain.items()} if isinstance(plain, dict) else {}
     return {WHOLE: hashlib.sha256(_canonical(plain)).hexdigest(), **parts}
 
 
 def digest_of_text(text: str) -> Digest:
-    """Return what is recorded of a text that says how long things took: ``3 s``, ``0.02 ms``."""
+    """Return the record of a text that contains measured times: ``3 s``, ``0.02 ms``."""
     return {WHOLE: hashlib.sha256(_DURATION.sub("T", text).encode()).hexdigest()}
 
 
 def without_times(document: Any) -> Any:
-    """Return a JSON document without the times that this machine took."""
+    """Return a JSON document without measured times."""
     if isinstance(document, dict):
         return {key: without_times(value) for key, value in document.items() if not UNMEASURED.search(key)}
     if isinstance(document, list):
@@ -75,7 +75,7 @@ def without_times(document: Any) -> Any:
 
 
 def _parts_of_log(data: bytes) -> dict[str, str]:
-    """Topics (times and bytes of the messages in their order), attachments and metadata; and what the channels are."""
+    """Return topics (times and bytes of the messages in order), attachments, metadata and channels."""
     reader = SeekingReader(io.BytesIO(data))
     parts: dict[str, str] = {}
     try:
@@ -114,7 +114,7 @@ def _parts_of_attachment(name: str, media_type: str, data: bytes) -> Iterator[tu
 
 
 def _parts_of_zip(data: bytes) -> dict[str, str]:
-    """Members by the first folder of their names, in their order."""
+    """Return members by the first folder of their names, in order."""
     groups: dict[str, list[bytes]] = {}
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         for name in archive.namelist():
@@ -123,7 +123,7 @@ def _parts_of_zip(data: bytes) -> dict[str, str]:
 
 
 def _parts_of_json(document: Any) -> dict[str, str]:
-    """Values by their keys; of a list of objects, those of each key in all of them."""
+    """Return values by key; for a list of objects, the values of each key in all objects."""
     if not isinstance(document, dict):
         return {}
     parts = {}

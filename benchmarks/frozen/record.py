@@ -1,4 +1,4 @@
-"""What is recorded, in ``benchmarks/frozen.json``: of each case its files, of each file its parts."""
+"""The record in ``benchmarks/frozen.json``: the files of each case and the parts of each file."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ RECORD = Path(__file__).parents[1] / "frozen.json"
 _BETWEEN = "; "
 
 Recorded = dict[str, Digest]
-"""What is recorded of a case, by file."""
+"""The record of a case, by file."""
 
 
 def read() -> dict[str, Recorded]:
-    """Return what is recorded, by case."""
+    """Return the record, by case."""
     if not RECORD.exists():
         return {}
     plain = json.loads(RECORD.read_text())
@@ -31,9 +31,9 @@ def read() -> dict[str, Recorded]:
 
 
 def write(record: Mapping[str, Recorded]) -> None:
-    """Record what the program wrote, by case.
+    """Store the program's output, by case.
 
-    Files of a kind have the same parts: the names are written once, and of each file the number of its kind and the
+    Files of one kind have the same parts. Part names are written once; each file has the number of its kind and its
     values.
     """
     kinds: dict[tuple[str, ...], int] = {}
@@ -47,11 +47,11 @@ def write(record: Mapping[str, Recorded]) -> None:
 
 
 def differences(known: Recorded | None, found: Recorded, case: str) -> Iterator[str]:
-    """Say what of a case differs: a line for each file.
+    """Return the differences in a case: a line for each file.
 
     Args:
-        known: What is recorded.
-        found: What the program wrote now.
+        known: The record.
+        found: The program's current output.
         case: The name of the case.
     """
     if known is None:
@@ -65,7 +65,7 @@ def differences(known: Recorded | None, found: Recorded, case: str) -> Iterator[
 
 
 def _where(known: Digest, found: Digest) -> str:
-    """Say which parts of a file differ."""
+    """Return the parts of a file that differ."""
     parts = [part for part in dict.fromkeys((*known, *found)) if part != WHOLE]
     differing = [
         f"{part} ({'new' if part not in known else 'gone'})" if part not in known or part not in found else part

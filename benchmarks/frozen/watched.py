@@ -1,4 +1,4 @@
-"""The cases of ``bimvox watch``: obstruction files that change by a script, and what is written then."""
+"""The cases of ``bimvox watch``: obstruction files that change by a script, and the resulting output."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ _CRATE = (6.4, 2.6, 5.0, 7.0, 3.2, 6.4)
 CHANGES: dict[str, tuple[Boxes, ...]] = {
     "frame": (
         {"crate": _CRATE},  # in the way of a column
-        {"crate": _CRATE, "van": (0.4, 0.9, 3.2, 1.2, 1.7, 4.4)},  # in that of a beam too
-        {"van": (0.4, 0.9, 3.2, 1.2, 1.7, 4.4), "pallet": (2.0, -0.2, 3.0, 2.5, 0.3, 3.4)},  # where a beam is to lie
+        {"crate": _CRATE, "van": (0.4, 0.9, 3.2, 1.2, 1.7, 4.4)},  # and of a beam
+        {"van": (0.4, 0.9, 3.2, 1.2, 1.7, 4.4), "pallet": (2.0, -0.2, 3.0, 2.5, 0.3, 3.4)},  # at the place of a beam
         {},
     ),
     "hall": (
         {"crate": (6.9, 3.1, 2.0, 7.5, 3.8, 3.4)},  # in the way of the western crane
-        {"crate": (6.9, 3.1, 2.0, 7.5, 3.8, 3.4), "van": (28.3, 2.7, 2.0, 29.0, 3.4, 3.6)},  # of the eastern one too
-        {"pallet": (30.1, 6.0, 0.0, 30.4, 6.3, 0.5)},  # where a column is to stand
+        {"crate": (6.9, 3.1, 2.0, 7.5, 3.8, 3.4), "van": (28.3, 2.7, 2.0, 29.0, 3.4, 3.6)},  # and of the eastern one
+        {"pallet": (30.1, 6.0, 0.0, 30.4, 6.3, 0.5)},  # at the place of a column
         {},
     ),
     "yard": ({"crate": (22.0, 9.0, 4.0, 23.0, 16.0, 9.0)}, {"pallet": (25.0, 12.0, 0.0, 26.0, 13.0, 1.0)}, {}),
 }
-"""What the obstruction file holds, one after the other. The yard is watched with the policy that ships."""
+"""Successive contents of the obstruction file. The yard is watched with the shipped policy."""
 
 
 def watched(workshop: Workshop, name: str, search: bool) -> Recorded:
-    """Look once at every content of the file, each time in a process of its own."""
+    """Check every content of the file once, each in a separate process."""
     folder = workshop.copy_of(workshop.planned(name, search=search), f"watch-{name}")
     chosen = ("--policy", "none") if search else ()
     options = (OBSTRUCTIONS, "--site", f"{name}.site.toml", "-o", f"{name}.mcap", "--once", *chosen)
@@ -49,7 +49,7 @@ def watched(workshop: Workshop, name: str, search: bool) -> Recorded:
 
 
 def simulated(workshop: Workshop, name: str) -> Recorded:
-    """Carry a plan out against a clock that is turned by hand; see ``carried_out``."""
+    """Execute a plan with a manual clock; see ``carried_out``."""
     folder = workshop.copy_of(workshop.planned(name, search=True), f"simulated-{name}")
     text = workshop.start([sys.executable, "-m", "benchmarks.frozen.carried_out", name], folder)
     return {"--json": digest_of_document(json.loads(text))} | _logs_of(folder)

@@ -1,4 +1,4 @@
-"""Where the program is run: a private folder and a private policy store for everything; and what was made there."""
+"""Runs the program in private folders with private policy stores, and keeps the results."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ _OURS = "BIMVOX_"
 
 
 class RunError(Exception):
-    """The program did not do what it was asked for."""
+    """The program failed."""
 
 
 class Workshop:
-    """Runs the program, each time in a folder of its own, so that no path of this machine is in what it writes.
+    """Runs the program in separate folders, so that its output contains no path of this machine.
 
     Args:
-        folder: Everything is below it.
+        folder: The root of all these folders.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -56,13 +56,13 @@ class Workshop:
         """Run the program in a folder and return what it prints on stdout.
 
         Args:
-            folder: Where.
-            arguments: What comes after its name.
+            folder: The working folder.
+            arguments: Its arguments.
             store: The policy store, by its name.
-            codes: Exit codes that are right.
+            codes: Expected exit codes.
 
         Raises:
-            RunError: It ends with another one.
+            RunError: If the exit code is not expected.
         """
         return self.start([*PROGRAM, *arguments], folder, store, codes)
 
@@ -86,7 +86,7 @@ class Workshop:
         return found
 
     def once(self, name: str, make: Callable[[Path], None]) -> Path:
-        """Return a folder in which something was made, the first time by ``make``; nobody changes it after that."""
+        """Return a folder, filled by ``make`` the first time and not changed afterwards."""
         with self._locks[name]:
             if name not in self._made:
                 folder = self.fresh(f"once/{name}")
@@ -121,11 +121,11 @@ class Workshop:
         return folder
 
     def planned(self, name: str, *, search: bool) -> Path:
-        """Return the folder of a sample site with its log, ``NAME.mcap``, and what the plan said, ``NAME.plan.json``.
+        """Return the folder of a sample site with its log, ``NAME.mcap``, and the plan's document, ``NAME.plan.json``.
 
         Args:
             name: The site.
-            search: By search alone; else with the policy that ships, and a policy store of the model's own.
+            search: By search alone; otherwise with the shipped policy and a separate policy store for the model.
         """
 
         def make(folder: Path) -> None:

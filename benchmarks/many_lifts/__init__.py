@@ -1,1 +1,1 @@
-"""How long it takes to find the ways of hundreds of lifts: our policy, our search, and other people's planners."""
+"""The time to find the paths of hundreds of lifts: our policy, our search, and third-party planners."""

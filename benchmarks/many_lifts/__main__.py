@@ -22,11 +22,11 @@ _METHODS: tuple[tuple[Callable[[Problems, int], methods.Result], float], ...] = 
     (methods.scikit_image, 0.04),
     (methods.pathfinding3d, 0.02),
 )
-"""Each method, and the share of the lifts that it is tried on: the slow ones on fewer."""
+"""Each method, and the share of the lifts that it is run on: slow methods get fewer."""
 
 
 def main() -> None:
-    """Run every method that is installed on the same lifts."""
+    """Run every installed method on the same lifts."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--lifts", type=int, default=500)
     parser.add_argument("--seed", type=int, default=1)

@@ -1,4 +1,4 @@
-"""Ways to find the ways: ours, and those of others, each as it is used from Python."""
+"""Methods to find paths: ours and third-party ones, each as it is used from Python."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from benchmarks.many_lifts.problems import Problems
 
 @dataclass(slots=True)
 class Result:
-    """What a method found.
+    """The result of a method.
 
     Attributes:
-        name: Of the method.
-        seconds: Wall time of each lift, or of all together where they are planned together.
-        moves: Unit moves of each path; None where there is none, or where the method does not move by cells.
+        name: Name of the method.
+        seconds: Wall time of each lift, or of all lifts if they are planned together.
+        moves: Unit moves of each path; None if there is no path, or if the method does not move by cells.
         found: Whether each lift has a path.
         together: Whether the lifts were planned in one call.
-        words: What must be known to read the figures.
+        words: Notes on the figures.
     """
 
     name: str
@@ -71,7 +71,7 @@ def search(problems: Problems, count: int) -> Result:
 
 
 def scikit_image(problems: Problems, count: int) -> Result:
-    """Dijkstra over the cells by scikit-image, given where the reference cell may be."""
+    """Dijkstra over the cells by scikit-image, given the free reference cells."""
     from skimage.graph import MCP
 
     result = Result("scikit-image MCP", words="complete, shortest; the free placements are given, not counted")
@@ -88,7 +88,7 @@ def scikit_image(problems: Problems, count: int) -> Result:
 
 
 def pathfinding3d(problems: Problems, count: int) -> Result:
-    """A* of pathfinding3d, which makes an object of every cell."""
+    """A* of pathfinding3d, which creates an object for every cell."""
     from pathfinding3d.core.diagonal_movement import DiagonalMovement
     from pathfinding3d.core.grid import Grid
     from pathfinding3d.finder.a_star import AStarFinder
@@ -112,7 +112,7 @@ def pathfinding3d(problems: Problems, count: int) -> Result:
 
 
 def ompl(problems: Problems, count: int) -> Result:
-    """RRT-Connect of OMPL in continuous space, with a Python function that looks the placement up."""
+    """RRT-Connect of OMPL in continuous space, with a Python function that looks up the placement."""
     from ompl import base, geometric, util
 
     util.setLogLevel(util.LogLevel.LOG_ERROR)
@@ -152,6 +152,6 @@ def _looks_up(free: np.ndarray) -> Callable[..., bool]:
 
 
 def _some(problems: Problems, count: int) -> list[tuple[object, int]]:
-    """Return lifts spread evenly over all of them, with the kind of their part."""
+    """Return an evenly spread sample of the lifts, with the kinds of their parts."""
     chosen: Sequence[int] = np.unique(np.linspace(0, len(problems.lifts) - 1, count).round().astype(int))
     return [(problems.lifts[n], int(problems.kind[n])) for n in chosen]

@@ -1,4 +1,4 @@
-"""The lifts to be planned: one site, five kinds of parts, starts on one side, places on the other."""
+"""The lifts to plan: one site, five kinds of parts, starts on one side, places on the other."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Problems:
     """The lifts.
 
     Attributes:
-        lifts: With collision rule, start and target.
-        free: Per kind of part (X, Y, Z) bool, where its reference cell may be: what planners for a point are given.
+        lifts: The lifts, with collision rule, start and target.
+        free: Per kind of part (X, Y, Z) bool, where its reference cell may be: the input of point planners.
         kind: (N,) kind of each lift's part.
     """
 
@@ -36,8 +36,8 @@ def make(count: int, seed: int) -> Problems:
     """Make lifts of parts among random boxes; every target can be reached.
 
     Args:
-        count: How many.
-        seed: Same seed, same lifts.
+        count: Number of lifts.
+        seed: The same seed gives the same lifts.
     """
     from bimvox.env.distance import distance_field
 
@@ -60,7 +60,7 @@ def make(count: int, seed: int) -> Problems:
         starts = np.argwhere(space[:30, :, :2])
         targets = np.argwhere(space[60:]) + np.array((60, 0, 0))
         reach = np.zeros(SHAPE, np.bool_)
-        while reach.sum() < 0.5 * space.sum():  # not from within a walled-in yard
+        while reach.sum() < 0.5 * space.sum():  # not from inside an enclosed yard
             reach = distance_field(space, starts[rng.integers(len(starts))].astype(np.int32)) >= 0
         while wanted:
             start, target = (rows[rng.integers(len(rows))] for rows in (starts, targets))

@@ -1,9 +1,8 @@
 """Large sites of any number of components, on 200 x 200 x 60 cells of half a metre.
 
 A precast frame of up to four storeys on a square grid of columns 8 m apart: columns, beams in both directions, floor
-slabs. The grid is the smallest that holds the wanted number; the parts beyond it, the last slabs, are left out. The
-site stays the same size, so what grows from one to the next is the building alone. Made here, so that the benchmarks
-need no file.
+slabs. The grid is the smallest for the requested number of parts; surplus parts, the last slabs, are omitted. The
+site keeps its size, so only the building grows. It is generated, so the benchmarks need no file.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ _BAY_M, _STOREYS, _STOREY_M = 8.0, 4, 4.0
 _COLUMN_M, _BEAM_M, _SLAB_M, _GAP_M = 0.5, (0.4, 0.6), 0.2, 0.02
 _SITE_M = 100.0
 _SLABS_A_BAY = {2: 4, 3: 4, 4: 4, 5: 4, 6: 7}
-"""By columns in a row; the largest building's far slabs are narrower, so that the crane carries them."""
+"""By columns in a row; the far slabs of the largest building are narrower, within the crane's capacity."""
 
 SITE = """\
 name = "frame of {components}"
@@ -47,10 +46,10 @@ Box = tuple[str, str, tuple[float, float, float], tuple[float, float, float]]
 
 
 def write_site(folder: Path, components: int) -> Path:
-    """Write a model of so many components and its site file, and return the site file.
+    """Write a model with a number of components and its site file, and return the site file.
 
     Raises:
-        ValueError: If the site cannot hold so many.
+        ValueError: If the site is too small for them.
     """
     lines = lines_for(components)
     model = folder / f"frame{components}.ifc"
@@ -73,7 +72,7 @@ def write_site(folder: Path, components: int) -> Path:
 
 
 def lines_for(components: int) -> int:
-    """Return how many columns stand in a row of the smallest building that has so many parts."""
+    """Return the number of columns in a row of the smallest building with at least that many parts."""
     for lines, slabs in _SLABS_A_BAY.items():
         bays = lines - 1
         if 0 < components <= _STOREYS * (lines**2 + 2 * lines * bays + slabs * bays**2):
@@ -99,7 +98,7 @@ def _model(components: int, lines: int) -> Any:
 
 
 def boxes(lines: int) -> Iterator[Box]:
-    """Every part of a building as class, name, lowest and highest corner, metres."""
+    """Return every part of a building as class, name, lowest and highest corner, metres."""
     half, (width, height), slabs = _COLUMN_M / 2, _BEAM_M, _SLABS_A_BAY[lines]
     for storey in range(_STOREYS):
         foot = storey * _STOREY_M

@@ -1,4 +1,4 @@
-"""Measures one size: `bimvox plan` in a process of its own, its policy store empty, its kernels compiled before."""
+"""Measures one size: `bimvox plan` in a separate process, with an empty policy store and compiled kernels."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STAGES = {
     "time": ("time",),
     "write": ("write",),
 }
-"""What the stages that `bimvox plan` names are summed up to here."""
+"""Groups of the stages that `bimvox plan` reports."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,9 +35,9 @@ class Measured:
     Attributes:
         components: Components of the building.
         planned: Lifts planned.
-        proven: Whether every planned lift is.
+        proven: Whether every planned lift is proven.
         wall_s: From the start of the process to its end.
-        cpu_s: Processor time, of the processes that it started too.
+        cpu_s: Processor time, including its child processes.
         memory_mb: Largest resident set, 10^6 bytes.
         log_mb: The log, 10^6 bytes.
         seconds: Wall time by stage.
@@ -58,11 +58,11 @@ class Measured:
 
 
 def measure(components: int, folder: Path, policy: str | None) -> Measured:
-    """Plan a building of so many components, whole command, and return what it took.
+    """Plan a building with the whole command and return the measurement.
 
     Args:
-        components: How many.
-        folder: Scratch.
+        components: Number of components.
+        folder: Scratch folder.
         policy: Id for ``--policy``; None to leave it to the command.
 
     Raises:

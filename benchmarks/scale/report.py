@@ -1,4 +1,4 @@
-"""Writes what was measured: JSON, the tables of docs/scale.md, and their drawing."""
+"""Writes the measurements: JSON, the tables of docs/scale.md, and their drawing."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.scale.measure import Measured
 
 _SIZE, _WALL_S, _MEMORY_MB = 500, 120.0, 4000.0
-_GROWTH = 1.25  # the largest buildings may cost so much more a component than the smaller ones
+_GROWTH = 1.25  # allowed cost per component of the largest buildings, relative to the smaller ones
 
 
 class Way(NamedTuple):
@@ -24,7 +24,7 @@ class Way(NamedTuple):
 
 
 class Bar(NamedTuple):
-    """What must hold, and what was found."""
+    """A requirement and its measurement."""
 
     what: str
     found: str
@@ -32,7 +32,7 @@ class Bar(NamedTuple):
 
 
 def bars(found: Sequence[Measured]) -> list[Bar]:
-    """Return the bars that can be told from what was measured."""
+    """Return the bars that the measurements allow to check."""
     result = []
     for one in found:
         if one.components == _SIZE:
@@ -63,12 +63,12 @@ def bars(found: Sequence[Measured]) -> list[Bar]:
 
 
 def _cost_a_component(found: Sequence[Measured]) -> float:
-    """The slope of the straight line through processor time against components, seconds."""
+    """Return the slope of the line through processor time against components, seconds."""
     return float(np.polyfit([one.components for one in found], [one.cpu_s for one in found], 1)[0])
 
 
 def as_json(ways: Sequence[Way]) -> str:
-    """Return everything that was measured."""
+    """Return all measurements."""
     machine = {"system": platform.system(), "processor": platform.machine(), "cores": os.cpu_count()}
     document = {
         "machine": machine | {"python": platform.python_version()},

@@ -1,4 +1,4 @@
-"""The bars that the voxelizer is held to, checked on what was measured."""
+"""The bars for the voxelizer, checked on the measurements."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from benchmarks.voxelize.result import CaseResult
 
 CELLS_PER_SECOND = 200e6
 DENSE_CELLS = 10_000_000
-"""A dense case with fewer solid cells says little of the rate."""
+"""Least number of solid cells for which a dense case shows the rate."""
 RATIOS = (("open3d", 10.0), ("pyvista-parts", 50.0), ("sparse-cubes", 90.0))
 RATIO_CASE = "office, 0.1 m"
 LARGE_CASE = "office, 0.05 m"
@@ -21,8 +21,8 @@ class Bar:
     """One bar.
 
     Attributes:
-        what: What is asked.
-        found: What was measured.
+        what: The requirement.
+        found: The measurement.
         passed: Whether it is met.
     """
 
@@ -32,7 +32,7 @@ class Bar:
 
 
 def check(cases: Sequence[CaseResult]) -> list[Bar]:
-    """Return the bars that these cases can tell about."""
+    """Return the bars that these cases can check."""
     return [*_rates(cases), *_ratios(cases), *_large(cases), *_exactness(cases)]
 
 

@@ -21,10 +21,10 @@ SAMPLE = Path(__file__).parents[2] / "sample_models" / "prefab.ifc"
 
 @dataclass(frozen=True, slots=True)
 class CaseSpec:
-    """What is to be measured.
+    """The case to measure.
 
     Attributes:
-        name: Of the case, unique.
+        name: Unique name of the case.
         make: Reads or generates the building.
         voxel_size_m: Edge of a cell.
         dense: Whether it is one body that is nearly all interior.
@@ -54,7 +54,7 @@ def full_cases() -> list[CaseSpec]:
 
 
 def quick_cases() -> list[CaseSpec]:
-    """Return small cases, to try the whole thing in a minute."""
+    """Return small cases for a trial of one minute."""
     return [
         CaseSpec("office of 1 storey, 0.25 m", lambda: office(1), 0.25, windows=12),
         CaseSpec("small blob, 0.2 m", lambda: blob(4.0, sides=16), 0.2, dense=True, windows=12),

@@ -1,4 +1,4 @@
-"""Draws the times and what is missed; needs matplotlib."""
+"""Draws the times and the missed cells; needs matplotlib."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much memory a step takes, and a limit to it."""
+"""The memory use of a step, and a limit for it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _STATUS, _CLEAR = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 
 
 def limit_memory(gigabytes: float) -> None:
-    """Let allocations beyond this fail, so that a tool that wants too much does not take the machine down."""
+    """Make allocations beyond a limit fail, so that a tool cannot exhaust the machine's memory."""
     size = int(gigabytes * 2**30)
     resource.setrlimit(resource.RLIMIT_AS, (size, size))
 
@@ -21,8 +21,8 @@ def limit_memory(gigabytes: float) -> None:
 def peak_mb_of(step: Callable[[], None]) -> float:
     """Run a step and return by how many MB (10^6 bytes) the resident set grew at its peak.
 
-    On Linux the kernel's high-water mark is set back first; elsewhere the growth of the process's own mark is taken,
-    which is too low if something before was larger.
+    On Linux the kernel's high-water mark is reset first. Elsewhere the growth of the process's own mark is used,
+    which is too low if an earlier step used more.
     """
     gc.collect()
     if _CLEAR.exists():

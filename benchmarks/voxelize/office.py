@@ -180,7 +180,7 @@ def _services(storey: int) -> Iterator[_Piece]:
 
 
 def _wing() -> Iterator[_Piece]:
-    """A lower wing at an angle: nothing of it lies along the lattice."""
+    """Return a lower wing at an angle, not aligned with the lattice."""
     length, width = 10.0, 5.0
 
     def placed(mesh: TriangleMesh, x: float, y: float, z: float) -> TriangleMesh:

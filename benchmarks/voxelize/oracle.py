@@ -1,6 +1,6 @@
 """The truth: which cells a closed part fills, by boolean volumes of manifold3d.
 
-Nothing here is shared with the voxelizer but the size of its tolerance. A part is cut to a window, and the piece in
+It shares only the size of the tolerance with the voxelizer. A part is cut to a window, and the piece in
 two, again and again, until a box of cells is empty, full, or one cell.
 """
 
@@ -19,7 +19,7 @@ from bimvox.voxelization.lattice import tolerance_vox
 MARGIN_M = 1e-6
 """Cells that the part enters by the tolerance, give or take this, may be in or out: rounding decides."""
 
-# Volumes in cells: what is fuller than this is full, what holds less than this holds nothing.
+# Volumes in cells: above the first a cell is full, below the second it is empty.
 _FULL = 1.0 - 1e-9
 _NOTHING = 1e-20
 

@@ -1,4 +1,4 @@
-"""Writes what was measured: JSON, and the table of docs/voxelizing.md."""
+"""Writes the measurements: JSON, and the table of docs/voxelizing.md."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from benchmarks.voxelize.result import CaseResult, Row
 
 
 def as_json(cases: Sequence[CaseResult], bars: Sequence[Bar]) -> str:
-    """Return everything that was measured."""
+    """Return all measurements."""
     document = {
         "machine": {
             "system": platform.system(),

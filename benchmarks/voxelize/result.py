@@ -1,4 +1,4 @@
-"""What was measured, as plain values."""
+"""The measurements, as plain values."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ class Row:
     """One tool on one case.
 
     Attributes:
-        tool: Which.
-        version: Of its package, empty where it is not installed.
-        failure: Why there are no figures; empty where there are.
+        tool: Name of the tool.
+        version: Version of its package; empty if it is not installed.
+        failure: Why there are no figures; empty if there are.
         cpu_s: Processor time of the runs that count: what the clock shows when a core is free.
-        wall_s: The same runs by the clock, with what else the machine does.
+        wall_s: Wall time of the same runs, including other load on the machine.
         memory_mb: Growth of the resident set at its peak, MB.
-        solid_cells: Cells that are not air, where it counts them.
-        score: Against the oracle, if it was asked for.
+        solid_cells: Cells that are not air, if the tool counts them.
+        score: Score against the oracle, if requested.
         timeout_s: Time after which it was stopped; the failure says so.
     """
 
@@ -37,7 +37,7 @@ class Row:
 
     @property
     def median_s(self) -> float | None:
-        """Median processor time; None where there is none."""
+        """Median processor time; None if there is none."""
         return median(self.cpu_s) if self.cpu_s else None
 
 
@@ -46,7 +46,7 @@ class CaseResult:
     """All tools on one case.
 
     Attributes:
-        name: Of the case.
+        name: Name of the case.
         voxel_size_m: Edge of a cell.
         dense: Whether it is one body that is nearly all interior.
         parts: Number of parts.
@@ -55,7 +55,7 @@ class CaseResult:
         windows: Windows in which answers are judged; 0 if none were.
         judged_pairs: Parts judged in them (a part counts once a window).
         judged_cells: Cells judged: those of a window count once for each of its parts.
-        undecided_cells: Of these, too close to the tolerance to say, or of parts that are no closed solids.
+        undecided_cells: Of these, too close to the tolerance to say, or of parts that are not closed solids.
         rows: Ours first.
     """
 
@@ -76,7 +76,7 @@ class CaseResult:
         return next((row for row in self.rows if row.tool.key == key), None)
 
     def ratio(self, key: str) -> float | None:
-        """Return how many times our time a tool takes; None where one of the two has none."""
+        """Return a tool's time divided by ours; None if either is missing."""
         ours, other = self.row("bimvox"), self.row(key)
         if ours is None or other is None or ours.median_s is None or other.median_s is None:
             return None

@@ -1,4 +1,4 @@
-"""Runs every tool on every case, each in a process of its own, and judges what comes back."""
+"""Runs every tool on every case in separate processes, and judges the results."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def run_case(spec: CaseSpec, *, timeout_s: float, memory_gb: float, say: Callabl
     Args:
         spec: The case.
         timeout_s: A tool whose first run takes more processor time is stopped.
-        memory_gb: A tool cannot have more.
-        say: Told of every step.
+        memory_gb: Memory limit of a tool.
+        say: Receives every step.
     """
     scene = Scene.of(spec.make(), spec.voxel_size_m)
     windows = sample_windows(scene, dense=spec.dense, count=spec.windows)
@@ -114,7 +114,7 @@ def _run_tool(
 
 
 def _reason(done: subprocess.CompletedProcess[str], memory_gb: float) -> str:
-    """Say in a line why a tool failed."""
+    """Return in one line why a tool failed."""
     lines = [line.strip() for line in done.stderr.splitlines() if line.strip()]
     last = lines[-1] if lines else f"ended with status {done.returncode}"
     if "MemoryError" in done.stderr or "bad_alloc" in done.stderr or "Unable to allocate" in done.stderr:

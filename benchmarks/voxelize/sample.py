@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from benchmarks.voxelize.case import Scene, Window
 
 LONGEST_VOX = 40
-"""A box longer than this is judged in a stretch of this length, around a triangle drawn at random."""
+"""A box longer than this is judged in a stretch of this length, around a random triangle."""
 _DENSE_VOX = 12
 _SEED = 20240611
 

@@ -48,7 +48,7 @@ def judge(tool: ToolInfo, truths: Sequence[NDArray[np.uint8]], masks: Sequence[N
     filled = missed = extra = 0
     for truth, mask in zip(truths, masks, strict=True):
         told = truth if tool.by_part else union_truth(truth)
-        # What is inside one part of a union is no boundary that a surface must show.
+        # Cells inside one part of a union are not a boundary that a surface must show.
         must = told == Truth.BOUNDARY
         if tool.solid:
             must |= told == Truth.INSIDE

@@ -26,7 +26,7 @@ def of_one(name: str, mesh: TriangleMesh) -> Building:
 
 
 def cube(edge_m: float) -> Building:
-    """Return a cube whose faces lie on no cell border."""
+    """Return a cube whose faces do not lie on cell borders."""
     mesh = box((edge_m, edge_m, edge_m))
     return of_one("cube", TriangleMesh(mesh.vertices_m + np.array([0.013, 0.027, 0.041]), mesh.faces))
 

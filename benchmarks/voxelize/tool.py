@@ -1,4 +1,4 @@
-"""What a voxelizer must offer to be measured, and the list of those that are."""
+"""The interface of a measured voxelizer, and the list of all of them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Masks = NDArray[np.bool_]
 
 
 class Voxelizer(Protocol):
-    """One way to voxelize a scene. Made from the scene (not timed), run (timed), asked (not timed)."""
+    """One way to voxelize a scene. Created from the scene (not timed), run (timed), queried (not timed)."""
 
     def run(self) -> None:
         """Voxelize, and keep the result."""
@@ -29,19 +29,19 @@ class Voxelizer(Protocol):
         """
 
     def solid_cells(self) -> int | None:
-        """Return how many cells of the whole grid are not air, where the tool counts them anyway."""
+        """Return how many cells of the whole grid are not air, if the tool counts them anyway."""
 
 
 @dataclass(frozen=True, slots=True)
 class ToolInfo:
-    """What a tool gives.
+    """The properties of a tool.
 
     Attributes:
-        key: Of the tool, unique.
+        key: Unique key of the tool.
         title: For the table.
         distribution: The package whose version is reported.
         solid: Whether it fills the interior; a surface is judged only on the cells that a boundary runs through.
-        by_part: Whether it tells parts apart.
+        by_part: Whether it distinguishes parts.
         labels: What is known of a cell, for the table.
         dense: Whether it is worth running on a single solid body (a repetition of another tool is not).
     """

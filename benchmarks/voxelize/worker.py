@@ -1,4 +1,4 @@
-"""Measures one tool on one case, in a process of its own on one core: ``python -m benchmarks.voxelize.worker``."""
+"""Measures one tool on one case, in a separate process on one core: ``python -m benchmarks.voxelize.worker``."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _QUICK_S = 2.0
 
 
 def timed(tool: Voxelizer) -> tuple[float, float]:
-    """Run a tool once and return the seconds of the processor, and of the clock on the wall."""
+    """Run a tool once and return its processor and wall time in seconds."""
     tool.forget()
     wall_s, cpu_s = time.perf_counter(), time.process_time()
     tool.run()

@@ -1,4 +1,4 @@
-"""Proves that the parts of a log fit each other: what is proven is what a viewer shows and what a crane is told."""
+"""Proves that the parts of a log are consistent: the proven plan is what viewers show and cranes receive."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
 USED_TOPICS = frozenset((topics.PLANNED, topics.JOINTS, topics.EVENTS, topics.LOAD, topics.COMMAND))
-"""The topics that a proof looks at; the others follow from the site and these."""
+"""The topics that a proof checks; the others follow from the site and these."""
 
 _SAME_M = 1e-6
 _SHA256 = "sha256 "
@@ -34,10 +34,10 @@ _ROUNDING = 1e-9
 
 
 def check_digests(contents: Contents, log: PlanLog) -> Check:
-    """Check every digest that can be computed from what the log carries.
+    """Check every digest that can be computed from the contents of the log.
 
-    The site's three digests follow from the site inside, those of attached files from the files. The model itself is
-    not in a log: its digest is only compared between metadata and site.
+    The site's three digests are computed from the site in the log, those of attached files from the files. The model
+    is not in a log: its digest is only compared between metadata and site.
     """
     check = Check("digests")
     metadata = contents.metadata.get(topics.METADATA, {})
@@ -66,7 +66,7 @@ def check_digests(contents: Contents, log: PlanLog) -> Check:
 
 
 def check_load_poses(contents: Contents, log: PlanLog) -> Check:
-    """Check that the poses of every load on its way are where the crane's axes, or without a crane the path, put it."""
+    """Check that the poses of every moving load match the crane's axes or, without a crane, the path."""
     check = Check("load_poses", unit="m")
     site = log.plan.site
     shown = [_load_poses(contents, number) for number in range(max(1, len(site.cranes)))]
@@ -99,10 +99,10 @@ def check_load_poses(contents: Contents, log: PlanLog) -> Check:
 
 
 def check_commands(contents: Contents, log: PlanLog) -> Check:
-    """Check that a crane that holds the rates it is told goes where the motion goes, and rests at every lift's end.
+    """Check that a crane that follows the commanded rates follows the motion, and rests at every lift's end.
 
-    Between two commands, a period T apart at most, it goes straight in its axes, and the commands themselves are taken
-    from samples as far apart: each axis may be off by twice a T^2 / 8, no more.
+    Between two commands, at most a period T apart, its axes move linearly, and the commands are derived from samples
+    with the same spacing: each axis may deviate by at most twice a T^2 / 8.
     """
     check = Check("commands", unit="share of bend")
     site = log.plan.site
@@ -142,7 +142,7 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
 
 
 def _load_poses(contents: Contents, number: int) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Times, corners (N, 3) and whether it is turned, of every pose of a crane's load."""
+    """Return times, corners (N, 3) and whether it is turned, for every pose of a crane's load."""
     topic = topics.of_crane(topics.LOAD, number)
     found = [message for message in contents.messages if message.topic == topic]
     time_ns = np.array([message.time_ns for message in found], np.int64)
@@ -153,13 +153,13 @@ def _load_poses(contents: Contents, number: int) -> tuple[NDArray[np.int64], NDA
 
 
 def _told(contents: Contents, topic: str) -> dict[int, list[Any]]:
-    """The commands on a topic by the lift that they are for."""
+    """Return the commands on a topic, by lift."""
     found = [CraneCommandMessage.FromString(m.data) for m in contents.messages if m.topic == topic]
     return {order: [c for c in found if c.lift_order == order] for order in {c.lift_order for c in found}}
 
 
 def _corners_m(site: Site, motion: LiftMotion) -> NDArray[np.float64]:
-    """(N, 3) lowest corner of the reference cell at every sample with the load, metres."""
+    """Return (N, 3) lowest corner of the reference cell at every sample with the load, metres."""
     component = site.components[motion.component]
     crane = crane_for(site, site.cranes[motion.crane], component)
     cells = reference_cells(crane, site.frame, axes_of_samples(motion.loaded), component.hook_offset_vox)

@@ -1,4 +1,4 @@
-"""A lift and a lift plan: what planning hands on."""
+"""A lift and a lift plan: the result of planning."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Method(StrEnum):
 
 
 class Status(StrEnum):
-    """What became of a lift."""
+    """The status of a lift."""
 
     PLANNED = "planned"
     INFEASIBLE = "infeasible"
@@ -31,17 +31,17 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class YardPlace:
-    """Where and how a component waits in the yard.
+    """Where and how a component is stored in the yard.
 
     Attributes:
-        delivery: Number of the truckload it comes with, from 0. A delivery arrives when the lifts of all earlier ones
-            are done, so the yard holds one delivery at a time.
-        pose: How it lies.
-        shape: Its shape as it lies.
+        delivery: Number of its truckload, from 0. A delivery arrives after the lifts of all earlier ones, so the yard
+            holds one delivery at a time.
+        pose: Its pose in the yard.
+        shape: Its shape in that pose.
         cell_vox: Reference cell of that shape.
-        turn: Quarter turns, counter-clockwise, by which it lies turned.
-        rise_vox: How far it is raised before it is turned, or, where it is not turned, before transit.
-        shift_vox: Where the reference cell of the part as built in is, in plan, relative to ``cell_vox``.
+        turn: Its rotation in quarter turns, counter-clockwise.
+        rise_vox: How far it is raised before it is turned or, if it is not turned, before transit.
+        shift_vox: Reference cell of the part in its final orientation, in plan, relative to ``cell_vox``.
     """
 
     delivery: int
@@ -54,17 +54,17 @@ class YardPlace:
 
     @property
     def transit_start_vox(self) -> IntVec:
-        """Reference cell of the component as built in, after it was erected, raised and turned."""
+        """Reference cell of the component in its final orientation, after it was upended, raised and turned."""
         x, y, z = self.cell_vox
         return (x + self.shift_vox[0], y + self.shift_vox[1], z + self.rise_vox)
 
     def raising_size_vox(self, component: Component) -> IntVec:
-        """Box, from ``cell_vox`` up, that the component sweeps until it is raised; turning comes after that."""
+        """Box, from ``cell_vox`` up, that the component sweeps until it is raised; turning follows."""
         x, y, z = erection_size_vox(turned_shape(component.shape, self.turn), self.pose)
         return (x, y, z + self.rise_vox - 1)
 
     def turning_cells(self, component: Component) -> NDArray[np.int32]:
-        """(N, 3) int32 cells that it sweeps while it is turned; none where it is not."""
+        """Return (N, 3) int32 cells that it sweeps while it is turned; none if it is not turned."""
         if self.turn == 0:
             return np.zeros((0, 3), np.int32)
         columns = turning_columns(component.shape, component.hook_offset_vox)
@@ -78,7 +78,7 @@ class YardPlace:
 def yard_place(
     component: Component, delivery: int, pose: StoredPose, cell_vox: IntVec, *, turn: int = 0, rise_vox: int = 1
 ) -> YardPlace:
-    """Return the place of a component that lies in a pose, turned by quarters, at a cell."""
+    """Return the place of a component at a cell, in a pose and turned by quarters."""
     hook = component.hook_offset_vox
     turned = turned_hook(component.shape, hook, turn)
     shift = (turned[0] - hook[0], turned[1] - hook[1])
@@ -88,12 +88,12 @@ def yard_place(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LeftPath:
-    """A path that a load was on, and left because something came into its way.
+    """A path that a load left because something got in the way.
 
     Attributes:
-        path_vox: (N, 3) int32 the whole path; the load was on its way along it when it was stopped.
+        path_vox: (N, 3) int32 the whole path; the load was moving along it when it was stopped.
         contact_moves: How many of its last placements were cleared by the narrow phase.
-        until_ns: When the way on was found, on the site's clock; until then it was stopped, or stood.
+        until_ns: When the new path was found, on the site's clock; until then the load was stopping or at rest.
     """
 
     path_vox: NDArray[np.int32]
@@ -103,21 +103,21 @@ class LeftPath:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lift:
-    """One component's way from the yard to its place.
+    """The lift of one component from the yard to its place.
 
     Attributes:
         component: Index into ``Site.components``.
-        order: Position in the assembly order, from 0.
-        place: Where it waits; None where the yard has no room for it.
+        order: Position in the erection sequence, from 0.
+        place: Its place in the yard; None if the yard has no room for it.
         status: Planned or infeasible.
-        method: How the path was found; None where there is none.
+        method: How the path was found; None if there is no path.
         path_vox: (N, 3) int32 reference cells from the transit start to the target, both included, one unit move
-            between neighbours; None where infeasible. Of a load that was stopped on its way, from where it goes on.
-        shortest_moves: The fewest unit moves possible under the same rules; None where infeasible.
+            between neighbours; None if infeasible. For a load that was stopped in transit, from where it resumes.
+        shortest_moves: The fewest unit moves possible under the same rules; None if infeasible.
         contact_moves: How many of the last placements were cleared by the narrow phase.
-        reason: Why it is infeasible, one sentence.
+        reason: Why it is infeasible, in one sentence.
         blocked_by: Ids of what blocks it.
-        left: Paths that the load was on before, if it was stopped on its way; in order.
+        left: Earlier paths of the load, if it was stopped in transit; in order.
     """
 
     component: int
@@ -134,25 +134,25 @@ class Lift:
 
     @property
     def number(self) -> int:
-        """Its number for people, from 1."""
+        """Its number as people see it, from 1."""
         return self.order + 1
 
     @property
     def moves(self) -> int | None:
-        """Number of unit moves, or None where infeasible."""
+        """Number of unit moves; None if infeasible."""
         return None if self.path_vox is None else len(self.path_vox) - 1
 
     @property
     def last_moves_vox(self) -> NDArray[np.int32]:
-        """(N, 3) the end of its path from where the last moves, cleared by the narrow phase, begin; it has a path."""
+        """(N, 3) the last moves of its path, which the narrow phase cleared; the lift must have a path."""
         assert self.path_vox is not None
         return self.path_vox[max(0, len(self.path_vox) - 1 - self.contact_moves) :]
 
 
 def same_path(before: Lift | None, now: Lift) -> bool:
-    """Say whether a lift is as it was before.
+    """Return whether a lift is unchanged.
 
-    Of a lift that an extract does not carry only the status is known: without paths, equal states are the same.
+    For a lift that an extract omits, only the status is known: without paths, equal statuses count as unchanged.
     """
     if before is None or before.path_vox is None or now.path_vox is None:
         return before is not None and before.status is now.status and before.path_vox is now.path_vox
@@ -160,7 +160,7 @@ def same_path(before: Lift | None, now: Lift) -> bool:
 
 
 def by_change(before: Iterable[Lift], now: Iterable[Lift]) -> tuple[list[Lift], list[Lift], list[Lift]]:
-    """Return the lifts of a plan that an earlier one had alike, those planned anew, and those that are infeasible."""
+    """Return the lifts that are unchanged since an earlier plan, those planned anew, and those that are infeasible."""
     earlier = {lift.component: lift for lift in before}
     kept: list[Lift] = []
     replanned: list[Lift] = []
@@ -175,14 +175,14 @@ def by_change(before: Iterable[Lift], now: Iterable[Lift]) -> tuple[list[Lift], 
 
 @dataclass(frozen=True, slots=True)
 class ModelledClash:
-    """Two parts that the building's author drew into each other.
+    """Two parts that overlap in the model.
 
     Attributes:
         first: Id of one part.
         second: Id of the other.
-        depth_m: How deep: the length of ``way_out_m``; a lower bound where there is none.
-        way_out_m: The shortest straight way along an axis that takes ``first`` out of ``second``; None where they run
-            so deep into each other, or interlock, that none was found.
+        depth_m: Depth of the overlap: the length of ``way_out_m``; a lower bound if that is None.
+        way_out_m: The shortest straight displacement along an axis that takes ``first`` out of ``second``; None if none
+            was found because they overlap too deep or interlock.
     """
 
     first: str
@@ -198,11 +198,11 @@ class ModelledClash:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Epoch:
-    """What was in the way while a part of the plan was carried out.
+    """The obstructions during a period of the plan's execution.
 
     Attributes:
-        until_ns: When it changed, on the site's clock.
-        obstructions: The obstructions until then.
+        until_ns: End of the period, on the site's clock.
+        obstructions: The obstructions in the period.
     """
 
     until_ns: int
@@ -214,13 +214,12 @@ class LiftPlan:
     """All lifts of a site, in order.
 
     Attributes:
-        site: What was planned.
+        site: The planned site.
         lifts: One per component, ascending ``order``; infeasible ones included.
-        clashes: Pairs drawn into each other; such a pair may overlap as deep as drawn and no deeper.
-        notes: What a reader should know (parts that nothing supports, interlocked groups ...), one sentence each.
-        unheld: Ids of parts that have to be set before anything that they could hold on to: what holds them is not in
-            the model.
-        history: The obstructions before those of the site, of a plan that is being carried out; ascending times.
+        clashes: Pairs that overlap in the model; such a pair may overlap by no more than the model does.
+        notes: Notes for the reader (unsupported parts, interlocked groups ...), one sentence each.
+        unheld: Ids of parts that are set before anything that could support them: their support is not in the model.
+        history: The obstructions before those of the site, for a plan in execution; ascending times.
     """
 
     site: Site

@@ -1,4 +1,4 @@
-"""The motion of a lift on the site's clock: empty hook to the part, hook on, raise, carry, set, release."""
+"""The motion of a lift on the site's clock: approach with the empty hook, hook on, raise, carry, set, release."""
 
 from __future__ import annotations
 
@@ -12,42 +12,42 @@ from bimvox.records.trajectory import Trajectory
 
 
 class PhaseName(StrEnum):
-    """The phases of a lift, in the order in which they come."""
+    """The phases of a lift, in order."""
 
     APPROACH = "approach"
-    """The empty hook goes from the previous set point to this part."""
+    """The empty hook moves from the previous set point to this part."""
     WAIT = "wait"
-    """The empty hook stands still for another crane; only where a site has several."""
+    """The empty hook waits for another crane; only on a site with several cranes."""
     HOOK_ON = "hook_on"
-    """Slings are attached; the hook stands still."""
+    """Slings are attached; the hook is still."""
     RAISE = "raise"
-    """The part is tipped up where it was stored lying, raised by one voxel, and held for the trial lift."""
+    """The part is upended if it was stored lying, raised by one voxel, and held for the trial lift."""
     TURN = "turn"
-    """A part that was stored turned is turned back; the hook stands still."""
+    """A part that was stored turned is turned back; the hook is still."""
     HOIST = "hoist"
-    """Up, before slewing or trolleying begins."""
+    """Hoisting, before slewing or trolleying begins."""
     TRAVERSE = "traverse"
     """From the start of slewing or trolleying until the part is only lowered; hoisting may overlap."""
     LOWER = "lower"
-    """The last moves, from the start of the final descent."""
+    """The last moves, from the start of the final lowering."""
     SET = "set"
-    """The part is aligned and fixed; the hook stands still."""
+    """The part is aligned and fixed; the hook is still."""
     RELEASE = "release"
-    """Slings are taken off; the hook stands still."""
+    """Slings are removed; the hook is still."""
     LEAVE = "leave"
-    """After its last lift the crane turns away, so that another one can work; only where a site has several."""
+    """After its last lift the crane slews away so that another can work; only on a site with several cranes."""
     STOP = "stop"
-    """All axes brake to rest, and the crane waits; in no plan, only where one was interrupted."""
+    """All axes brake to rest, and the crane waits; only if a plan was interrupted during execution."""
 
 
 def quarters_of(turn: int) -> int:
-    """Return how many quarters a part that lies turned by ``turn`` is turned, the shorter way round."""
+    """Return the number of quarter turns, the shorter way round, for a part that lies turned by ``turn``."""
     return min(turn % 4, -turn % 4)
 
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """A span of a lift.
+    """A time span of a lift.
 
     Attributes:
         name: A ``PhaseName``.
@@ -62,22 +62,22 @@ class Phase:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LiftMotion:
-    """One lift over time. The site's clock starts at 0 with the first lift, and lifts of a crane follow each other.
+    """One lift over time. The site's clock starts at 0 with the first lift; lifts of a crane follow each other.
 
-    The times of the three trajectories count from ``start_ns``; between them the hook stands still.
+    The times of the three trajectories count from ``start_ns``; between them the hook is still.
 
     Attributes:
-        order: Position in the assembly order.
+        order: Position in the erection sequence.
         component: Index into ``Site.components``.
         approach: The empty hook from the crane's previous set point to this part; None for its first lift.
-        raising: From hook on to above its place in the yard, upright; where it was stored turned it is turned after.
+        raising: From hook on to above its place in the yard, upright; a part stored turned is turned afterwards.
         loaded: From there to its place in the building.
-        phases: In order, without gaps, from ``start_ns`` to ``end_ns``; those that take no time are left out.
+        phases: In order, without gaps, from ``start_ns`` to ``end_ns``; phases without duration are omitted.
         start_ns: When the lift starts on the site's clock.
-        end_ns: When the slings are off, and the crane has left where it does.
-        crane: The crane that drives it: number in ``Site.cranes``.
-        departure: The empty hook from the set point to a parking place, after the last lift of one of several cranes
-            where it would be in another one's way; None elsewhere.
+        end_ns: When the slings are off and, if there is a departure, it has ended.
+        crane: The crane that executes it: index in ``Site.cranes``.
+        departure: The empty hook from the set point to a parking place, after the last lift of one of several cranes,
+            if it would be in the way of another; otherwise None.
     """
 
     order: int
@@ -93,29 +93,29 @@ class LiftMotion:
 
     @property
     def number(self) -> int:
-        """Number of the lift for people, from 1."""
+        """Number of the lift as people see it, from 1."""
         return self.order + 1
 
     @property
     def released_ns(self) -> int:
-        """When the slings are off: the part stands by itself."""
+        """When the slings are off and the part is in place on its own."""
         if self.departure is None:
             return self.end_ns
         return next(phase.end_ns for phase in self.phases if phase.name is PhaseName.RELEASE)
 
     @property
     def hooked_ns(self) -> int:
-        """When the slings begin to be attached, or the part to be raised."""
+        """When attaching the slings begins, or otherwise raising."""
         return next(phase.start_ns for phase in self.phases if phase.name in (PhaseName.HOOK_ON, PhaseName.RAISE))
 
     @property
     def raised_ns(self) -> int:
-        """When the part is out of the yard, its trial lift done."""
+        """When the part has left the yard, after its trial lift."""
         return next(phase.end_ns for phase in self.phases if phase.name is PhaseName.RAISE)
 
     @property
     def set_ns(self) -> int:
-        """When the part has come to its place."""
+        """When the part has reached its place."""
         return self.start_ns + int(self.loaded.time_ns[-1])
 
     @property
@@ -126,17 +126,17 @@ class LiftMotion:
 
     @property
     def stops_ns(self) -> tuple[tuple[int, int], ...]:
-        """When it is stopped in need, and from when on it goes on, on the site's clock.
+        """Start of each emergency stop, and when the motion resumes, on the site's clock.
 
-        While it is held the load is brought to rest: it hangs still when the crane goes on.
+        During the hold the load is brought to rest: it hangs still when the crane resumes.
         """
         return tuple((phase.start_ns, phase.end_ns) for phase in self.phases if phase.name is PhaseName.STOP)
 
     def ways_ns(self, name: PhaseName) -> tuple[tuple[int, int, int | None], ...]:
-        """Return the ways of the empty hook, by the name of their phase: when each begins and ends.
+        """Return the start and end of each empty hook move with a phase name.
 
         Returns:
-            For each: start, end (of its stop where it is stopped on the way), and when it is stopped; None where not.
+            For each: start, end (of its stop if it is stopped), and when it is stopped; None if it is not.
         """
         found = []
         for n, phase in enumerate(self.phases):
@@ -153,7 +153,7 @@ class LiftMotion:
 
         Returns:
             (N,) int64 times on the site's clock, ns, ascending, from ``start_ns`` to ``end_ns``, and (N, 3) float64
-            slew (rad), radius (m) and height (m). Where the hook stands still there are only the two ends.
+            slew (rad), radius (m) and height (m). While the hook is still there are only the two ends.
         """
         times = [part.time_ns for part in self.trajectories]
         axes = [part.axes for part in self.trajectories]
@@ -167,7 +167,7 @@ class LiftMotion:
         return time_ns + self.start_ns, whole[first]
 
     def phase_at(self, time_ns: int) -> Phase:
-        """Return the phase at a time on the site's clock; at a border the later one."""
+        """Return the phase at a time on the site's clock; at a boundary the later one."""
         for phase in reversed(self.phases):
             if time_ns >= phase.start_ns:
                 return phase

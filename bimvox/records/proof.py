@@ -1,4 +1,4 @@
-"""What a verification says: one result a check, with its evidence."""
+"""The result of a verification: one result per check, with its evidence."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ _KEPT_FAILURES = 20
 
 @dataclass(slots=True)
 class Check:
-    """One check, as it fills up.
+    """One check, which collects its results.
 
     Attributes:
-        name: What was checked.
-        samples: How many things were looked at.
-        worst: The worst value met, where the check measures something (its unit is in ``unit``).
+        name: Name of the check.
+        samples: Number of checked items.
+        worst: The worst value, if the check measures something (in ``unit``).
         unit: Unit of ``worst``.
-        failures: What failed, where; the first few.
-        failed: How many things failed.
-        about: Id of the component that is looked at now; None for what concerns the whole plan.
-        culprits: Ids of the components that something failed about.
+        failures: The first failures: what failed and where.
+        failed: Number of failures.
+        about: Id of the component that is being checked; None for the whole plan.
+        culprits: Ids of the components with failures.
     """
 
     name: str
@@ -34,11 +34,11 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """Whether nothing failed. A check that looked at nothing has nothing to say and passes."""
+        """Whether nothing failed. A check without samples passes."""
         return self.failed == 0
 
     def look(self, good: bool, failure: str, *, samples: int = 1) -> None:
-        """Count something looked at, and keep the sentence where it is not good."""
+        """Count a checked item, and record the sentence if it failed."""
         self.samples += samples
         if not good:
             self.failed += 1
@@ -48,12 +48,12 @@ class Check:
                 self.failures.append(failure)
 
     def measure(self, value: float) -> None:
-        """Keep the largest value met."""
+        """Record a value; the largest one is kept."""
         self.worst = value if self.worst is None else max(self.worst, value)
 
 
 def turn_to(checks: Iterable[Check], component_id: str | None) -> None:
-    """Say which component the checks look at from now on."""
+    """Set the component that the checks are about from now on."""
     for check in checks:
         check.about = component_id
 
@@ -71,10 +71,10 @@ class Verification:
 
     @property
     def culprits(self) -> frozenset[str]:
-        """Ids of the components that a check failed about."""
+        """Ids of the components for which a check failed."""
         return frozenset().union(*(check.culprits for check in self.checks))
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """Every kept failure, the check's name in front."""
+        """Every recorded failure, prefixed with the check's name."""
         return tuple(f"{check.name}: {failure}" for check in self.checks for failure in check.failures)

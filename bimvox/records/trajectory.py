@@ -17,8 +17,8 @@ class Trajectory:
         slew_rad: (N,) float64, unwrapped.
         radius_m: (N,) float64.
         height_m: (N,) float64, of the hook above the site's z = 0.
-        corner: (M,) int64 indices of the samples at which the axes come to rest between two straight moves.
-        bound_s: Synchronised point-to-point time at the same rates and clearance height, obstacles ignored.
+        corner: (M,) int64 indices of the samples at which the axes rest between two straight moves.
+        bound_s: Synchronised point-to-point time at the same rates and clearance height, without obstacles.
     """
 
     time_ns: NDArray[np.int64]

@@ -18,7 +18,7 @@ _ATTACHMENTS = {
 
 
 def log_schema() -> str:
-    """Return the text: a .proto file, the layout in its comments."""
+    """Return the text: a .proto file with the layout in its comments."""
     lines = [
         f"bimvox log, schema version {topics.SCHEMA_VERSION}",
         "",

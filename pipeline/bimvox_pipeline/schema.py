@@ -14,7 +14,7 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
 
     Args:
         name: ``site``, ``obstructions``, ``sweep``, ``grid`` or ``log``.
-        plain_values: Return the log's schema as a document too, not as the text of a ``.proto`` file.
+        plain_values: Return the log's schema as a document instead of the text of a ``.proto`` file.
 
     Returns:
         JSON Schema as a document; for the log a ``.proto`` file with the layout in its comments.
@@ -89,7 +89,7 @@ def _grid_json_schema() -> dict[str, Any]:
 
 
 def _attributes_of(kind: type) -> tuple[str, dict[str, str]]:
-    """Return what the docstring of a class says of it, and of each of its attributes."""
+    """Return the description of a class and of each of its attributes from its docstring."""
     import inspect
     import re
 

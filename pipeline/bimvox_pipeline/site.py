@@ -1,4 +1,4 @@
-"""``bimvox init``: a site file with everything guessed that can be guessed."""
+"""``bimvox init``: a site file in which every value that can be guessed is filled in."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from bimvox.library.building import say_notes
 from bimvox.progress import Progress
 
 
+# One parameter for each option of the command.
 def init(
     model: Path,
     out: Path | None = None,
@@ -30,21 +31,21 @@ def init(
     Args:
         model: IFC or mesh file.
         out: Site file; default: the model's name with ``.site.toml``, in the current folder.
-        select: What is to be lifted; default: by class.
+        select: What to lift; default: by class.
         unit: Length unit of a mesh file.
         up: Axis of a mesh file that points up.
         voxel_size_m: Cell size for planning; default: guessed.
         assemblies: ``whole`` or ``parts``.
         crane: A kind of crane or a built-in machine to propose; default: a hammerhead.
-        force: Whether an existing site file, which may hold the planner's edits, is replaced.
-        progress: Told of the stages.
+        force: Replace an existing site file, which may contain the planner's edits.
+        progress: Receives the stages.
 
     Returns:
         The document of ``bimvox init --json``.
 
     Raises:
         FileError: If the site file exists and ``force`` is not given.
-        InputError: If no built-in crane is called so.
+        InputError: If there is no built-in crane with that name.
     """
     from bimvox.bim.building import Role
     from bimvox.bim.read import ReadOptions, read_building

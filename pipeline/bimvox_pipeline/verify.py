@@ -1,4 +1,4 @@
-"""``bimvox verify``: a log proven again, from the log alone."""
+"""``bimvox verify``: proves a log again, from the log alone."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def verify(log: Path, *, progress: Progress) -> dict[str, Any]:
 
     Args:
         log: The log.
-        progress: Told of the stages.
+        progress: Receives the stages.
 
     Returns:
         The document of ``bimvox verify --json``.
 
     Raises:
-        LogFileError: If it is damaged, or not a log of bimvox.
+        LogFileError: If it is damaged or not a bimvox log.
     """
     contents, record = read_whole(log, progress)
     proof = prove(contents, record, progress)

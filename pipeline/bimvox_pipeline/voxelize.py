@@ -17,6 +17,7 @@ _MODEL_SUFFIXES = frozenset(
 )
 
 
+# One parameter for each option of the command.
 def voxelize(
     model: Path,
     out: Path | None = None,
@@ -36,20 +37,20 @@ def voxelize(
         model: IFC or mesh file.
         out: Grid file; ``<model>.zarr.zip`` in the current folder if None.
         voxel_size_m: Edge of a cell; a round size that keeps the model below 20 million cells if None.
-        select: What is to be lifted; see ``bimvox.bim.read.ReadOptions``.
-        unit: Length unit of a mesh that does not say.
+        select: What to lift; see ``bimvox.bim.read.ReadOptions``.
+        unit: Length unit of a mesh that does not state it.
         up: Axis of a mesh that points up.
         assemblies: ``whole`` or ``parts``.
-        threads: Parts voxelized at the same time; the grid does not depend on it.
-        processes: Processes that mesh an IFC file, a few if None; the grid does not depend on it.
-        progress: Is told of stages and notes.
+        threads: Number of parts voxelized in parallel; it does not change the grid.
+        processes: Number of processes that mesh an IFC file, a few if None; it does not change the grid.
+        progress: Receives stages and notes.
 
     Returns:
         ``grid, shape, voxel_size_m, origin_m, counts, shared_cells, components, others, totals, source, skipped,
         notes, seconds``.
 
     Raises:
-        InputError: If the model or an option cannot be used; nothing is written then.
+        InputError: If the model or an option cannot be used; nothing is written.
     """
     progress.stage("read")
     import numpy as np

@@ -1,1 +1,1 @@
-"""Many sites, seeds or what-ifs planned in one command, in processes of this machine or on a cluster."""
+"""Plans many sites, seeds or what-ifs in one command, in processes on this machine or on a cluster."""

@@ -1,7 +1,7 @@
-"""A separate process for the runs of a worker: a crash of a library or a lack of memory kills it, not the worker.
+"""A separate process for the runs of a worker: a crash of a library or lack of memory ends it, not the worker.
 
-Clusters handle a lost worker differently, and some hang, so no run is carried out inside a worker. The process is kept
-from run to run, so that libraries and kernels are loaded once, and ends with its worker.
+Clusters handle a lost worker differently, and some hang. So runs do not execute inside a worker. The process is reused
+for further runs, so libraries and kernels are loaded once, and ends with its worker.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ _one_at_a_time = threading.Lock()
 
 
 def carry_out_apart(work: Work, run: Run, folder: Path) -> None:
-    """Carry out a run in this worker's other process; if that dies, its end is the run's record.
+    """Execute a run in this worker's separate process; if the process dies, the record reports that.
 
     Args:
-        work: What to do with the run; a function of a module.
+        work: What to do with the run; a module-level function.
         run: The run.
-        folder: The fleet's.
+        folder: The fleet's folder.
     """
     global _child
     with _one_at_a_time:
@@ -59,7 +59,7 @@ def carry_out_apart(work: Work, run: Run, folder: Path) -> None:
 
 
 def end_child() -> None:
-    """End this worker's other process, if there is one."""
+    """End this worker's separate process, if there is one."""
     global _child
     if _child is not None:
         _child.kill()
@@ -74,7 +74,7 @@ def _started() -> subprocess.Popen[bytes]:
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         env=os.environ | ONE_THREAD | {"PYTHONPATH": path},
-        start_new_session=True,  # Ctrl-C goes to the command, and from there comes down as the end of the worker
+        start_new_session=True,  # Ctrl-C reaches only the command, which then ends the worker
     )
 
 
@@ -83,10 +83,10 @@ def _reason(code: int) -> str:
 
 
 def _serve() -> None:
-    """Carry out the runs that come in on stdin, until it is closed or the worker is gone."""
+    """Execute the runs that arrive on stdin, until it is closed or the worker has ended."""
     end_with(os.getppid())
     told = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints must not be taken for an answer
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # output of a library must not be read as an answer
     while True:
         try:
             work, run, folder = pickle.load(sys.stdin.buffer)  # from our own worker, over a pipe

@@ -1,4 +1,4 @@
-"""Where the runs of a fleet are carried out: joblib is the one facade, this opens what is behind it."""
+"""The backends that execute the runs of a fleet: joblib is the only facade; this opens what is behind it."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ def opened(backend: Backend, jobs: int, address: str | None) -> Iterator[dict[st
     """Open a backend and close it at the end.
 
     Args:
-        backend: ``loky`` for processes of this machine; ``ray`` or ``dask`` for a cluster.
-        jobs: Runs at a time.
-        address: Of a running cluster; None starts one on this machine.
+        backend: ``loky`` for processes on this machine; ``ray`` or ``dask`` for a cluster.
+        jobs: Number of runs in parallel.
+        address: Address of a running cluster; None starts one on this machine.
 
     Yields:
-        What ``joblib.parallel_config`` is to be given.
+        The arguments for ``joblib.parallel_config``.
 
     Raises:
         InputError: If the backend is not installed, or its cluster cannot be reached.
@@ -96,11 +96,11 @@ def _dask(jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
 
 @contextmanager
 def _interrupts_held_back() -> Iterator[None]:
-    """Processes and threads started meanwhile never see Ctrl-C, which a terminal sends to all of them.
+    """Shield processes and threads started meanwhile from Ctrl-C, which a terminal sends to all of them.
 
-    The command sees it, at the end of this at the latest, and ends them.
+    The command receives it, at the end of this context at the latest, and ends them.
     """
-    resource_tracker.ensure_running()  # starting it later would let interrupts through again
+    resource_tracker.ensure_running()  # a later start would enable interrupts again
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

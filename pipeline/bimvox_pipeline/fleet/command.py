@@ -33,7 +33,7 @@ def sweep(
     fresh: bool = False,
     progress: Progress,
 ) -> dict[str, Any]:
-    """Plan everything that a sweep file asks for.
+    """Plan everything that a sweep file requests.
 
     Args:
         file: The sweep file.
@@ -48,7 +48,7 @@ def sweep(
         The document of ``bimvox sweep --json``.
 
     Raises:
-        InputError: If the sweep file or the folder cannot be used, or the backend is not there.
+        InputError: If the sweep file or the folder cannot be used, or the backend is not installed.
     """
     require_input(file)
     wishes = load_sweep(file)
@@ -66,14 +66,13 @@ def fleet(
     fresh: bool = False,
     progress: Progress,
 ) -> dict[str, Any]:
-    """Plan many wishes into a folder, going on where an earlier call was stopped.
+    """Plan many wishes into a folder; continues an interrupted call.
 
-    A run whose inputs, by the hash of their contents, are those of its record, and whose log is the one that the record
-    names, is not planned again; one that failed is.
+    A run is not planned again if the hash of its inputs and its log match its record. Failed runs are planned again.
 
     Args:
         wishes: What to plan.
-        folder: Where to; made where it is missing.
+        folder: The output folder; created if it does not exist.
         backend: Where the runs are carried out.
         jobs: Runs at a time; default: one a processor core.
         cluster: Address of a running cluster; default: one is started on this machine.
@@ -81,11 +80,11 @@ def fleet(
         progress: Told of the stages.
 
     Returns:
-        ``runs`` (a record each), ``table`` and ``tables`` (files), ``failed`` and ``infeasible`` (how many runs, how
-        many lifts), ``verified``, ``kept`` (runs that were there already), ``seconds``.
+        ``runs`` (a record each), ``table`` and ``tables`` (files), ``failed`` (number of runs), ``infeasible`` (number
+        of lifts), ``verified``, ``kept`` (runs that existed already), ``seconds``.
 
     Raises:
-        InputError: If the folder cannot be used, another fleet is writing to it, or the backend is not there.
+        InputError: If the folder cannot be used, another fleet is writing to it, or the backend is not installed.
     """
     runs = runs_of(wishes)
     with _locked(folder):
@@ -127,7 +126,7 @@ def fleet(
 
 
 def _is_there(run: Run, folder: Path) -> bool:
-    """Whether an earlier call carried out this very run, and its log is still what it wrote."""
+    """Return whether an earlier call executed this same run, and its log is unchanged since."""
     file, log = record_file(folder, run.name), log_file(folder, run.name)
     if not (file.exists() and log.exists()):
         return False
@@ -139,12 +138,12 @@ def _is_there(run: Run, folder: Path) -> bool:
             and record["log_sha256"] == sha256_of(log)
         )
     except (ValueError, KeyError, TypeError, BimvoxError):
-        return False  # a record that somebody changed, or an input that is gone: the run itself says which
+        return False  # a changed record or a missing input: the run itself reports which
 
 
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
-    """Keep a fleet's folder to this process, and clear away what a killed one left half written."""
+    """Lock a fleet's folder for this process, and delete files that a killed process left incomplete."""
     try:
         (folder / RECORDS).mkdir(parents=True, exist_ok=True)
         lock = (folder / _LOCK).open("a")

@@ -1,4 +1,4 @@
-"""The runs of a fleet: what each plans, what it is called, and the hash of everything that it is made from."""
+"""The runs of a fleet: what each plans, its name, and the hash of all its inputs."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from bimvox.files import default_output, sha256_of
 from bimvox.version import __version__
 
 MEANING = 1
-"""Grows when the same inputs give other results."""
+"""Incremented if the same inputs give different results."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wish:
-    """What a run is asked to do.
+    """What a run plans.
 
     Attributes:
         site: The site file.
-        obstructions: What is in the way; None for the site as it is.
+        obstructions: The obstruction file; None for the site without obstructions.
         seed: Seed of the training; None for the site file's.
         policy: Id of a policy, or ``none``; None: the site file's, otherwise the one trained for the site.
         steps: Training budget; None: the site file's, otherwise the built-in one.
@@ -38,12 +38,12 @@ class Wish:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """A wish with its name: that of its files in the fleet's folder.
+    """A wish with the name of its files in the fleet's folder.
 
     Attributes:
-        name: The name, each once in a fleet.
-        wish: What to do.
-        leads: Whether it is the first of those that a policy is trained for, which the others then find in the store.
+        name: The name, unique in a fleet.
+        wish: What to plan.
+        leads: Whether it is the first run of those that share a trained policy; the others find it in the store.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Run:
 
 
 def runs_of(wishes: Iterable[Wish]) -> tuple[Run, ...]:
-    """Return runs, in the order of their wishes; the same wish twice is one run."""
+    """Return runs, in the order of their wishes; equal wishes become one run."""
     distinct = list(dict.fromkeys(replace(wish, site=wish.site.resolve()) for wish in wishes))
     names = [_name_of(wish) for wish in distinct]
     often = Counter(name.lower() for name in names)
@@ -66,10 +66,10 @@ def runs_of(wishes: Iterable[Wish]) -> tuple[Run, ...]:
 
 
 def digest_of(wish: Wish) -> str:
-    """Return the hash of everything that a run's result depends on: contents, not names of folders.
+    """Return the hash of everything that a run's result depends on: file contents, not folder names.
 
     Raises:
-        BimvoxError: If an input is missing, or so broken that it does not say what else it is made from.
+        BimvoxError: If an input is missing, or too damaged to list its own inputs.
     """
     from bimvox.files import require_input
     from bimvox.site.config_file import load_site_config
@@ -91,7 +91,7 @@ def digest_of(wish: Wish) -> str:
 
 
 def _referred(obstructions: Path) -> Sequence[Path]:
-    """Mesh and point files that an obstruction file names."""
+    """Return the mesh and point files that an obstruction file names."""
     from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES
     from bimvox.site.obstructions.file import parse_obstructions
 
@@ -110,6 +110,6 @@ def _name_of(wish: Wish) -> str:
 
 
 def _mark_of(wish: Wish) -> str:
-    """Tell runs apart that would be called the same: files of one name in several folders, other policies."""
+    """Give runs unique names if files in several folders have the same name, or policies differ."""
     plain = [str(wish.site), str(wish.obstructions), str(wish.seed), str(wish.policy), str(wish.steps)]
     return hashlib.sha256("\0".join(plain).encode()).hexdigest()[:8]

@@ -1,4 +1,4 @@
-"""Carries out runs side by side, on any backend."""
+"""Executes runs in parallel, on any backend."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ def carry_out_all(
     progress: Progress,
     work: Work = carry_out,
 ) -> None:
-    """Carry out runs until each has a record.
+    """Execute runs until each has a record.
 
-    Runs that a policy is trained for come first, so that the others find it in the store.
+    Runs that train a policy come first, so that the others find it in the store.
 
     Args:
         runs: The runs.
-        folder: The fleet's; workers must reach it under this path.
-        backend: Where.
-        jobs: Runs at a time.
-        address: Of a running cluster, or None.
-        progress: Told how many records there are.
-        work: What is done with a run.
+        folder: The fleet's folder; workers must reach it under this path.
+        backend: Name of the backend.
+        jobs: Number of runs in parallel.
+        address: Address of a running cluster, or None.
+        progress: Receives the number of records.
+        work: The function that executes a run.
 
     Raises:
         InputError: If the backend cannot be used.
@@ -56,7 +56,7 @@ def carry_out_all(
 
 @contextmanager
 def _followed(runs: Sequence[Run], folder: Path, progress: Progress) -> Iterator[None]:
-    """Tell of the records that are there, the same way for every backend: by looking."""
+    """Report the number of records by polling the folder, which works for every backend."""
     done = threading.Event()
 
     def look() -> None:

@@ -66,7 +66,7 @@ def load_sweep(path: Path) -> tuple[Wish, ...]:
         path: A TOML file.
 
     Returns:
-        What to plan: the cross product, sites outermost, then what is listed one by one.
+        What to plan: the cross product, sites outermost, then the runs listed individually.
 
     Raises:
         ConfigError: If the file cannot be read, is not TOML, has an unknown key or an impossible value, a pattern fits
@@ -118,7 +118,7 @@ def _listed(config: SweepConfig, path: Path) -> Iterator[Wish]:
 
 
 def _files(name: str, path: Path, key: str) -> list[Path]:
-    """A file as it is named, there or not (its run says so); of a pattern all files that fit, sorted."""
+    """Return a named file, existing or not (its run reports that); for a pattern all matching files, sorted."""
     if not any(sign in name for sign in "*?["):
         return [path.parent / name]
     try:

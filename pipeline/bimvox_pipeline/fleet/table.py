@@ -1,4 +1,4 @@
-"""The summary table of a fleet: a row a run, the same bytes whatever carried the runs out."""
+"""The summary table of a fleet: one row per run, with the same bytes for every backend."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ COLUMNS: dict[str, type] = {
     "log": str,
     "log_sha256": str,
 }
-"""Columns and what is in them. No times of the computation: the same inputs give the same table."""
+"""Columns and their contents. There are no computation times: the same inputs give the same table."""
 
 CSV_FILE, PARQUET_FILE = "summary.csv", "summary.parquet"
 
 
 def write_tables(folder: Path, records: Sequence[dict[str, Any]]) -> list[Path]:
-    """Write the table as CSV, and as Parquet where pyarrow is installed; each whole or not at all.
+    """Write the table as CSV, and as Parquet if pyarrow is installed; each file atomically.
 
     Args:
-        folder: The fleet's.
-        records: A record a run, in order.
+        folder: The fleet's folder.
+        records: One record per run, in order.
 
     Returns:
         The files.
@@ -63,7 +63,7 @@ def write_tables(folder: Path, records: Sequence[dict[str, Any]]) -> list[Path]:
 
 
 def row_of(record: dict[str, Any]) -> dict[str, Any]:
-    """Return the row of a run; what is not known is None."""
+    """Return the row of a run; unknown values are None."""
     figures, error = record.get("figures") or {}, record["error"]
     shares = {f"{method}_share": share for method, share in figures.get("shares", {}).items()}
     known = record | figures | shares | {"error": f"{error['code']}: {error['message']}" if error else None}

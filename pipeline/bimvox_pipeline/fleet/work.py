@@ -1,4 +1,4 @@
-"""What is done with a run: it is planned, and what became of it is on disk, an error too."""
+"""Plans one run and writes its outcome to disk, also if it is an error."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from bimvox_pipeline.fleet.runs import Run, digest_of
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
-"""Environment of the processes that plan, there before a library reads it: two threads in each of two processes take
-longer than one."""
+"""Environment of the planning processes, set before a library reads it: with two processes, two threads each are slower
+than one."""
 
 RECORDS = "runs"
 """Folder of the records inside the fleet's folder."""
 
 PLANNED, PARTLY, FAILED = "planned", "partly", "failed"
-"""What became of a run: every lift planned, some infeasible, no plan."""
+"""The outcome of a run: every lift planned, some infeasible, no plan."""
 
 
 def record_file(folder: Path, name: str) -> Path:
-    """Return where a run's record is."""
+    """Return the path of a run's record."""
     return folder / RECORDS / f"{name}.json"
 
 
 def log_file(folder: Path, name: str) -> Path:
-    """Return where a run's log is."""
+    """Return the path of a run's log."""
     return folder / f"{name}.mcap"
 
 
 def carry_out(run: Run, folder: Path) -> None:
-    """Plan a run and write its record; an error is a record too."""
+    """Plan a run and write its record, also for an error."""
     try:
         record = _planned(run, folder)
     except BimvoxError as error:
@@ -45,12 +45,12 @@ def carry_out(run: Run, folder: Path) -> None:
 
 
 def write_record(folder: Path, record: dict[str, Any]) -> None:
-    """Write a run's record whole or not at all."""
+    """Write a run's record atomically."""
     write_atomically(record_file(folder, record["run"]), json.dumps(record, indent=1, ensure_ascii=False).encode())
 
 
 def failed(run: Run, code: str, message: str, hint: str | None) -> dict[str, Any]:
-    """Return the record of a run that came to no plan."""
+    """Return the record of a run without a plan."""
     return {**_asked(run), "status": FAILED, "error": {"code": code, "message": message, "hint": hint}}
 
 

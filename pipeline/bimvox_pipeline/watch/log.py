@@ -1,8 +1,8 @@
-"""What a watch writes: a segment per revision at once, and the whole newest log when there is time for it.
+"""What a watch writes: a segment per revision immediately, and the whole newest log when idle.
 
-The segment of a revision is on disk, synced, before the revision counts. The whole log is written again by a thread
-that waits until nothing has changed for a moment; a change stops it, and it begins anew later. So at any moment the
-newest plan is in the whole log and the segments after it, whatever kills the process.
+The segment of a revision is on disk, synced, before the revision counts. A thread rewrites the whole log after
+a short time without changes; a change stops it, and it starts again later. So the newest plan is always in the whole
+log and the segments after it, however the process ends.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _RETRY_S = 5.0
 
 
 def segment_file(log: Path, revision: int) -> Path:
-    """Return where the segment of a revision is kept: beside the log's name, also where that is a link."""
+    """Return the path of the segment of a revision: next to the log, also if that is a link."""
     return log.with_name(f"{log.stem}.r{revision:04d}{log.suffix}")
 
 
@@ -37,7 +37,7 @@ def segments_on_disk(log: Path) -> dict[int, Path]:
 
 
 def keep_as_segment(log: Path, revision: int) -> None:
-    """Keep a whole log that was taken up: the segments to come rest on it, and the whole log will be newer."""
+    """Keep the log that a watch continues from: later segments build on it, and the whole log will be newer."""
     kept = segment_file(log, revision)
     if not kept.exists():
         write_atomically(kept, log.read_bytes())
@@ -57,12 +57,12 @@ class Newest:
 
 
 def read_newest(log: Path, fixed_digest: str, progress: Progress) -> Newest | None:
-    """Return the newest plan on disk that belongs to a site, obstructions aside; None where there is none.
+    """Return the newest plan on disk for a site, regardless of obstructions; None if there is none.
 
     Args:
-        log: The whole log; where it is missing or damaged, the last whole segment stands in for it.
-        fixed_digest: Of the site.
-        progress: Told of what is passed over.
+        log: The whole log; if it is missing or damaged, the last intact segment replaces it.
+        fixed_digest: The fixed digest of the site.
+        progress: Receives what is skipped.
     """
     from bimvox.log.segments import first_plan_of, newest
 
@@ -75,7 +75,7 @@ def read_newest(log: Path, fixed_digest: str, progress: Progress) -> Newest | No
             break
         segment = _read(segments[revision], fixed_digest, progress)
         if segment is None:
-            # What comes after a segment that cannot be used rests on it.
+            # Later segments build on this one, which cannot be used.
             after.clear()
         elif base is None and not segment.context:
             base = segment
@@ -109,7 +109,7 @@ class WholeLog:
 
     Args:
         target: The log.
-        progress: Told of failures.
+        progress: Receives failures.
     """
 
     def __init__(self, target: Path, progress: Progress) -> None:
@@ -121,11 +121,11 @@ class WholeLog:
         self._thread: threading.Thread | None = None
 
     def hold(self) -> None:
-        """Stop writing: there is something more urgent."""
+        """Stop writing, because something is more urgent."""
         self._interrupted.set()
 
     def offer(self, record: PlanLog) -> None:
-        """Write this one when there is time, instead of any other that was offered."""
+        """Write this plan when idle, instead of any other that was offered."""
         with self._changed:
             self._wanted = record
             self._interrupted.clear()
@@ -135,13 +135,13 @@ class WholeLog:
             self._changed.notify()
 
     def resume(self) -> None:
-        """Go on after ``hold`` with what was offered last."""
+        """Resume after ``hold`` with the plan that was offered last."""
         with self._changed:
             self._interrupted.clear()
             self._changed.notify()
 
     def close(self) -> None:
-        """Write what was offered last, if it is not written yet, and end; where that fails, the segments hold it."""
+        """Write the plan offered last, if not yet written, and end; if that fails, the segments contain it."""
         with self._changed:
             self._closed = True
             self._interrupted.set()
@@ -162,7 +162,7 @@ class WholeLog:
             with self._changed:
                 self._changed.wait_for(lambda: self._closed or self._may_write())
                 record = self._wanted
-                # Another change within a moment is likely: files come in bursts.
+                # Files often change in bursts, so another change is likely.
                 if not self._closed and self._changed.wait(wait_s):
                     continue
                 if self._closed:
