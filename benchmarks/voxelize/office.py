@@ -180,7 +180,7 @@ def _services(storey: int) -> Iterator[_Piece]:
 
 
 def _wing() -> Iterator[_Piece]:
-    """Return a lower wing at an angle, not aligned with the lattice."""
+    """Yield a lower wing at an angle, not aligned with the lattice."""
     length, width = 10.0, 5.0
 
     def placed(mesh: TriangleMesh, x: float, y: float, z: float) -> TriangleMesh:

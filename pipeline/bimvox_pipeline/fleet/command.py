@@ -38,11 +38,11 @@ def sweep(
     Args:
         file: The sweep file.
         out: Folder of logs, records and table; default: the file's name with ``-runs``, in the current folder.
-        backend: Where the runs are carried out.
-        jobs: Runs at a time; default: one a processor core.
-        cluster: Address of a running cluster; default: one is started on this machine.
-        fresh: Plan again what is there already.
-        progress: Told of the stages.
+        backend: Name of the backend that executes the runs.
+        jobs: Number of runs in parallel; default: one per processor core.
+        cluster: Address of a running cluster; default: starts one on this machine.
+        fresh: Plan again the runs that exist already.
+        progress: Receives the stages.
 
     Returns:
         The document of ``bimvox sweep --json``.
@@ -73,11 +73,11 @@ def fleet(
     Args:
         wishes: What to plan.
         folder: The output folder; created if it does not exist.
-        backend: Where the runs are carried out.
-        jobs: Runs at a time; default: one a processor core.
-        cluster: Address of a running cluster; default: one is started on this machine.
-        fresh: Plan again what is there already.
-        progress: Told of the stages.
+        backend: Name of the backend that executes the runs.
+        jobs: Number of runs in parallel; default: one per processor core.
+        cluster: Address of a running cluster; default: starts one on this machine.
+        fresh: Plan again the runs that exist already.
+        progress: Receives the stages.
 
     Returns:
         ``runs`` (a record each), ``table`` and ``tables`` (files), ``failed`` (number of runs), ``infeasible`` (number
