@@ -31,7 +31,7 @@ def test_parts_come_as_the_tasks_of_the_file_say(tmp_path, sample):
         LiftTask(n, part.id, part.global_id, f"set {n}", "", 600.0 * n, 600.0 * (n + 1))
         for n, part in enumerate(wished)
     )
-    schedule = LiftSchedule("frame", "0" * 64, datetime(2026, 3, 2, 8, 0), tasks, None)
+    schedule = LiftSchedule("frame", "0" * 64, datetime(2026, 3, 2, 8, 0), tasks)
     model = tmp_path / "frame.ifc"
     model.write_bytes(with_schedule(source, source.read_bytes(), schedule))
     site_file = tmp_path / "frame.site.toml"

@@ -93,7 +93,7 @@ def test_several_sites_are_planned_in_one_command(sites: Path, capsys: pytest.Ca
     assert [run["run"] for run in document["runs"]] == ["paper", "yard"]
     assert document["verified"] is True
     assert command(arguments) == 0
-    assert "2 of them there already" in capsys.readouterr().out
+    assert "2 of them kept" in capsys.readouterr().out
     # Each log is the one that `bimvox plan` writes of the site alone.
     assert command(["plan", names[1], "--policy", "none", "-o", str(sites / "alone.mcap"), "-q"]) == 0
     assert (sites / "alone.mcap").read_bytes() == (sites / "both" / "yard.mcap").read_bytes()

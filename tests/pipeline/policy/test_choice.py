@@ -141,12 +141,12 @@ def test_lifts_that_the_policy_fails_are_retrained_on(site, own_store, monkeypat
     assert failed
     assert "retrained" not in without
 
-    def trained(problems, config, *, seed, steps, initial, parent, **rest) -> TrainedPolicy:
-        """Stands for the training itself, which tests/policy looks at."""
-        assert (steps, parent) == (4_000, weak)
-        np.testing.assert_array_equal(initial.biases[-1], knows_nothing().biases[-1])
+    def trained(problems, config, *, seed, steps, start, **rest) -> TrainedPolicy:
+        """Replaces the training itself, which tests/policy checks."""
+        assert (steps, start.parent) == (4_000, weak)
+        np.testing.assert_array_equal(start.network.biases[-1], knows_nothing().biases[-1])
         assert len(problems) >= len(failed)
-        return TrainedPolicy(load_generalist(), (), 1_234, 1.0, 1.0, 20, config, seed, parent)
+        return TrainedPolicy(load_generalist(), (), 1_234, 1.0, 1.0, 20, config, seed, start.parent)
 
     monkeypatch.setattr("bimvox.policy.choice.train", trained)
     progress = SilentProgress()
