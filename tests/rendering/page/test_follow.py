@@ -184,7 +184,7 @@ def test_an_open_page_follows_and_goes_on_where_it_was(browser: Any, tmp_path: P
     stop.set()
     list(pages)
     wait("window.page.live.state === 'ended'")
-    assert page.inner_text("#follow") == "not live any more"
+    assert page.inner_text("#follow") == "no longer live"
     assert first["sha256"] != second["sha256"]
     assert complaints == []
     page.close()
