@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bimvox.crane.conflict import CraneTrack, joined
 from bimvox.crane.outline import CraneOutline
 from bimvox.cranes.lift import CraneLift, Parking
-from bimvox.motion.ways import one_after_another, shifted, turned
+from bimvox.motion.trajectories import one_after_another, shifted, turned
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory

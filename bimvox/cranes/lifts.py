@@ -31,7 +31,7 @@ from bimvox.errors import PlanningError
 from bimvox.motion.empty_hook import HOOK_OFFSET, empty_hook_clearance
 from bimvox.motion.load_frame import axes_of_cells, cells_of_axes, load_frame
 from bimvox.motion.time_plan import empty_way, hook_on_cell, left_cells, time_lift
-from bimvox.motion.ways import one_after_another, shifted
+from bimvox.motion.trajectories import one_after_another, shifted
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.records.trajectory import Trajectory

@@ -25,14 +25,14 @@ from bimvox.motion.swing import pendulum_of
 from bimvox.motion.time_plan import hook_on_cell
 from bimvox.motion.timeline import in_sequence
 from bimvox.motion.timing import NS_PER_S, sampled
-from bimvox.motion.ways import one_after_another, shifted
+from bimvox.motion.trajectories import one_after_another, shifted
 from bimvox.planning.occupancy import target_cells
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.lifting import crane_for
-from bimvox.stop.stop_motion import go_on_cells, move_to_cell
+from bimvox.stop.resume import move_to_cell, resume_cells
 
 _THERE_VOX = 1e-3
 _KEPT = 3
@@ -153,7 +153,7 @@ def _way(
     """Return a way of the empty hook from rest at any pose to a cell; None if there is none."""
     site, crane = maker.site, crane_for(maker.site, maker.crane, None)
     hook, empty = load_frame(crane, site.frame, HOOK_OFFSET), pendulum_of(site, crane, None)
-    for cell in go_on_cells(rule, hook, pose):
+    for cell in resume_cells(rule, hook, pose):
         start_vox = np.array(cell, np.int32)
         first = move_to_cell(hook, pose, cell)
         moves = any(abs(part) > _THERE_VOX * site.frame.voxel_size_m for part in first.difference)

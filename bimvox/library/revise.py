@@ -14,8 +14,8 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.planning.rollout import proposer
 from bimvox.progress import Listener, progress_of
 from bimvox.revision.current_plan import current_plan_of
+from bimvox.revision.request import RevisionRequest
 from bimvox.revision.revise import revise as revised_parts
-from bimvox.revision.walk_result import RevisionRequest
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
 
 _OBSTRUCTIONS = "obstructions."

@@ -14,7 +14,7 @@ from bimvox.log.archive import ArchiveError, pack, unpack
 from bimvox.log.bundle import from_npy, to_npy
 from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, DecodeError, decode, encode
 from bimvox.revision.held_cranes import HeldCranes
-from bimvox.stop.underway import Held
+from bimvox.stop.redirect import Held
 
 HELD_FILE = "held_load.zip"
 """Name of the attachment with the load of a single crane."""

@@ -12,7 +12,7 @@ from bimvox.compiled import kernel
 from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import PlanningError
-from bimvox.motion.cancel import STRETCH, cancelled
+from bimvox.motion.cancel_swing import STRETCH, cancelled
 from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.move import Move
 from bimvox.motion.shaping import FIRST_SLOW, LADDER, TWO, Calm

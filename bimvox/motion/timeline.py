@@ -21,7 +21,7 @@ from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.move import Line, Move, share_limits, slowed
 from bimvox.motion.profile import Profile, profile_of
 from bimvox.motion.shaping import Calm, ShapedProfile
-from bimvox.motion.slow import slow_shares
+from bimvox.motion.slow_zones import slow_shares
 from bimvox.motion.swept import samples_are_free, swaying_is_free
 from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, swing_of
 from bimvox.site.collision import CollisionSpace

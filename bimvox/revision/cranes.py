@@ -18,13 +18,14 @@ from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.revision.current_plan import CurrentPlan
+from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.motions import stages_of
 from bimvox.revision.obstruction_change import ObstructionChange
 from bimvox.revision.part_proof import Proof
-from bimvox.revision.walk_result import RevisionRequest, WalkResult
+from bimvox.revision.request import RevisionRequest
 
 if TYPE_CHECKING:
-    from bimvox.revision.walk import Walk
+    from bimvox.revision.keep_or_replan import Replanning
 
 _LOST = 1e-9
 """Radians and metres."""
@@ -42,32 +43,32 @@ class SeveralCranes:
     def __init__(self, current: CurrentPlan, request: RevisionRequest, change: ObstructionChange) -> None:
         self._was, self._request, self._change = current, request, change
 
-    def begun(self, walk: Walk, was: Lift) -> Lift | None:
+    def begun(self, replanning: Replanning, was: Lift) -> Lift | None:
         """Return None: no lift has begun."""
 
-    def choose_motion(self, walk: Walk, lift: Lift, was: Lift) -> None:
+    def choose_motion(self, replanning: Replanning, lift: Lift, was: Lift) -> None:
         """Do nothing: all motions are made together."""
 
-    def timed(self, made: WalkResult) -> WalkResult | Refused:
-        """Return the walk's result with all motions on the clock; or which lift cannot be driven, and why."""
-        plan = made.plan(self._was, self._request, self._change)
+    def timed(self, draft: RevisionDraft) -> RevisionDraft | Refused:
+        """Return the draft with all motions on the clock; or which lift cannot be driven, and why."""
+        plan = draft.plan(self._was, self._request, self._change)
         try:
             motions = time_lifts(plan, stages_of(plan, self._request.preparation))
         except MotionError as error:
             return {error.component: f"the crane cannot drive its path: {error.message}"}
-        return with_motions(self._was, made, motions)
+        return with_motions(self._was, draft, motions)
 
     def refused(self, proof: Proof) -> Refused:
         """Return the lifts that failed."""
         return proof.refused
 
 
-def with_motions(was: CurrentPlan, made: WalkResult, motions: Iterable[LiftMotion]) -> WalkResult:
-    """Return a walk's result with the motions of several cranes, all of them to be proven; equal ones are kept."""
+def with_motions(was: CurrentPlan, draft: RevisionDraft, motions: Iterable[LiftMotion]) -> RevisionDraft:
+    """Return a draft with the motions of several cranes, all of them to be proven; equal ones are kept."""
     kept = {new.order: new for new in motions}
     kept |= {order: was.motions[order] for order, new in kept.items() if _same(was.motions.get(order), new)}
     new_motions = {order for order, motion in kept.items() if was.motions.get(order) is not motion}
-    return replace(made, motions=kept, new_motions=new_motions, unproven_motions=set(kept))
+    return replace(draft, motions=kept, new_motions=new_motions, unproven_motions=set(kept))
 
 
 def _same(one: LiftMotion | None, other: LiftMotion) -> bool:

@@ -1,7 +1,7 @@
 """What several cranes have done of a plan at a given time, and whether a change meets what they are doing.
 
 Parts are hooked on in the erection sequence (R1), so the lifts that have begun are always the first ones of the
-sequence. The empty hooks may be anywhere on their ways to the next parts.
+sequence. The empty hooks may be anywhere between two parts.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.cranes.lifts_from import Stands
-from bimvox.motion.ways import between, shifted
+from bimvox.motion.trajectories import between, shifted
 from bimvox.proof.footprint import CellMask, hook_footprint, jib_meets, motion_footprint
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
@@ -21,7 +21,7 @@ from bimvox.records.trajectory import Trajectory
 from bimvox.revision.current_plan import CurrentPlan
 from bimvox.revision.held_cranes import HeldHook, HookWay
 from bimvox.site.site import Site
-from bimvox.stop.underway import is_set
+from bimvox.stop.redirect import is_set
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,7 +32,7 @@ class CraneNow:
         number: Its index in ``Site.cranes``.
         stands: Slew (rad), radius (m) and height (m) at the start of the clock.
         motions: Motions of its lifts that have begun, by order, without the departure of the hook.
-        ways: Ways of its empty hook that have begun since, in order.
+        ways: Moves of its empty hook that have begun since, in order.
     """
 
     number: int
@@ -157,19 +157,19 @@ def _without_leaving(motion: LiftMotion) -> LiftMotion:
 
 
 def _ways_of(motion: LiftMotion, name: PhaseName) -> Iterator[HookWay]:
-    """Yield the ways of the empty hook in a motion: of its approach or its departure."""
+    """Yield the moves of the empty hook in the approach or the departure of a motion."""
     whole = motion.approach if name is PhaseName.APPROACH else motion.departure
     if whole is None:
         return
     for start_ns, end_ns, stopped_ns in motion.ways_ns(name):
-        # The last sample of a stop may be the one at which the next way starts.
+        # The last sample of a stop may be the one at which the next move starts.
         last_ns = end_ns - motion.start_ns - (0 if stopped_ns is None else 1)
         way = between(whole, start_ns - motion.start_ns, last_ns)
         yield HookWay(start_ns, shifted(way, -int(way.time_ns[0])), stopped_ns)
 
 
 def alone(way: HookWay, crane: int) -> LiftMotion:
-    """Return a way of a crane's empty hook as a separate motion."""
+    """Return a move of a crane's empty hook as a separate motion."""
     end_ns = int(way.way.time_ns[-1])
     slew, radius, height = (np.repeat(axis, 2) for axis in way.way.axes[-1])
     still = Trajectory(np.array([end_ns, end_ns + 1]), slew, radius, height, np.zeros(0, np.int64), 0.0)

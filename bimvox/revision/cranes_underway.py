@@ -29,17 +29,18 @@ from bimvox.records.motion import LiftMotion
 from bimvox.revision.cranes import with_motions
 from bimvox.revision.cranes_now import CraneNow, cranes_at, is_met, motion_is_met
 from bimvox.revision.current_plan import CurrentPlan
+from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.held_cranes import HeldCranes
 from bimvox.revision.motions import stages_of
 from bimvox.revision.obstruction_change import ObstructionChange
 from bimvox.revision.part_proof import Proof
+from bimvox.revision.request import RevisionRequest
 from bimvox.revision.stop_cranes import Loads, all_stopped
-from bimvox.revision.walk_result import RevisionRequest, WalkResult
 from bimvox.stop.interrupt import cut_short
-from bimvox.stop.underway import Held, Redirected, is_set
+from bimvox.stop.redirect import Held, Redirected, is_set
 
 if TYPE_CHECKING:
-    from bimvox.revision.walk import Walk
+    from bimvox.revision.keep_or_replan import Replanning
 
 _MET = "the empty hook met something while it was stopped, or as far out as it swings: look at it before it is moved"
 
@@ -74,31 +75,31 @@ class CranesUnderWay:
         self.waits_for = self._stop_if_met()
         self.begun_lifts = self._begun_lifts()
 
-    def begun(self, walk: Walk, was: Lift) -> Lift | None:
+    def begun(self, replanning: Replanning, was: Lift) -> Lift | None:
         """Return a lift that is done, skipped, or on a hook; every lift while the cranes are held."""
         if was.order in self.begun_lifts and any(one.lift.order == was.order for one in self.stops):
-            walk.made.new_paths.add(was.order)
+            replanning.draft.new_paths.add(was.order)
         return self.begun_lifts.get(was.order)
 
-    def choose_motion(self, walk: Walk, lift: Lift, was: Lift) -> None:
+    def choose_motion(self, replanning: Replanning, lift: Lift, was: Lift) -> None:
         """Do nothing: all motions are made together."""
 
-    def timed(self, made: WalkResult) -> WalkResult | Refused:
-        """Return the walk's result, with all later lifts scheduled around what the cranes are doing."""
+    def timed(self, draft: RevisionDraft) -> RevisionDraft | Refused:
+        """Return the draft, with all later lifts scheduled around what the cranes are doing."""
         if self.waits_for is not None:
-            return self._all_held(made)
-        plan = made.plan(self.current, self.request, self.change)
+            return self._all_held(draft)
+        plan = draft.plan(self.current, self.request, self.change)
         self._planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
         everything = frozenset(lift.order for lift in plan.lifts)
         if self._is_as_it_was(plan):
-            return replace(made, motions=dict(self.current.motions), written=everything)
+            return replace(draft, motions=dict(self.current.motions), written=everything)
         if not self.stops and self.current.held is None:
             self._look_ahead(plan)
         try:
             motions = self._timed(plan)
         except MotionError as error:
             return self._undriven(error)
-        return replace(with_motions(self.current, made, motions), written=everything, stops=self.stops)
+        return replace(with_motions(self.current, draft, motions), written=everything, stops=self.stops)
 
     def refused(self, proof: Proof) -> Refused:
         """Return the lifts that failed; if a hook under way meets something, all remaining lifts of its crane."""
@@ -131,7 +132,7 @@ class CranesUnderWay:
 
     @property
     def _unsafe(self) -> list[CraneNow]:
-        """The cranes whose empty hook met something when it stopped: such a way cannot be proven."""
+        """The cranes whose empty hook met something when it stopped: such a move cannot be proven."""
         return [crane for crane in self.cranes.values() if not crane.is_safe]
 
     def _is_of(self, lift: Lift, crane: CraneNow) -> bool:
@@ -162,7 +163,7 @@ class CranesUnderWay:
         self.stops = stopped.loads
 
     def _begun_lifts(self) -> dict[int, Lift]:
-        """Return the lifts that the walk leaves unchanged, by order: those begun; all while the cranes are held."""
+        """Return the lifts that are not replanned, by order: those begun; all while the cranes are held."""
         on = {one.lift.order: one.lift for one in self.stops}
         if self.waits_for is None:
             return {lift.order: on.get(lift.order, lift) for lift in self.lifts if lift.order <= self.last}
@@ -186,22 +187,22 @@ class CranesUnderWay:
             loads.append(Held(lifts[order], motion, one.stop, one.how, True, waits_for))
         return tuple(loads)
 
-    def _all_held(self, made: WalkResult) -> WalkResult:
-        """Return the walk's result with all cranes held; all later lifts are pending."""
+    def _all_held(self, draft: RevisionDraft) -> RevisionDraft:
+        """Return the draft with all cranes held; all later lifts are pending."""
         assert self.waits_for is not None
         hooks = tuple(crane.hook for crane in self.cranes.values())
         held = HeldCranes(self._held_loads(self.waits_for), hooks)
         done = [m for crane in self.cranes.values() for m in crane.motions.values() if m.order not in held.orders]
-        made = with_motions(self.current, made, sorted(done, key=lambda motion: motion.order))
-        planned = {lift.order for lift in made.lifts if lift.status is Status.PLANNED}
-        pending = planned - made.motions.keys()
+        draft = with_motions(self.current, draft, sorted(done, key=lambda motion: motion.order))
+        planned = {lift.order for lift in draft.lifts if lift.status is Status.PLANNED}
+        pending = planned - draft.motions.keys()
         return replace(
-            made,
+            draft,
             unproven_motions=set(),
             # They are examined at the next change, not now.
             new_paths=pending,
             pending=pending,
-            written=frozenset(lift.order for lift in made.lifts) - pending,
+            written=frozenset(lift.order for lift in draft.lifts) - pending,
             held=held,
             stops=held.loads,
         )

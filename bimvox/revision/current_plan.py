@@ -12,7 +12,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.revision.held_cranes import HeldCranes
 from bimvox.revision.obstruction_change import ObstructionChange
 from bimvox.revision.recall import Memory
-from bimvox.stop.underway import Held, Redirected
+from bimvox.stop.redirect import Held, Redirected
 
 
 @dataclass(frozen=True, slots=True, eq=False)

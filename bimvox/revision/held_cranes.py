@@ -5,17 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bimvox.records.trajectory import Trajectory
-from bimvox.stop.underway import Held
+from bimvox.stop.redirect import Held
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HookWay:
-    """A way that an empty hook has begun.
+    """A move of an empty hook that has begun.
 
     Attributes:
         start_ns: When it began, on the site's clock.
         way: Its samples, from 0, to where the hook is at rest.
-        stopped_ns: When the crane began to brake, on the site's clock; None if the hook completes the way.
+        stopped_ns: When the crane began to brake, on the site's clock; None if the hook completes the move.
         is_free: Whether the hook, including its swing, met nothing while it stopped.
     """
 
@@ -37,7 +37,7 @@ class HeldHook:
     Attributes:
         crane: Its number.
         stands: Slew (rad), radius (m) and height (m) at the start of the clock.
-        ways: Ways of its empty hook since its last lift was hooked on or done, in order.
+        ways: Moves of its empty hook since its last lift was hooked on or done, in order.
     """
 
     crane: int

@@ -5,10 +5,10 @@ from __future__ import annotations
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.revision.current_plan import CurrentPlan
-from bimvox.stop.underway import is_set
+from bimvox.stop.redirect import is_set
 
 
-def behind(current: CurrentPlan, now_ns: int | None) -> int:
+def last_finished(current: CurrentPlan, now_ns: int | None) -> int:
     """Return the order of the last lift that is done or was skipped; -1 if there is none.
 
     Later lifts have not begun, or are under way.

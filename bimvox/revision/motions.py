@@ -13,47 +13,48 @@ from bimvox.planning.assembly import Assembly, Preparation, with_cleared
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.revision.walk_result import RevisionRequest, WalkResult
+from bimvox.revision.draft import RevisionDraft
+from bimvox.revision.request import RevisionRequest
 from bimvox.site.collision import CollisionSpace
 
 
-def made_in_full(request: RevisionRequest, made: WalkResult) -> WalkResult | Refused:
-    """Return a walk's result with all motions made and put on the clock one after the other.
+def made_in_full(request: RevisionRequest, draft: RevisionDraft) -> RevisionDraft | Refused:
+    """Return a draft with all motions made and put on the clock one after the other.
 
     Args:
         request: What to revise the plan for.
-        made: The walk's result.
+        draft: The draft.
 
     Returns:
         The same with every motion; or the lifts that the crane cannot drive, and why.
     """
-    motions, refused = _missing_motions(request, made)
+    motions, refused = _missing_motions(request, draft)
     if refused:
         return refused
-    on_clock, before = dict(made.motions), None
-    for lift in made.lifts:
+    on_clock, before = dict(draft.motions), None
+    for lift in draft.lifts:
         order = lift.order
-        if order in made.laid:
-            motion = made.laid[order] or motions[order]
+        if order in draft.laid:
+            motion = draft.laid[order] or motions[order]
             on_clock[order] = _in_time(request, joined_on(motion, None if before is None else on_clock.get(before)))
         if lift.status is Status.PLANNED:
             before = order
-    return replace(made, motions={order: on_clock[order] for order in sorted(on_clock)}, laid={})
+    return replace(draft, motions={order: on_clock[order] for order in sorted(on_clock)}, laid={})
 
 
-def _missing_motions(request: RevisionRequest, made: WalkResult) -> tuple[dict[int, LiftMotion], Refused]:
-    """Return the motions that the walk left open, each timed at its own stage, from time 0 and slew angle 0.
+def _missing_motions(request: RevisionRequest, draft: RevisionDraft) -> tuple[dict[int, LiftMotion], Refused]:
+    """Return the motions that a draft left open, each timed at its own stage, from time 0 and slew angle 0.
 
     Returns:
         Motions by order; and why the crane cannot drive other lifts, by component.
     """
     motions: dict[int, LiftMotion] = {}
     refused: dict[str, str] = {}
-    site, missing = request.site, set(made.motions_to_make)
+    site, missing = request.site, set(draft.motions_to_make)
     if not missing:
         return motions, refused
     assembly, before = Assembly(site, request.preparation, one_at_a_time=True), None
-    for lift in made.lifts:
+    for lift in draft.lifts:
         assembly.skip(lift.component)
         if lift.order in missing:
             rule = _with_last_moves(assembly.space(lift.component), lift)

@@ -9,15 +9,16 @@ from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.revision.current_plan import CurrentPlan
+from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.held_cranes import HeldCranes
-from bimvox.revision.in_transit import behind, motion_under_way
+from bimvox.revision.in_transit import last_finished, motion_under_way
 from bimvox.revision.motions import made_in_full
 from bimvox.revision.part_proof import Proof
-from bimvox.revision.walk_result import RevisionRequest, WalkResult
-from bimvox.stop.underway import Held, UnderWay, redirect, release
+from bimvox.revision.request import RevisionRequest
+from bimvox.stop.redirect import Held, UnderWay, redirect, release
 
 if TYPE_CHECKING:
-    from bimvox.revision.walk import Walk
+    from bimvox.revision.keep_or_replan import Replanning
 
 
 class OneCrane:
@@ -33,48 +34,48 @@ class OneCrane:
         self._was, self._request, self._refused = current, request, refused
         self._site = request.site
         self._held = None if current.held is None else current.held.loads[0]
-        self._last = behind(current, request.now_ns)
+        self._last = last_finished(current, request.now_ns)
 
-    def begun(self, walk: Walk, was: Lift) -> Lift | None:
+    def begun(self, replanning: Replanning, was: Lift) -> Lift | None:
         """Return a lift that is done, or the one under way: unchanged if the change does not meet the rest of it."""
         if was.order <= self._last:
             if was.order in self._was.motions:
-                walk.made.motions[was.order] = self._was.motions[was.order]
+                replanning.draft.motions[was.order] = self._was.motions[was.order]
             return was
         motion = motion_under_way(self._was, was, self._request.now_ns)
-        return None if motion is None else self._redirected(walk, was, motion)
+        return None if motion is None else self._redirected(replanning, was, motion)
 
-    def choose_motion(self, walk: Walk, lift: Lift, was: Lift) -> None:
+    def choose_motion(self, replanning: Replanning, lift: Lift, was: Lift) -> None:
         """Keep a lift's motion if it is still proven, or take an earlier one again; otherwise it is made or pending."""
-        order, made, before, has_crane = lift.order, walk.made, walk.before, bool(self._site.cranes)
-        if made.held is not None:
-            made.pending.add(order)
+        order, draft, before, has_crane = lift.order, replanning.draft, replanning.before, bool(self._site.cranes)
+        if draft.held is not None:
+            draft.pending.add(order)
             return
         start = before.component if before else None
-        if self._keeps_motion(walk, lift, was, same_start=start == walk.was_before):
-            if has_crane and made.pending:
+        if self._keeps_motion(replanning, lift, was, same_start=start == replanning.was_before):
+            if has_crane and draft.pending:
                 # After a pending lift the clock is not known yet; a later part sets it.
-                made.motions[order] = self._was.motions[order]
+                draft.motions[order] = self._was.motions[order]
             elif has_crane:
-                made.laid[order] = self._was.motions[order]
+                draft.laid[order] = self._was.motions[order]
             return
-        count = len(made.new_paths - made.pending | made.new_motions)
-        if made.pending or count > self._request.first - (order not in made.new_paths):
-            made.pending.add(order)
+        count = len(draft.new_paths - draft.pending | draft.new_motions)
+        if draft.pending or count > self._request.first - (order not in draft.new_paths):
+            draft.pending.add(order)
             return
         if not has_crane:
             return
-        known = walk.recall.motion(lift, walk.done, start)
+        known = replanning.recall.motion(lift, replanning.done, start)
         if known is not None and known.motion is not None:
-            made.recalled_motions[order] = known
+            draft.recalled_motions[order] = known
         else:
-            made.unproven_motions.add(order)
-        made.new_motions.add(order)
-        made.laid[order] = None if known is None else known.motion
+            draft.unproven_motions.add(order)
+        draft.new_motions.add(order)
+        draft.laid[order] = None if known is None else known.motion
 
-    def timed(self, made: WalkResult) -> WalkResult | Refused:
-        """Return the walk's result with all motions made and put on the clock one after the other."""
-        return made_in_full(self._request, made)
+    def timed(self, draft: RevisionDraft) -> RevisionDraft | Refused:
+        """Return the draft with all motions made and put on the clock one after the other."""
+        return made_in_full(self._request, draft)
 
     def refused(self, proof: Proof) -> Refused:
         """Return the lifts that failed; or all remaining lifts if one of them is done already.
@@ -89,40 +90,40 @@ class OneCrane:
         left = [site.components[lift.component].id for lift in lifts if lift.order > self._last]
         return dict.fromkeys(left, f"the hook cannot leave where the last part was set: {stuck}")
 
-    def _redirected(self, walk: Walk, was: Lift, motion: LiftMotion) -> Lift:
+    def _redirected(self, replanning: Replanning, was: Lift, motion: LiftMotion) -> Lift:
         """Return the lift under way: unchanged if the change does not meet its rest, otherwise redirected or held."""
-        site, crane, held, made = self._site, self._site.cranes[motion.crane], self._held, walk.made
+        site, crane, held, draft = self._site, self._site.cranes[motion.crane], self._held, replanning.draft
         now_ns, hold_s = self._request.now_ns, self._request.hold_s
         assert now_ns is not None
         lift = was if held is None else held.lift
         reason = self._refused.get(site.components[was.component].id)
-        if held is None and reason is None and not walk.touched.rest_is_met(was, motion, now_ns):
-            made.motions[was.order] = motion
+        if held is None and reason is None and not replanning.touched.rest_is_met(was, motion, now_ns):
+            draft.motions[was.order] = motion
             return was
-        rule, blocked = walk.assembly.on_the_way(was.component, lift.last_moves_vox)
+        rule, blocked = replanning.assembly.on_the_way(was.component, lift.last_moves_vox)
         if reason is not None:
             blocked = Obstacle(reason)
         if held is None:
-            found = redirect(site, crane, UnderWay(lift, motion, walk.before), rule, blocked, now_ns, hold_s)
+            found = redirect(site, crane, UnderWay(lift, motion, replanning.before), rule, blocked, now_ns, hold_s)
         else:
             found = release(site, crane, held, rule, blocked, now_ns, hold_s)
-        made.stops = (found,)
+        draft.stops = (found,)
         if isinstance(found, Held):
-            made.held = HeldCranes((found,))
-            made.new_verdicts.add(was.order)
+            draft.held = HeldCranes((found,))
+            draft.new_verdicts.add(was.order)
             return found.infeasible
-        made.new_paths.add(was.order)
-        made.new_motions.add(was.order)
-        made.unproven_motions.add(was.order)
-        made.motions[was.order] = found.motion
+        draft.new_paths.add(was.order)
+        draft.new_motions.add(was.order)
+        draft.unproven_motions.add(was.order)
+        draft.motions[was.order] = found.motion
         return found.lift
 
-    def _keeps_motion(self, walk: Walk, lift: Lift, was: Lift, *, same_start: bool) -> bool:
-        if lift is not was or lift.order in walk.made.new_paths or lift.order in self._was.pending:
+    def _keeps_motion(self, replanning: Replanning, lift: Lift, was: Lift, *, same_start: bool) -> bool:
+        if lift is not was or lift.order in replanning.draft.new_paths or lift.order in self._was.pending:
             return False
         if not self._site.cranes:
             return True
         motion, way = self._was.motions.get(lift.order), self._was.ways.get(lift.order)
         if motion is None or way is None or not same_start:
             return False
-        return not walk.touched.motion_is_met(motion, way)
+        return not replanning.touched.motion_is_met(motion, way)

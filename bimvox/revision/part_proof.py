@@ -12,7 +12,7 @@ from bimvox.proof.footprint import Footprint, motion_footprint, path_footprint
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
-from bimvox.revision.walk_result import WalkResult
+from bimvox.revision.draft import RevisionDraft
 
 _PROVEN_AT_ONCE = 4
 """Lifts that are proven together."""
@@ -35,18 +35,18 @@ class Proof:
     stuck: frozenset[str] = frozenset()
 
 
-def prove_new(plan: LiftPlan, made: WalkResult, known_shapes: set[int]) -> Proof:
+def prove_new(plan: LiftPlan, draft: RevisionDraft, known_shapes: set[int]) -> Proof:
     """Return the proof of the paths and motions that are new in a part.
 
     Args:
         plan: The plan of the part.
-        made: The walk's result, with all motions.
+        draft: The draft, with all motions.
         known_shapes: See ``verify_plan``.
 
     Raises:
         VerificationError: If the proof fails, and no lift is at fault.
     """
-    to_prove_paths, to_prove_motions = made.paths_to_prove, made.unproven_motions
+    to_prove_paths, to_prove_motions = draft.paths_to_prove, draft.unproven_motions
     orders = sorted(to_prove_paths | to_prove_motions)
     # The motions of several cranes are proven against each other: all at once.
     at_once = max(1, len(orders)) if plan.site.has_several_cranes else _PROVEN_AT_ONCE
@@ -56,7 +56,7 @@ def prove_new(plan: LiftPlan, made: WalkResult, known_shapes: set[int]) -> Proof
     stuck: set[str] = set()
     for n in range(0, len(orders), at_once):
         batch = set(orders[n : n + at_once])
-        found = _prove(plan, batch & to_prove_paths, batch & to_prove_motions, made.motions, known_shapes)
+        found = _prove(plan, batch & to_prove_paths, batch & to_prove_motions, draft.motions, known_shapes)
         refused |= found.refused
         paths |= found.paths
         ways |= found.ways

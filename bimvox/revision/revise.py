@@ -2,11 +2,11 @@
 
 One flow for any number of cranes:
 
-1. ``Walk`` goes through the lifts in order. A lift keeps path and proof if no added cell is in its footprint
+1. ``Replanning`` goes through the lifts in order. A lift keeps path and proof if no added cell is in its footprint
    (``bimvox.proof.footprint``). A planned lift that is met gets a new path. An infeasible lift is tried again if the
    change touches its cause. A lift that becomes infeasible, or planned again, changes the site for later lifts: its
    cells at its place and in the yard count as added or removed, and its neighbours are examined again.
-2. ``CraneWork`` stops what must stop and puts the motions on the clock: one crane drives lifts one after the other,
+2. ``CraneWork`` stops what must stop and puts the motions on the clock: one crane executes lifts one after the other,
    several follow a schedule.
 3. What is new is proven. Lifts that fail are refused, and the round starts again.
 4. The part is yielded. With one crane, the first new lifts are timed and proven first; the rest is only planned (that
@@ -23,11 +23,12 @@ from bimvox.revision.crane_work import CraneWork
 from bimvox.revision.cranes import SeveralCranes
 from bimvox.revision.cranes_underway import CranesUnderWay
 from bimvox.revision.current_plan import CurrentPlan, RevisionPart
+from bimvox.revision.draft import RevisionDraft
+from bimvox.revision.keep_or_replan import Replanning
 from bimvox.revision.obstruction_change import ObstructionChange, change_between
 from bimvox.revision.one_crane import OneCrane
 from bimvox.revision.part_proof import Proof, prove_new
-from bimvox.revision.walk import Walk
-from bimvox.revision.walk_result import RevisionRequest, WalkResult
+from bimvox.revision.request import RevisionRequest
 
 
 def revise(
@@ -71,19 +72,19 @@ def _proven_part(
 ) -> RevisionPart:
     def attempt(refused: Refused) -> RevisionPart | Refused:
         work = _work(current, request, change, refused)
-        walk = Walk(current, request, change, refused, work)
-        walk.run()
+        replanning = Replanning(current, request, change, refused, work)
+        replanning.run()
         if on_verdict is not None:
             on_verdict()
-        made = work.timed(walk.made)
-        if not isinstance(made, WalkResult):
-            return made
-        plan = made.plan(current, request, change)
-        found = prove_new(plan, made, known_shapes)
+        draft = work.timed(replanning.draft)
+        if not isinstance(draft, RevisionDraft):
+            return draft
+        plan = draft.plan(current, request, change)
+        found = prove_new(plan, draft, known_shapes)
         if found.refused:
             return work.refused(found)
-        known_shapes.update(lift.component for lift in made.lifts if lift.order in found.paths)
-        return _part(current, made, plan, change, found)
+        known_shapes.update(lift.component for lift in draft.lifts if lift.order in found.paths)
+        return _part(current, draft, plan, change, found)
 
     return proven_in_rounds(attempt, "changed")
 
@@ -97,26 +98,30 @@ def _work(current: CurrentPlan, request: RevisionRequest, change: ObstructionCha
     return CranesUnderWay(current, request, change, refused)
 
 
-def _part(was: CurrentPlan, made: WalkResult, plan: LiftPlan, change: ObstructionChange, proof: Proof) -> RevisionPart:
-    """Return the part of a walk whose new lifts are proven."""
-    made_paths = made.new_paths - made.pending
-    planned = {lift.order: lift for lift in made.lifts if lift.status is Status.PLANNED}
+def _part(
+    was: CurrentPlan, draft: RevisionDraft, plan: LiftPlan, change: ObstructionChange, proof: Proof
+) -> RevisionPart:
+    """Return the part of a draft whose new lifts are proven."""
+    made_paths = draft.new_paths - draft.pending
+    planned = {lift.order: lift for lift in draft.lifts if lift.status is Status.PLANNED}
     paths = {order: was.paths[order] for order in planned if order in was.paths}
     ways = {order: was.ways[order] for order in planned if order in was.ways}
-    paths |= {order: known.path for order, known in made.recalled_paths.items() if order in made_paths}
-    ways |= {order: known.way for order, known in made.recalled_motions.items() if known.way is not None}
-    for order in made.pending:
+    paths |= {order: known.path for order, known in draft.recalled_paths.items() if order in made_paths}
+    ways |= {order: known.way for order, known in draft.recalled_motions.items() if known.way is not None}
+    for order in draft.pending:
         ways.pop(order, None)
-        if order in made.new_paths or order in was.pending - was.paths.keys():
+        if order in draft.new_paths or order in was.pending - was.paths.keys():
             paths.pop(order, None)
     paths, ways = {**paths, **proof.paths}, {**ways, **proof.ways}
     before = {lift.order: lift for lift in was.plan.lifts}
     replanned = {order for order in made_paths if not same_path(before[order], planned[order])}
     return RevisionPart(
-        CurrentPlan(plan, made.motions, paths, ways, made.examined, frozenset(made.pending), made.memory, made.held),
-        made=tuple(sorted(made_paths | made.new_motions | made.new_verdicts | made.written)),
+        CurrentPlan(
+            plan, draft.motions, paths, ways, draft.examined, frozenset(draft.pending), draft.memory, draft.held
+        ),
+        made=tuple(sorted(made_paths | draft.new_motions | draft.new_verdicts | draft.written)),
         replanned=tuple(sorted(replanned)),
-        retimed=tuple(sorted(made.new_motions - replanned)),
+        retimed=tuple(sorted(draft.new_motions - replanned)),
         change=change,
-        stops=made.stops,
+        stops=draft.stops,
     )

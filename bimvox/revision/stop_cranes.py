@@ -22,13 +22,13 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.revision.cranes_now import CraneNow, alone, load_is_met
 from bimvox.revision.held_cranes import HookWay
-from bimvox.revision.walk_result import RevisionRequest
+from bimvox.revision.request import RevisionRequest
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
-from bimvox.stop.halt import stop_under_way
-from bimvox.stop.stop import STOPPED, manoeuvre
-from bimvox.stop.underway import NOT_CARRIED, Held, Redirected, UnderWay, is_carried, redirect, release
+from bimvox.stop.emergency_stop import stop_under_way
+from bimvox.stop.manoeuvre import STOPPED, manoeuvre
+from bimvox.stop.redirect import NOT_CARRIED, Held, Redirected, UnderWay, is_carried, redirect, release
 
 
 class StoppedCranes(NamedTuple):

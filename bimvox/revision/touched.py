@@ -1,4 +1,4 @@
-"""What has changed for one lift of a walk: cells that obstructions occupy or left, and new states of earlier lifts.
+"""What has changed for a lift: cells that obstructions newly occupy or have left, and new states of earlier lifts.
 
 If a lift became infeasible, its part is in the yard and not at its place; if it became feasible again, the other way
 round. For later lifts these cells count as added and removed, like those of an obstruction.
@@ -16,11 +16,11 @@ from bimvox.records.motion import LiftMotion
 from bimvox.revision.current_plan import CurrentPlan
 from bimvox.revision.obstruction_change import ObstructionChange
 from bimvox.site.site import Site
-from bimvox.stop.underway import is_set
+from bimvox.stop.redirect import is_set
 
 
 class Touched:
-    """Tells which lifts a change affects, while a walk goes through them in order.
+    """Tells which lifts a change affects, as they are replanned in order.
 
     Args:
         current: The current plan.
@@ -64,7 +64,7 @@ class Touched:
 
         Args:
             was: The lift in the current plan.
-            pending: Orders of the lifts that are not timed and proven in this walk.
+            pending: Orders of the lifts that are not timed and proven in this part.
         """
         if was.component in self._lean_on:
             return True
@@ -79,7 +79,7 @@ class Touched:
         Args:
             was: The lift in the current plan.
             seen: The cells that made it infeasible; None if it is tried again at every change.
-            pending: Orders of the lifts that are not timed and proven in this walk.
+            pending: Orders of the lifts that are not timed and proven in this part.
         """
         if was.component in self._lean_on:
             return True

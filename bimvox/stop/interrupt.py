@@ -14,14 +14,14 @@ from bimvox.motion.timeline import Timeline
 from bimvox.motion.timing import NS_PER_S, frozen, sampled
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
-from bimvox.stop.halt import Stop
+from bimvox.stop.emergency_stop import EmergencyStop
 
 _CARRYING = (PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER, PhaseName.STOP)
 
 
 def interrupted(
     motion: LiftMotion,
-    stop: Stop,
+    stop: EmergencyStop,
     resume_ns: int,
     onward: Timeline,
     clearance_height_m: float,
@@ -37,9 +37,9 @@ def interrupted(
 
     Args:
         motion: The lift as planned.
-        stop: Its stop (``stop_motion``), begun while the load was carried.
+        stop: Its stop (``stop_at``), begun while the load was carried.
         resume_ns: When the crane resumes, on the site's clock, not before it is at rest.
-        onward: The motion from there to the place (``go_on``).
+        onward: The motion from there to the place (``resume``).
         clearance_height_m: Height that the hook has to reach on it, for the lower bound of its time.
         pendulum: What hangs on the hook, if its moves are shaped.
         sample_period_s: Largest time between samples.
@@ -72,7 +72,7 @@ def interrupted(
     return replace(motion, loaded=whole, phases=tuple(phases), end_ns=at_ns)
 
 
-def cut_short(motion: LiftMotion, stop: Stop | None) -> LiftMotion:
+def cut_short(motion: LiftMotion, stop: EmergencyStop | None) -> LiftMotion:
     """Return a lift up to the end of its stop; what follows is unknown.
 
     Args:
@@ -100,7 +100,7 @@ def cut_short(motion: LiftMotion, stop: Stop | None) -> LiftMotion:
     )
 
 
-def spliced(part: Trajectory, stop: Stop, later: Trajectory, told_ns: int, again_ns: int) -> Trajectory:
+def spliced(part: Trajectory, stop: EmergencyStop, later: Trajectory, told_ns: int, again_ns: int) -> Trajectory:
     """Return a trajectory that is stopped on its way: the part before, stop, hold, and the part after.
 
     Args:

@@ -21,7 +21,7 @@ from bimvox.motion.timing import NS_PER_S
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace
-from bimvox.stop.halt import Stop
+from bimvox.stop.emergency_stop import EmergencyStop
 
 _MARGIN = 1.03
 """The proof integrates differently: the swing found here is enlarged by this factor."""
@@ -55,7 +55,7 @@ class StopSwing:
         return bool(swaying_is_free(space, load, self.axes, sway, looked_at, True) < 0)
 
 
-def swing_through(motion: LiftMotion, part: Trajectory, stop: Stop, pendulum: Pendulum) -> StopSwing:
+def swing_through(motion: LiftMotion, part: Trajectory, stop: EmergencyStop, pendulum: Pendulum) -> StopSwing:
     """Return the swing of a load before a stop, while the crane brakes, and for a period after.
 
     Args:

@@ -16,10 +16,10 @@ from bimvox.records.lift import Status
 from bimvox.records.proof import Check
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Blocker
+from bimvox.stop.axis_state import state_at
 from bimvox.stop.braking import brake
-from bimvox.stop.halt import brake_radius
+from bimvox.stop.emergency_stop import brake_radius, stop_at
 from bimvox.stop.interrupt import spliced
-from bimvox.stop.stop_motion import state_at, stop_motion
 
 
 def on_site(name, base, **jib):
@@ -90,7 +90,7 @@ def test_a_stop_brakes_within_the_joints_where_the_jib_is(kind, share, request):
     for motion in motions:
         crane = crane_for(site, site.cranes[0], site.components[motion.component])
         first, last = (motion.start_ns + int(motion.loaded.time_ns[n]) for n in (0, -1))
-        stop = stop_motion(crane, motion, int(first + share * (last - first)), **sampling)
+        stop = stop_at(crane, motion, int(first + share * (last - first)), **sampling)
         hold_ns = stop.end_ns - motion.start_ns + 10**10
         pose = stop.pose
         ends = (pose.slew_rad, pose.radius_m, pose.height_m)

@@ -29,8 +29,8 @@ from bimvox.proof.cranes import _shape, check_cranes
 from bimvox.proof.turns import check_turns
 from bimvox.records.motion import PhaseName
 from bimvox.records.proof import Check
+from bimvox.stop.axis_state import state_at
 from bimvox.stop.braking import brake, braking_ways
-from bimvox.stop.stop_motion import state_at
 
 S = 1_000_000_000
 

@@ -20,8 +20,8 @@ from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_ti
 from bimvox.records.lift import Status
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.revision.current_plan import CurrentPlan, RevisionPart, current_plan_of
+from bimvox.revision.request import RevisionRequest
 from bimvox.revision.revise import revise
-from bimvox.revision.walk_result import RevisionRequest
 from bimvox.site.build import with_digests, with_obstructions
 from bimvox.site.lifting import crane_for
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet

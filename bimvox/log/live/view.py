@@ -19,7 +19,7 @@ from bimvox.log.voxels import voxel_grid
 from bimvox.records.motion import LiftMotion
 from bimvox.site.construction import ConstructionState
 from bimvox.stop.interrupt import cut_short
-from bimvox.stop.underway import Held
+from bimvox.stop.redirect import Held
 
 
 def last_begun(motions: Collection[LiftMotion], time_ns: int) -> dict[int, LiftMotion]:

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from bimvox.records.lift import LiftPlan
     from bimvox.records.motion import LiftMotion
     from bimvox.revision.current_plan import RevisionPart
-    from bimvox.stop.underway import Held, Redirected
+    from bimvox.stop.redirect import Held, Redirected
 
 
 def outcome(plan: LiftPlan, before: LiftPlan | None, retimed: Collection[int] = ()) -> dict[str, Any]:
@@ -80,13 +80,13 @@ def transit(part: RevisionPart, now_ns: int) -> dict[str, Any]:
 
 def _stops(part: RevisionPart) -> list[Redirected | Held]:
     """The lifts that were stopped, those without a way on first."""
-    from bimvox.stop.underway import Held
+    from bimvox.stop.redirect import Held
 
     return sorted(part.stops, key=lambda stop: (not isinstance(stop, Held), stop.stop is None))
 
 
 def _stopped(part: RevisionPart, found: Redirected | Held) -> dict[str, Any]:
-    from bimvox.stop.underway import Held
+    from bimvox.stop.redirect import Held
 
     stop, held, order = found.stop, isinstance(found, Held), found.lift.order
     # Of several cranes a load may have to wait for longer than it was held for.
@@ -106,7 +106,7 @@ def _stopped(part: RevisionPart, found: Redirected | Held) -> dict[str, Any]:
 def stop_events(part: RevisionPart, document: dict[str, Any], now_ns: int) -> list[LogEvent]:
     """Return the log's events of stops."""
     from bimvox.log.plan_log import LogEvent
-    from bimvox.stop.stop_motion import STOP_EVENT
+    from bimvox.stop.emergency_stop import STOP_EVENT
 
     events = []
     stopped = [] if document.get("stopped") is None else document.get("all_stopped", [document["stopped"]])

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from bimvox.log.live.server import LiveServer
     from bimvox.log.live.view import Moving
     from bimvox.log.plan_log import PlanLog
-    from bimvox.stop.underway import Held
+    from bimvox.stop.redirect import Held
     from bimvox_pipeline.watch.simulate import PlanClock
 
 _TICK_S = 0.1

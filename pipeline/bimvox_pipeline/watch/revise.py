@@ -93,9 +93,9 @@ class Reviser:
         Raises:
             BimvoxError: If a part cannot be made or written; those before it stand.
         """
+        from bimvox.revision.request import RevisionRequest
         from bimvox.revision.revise import revise
-        from bimvox.revision.walk_result import RevisionRequest
-        from bimvox.stop.underway import HOLD_S
+        from bimvox.stop.redirect import HOLD_S
 
         plan = self._plan
         assert plan.current is not None

@@ -38,8 +38,8 @@ def warm_up(
         record_of: Makes the record of a part: part, files, event.
     """
     from bimvox.log.recorder import write_log
+    from bimvox.revision.request import RevisionRequest
     from bimvox.revision.revise import revise
-    from bimvox.revision.walk_result import RevisionRequest
 
     planned = [lift for lift in current.plan.lifts if lift.path_vox is not None]
     if not planned or current.pending:

@@ -23,8 +23,8 @@ from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
 from bimvox.revision.current_plan import CurrentPlan, current_plan_of
+from bimvox.revision.request import RevisionRequest
 from bimvox.revision.revise import revise
-from bimvox.revision.walk_result import RevisionRequest
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
 
@@ -234,7 +234,7 @@ def test_what_is_taken_back_is_known_and_proven_still(frame, monkeypatch):
 
     free = with_obstructions(site, EMPTY, rasterise)
     with monkeypatch.context() as known:
-        known.setattr("bimvox.revision.walk.plan_lift", never)
+        known.setattr("bimvox.revision.keep_or_replan.plan_lift", never)
         known.setattr("bimvox.revision.motions.time_lift", never)
         parts = list(revise(with_box.current, RevisionRequest(free, preparation, first=3)))
     last = parts[-1].current

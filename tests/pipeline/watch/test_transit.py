@@ -28,17 +28,17 @@ from bimvox.proof.swing import swung_placements
 from bimvox.records.lift import Status
 from bimvox.records.motion import Phase, PhaseName
 from bimvox.revision.current_plan import CurrentPlan, RevisionPart, current_plan_of
+from bimvox.revision.request import RevisionRequest
 from bimvox.revision.revise import revise
-from bimvox.revision.walk_result import RevisionRequest
 from bimvox.site.build import with_obstructions
 from bimvox.site.lifting import crane_for
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.site import SwingRule
+from bimvox.stop.emergency_stop import stop_at
 from bimvox.stop.interrupt import spliced
-from bimvox.stop.stop import HOISTED, STOPPED, SWUNG, UNSAFE, WENT_ON
-from bimvox.stop.stop_motion import stop_motion
+from bimvox.stop.manoeuvre import HOISTED, STOPPED, SWUNG, UNSAFE, WENT_ON
+from bimvox.stop.redirect import Redirected
 from bimvox.stop.swing import swing_through
-from bimvox.stop.underway import Redirected
 
 
 @pytest.fixture(scope="module")
@@ -257,7 +257,7 @@ def only_swung_into(current: CurrentPlan, order: int, now_ns: int) -> list[tuple
     motion, site = current.motions[order], current.plan.site
     component, size_m = site.components[motion.component], site.frame.voxel_size_m
     crane = crane_for(site, site.cranes[0], component)
-    stop = stop_motion(crane, motion, now_ns, sample_period_s=site.rules.sample_period_s, voxel_size_m=size_m)
+    stop = stop_at(crane, motion, now_ns, sample_period_s=site.rules.sample_period_s, voxel_size_m=size_m)
     found = swing_through(motion, motion.loaded, stop, pendulum_of(site, site.cranes[0], component))
     load = load_frame(crane, site.frame, component.hook_offset_vox)
     after = found.time_ns >= now_ns

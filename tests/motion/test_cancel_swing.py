@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from named_cranes import default_crane
 
 from bimvox.crane.tower_crane import CranePose
-from bimvox.motion.cancel import cancelled
+from bimvox.motion.cancel_swing import cancelled
 from bimvox.motion.move import Move
 from bimvox.motion.shaping import Calm
 from bimvox.motion.steady import SwingRules, steadied, swaying

@@ -1,7 +1,8 @@
 """A lift that a change of the obstructions affects while it is under way.
 
-The load is brought to rest (``bimvox.stop.stop``), held, and continues along a new path from where it is. A lift whose
-load is still in the yard gets another path in time. If there is no path, the load is held until something changes.
+The load is brought to rest (``bimvox.stop.manoeuvre``), held, and continues along a new path from where it is. A lift
+whose load is still in the yard gets another path in time. If there is no path, the load is held until something
+changes.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
-from bimvox.stop.halt import Stop
+from bimvox.stop.emergency_stop import EmergencyStop
 from bimvox.stop.interrupt import interrupted, spliced
-from bimvox.stop.stop import manoeuvre, way_is_free
-from bimvox.stop.stop_motion import go_on, go_on_cells
+from bimvox.stop.manoeuvre import manoeuvre, way_is_free
+from bimvox.stop.resume import resume, resume_cells
 
 HOLD_S = 10.0
 """Shortest hold of a stopped load before it continues: a nominal value for a check."""
@@ -69,7 +70,7 @@ class Held:
 
     lift: Lift
     motion: LiftMotion
-    stop: Stop | None
+    stop: EmergencyStop | None
     how: str
     is_safe: bool
     reason: str
@@ -105,7 +106,7 @@ class Redirected:
 
     lift: Lift
     motion: LiftMotion
-    stop: Stop | None
+    stop: EmergencyStop | None
     how: str
 
 
@@ -194,7 +195,7 @@ def release(
     hanging = pendulum_of(site, crane, rule.component)
     moves, resume_ns = rule.insertion.moves, max(held.stop.end_ns, time_ns) + round(hold_s * NS_PER_S)
     try:
-        onward, needed_m = go_on(loaded, rule.clearance_with_insertion, load, held.stop.pose, path_vox, moves, hanging)
+        onward, needed_m = resume(loaded, rule.clearance_with_insertion, load, held.stop.pose, path_vox, moves, hanging)
     except PlanningError as error:
         return replace(held, reason=error.message)
     period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
@@ -242,12 +243,12 @@ def _approached(
     raising = motion.raising
     end = cells_of_axes(hook, np.array([[raising.slew_rad[0], raising.radius_m[0], raising.height_m[0]]]))[0]
     goal = tuple(int(n) for n in np.round(end))
-    for cell in go_on_cells(free, hook, found.stop.pose):
+    for cell in resume_cells(free, hook, found.stop.pose):
         path_vox = shortest_path(free, cell, (goal[0], goal[1], goal[2])).path_vox
         if path_vox is None or len(path_vox) < 2:
             continue
         try:
-            onward, needed_m = go_on(crane, free, hook, found.stop.pose, path_vox, 0, empty)
+            onward, needed_m = resume(crane, free, hook, found.stop.pose, path_vox, 0, empty)
         except PlanningError:
             continue
         later = sampled(onward, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, empty)
@@ -289,7 +290,7 @@ def _with_approach(motion: LiftMotion, approach: Trajectory, stopped_ns: int, ag
 def _path_from(site: Site, crane: TowerCrane, stage: Stage, pose: CranePose) -> NDArray[np.int32] | None:
     """Return a shortest path from next to a pose to the part's place; None if there is none."""
     load = load_frame(crane_for(site, crane, stage.component), site.frame, stage.component.hook_offset_vox)
-    for cell in go_on_cells(stage.space, load, pose):
+    for cell in resume_cells(stage.space, load, pose):
         transit = shortest_path(stage.space, cell, stage.insertion.gate_vox).path_vox
         if transit is None:
             continue

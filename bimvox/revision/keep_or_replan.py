@@ -1,4 +1,4 @@
-"""One walk through the lifts in order: each keeps its path, or gets a new one at its own stage (the verdict).
+"""Keep or replan: in order, each lift keeps its path or gets a new one at its own stage (the verdict).
 
 ``CraneWork`` decides about lifts that have begun, and about motions.
 """
@@ -13,13 +13,14 @@ from bimvox.proof.footprint import CellMask, examined_by
 from bimvox.records.lift import Lift, Status
 from bimvox.revision.crane_work import CraneWork
 from bimvox.revision.current_plan import CurrentPlan
+from bimvox.revision.draft import RevisionDraft
 from bimvox.revision.obstruction_change import ObstructionChange
 from bimvox.revision.recall import Recall, Version, obstructed_cells, remembered
+from bimvox.revision.request import RevisionRequest
 from bimvox.revision.touched import Touched
-from bimvox.revision.walk_result import RevisionRequest, WalkResult
 
 
-class Walk:
+class Replanning:
     """Keeps or replans every lift.
 
     Args:
@@ -30,11 +31,11 @@ class Walk:
         work: Decides about lifts that have begun, and about motions.
 
     Attributes:
-        made: The result so far.
-        assembly: The parts in place and in the yard at the lift.
+        draft: The result so far.
+        assembly: The parts in place and in the yard at this lift.
         touched: Which lifts the change affects.
         recall: Earlier versions of lifts.
-        before: The planned lift before it; None for the first.
+        before: The planned lift before the current one; None for the first.
         was_before: The component of the planned lift before it in the current plan.
         done: The lifts done before it, as bits by order.
     """
@@ -49,7 +50,7 @@ class Walk:
     ) -> None:
         self.was, self.request, self.refused, self.work = current, request, refused, work
         self.site, self.preparation = request.site, request.preparation
-        self.made = WalkResult(memory=dict(current.memory))
+        self.draft = RevisionDraft(memory=dict(current.memory))
         self.touched = Touched(current, self.site, self.preparation, change)
         self.recall = Recall(current.memory, self.site)
         self.was_obstructed: CellMask | None = None
@@ -65,7 +66,7 @@ class Walk:
 
     def _take(self, was: Lift) -> None:
         """Keep or replan the next lift."""
-        assembly, made = self.assembly, self.made
+        assembly, draft = self.assembly, self.draft
         self.touched.come_to(was)
         assembly.skip(was.component)
         lift = self.work.begun(self, was)
@@ -77,9 +78,9 @@ class Walk:
             self._remember(was, lift, self.was_done, self.was_before)
         if lift.status is Status.PLANNED:
             self.before = lift
-        if made.held is None or lift.order not in made.held.orders:  # a part on a hook is neither in place nor stored
+        if draft.held is None or lift.order not in draft.held.orders:  # a part on a hook is neither in place nor stored
             assembly.finish(lift.component, placed=lift.status is Status.PLANNED)
-        made.lifts.append(lift)
+        draft.lifts.append(lift)
         if lift.status is Status.PLANNED:
             self.done |= 1 << lift.order
         if was.status is Status.PLANNED:
@@ -88,10 +89,10 @@ class Walk:
 
     def _lift(self, assembly: Assembly, was: Lift) -> Lift:
         """Return the lift; the same object if its path is kept."""
-        component, better = self.site.components[was.component], self.request.better
+        component, retrained = self.site.components[was.component], self.request.retrained
         reason = self.refused.get(component.id)
-        if better is not None and was.component in better.components and was.status is Status.PLANNED:
-            reason = None  # only its better path is not proven; its current one is
+        if retrained is not None and was.component in retrained.components and was.status is Status.PLANNED:
+            reason = None  # only the retrained path failed its proof; the current one is proven
         obstacle = Obstacle(reason) if reason is not None else assembly.unsupported(was.component)
         if obstacle is not None:
             if was.status is Status.INFEASIBLE and (was.reason, was.blocked_by) == (
@@ -104,36 +105,36 @@ class Walk:
             return self._asked_again(assembly, was)
         known = self.recall.path(was.order, self.done)
         if known is not None:
-            self.made.new_paths.add(was.order)
-            self.made.recalled_paths[was.order] = known
+            self.draft.new_paths.add(was.order)
+            self.draft.recalled_paths[was.order] = known
             return known.lift
         stage = assembly.begin(was.component)
         lift = self._planned(assembly, stage, was)
         if lift.status is Status.INFEASIBLE and isinstance(stage, Obstacle) and was.place is not None:
-            self.made.examined[was.order] = examined_by(self.site, component, was.place, SIDEWAYS_VOX)
+            self.draft.examined[was.order] = examined_by(self.site, component, was.place, SIDEWAYS_VOX)
         return lift
 
     def _must_be_examined(self, was: Lift) -> bool:
         if was.status is not Status.INFEASIBLE:
-            return self.touched.path_is_met(was, self.made.pending)
+            return self.touched.path_is_met(was, self.draft.pending)
         seen = self.was.examined.get(was.order)
-        if self.touched.reason_is_met(was, seen, self.made.pending):
+        if self.touched.reason_is_met(was, seen, self.draft.pending):
             return True
         if seen is not None:
-            self.made.examined[was.order] = seen
+            self.draft.examined[was.order] = seen
         return False
 
     def _asked_again(self, assembly: Assembly, was: Lift) -> Lift:
-        """Return the lift, with the retrained policy's path if that was trained for the lift and its path is better."""
-        better = self.request.better
-        if better is None or was.component not in better.components or was.status is not Status.PLANNED:
+        """Return the lift, with the retrained policy's path if that was trained for it and its path is no longer."""
+        retrained = self.request.retrained
+        if retrained is None or was.component not in retrained.components or was.status is not Status.PLANNED:
             return was
         stage = assembly.begin(was.component)
         if isinstance(stage, Obstacle) or self.site.components[was.component].id in self.refused:
             return was
-        lift = proposed_again(stage, was, better.propose)
+        lift = proposed_again(stage, was, retrained.propose)
         if lift is not was:
-            self.made.new_paths.add(was.order)
+            self.draft.new_paths.add(was.order)
         return lift
 
     def _planned(self, assembly: Assembly, stage: object, was: Lift) -> Lift:
@@ -148,20 +149,20 @@ class Walk:
             self.request.propose,
         )
         if lift.status is Status.PLANNED:
-            self.made.new_paths.add(was.order)  # always proven again, even if it could be kept
+            self.draft.new_paths.add(was.order)  # always proven again, even if it could be kept
         else:
-            self.made.new_verdicts.add(was.order)
+            self.draft.new_verdicts.add(was.order)
         return lift
 
     def _remember(self, was: Lift, lift: Lift, done: int, before: int | None) -> None:
         """Store the old version of a changed lift; ``done`` and ``before`` are those of the current plan."""
-        order, made = was.order, self.made
+        order, draft = was.order, self.draft
         if was.status is not Status.PLANNED or order in self.was.pending or order not in self.was.paths:
             return
-        if lift is was and order not in made.new_motions | made.pending:
+        if lift is was and order not in draft.new_motions | draft.pending:
             return
         if self.was_obstructed is None:
             self.was_obstructed = obstructed_cells(self.was.plan.site)
         motion, way = self.was.motions.get(order), self.was.ways.get(order)
         version = Version(was, self.was.paths[order], motion, way, done, before, self.was_obstructed)
-        made.memory[order] = remembered(made.memory, version)
+        draft.memory[order] = remembered(draft.memory, version)

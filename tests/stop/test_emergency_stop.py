@@ -19,6 +19,7 @@ from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import InputError, PlanningError
 from bimvox.motion.drive import drive_path
 from bimvox.motion.load_frame import load_frame
+from bimvox.motion.swept import samples_are_free
 from bimvox.motion.swing import pendulum_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
@@ -28,16 +29,11 @@ from bimvox.proof.axes import check_limits
 from bimvox.proof.motion import verify_motions
 from bimvox.records.motion import PhaseName
 from bimvox.records.proof import Check
+from bimvox.stop.axis_state import AxisState
 from bimvox.stop.braking import brake
+from bimvox.stop.emergency_stop import stop_at, stop_from
 from bimvox.stop.interrupt import cut_short, interrupted
-from bimvox.stop.stop_motion import (
-    AxisState,
-    go_on,
-    go_on_cells,
-    stop_from,
-    stop_is_free,
-    stop_motion,
-)
+from bimvox.stop.resume import resume, resume_cells
 
 SAMPLING = {"sample_period_s": 0.5, "voxel_size_m": 0.5}
 
@@ -105,15 +101,15 @@ def test_a_lift_stopped_anywhere_keeps_the_limits_holds_and_goes_on_as_one_prove
     sampling = {"sample_period_s": site.rules.sample_period_s, "voxel_size_m": size_m}
     first, last = motion.loaded.time_ns[[0, -1]]
     told_ns = motion.start_ns + int(first + share * (last - first))
-    stop = stop_motion(site.cranes[0], motion, told_ns, **sampling)
+    stop = stop_at(site.cranes[0], motion, told_ns, **sampling)
     assert told_ns <= stop.start_ns <= told_ns + 1_500_000_000
     lift, (_, space) = plan.lifts[0], next(iter(replay(site, preparation, plan)))
     load = load_frame(site.cranes[0], site.frame, site.components[lift.component].hook_offset_vox)
-    assert stop_is_free(space, load, stop)
+    assert samples_are_free(space, load, stop.trajectory.axes)
     hanging = pendulum_of(site, site.cranes[0], site.components[lift.component])
     goal = tuple(int(n) for n in lift.path_vox[-1])
-    path = shortest_path(space, go_on_cells(space, load, stop.pose)[0], goal).path_vox
-    onward, needed_m = go_on(site.cranes[0], space, load, stop.pose, path, 0, hanging)
+    path = shortest_path(space, resume_cells(space, load, stop.pose)[0], goal).path_vox
+    onward, needed_m = resume(site.cranes[0], space, load, stop.pose, path, 0, hanging)
     resume_ns = stop.end_ns + 20_000_000_000
     whole = interrupted(motion, stop, resume_ns, onward, needed_m, pendulum=hanging, **sampling)
     assert [p.name for p in whole.phases].count(PhaseName.STOP) == 1
@@ -140,7 +136,7 @@ def test_a_stop_told_soon_after_the_load_has_begun_to_move_keeps_the_limits(lift
     sampling = {"sample_period_s": site.rules.sample_period_s, "voxel_size_m": site.frame.voxel_size_m}
     check, begins_ns = Check("axis_limits"), motion.start_ns + int(motion.loaded.time_ns[0])
     for told_ns in range(begins_ns + 10**7, begins_ns + 4 * 10**9, 10**8):
-        stop = stop_motion(site.cranes[0], motion, told_ns, **sampling)
+        stop = stop_at(site.cranes[0], motion, told_ns, **sampling)
         assert told_ns <= stop.start_ns <= told_ns + 2_500_000_000
         check_limits(check, f"{told_ns}", site.cranes[0], cut_short(motion, stop), 0.0)
     assert check.passed, check.failures[:3]
@@ -163,10 +159,10 @@ def test_a_stop_begins_where_the_axes_are_and_is_sampled_until_the_last_one_rest
 def test_what_cannot_be_stopped_or_gone_on_from_is_refused(lifts):
     plan, _, motions = lifts
     with pytest.raises(InputError, match="not under way"):
-        stop_motion(plan.site.cranes[0], motions[0], motions[0].end_ns + 1, **SAMPLING)
-    still = stop_motion(plan.site.cranes[0], motions[0], motions[0].start_ns, **SAMPLING)
+        stop_at(plan.site.cranes[0], motions[0], motions[0].end_ns + 1, **SAMPLING)
+    still = stop_at(plan.site.cranes[0], motions[0], motions[0].start_ns, **SAMPLING)
     assert still.duration_s == 0.0
     room = crane_room(3)
     with pytest.raises(PlanningError, match="cannot be reached"):
-        go_on(room.crane, room.space, room.load, CranePose(0.0, 5.0, 0.6), room.path, 0)
+        resume(room.crane, room.space, room.load, CranePose(0.0, 5.0, 0.6), room.path, 0)
     assert FRAME.voxel_size_m == 0.5

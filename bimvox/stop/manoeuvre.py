@@ -26,9 +26,9 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.site import Site
+from bimvox.stop.axis_state import AxisState, state_at
 from bimvox.stop.braking import AxisBraking
-from bimvox.stop.halt import Stop, to_rest
-from bimvox.stop.stop_motion import AxisState, state_at, stop_is_free, stop_motion
+from bimvox.stop.emergency_stop import EmergencyStop, stop_at, to_rest
 from bimvox.stop.swing import swing_through
 
 STOPPED = "stopped"
@@ -51,7 +51,7 @@ class Manoeuvre:
         is_free: Whether the load hits nothing on it, including its swing.
     """
 
-    stop: Stop
+    stop: EmergencyStop
     kind: str
     is_free: bool
 
@@ -91,7 +91,7 @@ def manoeuvre(
     """
     under = _UnderWay(motion, part, time_ns, space, load, pendulum)
     period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
-    at_once = _tried(under, stop_motion(crane, motion, time_ns, sample_period_s=period_s, voxel_size_m=size_m))
+    at_once = _tried(under, stop_at(crane, motion, time_ns, sample_period_s=period_s, voxel_size_m=size_m))
     if at_once.swings_free:
         return Manoeuvre(at_once.stop, STOPPED, True)
     at_ns, state = state_at(motion, time_ns)
@@ -102,7 +102,7 @@ def manoeuvre(
     for later_ns in _later(motion, part, time_ns):
         if not way_is_free(motion, part, time_ns, later_ns, space, load):
             break
-        stop = stop_motion(crane, motion, later_ns, sample_period_s=period_s, voxel_size_m=size_m)
+        stop = stop_at(crane, motion, later_ns, sample_period_s=period_s, voxel_size_m=size_m)
         inside = stop.start_ns < motion.start_ns + int(part.time_ns[-1])
         if inside and (tried := _tried(under, stop)).swings_free:
             return Manoeuvre(tried.stop, WENT_ON, True)
@@ -111,13 +111,13 @@ def manoeuvre(
 
 def hoisting(
     crane: TowerCrane,
-    stop: Stop,
+    stop: EmergencyStop,
     state: AxisState,
     start_ns: int,
     rise_m: float,
     sample_period_s: float,
     voxel_size_m: float,
-) -> Stop | None:
+) -> EmergencyStop | None:
     """Return the stop with the load hoisted meanwhile; None if the hook cannot go that high.
 
     Args:
@@ -183,15 +183,17 @@ class _Tried(NamedTuple):
         swings_free: Whether it hits nothing within its swing either, including after the stop.
     """
 
-    stop: Stop
+    stop: EmergencyStop
     hangs_free: bool
     swings_free: bool
 
 
-def _tried(under: _UnderWay, stop: Stop) -> _Tried:
+def _tried(under: _UnderWay, stop: EmergencyStop) -> _Tried:
     """Check a stop from its command until its load comes to rest."""
     motion, part, time_ns, space, load, pendulum = under
-    hangs = way_is_free(motion, part, time_ns, stop.start_ns, space, load) and stop_is_free(space, load, stop)
+    hangs = way_is_free(motion, part, time_ns, stop.start_ns, space, load) and bool(
+        samples_are_free(space, load, stop.trajectory.axes)
+    )
     if pendulum is None:
         return _Tried(stop, hangs, hangs)
     swinging = swing_through(motion, part, stop, pendulum)

@@ -1,51 +1,23 @@
-"""The request for a revision, and the result of its walk through the lifts."""
+"""The revised plan as far as a round of the revision has decided it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from bimvox.planning.assembly import Preparation
-from bimvox.planning.propose import Propose
 from bimvox.proof.footprint import Footprint
 from bimvox.records.lift import Epoch, Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
-from bimvox.revision.current_plan import CurrentPlan, RetrainedPolicy
+from bimvox.revision.current_plan import CurrentPlan
 from bimvox.revision.held_cranes import HeldCranes
 from bimvox.revision.obstruction_change import ObstructionChange
 from bimvox.revision.recall import Version
-from bimvox.site.site import Site
-from bimvox.stop.underway import HOLD_S, Held, Redirected
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RevisionRequest:
-    """What to revise a plan for, and how.
-
-    Attributes:
-        site: The same site with its current obstructions.
-        preparation: What was prepared for it.
-        propose: The policy; None for search without a policy.
-        first: How many new lifts a part contains; the rest follows in parts of that size. With several cranes there is
-            one part.
-        now_ns: The time on the site's clock if the plan is being carried out, otherwise None. What was done until then
-            stays as driven; a load under way that the change meets is stopped, and continues from where it is.
-        hold_s: The shortest time for which a stopped load is held.
-        better: A policy that was trained further, asked again for some lifts; its paths are taken if they are proven
-            and no longer.
-    """
-
-    site: Site
-    preparation: Preparation
-    propose: Propose | None = None
-    first: int = 20
-    now_ns: int | None = None
-    hold_s: float = HOLD_S
-    better: RetrainedPolicy | None = None
+from bimvox.revision.request import RevisionRequest
+from bimvox.stop.redirect import Held, Redirected
 
 
 @dataclass(slots=True, eq=False)
-class WalkResult:
-    """What a walk has decided so far; lifts by order.
+class RevisionDraft:
+    """What a round of the revision has decided so far; lifts by order.
 
     Attributes:
         lifts: Every lift so far.
