@@ -221,11 +221,11 @@ def _quantiles(found: list[dict[str, Any]], key: str) -> str:
 
 def _draw(name: str, found: list[dict[str, Any]], folder: Path) -> None:
     try:
-        from bimvox.rendering.plots.plan_figures import draw_latencies
+        from benchmarks.plots import draw_latencies
     except ImportError as error:
         print(f"no histogram: {error}", file=sys.stderr)
         return
-    picture = draw_latencies([row["first_ms"] for row in found], bound_ms=_BOUND_MS[name])
+    picture = draw_latencies([row["first_ms"] for row in found], _BOUND_MS[name])
     (folder / f"watch-{name}.png").write_bytes(picture)
 
 

@@ -116,7 +116,7 @@ def _tables(found: Sequence[Measured]) -> str:
 
 def drawing(ways: Sequence[Way]) -> bytes:
     """Return the curves as a PNG: the whole command each way, and the stages of the first."""
-    from bimvox.rendering.plots.scaling import Growth, draw_scaling
+    from benchmarks.plots import Growth, draw_scaling
 
     series = []
     for way in ways:

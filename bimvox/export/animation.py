@@ -14,8 +14,8 @@ from bimvox.grid.labels import Label
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
 from bimvox.log.schema import of_crane
-from bimvox.log.track import LoadTrack
 from bimvox.records.lift import Lift, Status, YardPlace
+from bimvox.records.track import LoadTrack
 from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
 from bimvox.site.site import Site
 

@@ -9,8 +9,8 @@ from datetime import datetime, timedelta
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
-from bimvox.log.track import LoadTrack
 from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.track import LoadTrack
 
 DEFAULT_BEGIN = datetime(2000, 1, 3, 7, 0, 0)
 """Start of the first lift if none is given: a Monday long past. Files hold no wall-clock time."""

@@ -30,8 +30,8 @@ from bimvox.errors import InputError
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of
 from bimvox.log.schema import of_crane
-from bimvox.log.track import LoadTrack
 from bimvox.records.motion import LiftMotion
+from bimvox.records.track import LoadTrack
 
 _BAG_VERSION = 9
 

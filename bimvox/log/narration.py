@@ -11,8 +11,8 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 from bimvox.log import schema as topics
 from bimvox.log.mcap.messages import pairs, stamp
 from bimvox.log.plan_log import LogEvent, PlanLog
-from bimvox.log.track import LoadTrack
 from bimvox.records.lift import Status
+from bimvox.records.track import LoadTrack
 from bimvox.site.component import Component
 from bimvox.site.part_names import names_by_id, with_names
 from bimvox.site.site import Site, SwingRule

@@ -34,12 +34,13 @@ from bimvox.log.narration import OWN_EVENTS, event_messages, log_messages
 from bimvox.log.plan_json import plan_to_json
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.scene import scene_messages
-from bimvox.log.track import LoadTrack, crane_track, nominal_track
+from bimvox.log.track import crane_track, nominal_track
 from bimvox.log.transforms import CraneTransforms, load_transforms
 from bimvox.log.voxels import voxel_grid
 from bimvox.motion.commands import commands
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
+from bimvox.records.track import LoadTrack
 from bimvox.site.site import Site
 from bimvox.version import __version__
 

@@ -21,9 +21,9 @@ from bimvox.grid.labels import Label
 from bimvox.log import schema as topics
 from bimvox.log.colours import KIND_RGBA, STATE_RGBA, ConstructionState, Rgba
 from bimvox.log.mcap.messages import colour, pairs, pose, stamp, vector
-from bimvox.log.track import LoadTrack
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
+from bimvox.records.track import LoadTrack
 from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Site
 
 States = Mapping[int, ConstructionState]

@@ -1,8 +1,6 @@
-"""Where the load is at every moment of a lift, with a crane or without."""
+"""The track of a lift's load, from the motion of its crane or without a crane."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,56 +9,14 @@ from bimvox.motion.load_frame import cells_of_axes, load_frame
 from bimvox.planning.tipping import from_box_to_origin_m, lying_width_vox
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.track import LoadTrack
 from bimvox.site.component import StoredPose
-from bimvox.site.construction import ConstructionState
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
 _TURN_SAMPLES = 19
 NOMINAL_MOVE_NS = 1_000_000_000
 """Time of a unit move on a site without a crane, and from arrival to assembly."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LoadTrack:
-    """The track of a lift's load on the site's clock.
-
-    Attributes:
-        lift: The lift.
-        start_ns: When the lift starts.
-        lifted_ns: When the load leaves its place in the yard.
-        arrived_ns: When it is at its place in the building.
-        assembled_ns: When it is fixed there; until then it hangs on the hook.
-        end_ns: When the lift ends.
-        time_ns: (N,) int64 samples from ``lifted_ns`` to ``assembled_ns``.
-        corner_m: (N, 3) float64 origin of the component's frame: the lowest corner of its reference cell, site metres.
-        tilt: (N, 4) float64 quaternion x, y, z, w: its rotation relative to the built-in position; the identity except
-            while a part stored lying is tipped up, and until a part stored turned is turned back.
-    """
-
-    lift: Lift
-    start_ns: int
-    lifted_ns: int
-    arrived_ns: int
-    assembled_ns: int
-    end_ns: int
-    time_ns: NDArray[np.int64]
-    corner_m: NDArray[np.float64]
-    tilt: NDArray[np.float64]
-
-    @property
-    def states(self) -> tuple[tuple[int, ConstructionState], ...]:
-        """When the load enters each state, ascending."""
-        return (
-            (self.start_ns, ConstructionState.UNBUILT),
-            (self.lifted_ns, ConstructionState.IN_TRANSIT),
-            (self.arrived_ns, ConstructionState.ARRIVED),
-            (self.assembled_ns, ConstructionState.ASSEMBLED),
-        )
-
-    def state_at(self, time_ns: int) -> ConstructionState:
-        """Return the state at a time on the site's clock."""
-        return next((state for at_ns, state in self.states[::-1] if at_ns <= time_ns), ConstructionState.UNBUILT)
 
 
 def nominal_track(site: Site, lift: Lift, start_ns: int) -> LoadTrack:

@@ -19,7 +19,7 @@ from bimvox.log.mcap.messages import stamp
 from bimvox.log.mcap.rows import Rows
 from bimvox.log.scene import component_frame
 from bimvox.log.schema import TF, of_crane
-from bimvox.log.track import LoadTrack
+from bimvox.records.track import LoadTrack
 
 
 class CraneTransforms:

@@ -30,7 +30,7 @@ def hours(time_ns: int) -> str:
     return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min"
 
 
-def clock(time_ns: int) -> str:
+def clock(seconds: float) -> str:
     """Return a time on the site's clock in hours, minutes and seconds: ``5:56:19``."""
-    seconds = round(time_ns / 1e9)
-    return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
+    whole = round(seconds)
+    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"

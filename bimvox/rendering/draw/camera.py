@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,7 +28,7 @@ class View:
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.azimuth_deg):
-            raise InputError(f"an azimuth of {self.azimuth_deg:g} degrees cannot be", hint="give a finite angle")
+            raise InputError(f"the azimuth is {self.azimuth_deg:g} degrees", hint="give a finite angle")
         if not 5.0 <= self.elevation_deg <= 89.0:
             raise InputError(
                 f"an elevation of {self.elevation_deg:g} degrees cannot be drawn", hint="give an angle from 5 to 89"
@@ -70,15 +70,9 @@ class Camera:
 
     def scaled(self, factor: int) -> Camera:
         """Return the same view with ``factor`` times as many pixels in each direction."""
-        return Camera(
-            self.eye_m,
-            self.right,
-            self.up,
-            self.forward,
-            self.focal_px * factor,
-            (self.centre_px[0] * factor, self.centre_px[1] * factor),
-            (self.size_px[0] * factor, self.size_px[1] * factor),
-        )
+        (x, y), (width, height) = self.centre_px, self.size_px
+        centre, size = (x * factor, y * factor), (width * factor, height * factor)
+        return replace(self, focal_px=self.focal_px * factor, centre_px=centre, size_px=size)
 
     def pixels_per_metre(self, point_m: ArrayLike) -> float:
         """Return the pixels per metre across the view at a point."""

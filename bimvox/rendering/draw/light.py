@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import kernel
 from bimvox.rendering.draw.camera import View
 
 _SUN_LEFT_DEG = 62.0
 _SUN_ELEVATION_DEG = 46.0
 _SUN_RADIUS_DEG = 1.6
+"""Apparent radius of the sun, which makes shadows soft."""
 _SKY = 0.62
 """Share of the light on level ground that comes from the sky."""
 _NEAR_M = 0.9
@@ -25,13 +27,9 @@ class Light:
 
     Attributes:
         azimuth_deg: Counter-clockwise from the site's +x axis.
-        elevation_deg: Above the horizon.
-        radius_deg: Its apparent radius, which makes shadows soft.
     """
 
     azimuth_deg: float
-    elevation_deg: float = _SUN_ELEVATION_DEG
-    radius_deg: float = _SUN_RADIUS_DEG
 
     def directions(self, samples: int) -> NDArray[np.float64]:
         """Return a direction towards the sun's disc for each sample of a pixel: (samples * samples, 3)."""
@@ -41,11 +39,10 @@ class Light:
         turn = math.atan(0.5)
         side = math.cos(turn) * across - math.sin(turn) * along
         rise = math.sin(turn) * across + math.cos(turn) * along
-        azimuth = np.radians(self.azimuth_deg + self.radius_deg * side.ravel())
-        elevation = np.radians(self.elevation_deg + self.radius_deg * rise.ravel())
-        return np.stack(
-            [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=1
-        )
+        azimuth = np.radians(self.azimuth_deg + _SUN_RADIUS_DEG * side.ravel())
+        elevation = np.radians(_SUN_ELEVATION_DEG + _SUN_RADIUS_DEG * rise.ravel())
+        level = np.cos(elevation)
+        return np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)], axis=1)
 
 
 def light_for(view: View) -> Light:
@@ -94,3 +91,53 @@ def sky_density(solids: NDArray[np.unsignedinteger], voxel_size_m: float) -> tup
         ahead, behind = np.roll(density, 1, axis), np.roll(density, -1, axis)
         density = 0.5 * density + 0.25 * (ahead + behind)
     return np.ascontiguousarray(density), stride
+
+
+@kernel
+def openness(
+    density: NDArray[np.float32], stride: int, x: float, y: float, z: float, nx: float, ny: float, nz: float
+) -> float:
+    """Return the share of the sky visible from a point with a normal, 0..1, from the density of solids before it."""
+    reach = 1.5 * stride
+    gx, gy, gz = (x + nx * reach) / stride + 0.5, (y + ny * reach) / stride + 0.5, (z + nz * reach) / stride + 0.5
+    i, j, k = int(np.floor(gx)), int(np.floor(gy)), int(np.floor(gz))
+    fx, fy, fz = gx - i, gy - j, gz - k
+    total = 0.0
+    for a in range(2):
+        for b in range(2):
+            for c in range(2):
+                p, q, r = i + a, j + b, k + c
+                inside = 0 <= p < density.shape[0] and 0 <= q < density.shape[1] and 0 <= r < density.shape[2]
+                weight = (fx if a else 1.0 - fx) * (fy if b else 1.0 - fy) * (fz if c else 1.0 - fz)
+                if inside:
+                    total += weight * density[p, q, r]
+    return max(0.0, 1.0 - total)
+
+
+@kernel
+def _filled(solids: NDArray[np.unsignedinteger], i: int, j: int, k: int) -> bool:
+    nx, ny, nz = solids.shape
+    return 0 <= i < nx and 0 <= j < ny and 0 <= k < nz and bool(solids[i, j, k])
+
+
+@kernel
+def corner_light(solids: NDArray[np.unsignedinteger], i: int, j: int, k: int, axis: int, u: float, v: float) -> float:
+    """Return the light at the point (u, v) of a face, reduced near the neighbours of the cell before it (i, j, k)."""
+    shade = 0.0
+    for a in range(-1, 2):
+        for b in range(-1, 2):
+            # Nearness to that neighbour: 1 at its border, 0 half a cell away.
+            near_u = 1.0 if a == 0 else max(0.0, 1.0 - 2.0 * (1.0 - u if a > 0 else u))
+            near_v = 1.0 if b == 0 else max(0.0, 1.0 - 2.0 * (1.0 - v if b > 0 else v))
+            near = near_u * near_v
+            if near <= shade or (a == 0 and b == 0):
+                continue
+            if axis == 0:
+                there = _filled(solids, i, j + a, k + b)
+            elif axis == 1:
+                there = _filled(solids, i + a, j, k + b)
+            else:
+                there = _filled(solids, i + a, j + b, k)
+            if there:
+                shade = near
+    return 1.0 - shade * shade

@@ -11,8 +11,10 @@ from PIL import Image
 from bimvox.rendering.draw.picture import PictureOptions, picture_of
 from bimvox.rendering.scene.scene import Scene
 
+_FEW_COLOURS = 192
 
-def png_of(scene: Scene, options: PictureOptions | None = None) -> bytes:
+
+def png_of(scene: Scene, options: PictureOptions) -> bytes:
     """Return the picture of a scene as a PNG file; deterministic.
 
     Raises:
@@ -21,7 +23,7 @@ def png_of(scene: Scene, options: PictureOptions | None = None) -> bytes:
     return png_from_pixels(picture_of(scene, options))
 
 
-def small_png_of(scene: Scene, options: PictureOptions | None = None, *, colours: int = 192) -> bytes:
+def small_png_of(scene: Scene, options: PictureOptions) -> bytes:
     """Return the picture of a scene as a PNG file with few colours, about a third of the size; deterministic.
 
     Raises:
@@ -29,7 +31,7 @@ def small_png_of(scene: Scene, options: PictureOptions | None = None, *, colours
     """
     image = Image.fromarray(picture_of(scene, options))
     # Without dithering, so that flat colours stay flat.
-    small = image.quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    small = image.quantize(_FEW_COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     buffer = io.BytesIO()
     small.save(buffer, format="PNG", compress_level=9)
     return buffer.getvalue()

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.grid.frame import GridFrame
 from bimvox.rendering.draw.camera import Camera
-from bimvox.rendering.draw.light import Light, face_light, sky_density
+from bimvox.rendering.draw.light import Light, corner_light, face_light, openness, sky_density
 
 NOTHING = np.float32(np.inf)
 """Depth of a sample that sees nothing."""
@@ -167,21 +167,9 @@ def first_hit(
     dy: float,
     dz: float,
 ) -> tuple[int, int, int, int, float]:
-    """Follow a ray to the first filled cell.
+    """Return the first filled cell on a ray, the axis of the face that it enters by (-1: no hit), and the distance.
 
-    Args:
-        solids: (X, Y, Z), 0 for none.
-        top: One above the highest filled cell of every column.
-        ox: Origin of the ray in cells; oy, oz the same.
-        oy: See ox.
-        oz: See ox.
-        dx: Direction of the ray; dy, dz the same.
-        dy: See dx.
-        dz: See dx.
-
-    Returns:
-        The cell, the axis of the face through which the ray enters it, and the distance along the ray; axis -1 for no
-        hit.
+    The ray goes from (ox, oy, oz) towards (dx, dy, dz), in cells; the distance is in multiples of that vector.
     """
     nx, ny, nz = solids.shape
     enter, leave, axis = 0.0, np.inf, 2
@@ -236,56 +224,6 @@ def first_hit(
 
 
 @kernel
-def openness(
-    density: NDArray[np.float32], stride: int, x: float, y: float, z: float, nx: float, ny: float, nz: float
-) -> float:
-    """Return the share of the sky visible from a point with a normal, 0..1, from the density of solids before it."""
-    reach = 1.5 * stride
-    gx, gy, gz = (x + nx * reach) / stride + 0.5, (y + ny * reach) / stride + 0.5, (z + nz * reach) / stride + 0.5
-    i, j, k = int(np.floor(gx)), int(np.floor(gy)), int(np.floor(gz))
-    fx, fy, fz = gx - i, gy - j, gz - k
-    total = 0.0
-    for a in range(2):
-        for b in range(2):
-            for c in range(2):
-                p, q, r = i + a, j + b, k + c
-                inside = 0 <= p < density.shape[0] and 0 <= q < density.shape[1] and 0 <= r < density.shape[2]
-                weight = (fx if a else 1.0 - fx) * (fy if b else 1.0 - fy) * (fz if c else 1.0 - fz)
-                if inside:
-                    total += weight * density[p, q, r]
-    return max(0.0, 1.0 - total)
-
-
-@kernel
-def _filled(solids: NDArray[np.unsignedinteger], i: int, j: int, k: int) -> bool:
-    nx, ny, nz = solids.shape
-    return 0 <= i < nx and 0 <= j < ny and 0 <= k < nz and bool(solids[i, j, k])
-
-
-@kernel
-def _corner_light(solids: NDArray[np.unsignedinteger], i: int, j: int, k: int, axis: int, u: float, v: float) -> float:
-    """Return the light at the point (u, v) of a face, reduced near the neighbours of the cell before it (i, j, k)."""
-    shade = 0.0
-    for a in range(-1, 2):
-        for b in range(-1, 2):
-            # Nearness to that neighbour: 1 at its border, 0 half a cell away.
-            near_u = 1.0 if a == 0 else max(0.0, 1.0 - 2.0 * (1.0 - u if a > 0 else u))
-            near_v = 1.0 if b == 0 else max(0.0, 1.0 - 2.0 * (1.0 - v if b > 0 else v))
-            near = near_u * near_v
-            if near <= shade or (a == 0 and b == 0):
-                continue
-            if axis == 0:
-                there = _filled(solids, i, j + a, k + b)
-            elif axis == 1:
-                there = _filled(solids, i + a, j, k + b)
-            else:
-                there = _filled(solids, i + a, j + b, k)
-            if there:
-                shade = near
-    return 1.0 - shade * shade
-
-
-@kernel
 def _cast_rows(volume: _Volume, rays: Rays, shading: _Shading, out: Buffers, first: int, last: int) -> None:
     """Look through the samples of the rows from ``first`` up to ``last``."""
     solids, top, axes, samples = volume.solids, volume.top, rays.axes, shading.samples
@@ -325,7 +263,7 @@ def _cast_rows(volume: _Volume, rays: Rays, shading: _Shading, out: Buffers, fir
                 if shadow >= 0:
                     lit = 0.0
             sky = openness(volume.density, volume.stride, x, y, z, nx, ny, nz)
-            corner = _corner_light(solids, i + nx, j + ny, k + nz, axis, u, v)
+            corner = corner_light(solids, i + nx, j + ny, k + nz, axis, u, v)
             light = shading.facing[face, 0] * (0.45 + 0.55 * sky) * (0.75 + 0.25 * corner) + lit * (0.8 + 0.2 * sky)
             if shading.lines > 0.0:
                 border = min(min(u, 1.0 - u), min(v, 1.0 - v))

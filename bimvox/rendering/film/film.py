@@ -13,7 +13,7 @@ from PIL import Image
 from bimvox.compiled import kernel
 from bimvox.errors import InputError
 from bimvox.rendering.colours import INK, PAPER
-from bimvox.rendering.draw.camera import View
+from bimvox.rendering.draw.camera import Camera, View
 from bimvox.rendering.draw.picture import PictureOptions, camera_of, picture_of
 from bimvox.rendering.film.scene import Film
 from bimvox.rendering.scene.layers import Layer, without
@@ -82,41 +82,26 @@ def write_film(
         file_format: ``gif`` or ``webp``.
         told: Called as ``(stage, done, total)`` for every frame.
     """
-    frames = _frames(film, times_ns, options, told)
+    camera = camera_of(without(film.whole(times_ns), options.hidden), options.picture)
+    frames = _frames(film, times_ns, options, camera, told)
     durations = [options.frame_ms] * (len(times_ns) - 1) + [options.frame_ms + round(1000 * _HOLD_S)]
     if file_format == "gif":
-        palette = _palette(film, times_ns, options)
-        images = _paletted(frames, palette)
-        first = next(images)
-        first.save(
-            stream,
-            format="GIF",
-            save_all=True,
-            append_images=images,
-            duration=durations,
-            loop=0,
-            disposal=1,
-            optimize=False,
-            transparency=_CLEAR,
-        )
-        return
-    pictures = (Image.fromarray(pixels) for pixels in frames)
-    next(pictures).save(
-        stream,
-        format="WEBP",
-        save_all=True,
-        append_images=pictures,
-        duration=durations,
-        loop=0,
-        quality=_WEBP_QUALITY,
-        method=3,
-    )
+        images = _paletted(frames, _palette(film, times_ns, options, camera))
+        settings = {"disposal": 1, "optimize": False, "transparency": _CLEAR}
+    else:
+        images = (Image.fromarray(pixels) for pixels in frames)
+        settings = {"quality": _WEBP_QUALITY, "method": 3}
+    first = next(images)
+    first.save(stream, file_format, save_all=True, append_images=images, duration=durations, loop=0, **settings)
 
 
 def _frames(
-    film: Film, times_ns: Sequence[int], options: FilmOptions, told: Callable[[str, int, int], None] | None
+    film: Film,
+    times_ns: Sequence[int],
+    options: FilmOptions,
+    camera: Camera,
+    told: Callable[[str, int, int], None] | None,
 ) -> Iterator[NDArray[np.uint8]]:
-    camera = camera_of(without(film.whole(times_ns), options.hidden), options.picture)
     for n, time_ns in enumerate(times_ns):
         if told is not None:
             told("draw", n, len(times_ns))
@@ -125,11 +110,10 @@ def _frames(
         told("draw", len(times_ns), len(times_ns))
 
 
-def _palette(film: Film, times_ns: Sequence[int], options: FilmOptions) -> NDArray[np.uint8]:
+def _palette(film: Film, times_ns: Sequence[int], options: FilmOptions, camera: Camera) -> NDArray[np.uint8]:
     """Return (N, 3) colours for all frames, taken from a few of them; a palette per frame would flicker."""
     chosen = [times_ns[n] for n in np.unique(np.linspace(0, len(times_ns) - 1, _SAMPLED_FRAMES).round().astype(int))]
     small = replace(options, samples=1)
-    camera = camera_of(without(film.whole(times_ns), options.hidden), options.picture)
     shown = [picture_of(without(film.scene(at), options.hidden), small.picture, camera) for at in chosen]
     found = Image.fromarray(np.concatenate(shown)).quantize(
         _COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE

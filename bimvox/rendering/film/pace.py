@@ -12,14 +12,14 @@ import numpy as np
 
 from bimvox.errors import InputError
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.rendering.page.source import Track
+from bimvox.records.track import LoadTrack
 
 STANDING = 20.0
 _STILL = frozenset((PhaseName.HOOK_ON, PhaseName.SET, PhaseName.RELEASE))
 _MOST_FRAMES = 5000
 
 
-def frame_times_ns(tracks: Sequence[Track], motions: Sequence[LiftMotion], frames: int) -> list[int]:
+def frame_times_ns(tracks: Sequence[LoadTrack], motions: Sequence[LiftMotion], frames: int) -> list[int]:
     """Return the times of an animation's frames, ascending, from the first lift's start to the last lift's end.
 
     Args:

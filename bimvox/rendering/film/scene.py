@@ -12,13 +12,20 @@ from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import InputError
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.rendering.colours import ARRIVED, ASSEMBLED, IN_TRANSIT, PATH, START_BOX, TARGET_BOX, UNBUILT
-from bimvox.rendering.page.source import Track
+from bimvox.records.track import LoadTrack
+from bimvox.rendering.colours import ARRIVED, ASSEMBLED, IN_TRANSIT, START_BOX, TARGET_BOX, UNBUILT
 from bimvox.rendering.scene.cranes import poses_at, site_cranes
 from bimvox.rendering.scene.layers import Layer
-from bimvox.rendering.scene.plan import path_strokes, top_corners_m
-from bimvox.rendering.scene.scene import Block, LegendEntry, Scene, Strokes, Swatch
-from bimvox.rendering.scene.site import boxes_strokes, site_canvas, site_legend, target_cells
+from bimvox.rendering.scene.plan import LIFT_LEGEND, no_path_error, path_strokes, top_corners_m
+from bimvox.rendering.scene.scene import Block, LegendEntry, Scene
+from bimvox.rendering.scene.site import (
+    boxes_strokes,
+    painted_scene,
+    site_canvas,
+    site_legend,
+    stored_cells,
+    target_cells,
+)
 from bimvox.rendering.scene.solids import Canvas
 from bimvox.rendering.words import PHASES, clock
 from bimvox.site.component import Component
@@ -36,7 +43,6 @@ class Film:
         lifts: All its lifts, in ascending order.
         motions: Motions of the planned ones; none without a crane.
         tracks: Tracks of their loads, in ascending order.
-        title: The title; by default the site's name.
 
     Raises:
         InputError: If no lift has a time.
@@ -47,16 +53,13 @@ class Film:
         site: Site,
         lifts: Sequence[Lift],
         motions: Sequence[LiftMotion],
-        tracks: Sequence[Track],
-        *,
-        title: str = "",
+        tracks: Sequence[LoadTrack],
     ) -> None:
         if not tracks:
             raise InputError("no lift of the plan has a time", hint="leave the time out to see the site as it is")
         self.site, self.lifts = site, tuple(lifts)
         self.tracks = tuple(sorted(tracks, key=lambda track: track.start_ns))
         self.motions = {motion.order: motion for motion in motions}
-        self.title = title or site.name
         self._base: tuple[tuple[int, frozenset[int]], Canvas] | None = None
 
     @property
@@ -69,7 +72,7 @@ class Film:
         """When the last one ends."""
         return max(track.end_ns for track in self.tracks)
 
-    def track_at(self, time_ns: int) -> Track:
+    def track_at(self, time_ns: int) -> LoadTrack:
         """Return the lift under way at a time: the last one that has begun, or the first one.
 
         With several cranes, a lift with its load on the hook takes precedence.
@@ -77,16 +80,16 @@ class Film:
         now = self.tracks_at(time_ns)
         return next((track for track in now if track.lifted_ns <= time_ns < track.assembled_ns), now[-1])
 
-    def tracks_at(self, time_ns: int) -> list[Track]:
+    def tracks_at(self, time_ns: int) -> list[LoadTrack]:
         """Return the lift under way of every crane, ordered by start."""
-        latest: dict[int, Track] = {}
+        latest: dict[int, LoadTrack] = {}
         for track in self.tracks:
             number = self.site.components[track.lift.component].crane
             if track.start_ns <= time_ns or number not in latest:
                 latest[number] = track
         return sorted(latest.values(), key=lambda track: track.start_ns)
 
-    def track_of(self, order: int) -> Track:
+    def track_of(self, order: int) -> LoadTrack:
         """Return the track of the lift of an order.
 
         Raises:
@@ -94,11 +97,7 @@ class Film:
         """
         track = next((track for track in self.tracks if track.lift.order == order), None)
         if track is None:
-            lift = next((lift for lift in self.lifts if lift.order == order), None)
-            component = self.site.components[lift.component] if lift else None
-            part = f"{component.name or component.id}: " if component else ""
-            why = f"it is infeasible: {lift.reason}" if lift and lift.reason else "the log does not carry it"
-            raise InputError(f"{part}lift {order + 1} has no path to show; {why}", hint="choose a lift that has one")
+            raise no_path_error(self.site, order, next((lift for lift in self.lifts if lift.order == order), None))
         return track
 
     def scene(self, time_ns: int) -> Scene:
@@ -118,24 +117,13 @@ class Film:
                 loads_m[self.site.components[own.lift.component].crane] = load_m
         parts = site_cranes(self.site, self.poses(time_ns), loads_m)
         assert lift.place is not None
-        strokes: list[Strokes] = [
-            *parts.strokes,
+        strokes = [
             boxes_strokes(self.site, [(lift.place.shape, lift.place.cell_vox)], START_BOX),
             boxes_strokes(self.site, [(component.shape, component.target_vox)], TARGET_BOX),
             path_strokes(self.site, lift, motion, strong=True),
         ]
-        return Scene(
-            frame=self.site.frame,
-            solids=canvas.solids,
-            palette=canvas.palette,
-            strokes=tuple(strokes),
-            blocks=(*parts.blocks, *blocks),
-            legend=self._legend(),
-            title=self.title,
-            caption=self._caption(track, component, motion, time_ns),
-            points_m=parts.points_m,
-            layers=canvas.layers,
-        )
+        caption = self._caption(track, component, motion, time_ns)
+        return painted_scene(self.site, canvas, parts, strokes, self._legend(), self.site.name, caption, blocks)
 
     def whole(self, times_ns: Sequence[int]) -> Scene:
         """Return a scene with everything visible at any of these times, for a fixed camera."""
@@ -143,11 +131,9 @@ class Film:
         for track in self.tracks:
             canvas.paint(target_cells(self.site.components[track.lift.component]), ASSEMBLED)
             if track.lift.place is not None:
-                canvas.paint(track.lift.place.shape.cells + np.array(track.lift.place.cell_vox), UNBUILT)
-        points = [np.zeros((0, 3))]
-        posed = (self.poses(time_ns) for time_ns in times_ns)
-        points += [site_cranes(self.site, poses).points_m for poses in posed if poses]
-        seen = np.concatenate(points)
+                canvas.paint(stored_cells(track.lift), UNBUILT)
+        posed = [poses for time_ns in times_ns if (poses := self.poses(time_ns))]
+        seen = np.concatenate([np.zeros((0, 3)), *(site_cranes(self.site, poses).points_m for poses in posed)])
         scene = self.scene(times_ns[0])
         return replace(scene, solids=canvas.solids, palette=canvas.palette, layers=canvas.layers, points_m=seen)
 
@@ -156,7 +142,7 @@ class Film:
         now = (self.motions.get(track.lift.order) for track in self.tracks_at(time_ns))
         return poses_at(self.site, [motion for motion in now if motion is not None], time_ns)
 
-    def _before(self, lift: Lift, now: Sequence[Track], time_ns: int) -> Canvas:
+    def _before(self, lift: Lift, now: Sequence[LoadTrack], time_ns: int) -> Canvas:
         """Return the assembled and stored parts during a lift, without the parts of the lifts under way."""
         under_way = frozenset(track.lift.order for track in now)
         key = (lift.order, under_way)
@@ -174,23 +160,21 @@ class Film:
             ):
                 canvas.paint(target_cells(self.site.components[other.component]), ASSEMBLED, layer=Layer.ASSEMBLED)
             elif other is not lift and _waits(other, lift, to_come):
-                assert other.place is not None
-                cells = other.place.shape.cells + np.array(other.place.cell_vox)
-                canvas.paint(cells, UNBUILT, layer=Layer.UNBUILT)
+                canvas.paint(stored_cells(other), UNBUILT, layer=Layer.UNBUILT)
         self._base = (key, canvas)
         return canvas
 
-    def _paint_part(self, canvas: Canvas, track: Track, time_ns: int) -> tuple[list[Block], NDArray[np.float64] | None]:
+    def _paint_part(
+        self, canvas: Canvas, track: LoadTrack, time_ns: int
+    ) -> tuple[list[Block], NDArray[np.float64] | None]:
         """Paint the part under way, or return rotated boxes while it is tipped up; also return its top corners."""
         site, lift = self.site, track.lift
         component = site.components[lift.component]
-        assert lift.place is not None
         if time_ns >= track.assembled_ns:
             canvas.paint(target_cells(component), ASSEMBLED, over=True, layer=Layer.ASSEMBLED)
             return [], None
         if time_ns < track.lifted_ns:
-            cells = lift.place.shape.cells + np.array(lift.place.cell_vox)
-            canvas.paint(cells, UNBUILT, over=True, layer=Layer.UNBUILT)
+            canvas.paint(stored_cells(lift), UNBUILT, over=True, layer=Layer.UNBUILT)
             return [], None
         rgb = ARRIVED if time_ns >= track.arrived_ns else IN_TRANSIT
         corner_m = np.array([np.interp(time_ns, track.time_ns, track.corner_m[:, n]) for n in range(3)])
@@ -213,19 +197,17 @@ class Film:
             LegendEntry("in transit", IN_TRANSIT),
             LegendEntry("arrived", ARRIVED),
             LegendEntry("assembled", ASSEMBLED, layer=Layer.ASSEMBLED),
-            LegendEntry("start", START_BOX, Swatch.BOX, Layer.BOXES),
-            LegendEntry("target", TARGET_BOX, Swatch.BOX, Layer.BOXES),
-            LegendEntry("path", PATH, Swatch.LINE, Layer.PATHS),
+            *LIFT_LEGEND,
         )
 
-    def _caption(self, track: Track, component: Component, motion: LiftMotion | None, time_ns: int) -> str:
+    def _caption(self, track: LoadTrack, component: Component, motion: LiftMotion | None, time_ns: int) -> str:
         lift = track.lift
         phase = ""
         if motion is not None and time_ns < track.end_ns:
             phase = f", {PHASES[motion.phase_at(time_ns).name.value]}"
         name = component.name or component.id
         order = f"lift {lift.number:,} of {len(self.lifts):,}"
-        return f"{clock(time_ns)}  {order}: {name}, {component.mass_kg / 1000.0:.2f} t{phase}"
+        return f"{clock(time_ns / 1e9)}  {order}: {name}, {component.mass_kg / 1000.0:.2f} t{phase}"
 
 
 def rotation(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import re
 from importlib.resources import files
 
@@ -46,11 +48,11 @@ def script() -> str:
     return f'"use strict";\n(() => {{\n{joined}\n}})();\n'
 
 
-def imports_of(name: str) -> list[str]:
-    """Return the modules that a module imports from."""
-    return _IMPORT.findall(text_of(f"{name}.mjs"))
-
-
 def text_of(name: str) -> str:
     """Return the text of one of the files."""
     return (files(__package__) / "web" / name).read_text(encoding="utf-8")
+
+
+def source_hash(text: str) -> str:
+    """Return a style or program as a content security policy names it."""
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()

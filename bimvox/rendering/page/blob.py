@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -41,3 +42,8 @@ class Blob:
     def to_bytes(self) -> bytes:
         """Return all bytes so far."""
         return bytes(self._bytes)
+
+
+def rounded(values: Iterable[float]) -> list[float]:
+    """Return values for JSON, with six decimals and without negative zeros."""
+    return [round(float(value), 6) + 0.0 for value in values]

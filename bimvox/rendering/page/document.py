@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from bimvox.records.lift import Status
-from bimvox.records.proof import Check, Verification
-from bimvox.rendering.page.blob import Blob
+from bimvox.rendering.page.blob import Blob, rounded
 from bimvox.rendering.page.changes import changes
 from bimvox.rendering.page.crane import crane_record
 from bimvox.rendering.page.fixed import boxes_record, obstructions, slab_map, standing
 from bimvox.rendering.page.geometry import Shapes, shapes_of
-from bimvox.rendering.page.lifts import lift_record
+from bimvox.rendering.page.lifts import lift_record, proof_record
 from bimvox.rendering.page.motions import (
     ANGLE_STEPS_PER_RAD,
     LENGTH_STEPS_PER_M,
@@ -134,10 +133,10 @@ def _part_record(site: Site, n: int, shapes: Shapes, blob: Blob) -> dict[str, An
         "mass_kg": component.mass_kg,
         "mass_source": component.mass_source,
         "cells": len(component.shape.cells),
-        "target_m": _metres(corner_m),
-        "size_m": _metres(np.array(component.shape.size_vox) * site.frame.voxel_size_m),
+        "target_m": rounded(corner_m),
+        "size_m": rounded(np.array(component.shape.size_vox) * site.frame.voxel_size_m),
         "geometry": shapes.of_mesh[n],
-        "low_m": _metres(shapes.low_m[n] - corner_m),
+        "low_m": rounded(shapes.low_m[n] - corner_m),
         "boxes": blob.put(component.shape.boxes.astype(np.uint16)),
     }
 
@@ -148,7 +147,7 @@ def _standing_records(site: Site, shapes: Shapes, blob: Blob) -> list[dict[str, 
     for blocker in standing(site):
         record = boxes_record(blocker, blob) | {"geometry": None, "low_m": None}
         if blocker.mesh is not None:
-            record |= {"geometry": shapes.of_mesh[number], "low_m": _metres(shapes.low_m[number])}
+            record |= {"geometry": shapes.of_mesh[number], "low_m": rounded(shapes.low_m[number])}
             number += 1
         records.append(record)
     return records
@@ -186,37 +185,11 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
             {"first": c.first, "second": c.second, "depth_m": round(c.depth_m, 4), "at_least": c.at_least}
             for c in revision.plan.clashes
         ],
-        "proof": _proof_record(revision.proof),
+        "proof": proof_record(revision.proof),
         "changes": changes(before, revision) if before else None,
-        "metadata": _plain(revision.metadata),
+        "metadata": dict(sorted(revision.metadata.items())),
     }
-
-
-def _proof_record(proof: Verification | None) -> dict[str, Any] | None:
-    if proof is None:
-        return None
-    return {"verified": proof.verified, "checks": [_check_record(check) for check in proof.checks]}
-
-
-def _check_record(check: Check) -> dict[str, Any]:
-    return {
-        "name": check.name,
-        "passed": check.passed,
-        "samples": check.samples,
-        "worst": check.worst if check.worst is not None and np.isfinite(check.worst) else None,
-        "unit": check.unit,
-        "failed": check.failed,
-        "failures": list(check.failures),
-    }
-
-
-def _plain(metadata: Mapping[str, str]) -> dict[str, str]:
-    return {key: metadata[key] for key in sorted(metadata)}
 
 
 def _short(indices: Any) -> Any:
     return indices.astype(np.uint16) if not indices.size or int(indices.max()) < 2**16 else indices
-
-
-def _metres(point: Any) -> list[float]:
-    return [round(float(value), 6) + 0.0 for value in point]

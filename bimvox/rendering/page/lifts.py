@@ -1,17 +1,18 @@
-"""The lifts of a plan as records: all values that page and report show of a lift."""
+"""Lifts and proofs as records: the values that both page and report show."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg, utilisation
 from bimvox.crane.wind import permitted_wind_m_s
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
+from bimvox.records.proof import Verification
+from bimvox.rendering.page.blob import rounded
 from bimvox.rendering.page.source import Revision
 from bimvox.site.component import Component
 from bimvox.site.site import Site
@@ -40,7 +41,7 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "delivery": place.delivery if place else None,
         "stored": place.pose.value if place else None,
         "turn": place.turn if place else 0,
-        "start_m": _point(site.frame.corner_of(place.cell_vox)) if place else None,
+        "start_m": rounded(site.frame.corner_of(place.cell_vox)) if place else None,
         "start_size_m": [round(n * site.frame.voxel_size_m, 6) for n in place.shape.size_vox] if place else None,
         "lifting": _lifting(site, component),
         "proven": None if revision.proof is None or lift.path_vox is None else component.id not in culprits,
@@ -51,6 +52,25 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
         "pick": _hook(site, motion, last=False) if motion else None,
         "set": _hook(site, motion, last=True) if motion else None,
     }
+
+
+def proof_record(proof: Verification | None) -> dict[str, Any] | None:
+    """Return the result of a proof with all its checks; None if none was made."""
+    if proof is None:
+        return None
+    checks = [
+        {
+            "name": check.name,
+            "passed": check.passed,
+            "samples": check.samples,
+            "worst": float(check.worst) if check.worst is not None and np.isfinite(check.worst) else None,
+            "unit": check.unit,
+            "failed": check.failed,
+            "failures": list(check.failures),
+        }
+        for check in proof.checks
+    ]
+    return {"verified": proof.verified, "checks": checks}
 
 
 def _lifting(site: Site, component: Component) -> dict[str, Any]:
@@ -95,12 +115,8 @@ def _hook(site: Site, motion: LiftMotion, *, last: bool) -> dict[str, Any]:
     part, n = (motion.loaded, -1) if last else (motion.raising, 0)
     slew_rad, radius_m, height_m = float(part.slew_rad[n]), float(part.radius_m[n]), float(part.height_m[n])
     return {
-        "hook_m": _point(hook_of(crane, slew_rad, radius_m, height_m)),
+        "hook_m": rounded(hook_of(crane, slew_rad, radius_m, height_m)),
         "slew_rad": slew_rad,
         "radius_m": radius_m,
         "height_m": height_m,
     }
-
-
-def _point(at: NDArray[np.float64]) -> list[float]:
-    return [round(float(value), 6) + 0.0 for value in at]

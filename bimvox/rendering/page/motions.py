@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from bimvox.crane.kinematics import hook_of
 from bimvox.planning.tipping import from_box_to_origin_m
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.rendering.page.blob import Blob
+from bimvox.records.track import LoadTrack
+from bimvox.rendering.page.blob import Blob, rounded
 from bimvox.rendering.page.keyframes import keyframes
-from bimvox.rendering.page.source import Track
 from bimvox.site.component import StoredPose
 from bimvox.site.site import Site
 
@@ -22,7 +22,7 @@ ANGLE_STEPS_PER_RAD = 1_000_000
 _NS_PER_TICK = 10**9 // TICKS_PER_S
 
 
-def crane_motion(site: Site, motion: LiftMotion, track: Track, blob: Blob) -> dict[str, Any]:
+def crane_motion(site: Site, motion: LiftMotion, track: LoadTrack, blob: Blob) -> dict[str, Any]:
     """Return one lift of the crane: keyframes of slew, radius and height, and the load's pose below the hook.
 
     Times count from the lift's start. While a part stored lying is tipped up, the height and rotation of its frame have
@@ -47,7 +47,7 @@ def crane_motion(site: Site, motion: LiftMotion, track: Track, blob: Blob) -> di
         "kind": "crane",
         **({"crane": motion.crane} if site.has_several_cranes else {}),
         "keys": blob.put_steps(_rows(time_ns[chosen] - motion.start_ns, axes[chosen] * scale)),
-        "below_m": _metres(below_m),
+        "below_m": rounded(below_m),
         "tip": _tip(site, track, motion, blob),
         "yaw": _yaw(track, motion),
         "phases": [[phase.name.value, _seconds(phase.start_ns - motion.start_ns)] for phase in motion.phases],
@@ -55,14 +55,14 @@ def crane_motion(site: Site, motion: LiftMotion, track: Track, blob: Blob) -> di
     }
 
 
-def carried_motion(track: Track, blob: Blob) -> dict[str, Any]:
+def carried_motion(track: LoadTrack, blob: Blob) -> dict[str, Any]:
     """Return one lift without a crane: keyframes of the load's frame."""
     chosen = keyframes(track.time_ns, track.corner_m, [track.arrived_ns], lambda values: values)
     rows = _rows(track.time_ns[chosen] - track.start_ns, track.corner_m[chosen] * LENGTH_STEPS_PER_M)
     return {"kind": "carried", "keys": blob.put_steps(rows), "tip": None, "yaw": None, "phases": [], **_times(track)}
 
 
-def _yaw(track: Track, motion: LiftMotion) -> dict[str, Any] | None:
+def _yaw(track: LoadTrack, motion: LiftMotion) -> dict[str, Any] | None:
     """Return by how much and when a part stored turned is turned back; None if it was not."""
     phase = next((phase for phase in motion.phases if phase.name is PhaseName.TURN), None)
     if phase is None or not len(track.tilt):
@@ -75,7 +75,7 @@ def _yaw(track: Track, motion: LiftMotion) -> dict[str, Any] | None:
     }
 
 
-def _tip(site: Site, track: Track, motion: LiftMotion, blob: Blob) -> dict[str, Any] | None:
+def _tip(site: Site, track: LoadTrack, motion: LiftMotion, blob: Blob) -> dict[str, Any] | None:
     """Return keyframes of the frame's height and rotation during tipping; None if the part was not stored lying."""
     place = track.lift.place
     if place is None or place.pose is StoredPose.AS_BUILT:
@@ -98,13 +98,13 @@ def _tip(site: Site, track: Track, motion: LiftMotion, blob: Blob) -> dict[str, 
     scale = np.array([LENGTH_STEPS_PER_M, ANGLE_STEPS_PER_RAD])
     return {
         "keys": blob.put_steps(_rows(time_ns[chosen] - motion.start_ns, values[chosen] * scale)),
-        "corner_m": _metres(box_m[0] if len(box_m) else track.corner_m[0]),
-        "offset_m": _metres(from_box_to_origin_m(site, component, place, np.zeros(1))[0]),
+        "corner_m": rounded(box_m[0] if len(box_m) else track.corner_m[0]),
+        "offset_m": rounded(from_box_to_origin_m(site, component, place, np.zeros(1))[0]),
         "end_s": _seconds(end_ns - motion.start_ns),
     }
 
 
-def _times(track: Track) -> dict[str, Any]:
+def _times(track: LoadTrack) -> dict[str, Any]:
     return {
         "lifted_s": _seconds(track.lifted_ns - track.start_ns),
         "arrived_s": _seconds(track.arrived_ns - track.start_ns),
@@ -120,7 +120,3 @@ def _rows(time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np
 
 def _seconds(ns: int) -> float:
     return int(ns) / 1e9
-
-
-def _metres(point: NDArray[np.float64]) -> list[float]:
-    return [round(float(value), 6) + 0.0 for value in point]

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import base64
 import gzip
-import hashlib
 import json
 import struct
 from html import escape
 
-from bimvox.rendering.page.assets import script, text_of
+from bimvox.rendering.page.assets import script, source_hash, text_of
 from bimvox.rendering.page.document import document_of
 from bimvox.rendering.page.source import PageSource
 from bimvox.rendering.words import counted, hours
@@ -68,15 +67,11 @@ def _policy(style: str, program: str, *, live: bool) -> str:
 
     A live page may also run scripts from its own folder.
     """
-    beside = " 'self'" if live else ""
+    folder = " 'self'" if live else ""
     return (
-        f"default-src 'none'; style-src '{_hash(style)}'; script-src '{_hash(program)}'{beside}; img-src data: blob:; "
-        "base-uri 'none'; form-action 'none'"
+        f"default-src 'none'; style-src '{source_hash(style)}'; script-src '{source_hash(program)}'{folder}; "
+        "img-src data: blob:; base-uri 'none'; form-action 'none'"
     )
-
-
-def _hash(text: str) -> str:
-    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 
 def _summary(source: PageSource) -> str:

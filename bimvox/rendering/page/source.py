@@ -4,54 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
-
-import numpy as np
-from numpy.typing import NDArray
 
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
-
-
-class Track(Protocol):
-    """The track of a load on the site's clock; the log's ``LoadTrack`` implements it."""
-
-    @property
-    def lift(self) -> Lift:
-        """The lift."""
-
-    @property
-    def start_ns(self) -> int:
-        """When the lift starts."""
-
-    @property
-    def lifted_ns(self) -> int:
-        """When the load leaves its place in the yard."""
-
-    @property
-    def arrived_ns(self) -> int:
-        """When the load is at its place in the building."""
-
-    @property
-    def assembled_ns(self) -> int:
-        """When the load is fixed there."""
-
-    @property
-    def end_ns(self) -> int:
-        """When the lift ends."""
-
-    @property
-    def time_ns(self) -> NDArray[np.int64]:
-        """(N,) samples from lifted to assembled."""
-
-    @property
-    def corner_m(self) -> NDArray[np.float64]:
-        """(N, 3) lowest corner of the component's reference cell, site metres."""
-
-    @property
-    def tilt(self) -> NDArray[np.float64]:
-        """(N, 4) quaternion x, y, z, w: its rotation relative to the built-in position."""
+from bimvox.records.track import LoadTrack
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,7 +33,7 @@ class Revision:
     plan: LiftPlan
     context: tuple[Lift, ...]
     motions: tuple[LiftMotion, ...]
-    tracks: tuple[Track, ...]
+    tracks: tuple[LoadTrack, ...]
     proof: Verification | None
     metadata: Mapping[str, str] = field(default_factory=dict)
 

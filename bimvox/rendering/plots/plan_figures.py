@@ -1,4 +1,4 @@
-"""The plots of a plan: utilisation of the crane, length of the paths, methods, hook travel, latencies."""
+"""The plots of a plan: utilisation of the crane, length of the paths, methods, hook travel."""
 
 from __future__ import annotations
 
@@ -98,33 +98,6 @@ def draw_hook_travel(lifts: Sequence[dict[str, Any]], *, file_format: Format = "
         Axis("hook travel of a lift, m", 0.0, bins=20),
         counted="lifts",
         title=f"Hook travel, {values.sum() / 1000:.2f} km in all",
-        marks=marks,
-        file_format=file_format,
-    )
-
-
-def draw_latencies(
-    latencies_ms: Sequence[float], *, bound_ms: float | None = None, file_format: Format = "png"
-) -> bytes:
-    """Return the distribution of replan latencies, on a logarithmic scale.
-
-    Args:
-        latencies_ms: One per change, above 0.
-        bound_ms: The bound, marked by a line; None for no line.
-        file_format: ``png`` or ``svg``.
-    """
-    values = np.array(latencies_ms, np.float64)
-    marks = []
-    if len(values):
-        marks = [Mark(float(np.median(values)), f"median {np.median(values):.0f} ms")]
-        marks.append(Mark(float(np.quantile(values, 0.95)), f"95 % below {np.quantile(values, 0.95):.0f} ms"))
-    if bound_ms is not None:
-        marks.append(Mark(bound_ms, f"wanted below {bound_ms:g} ms"))
-    return draw_histogram(
-        [Series("", values)],
-        Axis("from the change to the written log, ms", logarithmic=len(values) > 0),
-        counted="replans",
-        title="Replan latency",
         marks=marks,
         file_format=file_format,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.rendering.report.svg import element, picture, text, ticks
-from bimvox.rendering.report.words import fixed, named
+from bimvox.rendering.report.words import fixed, named, percent
 
 _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 1040.0, 360.0, 62.0, 14.0, 12.0, 40.0
 _STEPS_M = (1.0, 2.0, 5.0, 10.0, 20.0)
@@ -50,16 +51,8 @@ def load_chart(crane: TowerCrane, lifts: Sequence[dict[str, Any]], critical_shar
         parts.append(text(f"{at:g}", _LEFT - 6.0, y(at * 1000) + 4.0, text_anchor="end", class_="tick"))
     parts.append(text("radius of the hook, m", _WIDTH / 2.0, _HEIGHT - 6.0, text_anchor="middle", class_="axis"))
     middle = (_TOP + _HEIGHT - _BOTTOM) / 2.0
-    parts.append(
-        text(
-            "load and rigging, t",
-            14.0,
-            middle,
-            text_anchor="middle",
-            class_="axis",
-            transform=f"rotate(-90 14 {middle:g})",
-        )
-    )
+    upwards = f"rotate(-90 14 {middle:g})"
+    parts.append(text("load and rigging, t", 14.0, middle, text_anchor="middle", class_="axis", transform=upwards))
     parts += [curve(critical_share, "threshold"), curve(1.0, "capacity")]
     parts += [_point(lift, x, y) for lift in held]
     return picture(_WIDTH, _HEIGHT, f"Load chart of {crane.name} with {len(held)} lifts", parts, "chart")
@@ -69,16 +62,11 @@ def _point(lift: dict[str, Any], x: Any, y: Any) -> str:
     governs = lift["governs"]
     at_x, at_y = x(governs["radius_m"]), y(governs["load_kg"])
     if lift["critical"]:
-        d = f"M{at_x:.1f} {at_y - 5.5:.1f}l5 9h-10z"
-        mark = element("path", _title(lift), d=d, class_="dot critical")
-    else:
-        mark = element("circle", _title(lift), cx=at_x, cy=at_y, r=3.0, class_="dot")
-    return mark
+        return element("path", _title(lift), d=f"M{at_x:.1f} {at_y - 5.5:.1f}l5 9h-10z", class_="dot critical")
+    return element("circle", _title(lift), cx=at_x, cy=at_y, r=3.0, class_="dot")
 
 
 def _title(lift: dict[str, Any]) -> str:
-    from html import escape
-
     used = lift["governs"]["utilisation"]
-    share = "beyond the chart" if used is None else f"{fixed(used * 100, 1)} %"
+    share = "beyond the chart" if used is None else percent(used, 1)
     return element("title", escape(f"Lift {lift['number']}, {named(lift)}: {share}"))

@@ -7,7 +7,8 @@ from typing import Any
 
 from bimvox.rendering.report.record import CARRYING
 from bimvox.rendering.report.svg import element, picture, text, ticks
-from bimvox.rendering.report.words import clock, named
+from bimvox.rendering.report.words import named
+from bimvox.rendering.words import clock
 
 LIFTS_A_CHART = 45
 """Number of bars that fit on a printed page."""

@@ -32,6 +32,11 @@ def tag(name: str, inside: str, class_: str = "", **attributes: str) -> str:
     return f"<{name}{written}>{inside}</{name}>"
 
 
+def section(title: str, *inside: str, class_: str = "", **attributes: str) -> str:
+    """Return a section with its heading, around HTML that is already escaped."""
+    return tag("section", f"<h2>{title}</h2>" + "".join(inside), class_, **attributes)
+
+
 def paragraph(words: str, class_: str = "") -> str:
     """Return a paragraph of plain text."""
     return tag("p", escape(words), class_)

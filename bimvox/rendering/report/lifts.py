@@ -1,4 +1,4 @@
-"""The tables of lifts."""
+"""The table of lifts."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from html import escape
 from typing import Any
 
 from bimvox.rendering.report.html import number, row, table, tag
-from bimvox.rendering.report.words import METHODS, clock, fixed, named, span, tonnes
-from bimvox.rendering.words import PHASES
+from bimvox.rendering.report.words import METHODS, fixed, named, span, tonnes
+from bimvox.rendering.words import PHASES, clock
 
 _COLUMNS = (
     "Lift",
@@ -28,16 +28,15 @@ _COLUMNS = (
 )
 
 
-def lift_table(lifts: Iterable[dict[str, Any]], *, proof_made: bool, id_: str, caption: str) -> str:
-    """Return a table of lifts.
+def lift_table(lifts: Iterable[dict[str, Any]], *, proof_made: bool) -> str:
+    """Return the table of all lifts.
 
     Args:
-        lifts: Records of lifts, in display order.
+        lifts: Records of lifts, critical ones first, then in order.
         proof_made: Whether the log was proven for this report.
-        id_: The table's id.
-        caption: Its caption, for screen readers.
     """
-    return table(_COLUMNS, [_row(lift, proof_made) for lift in lifts], class_="lifts", caption=caption, id_=id_)
+    caption = "Every lift, critical ones first, then in order"
+    return table(_COLUMNS, [_row(lift, proof_made) for lift in lifts], class_="lifts", caption=caption, id_="lifts")
 
 
 def critical_first(lifts: Sequence[dict[str, Any]], critical: Sequence[int]) -> list[dict[str, Any]]:
@@ -48,27 +47,20 @@ def critical_first(lifts: Sequence[dict[str, Any]], critical: Sequence[int]) -> 
 
 
 def _row(lift: dict[str, Any], proof_made: bool) -> str:
-    governs = lift["governs"]
-    classes = [name for name in ("critical",) if lift[name]]
-    if lift["status"] != "planned":
-        classes.append("bad")
+    crane = f", crane {lift['crane'] + 1}" if "crane" in lift else ""  # on a site with several
+    classes = ["critical"] * lift["critical"] + ["bad"] * (lift["status"] != "planned")
     cells = [
         number(lift["order"], str(lift["number"]), "order"),
-        f"<b>{escape(named(lift))}</b>{_crane(lift)}<br>{tag('code', escape(lift['global_id']))}",
+        f"<b>{escape(named(lift))}</b>{crane}<br>{tag('code', escape(lift['global_id']))}",
         _hook(lift["pick"], "pick"),
         _hook(lift["set"], "set"),
-        *(_load(lift, governs)),
+        *_load(lift),
         _times(lift),
         _carrying(lift),
         _path(lift),
         _status(lift, proof_made),
     ]
     return row(cells, " ".join(classes), data_order=str(lift["order"]))
-
-
-def _crane(lift: dict[str, Any]) -> str:
-    """Return the number of a lift's crane, on a site with several."""
-    return f", crane {lift['crane'] + 1}" if "crane" in lift else ""
 
 
 def _hook(at: dict[str, Any] | None, which: str) -> str:
@@ -81,7 +73,8 @@ def _hook(at: dict[str, Any] | None, which: str) -> str:
     return f"{point}<br>{radius}, {slew}"
 
 
-def _load(lift: dict[str, Any], governs: dict[str, Any] | None) -> list[str]:
+def _load(lift: dict[str, Any]) -> list[str]:
+    governs = lift["governs"]
     mass = number(lift["mass_kg"], tonnes(lift["mass_kg"]), "mass_kg")
     if governs is None:
         return [mass, *[number(None, "")] * 4]

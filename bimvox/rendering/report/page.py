@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,8 +11,10 @@ from importlib.resources import files
 from typing import Any
 
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.rendering.page.assets import source_hash
 from bimvox.rendering.report import sections
-from bimvox.rendering.report.html import tag
+from bimvox.rendering.report.html import section, tag
+from bimvox.rendering.report.machine import machine
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +69,9 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
     """
     figures = figures or Figures()
     style = (files(__package__) / "report.css").read_text(encoding="utf-8")
-    policy = f"default-src 'none'; style-src '{_hash(style)}'; img-src data:; base-uri 'none'; form-action 'none'"
+    policy = f"default-src 'none'; style-src '{source_hash(style)}'; img-src data:; base-uri 'none'; form-action 'none'"
     title = f"{record['site']['name']}: lift plan record"
+    plots = "".join(plot.html() for plot in figures.plots)
     body = "".join(
         [
             sections.heading(record),
@@ -78,8 +80,8 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             sections.critical(record),
             sections.lifts(record),
             sections.gantt(record),
-            sections.machine(record, cranes),
-            _plots(figures.plots),
+            machine(record, cranes),
+            section("Figures", tag("div", plots, "plots")) if plots else "",
             sections.deliveries(record),
             sections.proof(record),
             sections.inputs(record),
@@ -96,13 +98,3 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
         f'<title>{escape(title)}</title>\n<link rel="icon" href="data:,">\n<style>{style}</style>\n</head>\n'
         f'<body>\n{body}\n<script type="application/json" id="record">{data}</script>\n</body>\n</html>\n'
     ).encode()
-
-
-def _plots(plots: Sequence[Figure]) -> str:
-    if not plots:
-        return ""
-    return tag("section", "<h2>Figures</h2>" + tag("div", "".join(plot.html() for plot in plots), "plots"))
-
-
-def _hash(text: str) -> str:
-    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()

@@ -12,8 +12,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.figures import hook_travel_m
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.records.proof import Check, Verification
-from bimvox.rendering.page.lifts import lift_record
+from bimvox.rendering.page.lifts import lift_record, proof_record
 from bimvox.rendering.page.source import Revision
 from bimvox.site.site import Site
 
@@ -62,7 +61,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "critical": [lift["order"] for lift in critical],
         "infeasible": _causes_first(lifts),
         "deliveries": _deliveries(lifts),
-        "proof": _proof(revision.proof),
+        "proof": proof_record(revision.proof),
         "inputs": inputs_of(revision),
         "clashes": [
             {"first": c.first, "second": c.second, "depth_m": c.depth_m, "at_least": c.at_least}
@@ -250,25 +249,6 @@ def _deliveries(lifts: list[dict[str, Any]]) -> list[dict[str, Any]]:
         }
         for number, group in sorted(groups.items())
     ]
-
-
-def _proof(proof: Verification | None) -> dict[str, Any] | None:
-    if proof is None:
-        return None
-    return {"verified": proof.verified, "checks": [check_record(check) for check in proof.checks]}
-
-
-def check_record(check: Check) -> dict[str, Any]:
-    """Return the result of a check, as JSON values."""
-    return {
-        "name": check.name,
-        "passed": check.passed,
-        "samples": check.samples,
-        "worst": float(check.worst) if check.worst is not None and np.isfinite(check.worst) else None,
-        "unit": check.unit,
-        "failed": check.failed,
-        "failures": list(check.failures),
-    }
 
 
 def inputs_of(revision: Revision) -> list[dict[str, str]]:

@@ -4,15 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from bimvox.rendering.words import clock as clock_of_ns
 from bimvox.site.part_names import part_name
 
 METHODS = {"policy": "policy", "retrained": "policy, retrained", "search": "search (A*)"}
-MASS_SOURCES = {
-    "quantity": "the model's quantities",
-    "density": "volume x density of its material",
-    "default": "volume x 2,400 kg/m³",
-}
 SWING = {
     "shaped": "moves are shaped so that loads are at rest when set; the swing in transit is proven clear",
     "off": "NOT CHECKED: loads may still swing when set, and into things in transit",
@@ -58,9 +52,9 @@ def fixed(value: float, digits: int) -> str:
     return f"{value:,.{digits}f}"
 
 
-def clock(seconds: float) -> str:
-    """Return a time on the site's clock: ``5:56:19``."""
-    return clock_of_ns(round(seconds * 1e9))
+def percent(share: float, digits: int) -> str:
+    """Return a share in percent: ``43.2 %``."""
+    return f"{fixed(share * 100, digits)} %"
 
 
 def span(seconds: float) -> str:

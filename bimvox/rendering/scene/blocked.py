@@ -14,7 +14,14 @@ from bimvox.rendering.draw.camera import View
 from bimvox.rendering.draw.picture import PictureOptions, solids_seen
 from bimvox.rendering.scene.cranes import site_cranes
 from bimvox.rendering.scene.scene import LegendEntry, Scene, Swatch
-from bimvox.rendering.scene.site import boxes_strokes, site_canvas, site_legend, target_cells, view_of_site
+from bimvox.rendering.scene.site import (
+    boxes_strokes,
+    site_canvas,
+    site_legend,
+    stored_cells,
+    target_cells,
+    view_of_site,
+)
 from bimvox.rendering.words import counted
 from bimvox.site.component import Component
 from bimvox.site.site import Site
@@ -53,23 +60,25 @@ def scene_of_blocked(site: Site, lifts: Sequence[Lift], blocked: Sequence[Lift])
     delivery = next((lift.place.delivery for lift in blocked if lift.place is not None), None)
     stored = [lift for lift in blocked if lift.place is not None and lift.place.delivery == delivery]
     for lift in stored:
-        assert lift.place is not None
-        canvas.paint(lift.place.shape.cells + np.array(lift.place.cell_vox), UNBUILT)
+        canvas.paint(stored_cells(lift), UNBUILT)
     red = [canvas.paint(cells, IN_THE_WAY, over=True) for cells in in_the_way]
     starts = [(lift.place.shape, lift.place.cell_vox) for lift in stored if lift.place is not None]
-    strokes = [
+    cranes = site_cranes(site)
+    strokes = (
+        *cranes.strokes,
         boxes_strokes(site, starts, START_BOX),
         boxes_strokes(site, [(part.shape, part.target_vox) for part in parts], TARGET_BOX),
         boxes_strokes(site, [(part.shape, part.target_vox) for part in waiting], IN_THE_WAY),
-    ]
+    )
     places = [target_cells(part) for part in parts]
-    yard = [lift.place.shape.cells + np.array(lift.place.cell_vox) for lift in stored if lift.place is not None]
+    yard = [stored_cells(lift) for lift in stored]
     blockers = [*in_the_way, *(target_cells(part) for part in waiting)]
     scene = Scene(
         frame=site.frame,
         solids=canvas.solids,
         palette=canvas.palette,
-        strokes=tuple(strokes),
+        strokes=strokes,
+        blocks=cranes.blocks,
         legend=(
             *site_legend(site),
             *([LegendEntry(f"assembled ({len(placed)})", ASSEMBLED)] if placed else []),
@@ -83,7 +92,6 @@ def scene_of_blocked(site: Site, lifts: Sequence[Lift], blocked: Sequence[Lift])
         caption=first.reason or "",
         focus_m=_focus_m(site, places, yard, blockers),
     )
-    scene = _with_crane(site, scene)
     return scene, _best_view(site, scene, places, red)
 
 
@@ -106,7 +114,7 @@ def _in_the_way(
         if component.index in done:
             cells.append(target_cells(component))
         elif lift is not None and lift.status is Status.PLANNED and lift.place is not None:
-            cells.append((lift.place.shape.cells + np.array(lift.place.cell_vox)).astype(np.int32))
+            cells.append(stored_cells(lift))
         else:
             waiting.append(component)
     return cells, waiting
@@ -147,13 +155,6 @@ def _gap(
     """Return the distance between two boxes, cells."""
     apart = np.maximum(np.maximum(one[0] - other[1], other[0] - one[1]), 0.0)
     return float(np.linalg.norm(apart))
-
-
-def _with_crane(site: Site, scene: Scene) -> Scene:
-    if not site.cranes:
-        return scene
-    parts = site_cranes(site)
-    return replace(scene, strokes=(*parts.strokes, *scene.strokes), blocks=parts.blocks)
 
 
 def _best_view(site: Site, scene: Scene, places: Sequence[Cells], red: Sequence[int]) -> View:

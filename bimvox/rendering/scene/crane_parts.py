@@ -7,11 +7,9 @@ from numpy.typing import ArrayLike
 
 from bimvox.crane.outline import counter_jib_m, tower_head_m
 from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.rendering.colours import CONCRETE, CRANE, CRANE_EDGE, ROPE
-from bimvox.rendering.scene.lattice import UP, CraneParts, block_of, jib_lattice, mast_lattice
-from bimvox.rendering.scene.layers import Layer
+from bimvox.rendering.colours import CONCRETE, CRANE, CRANE_EDGE
+from bimvox.rendering.scene.lattice import UP, CraneParts, block_of, crane_strokes, jib_lattice, mast_lattice
 from bimvox.rendering.scene.luffing_parts import luffing_parts
-from bimvox.rendering.scene.scene import Strokes
 
 _BEYOND = 0.1
 
@@ -53,27 +51,8 @@ def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = N
     trolley[2] = top_m - 0.15 * width
     falls = [(trolley + s * 0.18 * width * along, hook + s * 0.1 * width * along) for s in (-1.0, 1.0)]
     slings = [] if load_m is None else [(hook, point) for point in np.asarray(load_m, np.float64)]
-    thick = 0.08 * width
-    strokes = (
-        Strokes(np.array(ties), CRANE_EDGE, width_px=0.9, width_m=0.02 * width, layer=Layer.CRANE),
-        Strokes(
-            np.array(mast_lacing + jib_lacing),
-            CRANE,
-            width_px=0.9,
-            width_m=0.6 * thick,
-            edge=CRANE_EDGE,
-            layer=Layer.CRANE,
-        ),
-        Strokes(
-            np.array(mast_chords + jib_chords + deck + legs),
-            CRANE,
-            width_px=1.5,
-            width_m=thick,
-            edge=CRANE_EDGE,
-            layer=Layer.CRANE,
-        ),
-        Strokes(np.array(falls + slings), ROPE, width_px=1.1, width_m=0.02 * width, layer=Layer.CRANE),
-    )
+    chords = mast_chords + jib_chords + deck + legs
+    strokes = crane_strokes(ties, mast_lacing + jib_lacing, chords, falls + slings, width, 0.08 * width)
     blocks = (
         block_of(base + UP * 0.1 * width, east, north, (2.2 * width, 2.2 * width, 0.2 * width), CONCRETE),
         block_of(axis - UP * 0.15 * width, along, aside, (1.1 * width, 1.1 * width, 0.3 * width), CRANE),

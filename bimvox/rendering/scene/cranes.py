@@ -15,8 +15,6 @@ from bimvox.rendering.scene.crane_parts import crane_parts
 from bimvox.rendering.scene.lattice import CraneParts
 from bimvox.site.site import Site
 
-NOTHING = CraneParts((), (), np.zeros((0, 3)))
-
 
 def site_cranes(
     site: Site,
@@ -40,7 +38,7 @@ def site_cranes(
     return CraneParts(
         tuple(stroke for part in parts for stroke in part.strokes),
         tuple(block for part in parts for block in part.blocks),
-        np.concatenate([NOTHING.points_m, *(part.points_m for part in parts)]),
+        np.concatenate([np.zeros((0, 3)), *(part.points_m for part in parts)]),
     )
 
 
@@ -63,11 +61,10 @@ def parked_pose(site: Site, crane: TowerCrane) -> CranePose:
     middle = building_centre_m(site)
     dx, dy = middle[0] - crane.base_m[0], middle[1] - crane.base_m[1]
     radius = min(max(math.hypot(dx, dy), crane.min_radius_m), crane.jib_length_m)
-    exit_m = crane.jib_height_m
+    height = crane.jib_height_m - 2.0 * crane.mast_size_m
     if crane.luffing is not None:
-        exit_m = float(tip_height_m(crane.luffing, np.array([radius]))[0])
-        return CranePose(math.atan2(dy, dx), radius, exit_m - 3.0)
-    return CranePose(math.atan2(dy, dx), radius, exit_m - 2.0 * crane.mast_size_m)
+        height = float(tip_height_m(crane.luffing, np.array([radius]))[0]) - 3.0
+    return CranePose(math.atan2(dy, dx), radius, height)
 
 
 def building_centre_m(site: Site) -> NDArray[np.float64]:

@@ -7,9 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.rendering.colours import CRANE, CRANE_EDGE, ROPE
+from bimvox.rendering.scene.layers import Layer
 from bimvox.rendering.scene.scene import Block, Strokes
+from bimvox.site.construction import Rgb
 
 Vec = NDArray[np.float64]
+Lines = list[tuple[Vec, Vec]]
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -29,7 +33,7 @@ class CraneParts:
     points_m: Vec
 
 
-def mast_lattice(base: Vec, width: float, top_m: float) -> tuple[list[tuple[Vec, Vec]], list[tuple[Vec, Vec]]]:
+def mast_lattice(base: Vec, width: float, top_m: float) -> tuple[Lines, Lines]:
     """Return chords and lacing of the mast: one diagonal per panel and side, alternating."""
     corners = [np.array([a, b, 0.0]) * width / 2.0 for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     height = top_m - base[2]
@@ -47,9 +51,7 @@ def mast_lattice(base: Vec, width: float, top_m: float) -> tuple[list[tuple[Vec,
     return chords, lacing
 
 
-def jib_lattice(
-    foot: Vec, tip: Vec, aside: Vec, width: float, up: Vec = UP
-) -> tuple[list[tuple[Vec, Vec]], list[tuple[Vec, Vec]]]:
+def jib_lattice(foot: Vec, tip: Vec, aside: Vec, width: float, up: Vec = UP) -> tuple[Lines, Lines]:
     """Return chords and lacing of a jib with three chords, the upper one a panel shorter."""
     side, ridge = 0.35 * width * aside, 0.8 * width * up
     length = float(np.linalg.norm(tip - foot))
@@ -66,7 +68,32 @@ def jib_lattice(
     return chords, lacing
 
 
-def block_of(centre: Vec, along: Vec, aside: Vec, size: tuple[float, float, float], rgb: tuple[int, int, int]) -> Block:
+def crane_strokes(
+    ties: Lines, lacing: Lines, chords: Lines, ropes: Lines, width: float, thick: float
+) -> tuple[Strokes, ...]:
+    """Return the strokes of a crane: ties and ropes as thin lines, lacing and chords with a dark rim.
+
+    Args:
+        ties: Ties of jib and counter-jib.
+        lacing: Diagonals of mast and jib.
+        chords: Chords of mast and jib, and all else as thick as them.
+        ropes: Hoist rope and slings.
+        width: Width of the lattice, metres.
+        thick: Width of a chord, metres.
+    """
+
+    def strokes(lines: Lines, rgb: Rgb, width_px: float, width_m: float, edge: Rgb | None = None) -> Strokes:
+        return Strokes(np.array(lines), rgb, width_px, width_m, edge=edge, layer=Layer.CRANE)
+
+    return (
+        strokes(ties, CRANE_EDGE, 0.9, 0.02 * width),
+        strokes(lacing, CRANE, 0.9, 0.6 * thick, CRANE_EDGE),
+        strokes(chords, CRANE, 1.5, thick, CRANE_EDGE),
+        strokes(ropes, ROPE, 1.1, 0.02 * width),
+    )
+
+
+def block_of(centre: Vec, along: Vec, aside: Vec, size: tuple[float, float, float], rgb: Rgb) -> Block:
     """Return a box from its centre, the directions of its edges in plan, and their lengths."""
     half = np.stack([along * size[0] / 2.0, aside * size[1] / 2.0, UP * size[2] / 2.0])
     return Block(centre, half, rgb)

@@ -7,15 +7,14 @@ from numpy.typing import ArrayLike
 
 from bimvox.crane.luffing import LuffingJib, luff_of_radius
 from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.rendering.colours import CONCRETE, CRANE, CRANE_EDGE, ROPE
-from bimvox.rendering.scene.lattice import UP, CraneParts, Vec, block_of, jib_lattice, mast_lattice
-from bimvox.rendering.scene.layers import Layer
-from bimvox.rendering.scene.scene import Block, Strokes
+from bimvox.rendering.colours import CONCRETE, CRANE, CRANE_EDGE
+from bimvox.rendering.scene.lattice import UP, CraneParts, Vec, block_of, crane_strokes, jib_lattice, mast_lattice
+from bimvox.rendering.scene.scene import Block
 
 _PADS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
-def luffing_parts(crane: TowerCrane, jib: LuffingJib, pose: CranePose, load_m: ArrayLike | None = None) -> CraneParts:
+def luffing_parts(crane: TowerCrane, jib: LuffingJib, pose: CranePose, load_m: ArrayLike | None) -> CraneParts:
     """Return the lines and boxes of a crane whose jib luffs.
 
     Args:
@@ -58,14 +57,7 @@ def luffing_parts(crane: TowerCrane, jib: LuffingJib, pose: CranePose, load_m: A
     if crane.kind == "luffing":
         mast_chords, mast_lacing = mast_lattice(base, width, jib.pivot_height_m)
         chords, lacing = chords + mast_chords, lacing + mast_lacing
-    thick = 0.06 * wide
-    style = {"width_m": thick, "edge": CRANE_EDGE, "layer": Layer.CRANE}
-    strokes = (
-        Strokes(np.array(ties), CRANE_EDGE, width_px=0.9, width_m=0.02 * wide, layer=Layer.CRANE),
-        Strokes(np.array(lacing), CRANE, width_px=0.9, width_m=0.6 * thick, edge=CRANE_EDGE, layer=Layer.CRANE),
-        Strokes(np.array(chords + legs), CRANE, width_px=1.5, **style),  # type: ignore[arg-type]
-        Strokes(np.array(falls + slings), ROPE, width_px=1.1, width_m=0.02 * wide, layer=Layer.CRANE),
-    )
+    strokes = crane_strokes(ties, lacing, chords + legs, falls + slings, wide, 0.06 * wide)
     return CraneParts(strokes, tuple(blocks), np.array([base, apex, tip, hook, rear]))
 
 

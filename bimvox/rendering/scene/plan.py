@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,14 @@ from bimvox.rendering.colours import (
 from bimvox.rendering.scene.cranes import poses_at, site_cranes
 from bimvox.rendering.scene.layers import Layer
 from bimvox.rendering.scene.scene import LegendEntry, Scene, Strokes, Swatch, polyline
-from bimvox.rendering.scene.site import boxes_strokes, site_canvas, site_legend, target_cells
-from bimvox.rendering.scene.solids import Canvas
+from bimvox.rendering.scene.site import (
+    boxes_strokes,
+    painted_scene,
+    site_canvas,
+    site_legend,
+    stored_cells,
+    target_cells,
+)
 from bimvox.rendering.words import clock, counted, hours
 from bimvox.site.component import Component, IntVec
 from bimvox.site.lifting import crane_for
@@ -35,6 +41,12 @@ from bimvox.site.site import Site
 FEW = 12
 """All paths are drawn up to this number; more would be unreadable."""
 _ARRIVED = 1.0
+LIFT_LEGEND = (
+    LegendEntry("start", START_BOX, Swatch.BOX, Layer.BOXES),
+    LegendEntry("target", TARGET_BOX, Swatch.BOX, Layer.BOXES),
+    LegendEntry("path", PATH, Swatch.LINE, Layer.PATHS),
+)
+"""Legend of the boxes and the path of a lift under way."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +67,6 @@ def scene_of_plan(
     lifts: Sequence[Lift],
     motions: Sequence[LiftMotion] = (),
     moment: Instant | None = None,
-    *,
-    title: str = "",
 ) -> Scene:
     """Return the picture of a plan.
 
@@ -66,32 +76,34 @@ def scene_of_plan(
             part only.
         motions: The motions of the planned ones; none without a crane.
         moment: Which lift to show under way; None for the finished building.
-        title: The title; by default the site's name.
 
     Raises:
         InputError: If the moment's lift is not planned.
     """
     by_order = {motion.order: motion for motion in motions}
     if moment is None:
-        return _finished(site, lifts, by_order, title or site.name)
+        return _finished(site, lifts, by_order)
     lift = next((lift for lift in lifts if lift.order == moment.order), None)
     if lift is None:
         raise InputError(f"there is no lift {moment.order + 1}", hint=f"lifts are numbered 1 to {len(lifts)}")
     if lift.path_vox is None or lift.place is None:
-        component = site.components[lift.component]
-        why = f"it is infeasible: {lift.reason}" if lift.status is Status.INFEASIBLE else "the log does not carry it"
-        raise InputError(
-            f"{component.name or component.id}: lift {lift.number} has no path to show; {why}",
-            hint="choose a lift that has one",
-        )
+        raise no_path_error(site, moment.order, lift)
     motion = by_order.get(lift.order)
-    others = None
-    if site.has_several_cranes and motion is not None:
-        others = _others_at(site, lifts, lift, by_order, _time_ns(motion, moment.share))
-    return _under_way(site, lifts, lift, motion, moment.share, title or site.name, others)
+    overlap = site.has_several_cranes and motion is not None
+    time_ns = 0 if motion is None else _time_ns(motion, moment.share)
+    others = _others_at(site, lifts, lift, by_order if overlap else {}, time_ns)
+    return _under_way(site, lifts, lift, motion, moment.share, others)
 
 
-def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotion], title: str) -> Scene:
+def no_path_error(site: Site, order: int, lift: Lift | None) -> InputError:
+    """Return the error for the lift of an order that has no path; None if the plan has no such lift."""
+    component = site.components[lift.component] if lift else None
+    part = f"{component.name or component.id}: " if component else ""
+    why = f"it is infeasible: {lift.reason}" if lift and lift.reason else "the log does not carry it"
+    return InputError(f"{part}lift {order + 1} has no path to show; {why}", hint="choose a lift that has one")
+
+
+def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotion]) -> Scene:
     planned = [lift for lift in lifts if lift.status is Status.PLANNED]
     drawn = [lift for lift in planned if lift.path_vox is not None]
     missing = [site.components[lift.component] for lift in lifts if lift.status is Status.INFEASIBLE]
@@ -99,137 +111,108 @@ def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotio
     for lift in planned:
         canvas.paint(target_cells(site.components[lift.component]), ASSEMBLED, layer=Layer.ASSEMBLED)
     legend = [*site_legend(site), LegendEntry(f"assembled ({len(planned)})", ASSEMBLED, layer=Layer.ASSEMBLED)]
-    strokes: list[Strokes] = []
     few = len(drawn) <= FEW
     shown = drawn if few else drawn[-1:]
     starts = [(lift.place.shape, lift.place.cell_vox) for lift in shown if lift.place is not None]
-    strokes.append(boxes_strokes(site, starts, START_BOX, width_px=2.0 if len(starts) < 3 else 1.3))
-    strokes.append(boxes_strokes(site, [(part.shape, part.target_vox) for part in missing], TARGET_BOX))
-    strokes += [path_strokes(site, lift, motions.get(lift.order), strong=not few) for lift in shown]
+    strokes = [
+        boxes_strokes(site, starts, START_BOX, width_px=2.0 if len(starts) < 3 else 1.3),
+        boxes_strokes(site, [(part.shape, part.target_vox) for part in missing], TARGET_BOX),
+        *(path_strokes(site, lift, motions.get(lift.order), strong=not few) for lift in shown),
+    ]
     if starts:
         legend.append(LegendEntry("start" if few else "start of the last lift", START_BOX, Swatch.BOX, Layer.BOXES))
     if missing:
         legend.append(LegendEntry(f"target, not placed ({len(missing)})", TARGET_BOX, Swatch.BOX, Layer.BOXES))
     if shown:
         legend.append(LegendEntry("path" if few else "path of the last lift", PATH, Swatch.LINE, Layer.PATHS))
-    poses = _poses_at_end([motions[lift.order] for lift in drawn if lift.order in motions])
+    # Every crane has just set its last part.
+    ends = {motions[lift.order].crane: motions[lift.order].loaded for lift in drawn if lift.order in motions}
+    poses = {crane: CranePose(*loaded.axes[-1].tolist()) for crane, loaded in ends.items()}
     crane_time = f", {hours(max(m.end_ns for m in motions.values()))} of crane time" if motions else ""
     caption = f"{len(planned):,} of {counted(len(lifts), 'part')} placed{crane_time}"
-    return _scene(site, canvas, strokes, legend, title, caption, poses)
+    return painted_scene(site, canvas, site_cranes(site, poses), strokes, legend, site.name, caption)
 
 
 def _under_way(
-    site: Site,
-    lifts: Sequence[Lift],
-    lift: Lift,
-    motion: LiftMotion | None,
-    share: float,
-    title: str,
-    moment: _Others | None,
+    site: Site, lifts: Sequence[Lift], lift: Lift, motion: LiftMotion | None, share: float, others: _Others
 ) -> Scene:
     assert lift.place is not None
     component = site.components[lift.component]
-    arrived = share >= _ARRIVED
-    placed = [other for other in lifts if other.status is Status.PLANNED and other.order < lift.order]
-    # A delivery arrives after all lifts of earlier ones, so the yard holds only this lift's delivery.
-    stored = [
-        other
-        for other in lifts
-        if other.place is not None
-        and other.place.delivery == lift.place.delivery
-        and other is not lift
-        and other not in placed
-    ]
-    if moment is not None:
-        placed, stored = list(moment.placed), list(moment.stored)
     at, pose = _load_at(site, lift, motion, share)
     canvas = site_canvas(site, len(lifts))
-    for other in placed:
+    for other in others.placed:
         canvas.paint(target_cells(site.components[other.component]), ASSEMBLED, layer=Layer.ASSEMBLED)
-    for other in stored:
-        assert other.place is not None
-        canvas.paint(other.place.shape.cells + np.array(other.place.cell_vox), UNBUILT, layer=Layer.UNBUILT)
-    for other, cell in moment.carried if moment is not None else ():
+    for other in others.stored:
+        canvas.paint(stored_cells(other), UNBUILT, layer=Layer.UNBUILT)
+    for other, cell in others.carried:
         canvas.paint(site.components[other.component].shape.cells + np.array(cell), IN_TRANSIT, over=True)
-    state_rgb, state = (ARRIVED, "arrived") if arrived else (IN_TRANSIT, "in transit")
+    state_rgb, state = (ARRIVED, "arrived") if share >= _ARRIVED else (IN_TRANSIT, "in transit")
     canvas.paint(component.shape.cells + np.array(at), state_rgb, over=True)
     strokes = [
         boxes_strokes(site, [(lift.place.shape, lift.place.cell_vox)], START_BOX),
         boxes_strokes(site, [(component.shape, component.target_vox)], TARGET_BOX),
         path_strokes(site, lift, motion, strong=True),
     ]
-    legend = site_legend(site)
-    if stored:
-        legend.append(LegendEntry(f"unbuilt ({len(stored)})", UNBUILT, layer=Layer.UNBUILT))
-    legend.append(LegendEntry(state, state_rgb))
-    if placed:
-        legend.append(LegendEntry(f"assembled ({len(placed)})", ASSEMBLED, layer=Layer.ASSEMBLED))
-    legend += [
-        LegendEntry("start", START_BOX, Swatch.BOX, Layer.BOXES),
-        LegendEntry("target", TARGET_BOX, Swatch.BOX, Layer.BOXES),
-        LegendEntry("path", PATH, Swatch.LINE, Layer.PATHS),
+    stored, placed = len(others.stored), len(others.placed)
+    legend = [
+        *site_legend(site),
+        *([LegendEntry(f"unbuilt ({stored})", UNBUILT, layer=Layer.UNBUILT)] if stored else []),
+        LegendEntry(state, state_rgb),
+        *([LegendEntry(f"assembled ({placed})", ASSEMBLED, layer=Layer.ASSEMBLED)] if placed else []),
+        *LIFT_LEGEND,
     ]
     name = f" {component.name}" if component.name and component.name != component.id else ""
-    at_clock = f", at {clock(_time_ns(motion, share))}" if motion else ""
+    at_clock = f", at {clock(_time_ns(motion, share) / 1e9)}" if motion else ""
     caption = (
         f"Lift {lift.number:,} of {len(lifts):,}{at_clock}: {component.ifc_class}{name}, {component.id}, "
         f"{component.mass_kg / 1000.0:.2f} t"
     )
-    poses: dict[int, CranePose | None] = {} if moment is None else {**moment.poses}
-    loads_m: dict[int, NDArray[np.float64] | None] = {} if moment is None else {**moment.loads_m}
+    poses, loads_m = dict(others.poses), dict(others.loads_m)
     if pose is not None:
         poses[component.crane], loads_m[component.crane] = pose, top_corners_m(site, component, at)
-    return _scene(site, canvas, strokes, legend, title, caption, poses, loads_m)
+    return painted_scene(site, canvas, site_cranes(site, poses, loads_m), strokes, legend, site.name, caption)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Others:
-    """The other lifts at a moment, if lifts of several cranes overlap.
+    """The other lifts at a moment; with several cranes, lifts overlap.
 
     Attributes:
+        poses: Poses of all cranes, by the crane's index.
         placed: Lifts whose part is in place.
         stored: Lifts whose part lies in the yard.
         carried: Lifts whose part hangs on another crane, and its cell.
-        poses: Poses of all cranes, by the crane's index.
         loads_m: Lifting points of the other loads, by the crane's index.
     """
 
-    placed: tuple[Lift, ...]
-    stored: tuple[Lift, ...]
-    carried: tuple[tuple[Lift, IntVec], ...]
     poses: Mapping[int, CranePose]
-    loads_m: Mapping[int, NDArray[np.float64]]
+    placed: list[Lift] = field(default_factory=list)
+    stored: list[Lift] = field(default_factory=list)
+    carried: list[tuple[Lift, IntVec]] = field(default_factory=list)
+    loads_m: dict[int, NDArray[np.float64]] = field(default_factory=dict)
 
 
 def _others_at(
     site: Site, lifts: Sequence[Lift], lift: Lift, motions: Mapping[int, LiftMotion], time_ns: int
 ) -> _Others:
-    placed, stored, carried = [], [], []
-    loads_m: dict[int, NDArray[np.float64]] = {}
+    """Return the other lifts at a time; without its motion, an earlier lift counts as placed."""
+    found = _Others(poses_at(site, list(motions.values()), time_ns))
     for other in lifts:
         motion = motions.get(other.order)
-        if other is lift or other.place is None:
+        if other is lift:
             continue
-        if motion is None:
-            there = lift.place is not None and other.place.delivery == lift.place.delivery
-            if other.status is Status.PLANNED and other.order < lift.order:
-                placed.append(other)
-            elif there:
-                stored.append(other)
-        elif time_ns >= motion.set_ns:
-            placed.append(other)
-        elif time_ns >= motion.start_ns + int(motion.loaded.time_ns[0]):
-            loaded = motion.loaded
-            share = (time_ns - motion.start_ns - int(loaded.time_ns[0])) / max(
-                int(loaded.time_ns[-1] - loaded.time_ns[0]), 1
-            )
-            at, _ = _load_at(site, other, motion, share)
-            carried.append((other, at))
-            loads_m[motion.crane] = top_corners_m(site, site.components[other.component], at)
-        elif lift.place is not None and other.place.delivery == lift.place.delivery:
-            stored.append(other)
-    poses = poses_at(site, list(motions.values()), time_ns)
-    return _Others(tuple(placed), tuple(stored), tuple(carried), poses, loads_m)
+        start_ns, set_ns = (0, 0) if motion is None else _transit_ns(motion)
+        is_earlier = other.status is Status.PLANNED and other.order < lift.order
+        if is_earlier if motion is None else time_ns >= set_ns:
+            found.placed.append(other)
+        elif motion is not None and time_ns >= start_ns:
+            at, _ = _load_at(site, other, motion, (time_ns - start_ns) / max(set_ns - start_ns, 1))
+            found.carried.append((other, at))
+            found.loads_m[motion.crane] = top_corners_m(site, site.components[other.component], at)
+        # A delivery arrives after all lifts of earlier ones, so the yard holds only this lift's delivery.
+        elif other.place is not None and lift.place is not None and other.place.delivery == lift.place.delivery:
+            found.stored.append(other)
+    return found
 
 
 def path_m(site: Site, lift: Lift, motion: LiftMotion | None) -> NDArray[np.float64]:
@@ -238,10 +221,8 @@ def path_m(site: Site, lift: Lift, motion: LiftMotion | None) -> NDArray[np.floa
     middle = np.array(component.shape.size_vox) / 2.0
     if motion is not None and site.cranes:
         loaded, crane = motion.loaded, site.cranes[motion.crane]
-        axes = np.stack([loaded.slew_rad, loaded.radius_m, loaded.height_m], axis=1)
-        cells = cells_of_axes(
-            load_frame(crane_for(site, crane, component), site.frame, component.hook_offset_vox), axes
-        )
+        load = load_frame(crane_for(site, crane, component), site.frame, component.hook_offset_vox)
+        cells = cells_of_axes(load, loaded.axes)
     else:
         assert lift.path_vox is not None
         cells = lift.path_vox.astype(np.float64)
@@ -272,30 +253,20 @@ def _load_at(site: Site, lift: Lift, motion: LiftMotion | None, share: float) ->
         return (x, y, z), None
     loaded = motion.loaded
     time = loaded.time_ns[0] + share * float(loaded.time_ns[-1] - loaded.time_ns[0])
-    slew, radius, height = (
-        float(np.interp(time, loaded.time_ns, axis)) for axis in (loaded.slew_rad, loaded.radius_m, loaded.height_m)
-    )
-    crane = site.cranes[motion.crane]
-    load = load_frame(crane_for(site, crane, component), site.frame, component.hook_offset_vox)
-    x, y, z = (round(float(n)) for n in cells_of_axes(load, np.array([slew, radius, height])))
-    return (x, y, z), CranePose(slew, radius, height)
+    axes = np.array([np.interp(time, loaded.time_ns, axis) for axis in loaded.axes.T])
+    load = load_frame(crane_for(site, site.cranes[motion.crane], component), site.frame, component.hook_offset_vox)
+    x, y, z = (round(float(n)) for n in cells_of_axes(load, axes))
+    return (x, y, z), CranePose(*axes.tolist())
+
+
+def _transit_ns(motion: LiftMotion) -> tuple[int, int]:
+    """Return when the load leaves the yard, and when it is at its place."""
+    return motion.start_ns + int(motion.loaded.time_ns[0]), motion.set_ns
 
 
 def _time_ns(motion: LiftMotion, share: float) -> int:
-    loaded = motion.loaded
-    length_ns = int(loaded.time_ns[-1] - loaded.time_ns[0])
-    return motion.start_ns + int(loaded.time_ns[0]) + round(min(max(share, 0.0), 1.0) * length_ns)
-
-
-def _poses_at_end(motions: Sequence[LiftMotion]) -> dict[int, CranePose | None]:
-    """Return the pose in which every crane has set its last part."""
-    poses: dict[int, CranePose | None] = {}
-    for motion in motions:
-        loaded = motion.loaded
-        poses[motion.crane] = CranePose(
-            float(loaded.slew_rad[-1]), float(loaded.radius_m[-1]), float(loaded.height_m[-1])
-        )
-    return poses
+    start_ns, set_ns = _transit_ns(motion)
+    return start_ns + round(min(max(share, 0.0), 1.0) * (set_ns - start_ns))
 
 
 def top_corners_m(site: Site, component: Component, at: IntVec) -> NDArray[np.float64]:
@@ -305,28 +276,3 @@ def top_corners_m(site: Site, component: Component, at: IntVec) -> NDArray[np.fl
     corners = [(a, b, z) for a in (inset_x, x - inset_x) for b in (inset_y, y - inset_y)]
     tops: NDArray[np.float64] = site.frame.corner_of(np.array(at) + np.array(corners))
     return tops
-
-
-def _scene(
-    site: Site,
-    canvas: Canvas,
-    strokes: Sequence[Strokes],
-    legend: list[LegendEntry],
-    title: str,
-    caption: str,
-    poses: Mapping[int, CranePose | None],
-    loads_m: Mapping[int, NDArray[np.float64] | None] | None = None,
-) -> Scene:
-    parts = site_cranes(site, poses, loads_m)
-    return Scene(
-        frame=site.frame,
-        solids=canvas.solids,
-        palette=canvas.palette,
-        strokes=(*parts.strokes, *strokes),
-        blocks=parts.blocks,
-        legend=tuple(legend),
-        title=title,
-        caption=caption,
-        points_m=parts.points_m,
-        layers=canvas.layers,
-    )

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.grid.labels import Label
 from bimvox.planning.yard import storage_poses
+from bimvox.records.lift import Lift
 from bimvox.rendering.colours import (
     ASSEMBLED,
     CONSTRUCTION_AREA,
@@ -22,8 +23,9 @@ from bimvox.rendering.colours import (
 )
 from bimvox.rendering.draw.camera import View
 from bimvox.rendering.scene.cranes import building_centre_m, site_cranes
+from bimvox.rendering.scene.lattice import CraneParts
 from bimvox.rendering.scene.layers import Layer
-from bimvox.rendering.scene.scene import LegendEntry, Scene, Strokes, box_edges
+from bimvox.rendering.scene.scene import Block, LegendEntry, Scene, Strokes, box_edges
 from bimvox.rendering.scene.solids import Canvas
 from bimvox.rendering.words import counted
 from bimvox.site.component import Component, IntVec, Shape
@@ -38,13 +40,13 @@ _AREAS = (
 _SIDE_DEG = 38.0
 
 
-def scene_of_site(site: Site, *, title: str = "") -> Scene:
+def scene_of_site(site: Site) -> Scene:
     """Return the picture of a site before planning, with the components at their targets."""
     canvas = site_canvas(site, len(site.components) * 2)
     legend = site_legend(site)
     strokes: list[Strokes] = []
     for component in site.components:
-        canvas.paint(component.shape.cells + np.array(component.target_vox), ASSEMBLED, layer=Layer.ASSEMBLED)
+        canvas.paint(target_cells(component), ASSEMBLED, layer=Layer.ASSEMBLED)
     legend.append(LegendEntry(f"as designed ({len(site.components)})", ASSEMBLED, layer=Layer.ASSEMBLED))
     given = [component for component in site.components if component.start_vox is not None]
     for component in given:
@@ -53,20 +55,34 @@ def scene_of_site(site: Site, *, title: str = "") -> Scene:
         strokes.append(boxes_strokes(site, [(shape, cell)], START_BOX))
     if given:
         legend.append(LegendEntry(f"in the yard ({len(given)})", UNBUILT, layer=Layer.UNBUILT))
-    parts = site_cranes(site)
     size_m = site.frame.voxel_size_m
     extent = " x ".join(f"{n * size_m:g}" for n in site.shape)
     mass_t = sum(component.mass_kg for component in site.components) / 1000.0
+    caption = f"{counted(len(site.components), 'part')}, {mass_t:,.1f} t; {extent} m in cells of {size_m:g} m"
+    return painted_scene(site, canvas, site_cranes(site), strokes, legend, site.name, caption)
+
+
+def painted_scene(
+    site: Site,
+    canvas: Canvas,
+    cranes: CraneParts,
+    strokes: Iterable[Strokes],
+    legend: Iterable[LegendEntry],
+    title: str,
+    caption: str,
+    blocks: Sequence[Block] = (),
+) -> Scene:
+    """Return the scene of a painted canvas with the cranes, further lines and blocks, and text."""
     return Scene(
         frame=site.frame,
         solids=canvas.solids,
         palette=canvas.palette,
-        strokes=(*parts.strokes, *strokes),
-        blocks=parts.blocks,
+        strokes=(*cranes.strokes, *strokes),
+        blocks=(*cranes.blocks, *blocks),
         legend=tuple(legend),
-        title=title or site.name,
-        caption=f"{counted(len(site.components), 'part')}, {mass_t:,.1f} t; {extent} m in cells of {size_m:g} m",
-        points_m=parts.points_m,
+        title=title,
+        caption=caption,
+        points_m=cranes.points_m,
         layers=canvas.layers,
     )
 
@@ -119,6 +135,13 @@ def boxes_strokes(
 def target_cells(component: Component) -> NDArray[np.int32]:
     """Return the (N, 3) cells of a part at its place in the building."""
     cells: NDArray[np.int32] = component.shape.cells + np.array(component.target_vox, np.int32)
+    return cells
+
+
+def stored_cells(lift: Lift) -> NDArray[np.int32]:
+    """Return the (N, 3) cells of a lift's part at its place in the yard, which it must have."""
+    assert lift.place is not None
+    cells: NDArray[np.int32] = lift.place.shape.cells + np.array(lift.place.cell_vox, np.int32)
     return cells
 
 

@@ -9,9 +9,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from bimvox.rendering.plots.histogram import Axis, Series, draw_histogram
-from bimvox.rendering.plots.look import LINES
-from bimvox.rendering.plots.plan_figures import draw_latencies, draw_path_ratios, draw_utilisation
-from bimvox.rendering.plots.scaling import Growth, draw_scaling
+from bimvox.rendering.plots.look import LINES, bytes_of
+from bimvox.rendering.plots.plan_figures import draw_path_ratios, draw_utilisation
 
 
 def lift(use: float | None, method: str = "policy", moves: int | None = 110) -> dict:
@@ -25,14 +24,12 @@ LIFTS = [lift(0.2), lift(0.4, "search", 100), lift(0.41), lift(0.9, "retrained",
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
     """The figures as matplotlib has them, so that bars are counted and not pixels."""
     figures: list[Figure] = []
-    for module in ("histogram", "scaling"):
-        original = __import__(f"bimvox.rendering.plots.{module}", fromlist=["bytes_of"]).bytes_of
 
-        def kept(figure: Figure, file_format: str, original=original) -> bytes:
-            figures.append(figure)
-            return original(figure, file_format)
+    def kept(figure: Figure, file_format: str) -> bytes:
+        figures.append(figure)
+        return bytes_of(figure, file_format)
 
-        monkeypatch.setattr(f"bimvox.rendering.plots.{module}.bytes_of", kept)
+    monkeypatch.setattr("bimvox.rendering.plots.histogram.bytes_of", kept)
     return figures
 
 
@@ -63,32 +60,6 @@ def test_series_stand_on_each_other_and_differ_without_colour(drawn):
     assert bars[0].get_hatch() != bars[2].get_hatch()
 
 
-def test_latencies_have_their_quantiles(drawn):
-    draw_latencies([10.0, 20.0, 30.0, 1000.0], bound_ms=500.0)
-    labels = [text.get_text() for text in drawn[0].axes[0].get_legend().get_texts()]
-    assert labels == [
-        "median 25 ms",
-        f"95 % below {np.quantile([10, 20, 30, 1000], 0.95):.0f} ms",
-        "wanted below 500 ms",
-    ]
-    assert drawn[0].axes[0].get_xscale() == "log"
-    assert heights(drawn[0]) == 4
-
-
-def test_the_exponent_of_growth():
-    size = np.array([1.0, 2.0, 4.0, 8.0])
-    assert Growth("a", size, 3.0 * size**1.5).exponent == pytest.approx(1.5)
-    assert np.isnan(Growth("a", np.array([2.0, 2.0]), np.array([1.0, 3.0])).exponent)
-
-
-def test_scaling_says_its_exponent(drawn):
-    size = np.array([1.0, 10.0, 100.0])
-    picture = draw_scaling([Growth("plan", size, size**2), Growth("one", size[:1], size[:1])], size="parts", value="s")
-    assert Image.open(io.BytesIO(picture)).format == "PNG"
-    labels = [text.get_text() for text in drawn[0].axes[0].get_legend().get_texts()]
-    assert labels == ["plan  ~ size^2.00", "one"]
-
-
 @pytest.mark.parametrize(
     "draw",
     [
@@ -104,7 +75,7 @@ def test_equal_figures_give_equal_bytes(draw):
 
 @pytest.mark.parametrize(
     "draw",
-    [lambda: draw_utilisation([], 0.75), lambda: draw_path_ratios([]), lambda: draw_latencies([])],
+    [lambda: draw_utilisation([], 0.75), lambda: draw_path_ratios([])],
 )
 def test_nothing_to_count_is_an_empty_plot(draw):
     assert Image.open(io.BytesIO(draw())).format == "PNG"

@@ -1,4 +1,4 @@
-"""Scaling plots: a value over a size, both on logarithmic scales, with the fitted slope."""
+"""Plots of measurements: values over a size with the fitted slope, and the distribution of replan latencies."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bimvox.rendering.plots.look import LINES, Format, bytes_of, house_style
+from bimvox.rendering.plots.histogram import Axis, Mark, Series, draw_histogram
+from bimvox.rendering.plots.look import LINES, bytes_of, house_style
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,17 +35,14 @@ class Growth:
         return float(np.polyfit(np.log(self.size), np.log(self.value), 1)[0])
 
 
-def draw_scaling(
-    series: Sequence[Growth], *, size: str, value: str, title: str = "", file_format: Format = "png"
-) -> bytes:
-    """Return the plot of values over a size.
+def draw_scaling(series: Sequence[Growth], *, size: str, value: str, title: str = "") -> bytes:
+    """Return the plot of values over a size as PNG, both on logarithmic scales; the legend gives the exponents.
 
     Args:
-        series: The series; the legend gives their exponents.
+        series: The series.
         size: Label of the size, with its unit.
         value: Label of the value, with its unit.
         title: Above the axes.
-        file_format: ``png`` or ``svg``.
     """
     with house_style():
         figure = Figure(figsize=(4.6, 3.2), layout="constrained")
@@ -67,4 +65,25 @@ def draw_scaling(
         axes.set_title(title)
         if series:
             axes.legend()
-        return bytes_of(figure, file_format)
+        return bytes_of(figure, "png")
+
+
+def draw_latencies(latencies_ms: Sequence[float], bound_ms: float) -> bytes:
+    """Return the distribution of replan latencies as PNG, on a logarithmic scale.
+
+    Args:
+        latencies_ms: One per change, above 0.
+        bound_ms: The bound, marked by a line.
+    """
+    values = np.array(latencies_ms, np.float64)
+    marks = [Mark(bound_ms, f"wanted below {bound_ms:g} ms")]
+    if len(values):
+        half, most = np.quantile(values, [0.5, 0.95])
+        marks = [Mark(float(half), f"median {half:.0f} ms"), Mark(float(most), f"95 % below {most:.0f} ms"), *marks]
+    return draw_histogram(
+        [Series("", values)],
+        Axis("from the change to the written log, ms", logarithmic=len(values) > 0),
+        counted="replans",
+        title="Replan latency",
+        marks=marks,
+    )

@@ -1,0 +1,107 @@
+"""The site and its cranes, each with its load chart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from html import escape
+from typing import Any
+
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.rendering.report.chart import load_chart
+from bimvox.rendering.report.html import number, paragraph, section, tag, terms
+from bimvox.rendering.report.words import SWING, fixed, percent, tonnes
+
+
+def machine(record: dict[str, Any], cranes: Sequence[TowerCrane]) -> str:
+    """Return site and cranes with their load charts."""
+    site, rules, first = record["site"], record["site"]["rules"], record["crane"]
+    size_m = site["voxel_size_m"]
+    extent = " x ".join(f"{value:g}" for value in site["extent_m"])
+    cells = " x ".join(str(value) for value in site["shape"])
+    pairs = [
+        ("Extent", f"{extent} m, {cells} cells of {number(size_m, f'{size_m:g}', 'voxel_size_m')} m"),
+        ("Yard", f"{fixed(site['yard_m2'], 0)} m²"),
+        ("No load above", f"{fixed(site['no_load_m2'], 0)} m²" if site["no_load_m2"] else ""),
+        ("No hook above", f"{fixed(site['prohibited_m2'], 0)} m²" if site["prohibited_m2"] else ""),
+        ("Obstructions", escape(", ".join(site["obstructions"])) or "none"),
+        ("Standing structure", fixed(site["structure"], 0)),
+        ("Clearance", f"{rules['clearance_m']:g} m from obstructions and mast"),
+        ("Contact tolerance", f"{rules['contact_tolerance_m'] * 1000:g} mm"),
+        ("Samples", f"every {rules['sample_period_s']:g} s or closer"),
+    ]
+    if first is None:
+        pairs.append(("Crane", "none: paths are proven cell by cell, times are nominal"))
+        return section("Site", terms(pairs))
+    pairs.append(("Swing", SWING[rules["swing"]]))
+    machines = [first, *record.get("other_cranes", [])]
+    several = len(machines) > 1
+    shown = []
+    for number_, (own, crane) in enumerate(zip(machines, cranes, strict=True)):
+        lifts = [lift for lift in record["lifts"] if not several or lift["crane"] == number_]
+        title = f"Crane {number_ + 1} and load chart" if several else "Crane and load chart"
+        shown.append(_crane(record, own, crane, lifts, title))
+    return section("Site", terms(pairs)) + "".join(shown)
+
+
+def _crane(
+    record: dict[str, Any], machine: dict[str, Any], crane: TowerCrane, lifts: Sequence[dict[str, Any]], title: str
+) -> str:
+    """Return one crane, and its load chart with its lifts."""
+    rules = record["site"]["rules"]
+    base = ", ".join(fixed(value, 2) for value in machine["base_m"])
+    slew = math.degrees(machine["slewing"]["rate"])
+    rigging = number(machine["rigging_mass_kg"], tonnes(machine["rigging_mass_kg"]), "rigging_mass_kg")
+    trolley, hoist = machine["trolley"]["rate"], machine["hoist"]["rate"]
+    second = f"trolley {trolley:g} m/s"
+    if (luffing := machine["luffing"]) is not None:
+        second, hoist = f"luffing {math.degrees(luffing['limits']['rate']):.2f} °/s", luffing["winch"]["rate"]
+    gears = "".join(f"; up to {tonnes(most)} t {fixed(rate * 60, 0)} m/min" for most, rate in machine["gears"])
+    jib = f"{machine['jib_length_m']:.4g} m long, {machine['jib_height_m']:.4g} m high"
+    own = [
+        ("Crane", f"<b>{escape(machine['name'])}</b>, foot at x, y, z {base} m"),
+        ("Luffing", _luffing_words(machine["luffing"])),
+        ("Jib", f"{jib}, hook from {machine['min_radius_m']:.4g} m on"),
+        ("Rigging", f"{rigging} t, slings {machine['sling_m']:g} m high"),
+        ("Reeving", f"{machine['falls']} falls, hook block {tonnes(machine['hook_block_kg'])} t{gears}"),
+        ("Highest rates", f"slewing {fixed(slew, 2)} °/s, {second}, hoist {hoist:g} m/s"),
+        ("Wind", f"works up to {machine['max_wind_m_s']:g} m/s; planned for {rules['wind_speed_m_s']:g} m/s"),
+        ("Working range", escape(_working_range(machine["working_range"]))),
+        ("Slow zones", ", ".join(f"{share * 100:g} % of the rates" for share in machine["slow_zones"])),
+    ]
+    radii = "".join(f"<td>{number(r, f'{r:g}')}</td>" for r, _ in machine["chart"])
+    capacities = "".join(f"<td>{number(c, tonnes(c))}</td>" for _, c in machine["chart"])
+    rows = (f"<th scope='row'>Radius m</th>{radii}", f"<th scope='row'>Capacity t</th>{capacities}")
+    chart = "".join(tag("tr", cells) for cells in rows)
+    drawn = load_chart(crane, lifts, record["critical_share"])
+    note = (
+        f"Full line: capacity. Dashed: {percent(record['critical_share'], 0)} of it. A dot is a lift at its "
+        "governing sample, a triangle a critical one. Between two radii the capacity is interpolated by a hyperbola."
+    )
+    return section(
+        title, terms(own), tag("table", tag("tbody", chart), "chartrow"), tag("div", drawn, "sheet"),
+        paragraph(note, "faint"),
+    )  # fmt: skip
+
+
+def _working_range(given: dict[str, Any]) -> str:
+    """Return the settings of the limiters; empty without any."""
+    words = []
+    if given["slew_rad"] is not None:
+        words.append("slewing {:.1f}° to {:.1f}°".format(*(math.degrees(angle) for angle in given["slew_rad"])))
+    if given["radius_m"] is not None:
+        words.append("radius {:g} to {:g} m".format(*given["radius_m"]))
+    if given["highest_hook_m"] is not None:
+        words.append(f"hook up to {given['highest_hook_m']:g} m")
+    return ", ".join(words)
+
+
+def _luffing_words(jib: dict[str, Any] | None) -> str:
+    """Return the data of a luffing jib; empty for a jib with a trolley."""
+    if jib is None:
+        return ""
+    low, high = (math.degrees(angle) for angle in jib["luff_rad"])
+    return (
+        f"{jib['length_m']:g} m, pivot at {jib['pivot_height_m']:g} m, {low:.0f}° to {high:.0f}° at "
+        f"{math.degrees(jib['limits']['rate']):.2f} °/s, tail {jib['tail_radius_m']:g} m"
+    )
