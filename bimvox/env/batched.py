@@ -17,6 +17,7 @@ from bimvox.env.actions import ACTION_COUNT, checked_actions
 from bimvox.env.dynamics import has_arrived, transition
 from bimvox.env.guard import CALM, guarded_action
 from bimvox.env.limits import StepLimit, steps_allowed
+from bimvox.env.names import named
 from bimvox.env.observation import TRAIL_STEPS, VIEW_SIZE, look
 from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance, pooled_distance
 from bimvox.env.problem import LiftProblem, is_learnable
@@ -135,7 +136,7 @@ class BatchedLiftEnv:
         self.ended_problem = np.zeros(lifts, np.int64)
         self.pool = pool_of(problems, with_distances=True)
         chances = np.full(len(problems), 1.0 / len(problems)).cumsum()
-        self._rules = EpisodeRules(chances, mix, limit, REWARDS[reward_name], teacher_discount)
+        self._rules = EpisodeRules(chances, mix, limit, named("reward", reward_name, REWARDS), teacher_discount)
         self._threads = threads
         self._executor = ThreadPoolExecutor(threads) if threads > 1 else None
         self.state = BatchState(

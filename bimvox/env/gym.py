@@ -29,8 +29,8 @@ def register() -> None:
         if env_id not in gymnasium.registry:
             gymnasium.register(
                 env_id,
-                entry_point="bimvox.paper.rendering.environments:DrawnPaperSiteEnv",
-                vector_entry_point="bimvox.paper.rendering.environments:DrawnPaperVectorEnv",
+                entry_point="bimvox.paper.env.site_env:PaperSiteEnv",
+                vector_entry_point="bimvox.paper.env.vector_env:PaperVectorEnv",
                 kwargs={"site": site},
             )
     if LIFT_ENV_ID not in gymnasium.registry:

@@ -7,15 +7,15 @@ from typing import Any, SupportsFloat
 
 import gymnasium
 import numpy as np
+from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
 from bimvox.env.actions import ACTION_COUNT, Action, checked_action
 from bimvox.env.batched import MEMORY
 from bimvox.env.default_problem import default_problem
 from bimvox.env.dynamics import has_arrived, transition
-from bimvox.env.gym import LIFT_ENV_ID as ENV_ID
-from bimvox.env.gym import register
 from bimvox.env.limits import StepLimit, steps_allowed
+from bimvox.env.names import named
 from bimvox.env.observation import VIEW_SIZE, look
 from bimvox.env.pool import pool_of
 from bimvox.env.problem import LiftProblem, is_learnable
@@ -24,14 +24,12 @@ from bimvox.env.starts import YARD_ONLY, StartMix, draw_start
 from bimvox.env.state import NO_ACTION, LiftState, initial_state
 from bimvox.site.collision import placement_is_free
 
-__all__ = ["ENV_ID", "LiftEnv", "register"]
-
 
 class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     """Bring one component from the yard to its place, a voxel at a time.
 
-    It uses the same pure functions as :class:`bimvox.env.batched.BatchedLiftEnv`. This one is for experiments and for
-    learners of others, that one for training.
+    It uses the same pure functions as :class:`bimvox.env.batched.BatchedLiftEnv`. This environment is for experiments
+    and for other learners; the batched one trains the policy.
 
     ``reset`` takes the options ``problem`` (index) and ``start`` (reference cell). ``info`` holds ``is_success``,
     ``bumped``, ``cell_vox`` and ``distance`` (moves to the target).
@@ -64,7 +62,7 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         if not all(is_learnable(problem) for problem in self._problems):
             raise ValueError("a problem has no distance field, or no start from which its target can be reached")
         self._pool = pool_of(self._problems, with_distances=True)
-        self._weights = REWARDS[reward_name]
+        self._weights = named("reward", reward_name, REWARDS)
         self._mix = mix
         self._limit = limit
         self.render_mode = render_mode
@@ -73,6 +71,7 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         self._p = 0
         self._state = LiftState(0, 0, 0, NO_ACTION, 0)
         self._allowed = 0
+        self._begun = False
         self._cells = np.zeros((MEMORY, 3), np.int32)
 
     @property
@@ -102,6 +101,7 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         self._state = initial_state(*cell)
         self._cells[0] = cell
         self._allowed = steps_allowed(self._limit, self.problem.distance_from(cell))
+        self._begun = True
         return self._observation(), self._info(bumped=False)
 
     def step(self, action: np.int64) -> tuple[NDArray[np.float32], SupportsFloat, bool, bool, dict[str, Any]]:
@@ -109,7 +109,10 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
 
         Raises:
             ActionError: If the action is not an integer from 0 to 5.
+            ResetNeeded: Before the first ``reset``.
         """
+        if not self._begun:
+            raise ResetNeeded("step: no episode has begun; call reset() first")
         before = self._state
         self._state, bumped = transition(self.problem.space, before, checked_action(action))
         self._cells[self._state.steps % MEMORY] = self._state[:3]

@@ -1,39 +1,103 @@
-"""Every choice behind a training run."""
+"""The choices behind a training run."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
 from dataclasses import asdict, dataclass, fields, replace
-from typing import Any
+from typing import Any, TypeVar
 
 from bimvox.env.limits import StepLimit
+from bimvox.env.names import named
 from bimvox.env.reward import REWARDS
 from bimvox.env.starts import TRAINING_MIX, StartMix
 from bimvox.errors import PolicyError
 
+C = TypeVar("C", bound="DqnChoices")
+
 
 @dataclass(frozen=True, slots=True)
-class DqnConfig:
-    """Deep Q-learning (Mnih et al. 2015) on many lifts at once.
+class DqnChoices:
+    """The choices that every training by deep Q-learning makes (Mnih et al. 2015).
 
-    Steps are environment steps, summed over all lifts in parallel.
+    Steps are environment steps, summed over all environments in parallel.
 
     Attributes:
         hidden: Widths of the hidden layers.
-        reward: A key of ``bimvox.env.reward.REWARDS``.
-        discount: Per step. Low, because the shaped reward rates each move at once.
+        reward: Name of the reward.
+        discount: Per step. Low for the shaped reward, because it rates each move at once.
         learning_rate: Of Adam.
         batch_size: Transitions per gradient step.
         buffer_size: Transitions remembered.
         learning_starts: Steps before the first gradient step.
-        lifts: Environments in parallel.
-        gradient_steps: Gradient steps per ``lifts`` environment steps.
+        gradient_steps: Gradient steps each time all environments have taken one step.
         target_update: Gradient steps between two copies to the target network.
         double_q: Whether the online network chooses the action that the target network values (double Q-learning, van
-            Hasselt et al. 2016). Off by default: with the exact shaped reward it changed nothing in the steps needed.
+            Hasselt et al. 2016).
+        max_gradient_norm: Gradients are scaled down to this length.
         exploration_first: Share of random actions at the start.
-        exploration_last: The same from ``exploration_steps`` on.
-        exploration_steps: Steps over which the share falls linearly; not a share of the budget, so that a larger
-            budget begins with the same run.
+        exploration_last: The same from the end of the exploration phase on.
+        test_every: Steps between two tests.
+        required_success: Success rate at which training stops.
+    """
+
+    hidden: tuple[int, ...]
+    reward: str
+    discount: float
+    learning_rate: float
+    batch_size: int
+    buffer_size: int
+    learning_starts: int
+    gradient_steps: int
+    target_update: int
+    double_q: bool
+    max_gradient_norm: float
+    exploration_first: float
+    exploration_last: float
+    test_every: int
+    required_success: float
+
+    def check(self, environments: str, *counts: str) -> None:
+        """Refuse impossible choices.
+
+        Args:
+            environments: Name of the field with the number of environments in parallel.
+            *counts: Names of further fields that must be at least one.
+
+        Raises:
+            ValueError: The message begins with the name of the field.
+        """
+        for name in ("batch_size", "gradient_steps", "target_update", "test_every", environments, *counts):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name}: {getattr(self, name)} is less than one")
+        if any(width < 1 for width in self.hidden):
+            raise ValueError(f"hidden: {self.hidden} holds an empty layer")
+        if self.buffer_size < getattr(self, environments):
+            raise ValueError(f"buffer_size: {self.buffer_size} is less than one step of all {environments}")
+        if not 0.0 <= self.discount < 1.0:
+            raise ValueError(f"discount: {self.discount} is not in [0, 1)")
+
+    def sb3_arguments(self) -> dict[str, Any]:
+        """Return the arguments of stable-baselines3's DQN."""
+        return {
+            "learning_rate": self.learning_rate,
+            "buffer_size": self.buffer_size,
+            "learning_starts": self.learning_starts,
+            "batch_size": self.batch_size,
+            "gamma": self.discount,
+            "train_freq": 1,
+            "gradient_steps": self.gradient_steps,
+            "max_grad_norm": self.max_gradient_norm,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class DqnConfig(DqnChoices):
+    """The choices behind a policy of crane lifts, trained on many lifts at once.
+
+    Attributes:
+        lifts: Environments in parallel.
+        exploration_steps: Steps over which the share of random actions falls linearly; not a share of the budget, so
+            that a larger budget begins with the same run.
         exploration_spread: How differently the lifts explore: lift n of N with the share to the power
             1 + spread n / (N - 1) (Horgan et al. 2018); 0: all alike.
         learning_rate_last: Learning rate at the end of the budget; it falls linearly over the last ``cooling`` of it.
@@ -41,14 +105,11 @@ class DqnConfig:
         averaging: Share of the old weights in their running average, per gradient step; the average is tested and kept.
             0: no average.
         teacher: Weight of a second loss: all six values against those of the distance field. 0: reward only.
-        max_gradient_norm: Gradients are scaled down to this length.
         mix: Where training episodes begin.
         limit: Actions allowed per training episode and per test, from the exact distance.
-        test_every: Steps between two tests.
         test_starts: Yard starts per test, evenly spread over the problems and over the starts of each.
         both_ways: Whether a test rolls out as a plan does, with several guards, from both ends and with detours cut,
             instead of once from the start.
-        required_success: Success rate at which training stops.
         required_ratio: Largest mean path / shortest path at which training stops.
     """
 
@@ -81,14 +142,8 @@ class DqnConfig:
     required_ratio: float = 1.05
 
     def __post_init__(self) -> None:
-        if self.reward not in REWARDS:
-            raise ValueError(f"reward {self.reward!r}: known are {', '.join(REWARDS)}")
-        if min(self.lifts, self.batch_size, self.gradient_steps, self.test_every, self.test_starts, *self.hidden) < 1:
-            raise ValueError("lifts, batch_size, gradient_steps, test_every, test_starts and hidden must be positive")
-        if self.buffer_size < self.lifts:
-            raise ValueError(f"buffer_size {self.buffer_size} holds not even one step of {self.lifts} lifts")
-        if not 0.0 <= self.discount < 1.0:
-            raise ValueError(f"discount {self.discount}: it must be in [0, 1)")
+        named("reward", self.reward, REWARDS)
+        self.check("lifts", "test_starts")
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -123,25 +178,35 @@ def adapting(config: DqnConfig, hidden: tuple[int, ...]) -> DqnConfig:
 
 
 def config_from_dict(plain: dict[str, Any]) -> DqnConfig:
-    """Return the configuration of :meth:`DqnConfig.to_dict`.
+    """Return the configuration of :meth:`DqnConfig.to_dict`; see :func:`choices_from_dict`."""
+    return choices_from_dict(
+        DqnConfig, plain, mix=lambda values: StartMix(**values), limit=lambda values: StepLimit(**values)
+    )
+
+
+def choices_from_dict(
+    kind: type[C], plain: dict[str, Any], optional: Collection[str] = (), **convert: Callable[[Any], Any]
+) -> C:
+    """Return choices from JSON values.
+
+    Args:
+        kind: Their class.
+        plain: The values by field.
+        optional: Fields that may be missing.
+        **convert: How the values of some fields become Python's.
 
     Raises:
         PolicyError: A key is missing or unknown, or a value is impossible.
     """
-    names = {field.name for field in fields(DqnConfig)}
-    if set(plain) != names:
+    names = {field.name for field in fields(kind)}
+    missing, unknown = names - set(plain) - set(optional), set(plain) - names
+    if missing or unknown:
         raise PolicyError(
             "the training configuration has other keys than this version's",
-            differs={"missing": sorted(names - set(plain)), "unknown": sorted(set(plain) - names)},
+            differs={"missing": sorted(missing), "unknown": sorted(unknown)},
         )
     try:
-        return DqnConfig(
-            **{
-                **plain,
-                "hidden": tuple(plain["hidden"]),
-                "mix": StartMix(**plain["mix"]),
-                "limit": StepLimit(**plain["limit"]),
-            }
-        )
+        converted = {name: function(plain[name]) for name, function in convert.items()}
+        return kind(**{**plain, "hidden": tuple(plain["hidden"]), **converted})
     except (TypeError, ValueError) as error:
         raise PolicyError(f"the training configuration is impossible: {error}") from error

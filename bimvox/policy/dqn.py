@@ -62,14 +62,7 @@ class LiftDqn(DQN):
         super().__init__(
             FramedPolicy,
             env,
-            learning_rate=config.learning_rate,
-            buffer_size=config.buffer_size,
-            learning_starts=config.learning_starts,
-            batch_size=config.batch_size,
-            gamma=config.discount,
-            train_freq=1,
-            gradient_steps=config.gradient_steps,
-            max_grad_norm=config.max_gradient_norm,
+            **config.sb3_arguments(),
             policy_kwargs={"net_arch": list(config.hidden)},
             replay_buffer_class=ViewReplay,  # type: ignore[arg-type]
             replay_buffer_kwargs={"teacher": config.teacher > 0.0, "seed": seed},

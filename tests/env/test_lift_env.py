@@ -10,6 +10,7 @@ from lift_sites import clearance_of
 from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 import bimvox.env.lift_env as lift_env
+from bimvox.env import gym
 from bimvox.env.default_problem import default_problem
 from bimvox.env.limits import StepLimit
 from bimvox.env.problem import lift_problem, training_problem
@@ -38,8 +39,8 @@ def test_gymnasium_and_sb3_find_nothing_to_warn_about():
 
 
 def test_registering_twice_is_harmless():
-    lift_env.register()
-    assert lift_env.ENV_ID in gymnasium.registry
+    gym.register()
+    assert gym.LIFT_ENV_ID in gymnasium.registry
 
 
 def test_seed_twins_live_the_same_life():
@@ -106,3 +107,8 @@ def test_what_cannot_work_is_refused():
         lift_env.LiftEnv(render_mode="human")
     with pytest.raises(ValueError, match="no distance field"):
         lift_env.LiftEnv([lift_problem(default_problem().space, (0, 0, 2), (7, 7, 1))])
+
+
+def test_a_step_before_the_first_reset_is_refused():
+    with pytest.raises(gymnasium.error.ResetNeeded, match="reset"):
+        lift_env.LiftEnv().step(np.int64(0))

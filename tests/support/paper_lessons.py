@@ -10,7 +10,7 @@ import numpy as np
 from bimvox.paper.env.component import column
 from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.policy.config import OUR_MODE, PAPER_MODE
-from bimvox.paper.policy.network import PaperNetwork
+from bimvox.policy.learner.network import ValueNetwork
 from bimvox.policy.perceptron import Perceptron
 
 TINY = PaperSpec((5, 5, 5), (2, 2, 3, 3), (column(2, (2, 2, 1)),), step_limit=8, max_steps=14)
@@ -23,15 +23,15 @@ SLOW = replace(PAPER_MODE, hidden=(16, 16), learning_starts=100, test_every=200,
 """The paper's mode, small."""
 
 
-def network_that_always(action: int, inputs: int, hidden: tuple[int, ...] = ()) -> PaperNetwork:
+def network_that_always(action: int, inputs: int, hidden: tuple[int, ...] = ()) -> ValueNetwork:
     """Return a network that wants the same action whatever it sees."""
     sizes = (inputs, *hidden, 6)
     biases = tuple(np.zeros(size, np.float32) for size in sizes[1:])
     biases[-1][action] = 1.0
-    return PaperNetwork(Perceptron(tuple(np.zeros(shape, np.float32) for shape in pairwise(sizes)), biases))
+    return ValueNetwork(Perceptron(tuple(np.zeros(shape, np.float32) for shape in pairwise(sizes)), biases))
 
 
-def drawn_network(rng: np.random.Generator, inputs: int, *, dueling: bool, hidden: int = 8) -> PaperNetwork:
+def drawn_network(rng: np.random.Generator, inputs: int, *, dueling: bool, hidden: int = 8) -> ValueNetwork:
     """Return a network of random weights."""
 
     def stream(outputs: int) -> Perceptron:
@@ -43,4 +43,4 @@ def drawn_network(rng: np.random.Generator, inputs: int, *, dueling: bool, hidde
             (rng.normal(0, 0.1, hidden).astype(np.float32), rng.normal(0, 0.1, outputs).astype(np.float32)),
         )
 
-    return PaperNetwork(stream(6), stream(1) if dueling else None)
+    return ValueNetwork(stream(6), stream(1) if dueling else None)

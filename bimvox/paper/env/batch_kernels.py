@@ -21,7 +21,7 @@ from bimvox.paper.env.state import PaperState, SiteState
 
 
 class BatchRules(NamedTuple):
-    """What all sites of a batch share and no step changes.
+    """What all sites of a batch share; no step changes it.
 
     Attributes:
         code: Of the observation.
@@ -52,22 +52,24 @@ class BatchSites(NamedTuple):
     states: NDArray[np.int64]
 
 
-class BatchOut(NamedTuple):
-    """Where a step of N sites is written; see ``PaperStep``. Observations are flat: (N, size).
+class PaperStep(NamedTuple):
+    """The result of one step of N sites. The arrays are the environment's own and hold until its next step.
 
-    If several arrays of observations take turns, each shows the sites as they were at its last turn. The paper's map is
-    updated by moving the component in transit from where the array shows it, unless it has been redrawn meanwhile.
+    If several arrays of observations take turns, an observation holds for as many steps.
 
     Attributes:
-        shown: (N, 7) int64 state that ``observations`` shows.
-        drawing: (N,) int64 number of the drawing that ``observations`` shows.
-        drawings: (N,) int64 how often the map has been drawn anew, on any array.
+        observations: (N, *shape) float32, of the new episode if the old one ended; (N, size) in kernels.
+        rewards: (N,) float32.
+        terminated: (N,) bool, everything was assembled.
+        truncated: (N,) bool, the steps were used up first.
+        bumped: (N,) bool, the move was blocked.
+        assembled: (N,) bool, a component was assembled.
+        final_observations: Shaped as ``observations``, valid for ended episodes only.
+        final_states: (N, 7) int64 ``PaperState`` after the action, before a new episode began.
+        late: (N,) bool, the component in transit was late after the action, before a new episode began.
     """
 
     observations: NDArray[np.float32]
-    shown: NDArray[np.int64]
-    drawing: NDArray[np.int64]
-    drawings: NDArray[np.int64]
     rewards: NDArray[np.float32]
     terminated: NDArray[np.bool_]
     truncated: NDArray[np.bool_]
@@ -76,6 +78,30 @@ class BatchOut(NamedTuple):
     final_observations: NDArray[np.float32]
     final_states: NDArray[np.int64]
     late: NDArray[np.bool_]
+
+    @property
+    def ended(self) -> NDArray[np.bool_]:
+        """(N,) bool, the episode ended."""
+        return self.terminated | self.truncated
+
+
+class BatchOut(NamedTuple):
+    """The arrays that a step of N sites overwrites.
+
+    If several arrays of observations take turns, each shows the sites as they were at its last turn. The paper's map is
+    updated by moving the component in transit from where the array shows it, unless it has been redrawn since.
+
+    Attributes:
+        step: The result.
+        shown: (N, 7) int64 state that the observations show.
+        drawing: (N,) int64 number of the drawing that the observations show.
+        drawings: (N,) int64 how often the map has been redrawn, on any array.
+    """
+
+    step: PaperStep
+    shown: NDArray[np.int64]
+    drawing: NDArray[np.int64]
+    drawings: NDArray[np.int64]
 
 
 @leaf_kernel
@@ -95,65 +121,54 @@ def store_row(states: NDArray[np.int64], n: int, state: PaperState) -> None:
 def move_rows(
     batch: BatchRules, sites: BatchSites, out: BatchOut, first: int, last: int, actions: NDArray[np.int64]
 ) -> None:
-    """Move the component in transit on sites ``first`` .. ``last - 1``, on the paper's map too.
+    """Move the component in transit on sites ``first`` .. ``last - 1``, and on the paper's map.
 
     :func:`settle_rows` does the rest, which is seldom needed. The views of a site are made here, not returned by a
     function: counting references to them would cost more than the step.
     """
-    rules, at = batch.rules, sites.arrays
+    rules, at, step = batch.rules, sites.arrays, out.step
     for n in range(first, last):
         site = SiteState(at.cells[n], at.table[n], at.stored[n], at.target[n], at.obstructions[n], at.field[n])
         before = state_row(sites.states, n)
         after, value, bumped, arrived = move(rules, batch.scheme, site, before, actions[n])
         store_row(sites.states, n, after)
-        store_row(out.final_states, n, after)
-        out.rewards[n] = value
-        out.bumped[n] = bumped
-        out.assembled[n] = arrived
-        out.terminated[n] = False
-        out.truncated[n] = is_truncated(rules, after)
-        out.late[n] = is_late(rules, after)
+        store_row(step.final_states, n, after)
+        step.rewards[n] = value
+        step.bumped[n] = bumped
+        step.assembled[n] = arrived
+        step.terminated[n] = False
+        step.truncated[n] = is_truncated(rules, after)
+        step.late[n] = is_late(rules, after)
         if batch.code == PAPER_MAP and not arrived and out.drawing[n] == out.drawings[n]:
-            move_on_map(rules, state_row(out.shown, n), after, out.observations[n], at.cells.shape[2])
+            move_on_map(rules, state_row(out.shown, n), after, step.observations[n], at.cells.shape[2])
             store_row(out.shown, n, after)
 
 
 @kernel
 def settle_rows(batch: BatchRules, sites: BatchSites, out: BatchOut, first: int, last: int, anew: bool) -> int:
-    """Do what moving left over on sites ``first`` .. ``last - 1``.
+    """Complete the step on sites ``first`` .. ``last - 1``, and return for how many of them no layout was found.
 
     A component that has arrived is assembled. If an episode has ended, its last observation is kept and a new episode
-    begins. Observations other than the paper's map are written.
-
-    Args:
-        batch: What the sites share.
-        sites: The sites.
-        out: Where the step is written.
-        first: Row.
-        last: Row.
-        anew: Whether a new episode begins everywhere in any case.
-
-    Returns:
-        The number of sites for which no layout was found.
+    begins; with ``anew``, a new episode begins on every site. Observations other than the paper's map are written.
     """
     failures = 0
-    code, rules, pool, at = batch.code, batch.rules, batch.pool, sites.arrays
+    code, rules, pool, at, step = batch.code, batch.rules, batch.pool, sites.arrays, out.step
     for n in range(first, last):
         begins = anew
-        arrived = out.assembled[n] and not anew
+        arrived = step.assembled[n] and not anew
         outdated = out.drawing[n] != out.drawings[n]
-        if not arrived and not out.truncated[n] and not anew and code == PAPER_MAP and not outdated:
+        if not arrived and not step.truncated[n] and not anew and code == PAPER_MAP and not outdated:
             continue
         site = SiteState(at.cells[n], at.table[n], at.stored[n], at.target[n], at.obstructions[n], at.field[n])
         if arrived:
             after = assemble(rules, site, state_row(sites.states, n))
             store_row(sites.states, n, after)
-            store_row(out.final_states, n, after)
-            out.terminated[n] = is_complete(rules, after)
-            out.truncated[n] = is_truncated(rules, after)
-            out.late[n] = False
-        if not anew and (out.terminated[n] or out.truncated[n]):
-            write_observation(code, rules, site, state_row(sites.states, n), out.final_observations[n])
+            store_row(step.final_states, n, after)
+            step.terminated[n] = is_complete(rules, after)
+            step.truncated[n] = is_truncated(rules, after)
+            step.late[n] = False
+        if not anew and (step.terminated[n] or step.truncated[n]):
+            write_observation(code, rules, site, state_row(sites.states, n), step.final_observations[n])
             begins = True
         if begins:
             if pool.stored.shape[0] > 0:
@@ -182,7 +197,7 @@ def step_rows(
 @kernel
 def show(code: int, rules: SpecArrays, site: SiteState, states: NDArray[np.int64], out: BatchOut, n: int) -> None:
     """Write the whole observation of one site, and note what it shows."""
-    write_observation(code, rules, site, state_row(states, n), out.observations[n])
+    write_observation(code, rules, site, state_row(states, n), out.step.observations[n])
     store_row(out.shown, n, state_row(states, n))
     out.drawing[n] = out.drawings[n]
 

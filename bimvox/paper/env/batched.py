@@ -9,17 +9,18 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.env.actions import checked_actions
+from bimvox.env.names import named
 from bimvox.paper.env.batch_kernels import (
     BatchOut,
     BatchRules,
     BatchSites,
+    PaperStep,
     greedy_rows,
     settle_rows,
     show,
@@ -28,48 +29,14 @@ from bimvox.paper.env.batch_kernels import (
 )
 from bimvox.paper.env.dynamics import stand_up
 from bimvox.paper.env.layout import PaperLayout, layout_of, no_layout, pool_of_layouts, random_words, write_layout
-from bimvox.paper.env.observation import observation_named, observation_space
+from bimvox.paper.env.observation import OBSERVATIONS, observation_space
 from bimvox.paper.env.picture import SitePicture, picture_of_site
-from bimvox.paper.env.reward import needs_field, reward_named
+from bimvox.paper.env.reward import PAPER_REWARDS
 from bimvox.paper.env.rules import drawing_of, empty_sites, rules_of
 from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.env.state import STATE_SIZE, PaperState, SiteState
 
 _ROWS_PER_THREAD = 256
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PaperStep:
-    """The result of one step of N sites. The arrays are the environment's own and hold until its next step.
-
-    If several arrays of observations take turns, an observation holds for as many steps.
-
-    Attributes:
-        observations: (N, *shape) float32, of the new episode if the old one ended.
-        rewards: (N,) float32.
-        terminated: (N,) bool, everything was assembled.
-        truncated: (N,) bool, the steps were used up first.
-        bumped: (N,) bool, the move was blocked.
-        assembled: (N,) bool, a component was assembled.
-        final_observations: (N, *shape) float32, valid for ended episodes only.
-        final_states: (N, 7) int64 ``PaperState`` after the action, before a new episode began.
-        late: (N,) bool, the component in transit was late after the action, before a new episode began.
-    """
-
-    observations: NDArray[np.float32]
-    rewards: NDArray[np.float32]
-    terminated: NDArray[np.bool_]
-    truncated: NDArray[np.bool_]
-    bumped: NDArray[np.bool_]
-    assembled: NDArray[np.bool_]
-    final_observations: NDArray[np.float32]
-    final_states: NDArray[np.int64]
-    late: NDArray[np.bool_]
-
-    @property
-    def ended(self) -> NDArray[np.bool_]:
-        """(N,) bool, the episode ended."""
-        return self.terminated | self.truncated
 
 
 class BatchedPaperSite:
@@ -82,7 +49,7 @@ class BatchedPaperSite:
         reward: A key of ``PAPER_REWARDS``.
         layouts: Episodes are drawn from these. None draws every layout anew, as ``spec`` says.
         seed: The same seed and actions give the same episodes.
-        threads: Number of threads. None takes one per core, fewer for few sites.
+        threads: Number of threads. None takes one per core, but fewer for few sites.
         turns: Number of arrays of observations that take turns: the one that a step or ``reset`` returns holds for so
             many steps. Two take hardly more time than one, and less than a copy.
 
@@ -112,38 +79,38 @@ class BatchedPaperSite:
         self.sites = sites
         self.observation = observation
         self.observation_space = observation_space(self.spec, observation)
-        scheme = reward_named(reward)
+        scheme = named("reward", reward, PAPER_REWARDS)
         most = max((len(layout.obstructions) for layout in layouts or ()), default=0)
         drawing = drawing_of(self.spec, room_for=most)
         pool = pool_of_layouts(self.spec, drawing, layouts or ())
-        self._batch = BatchRules(observation_named(observation).code, rules_of(self.spec), scheme, drawing, pool)
+        self._batch = BatchRules(OBSERVATIONS[observation].code, rules_of(self.spec), scheme, drawing, pool)
         self._sites = BatchSites(
-            empty_sites(self.spec, drawing, sites, with_field=needs_field(scheme)),
+            empty_sites(self.spec, drawing, sites, with_field=scheme.weights.needs_distance),
             np.zeros((sites, 1), np.uint64),
             np.zeros((sites, STATE_SIZE), np.int64),
         )
         size = int(np.prod(self.observation_space.shape))
-        first = BatchOut(
+        terminated, truncated, bumped, assembled, late = np.zeros((5, sites), np.bool_)
+        step = PaperStep(
             np.zeros((sites, size), np.float32),
-            np.zeros((sites, STATE_SIZE), np.int64),
-            np.zeros(sites, np.int64),
-            np.zeros(sites, np.int64),
             np.zeros(sites, np.float32),
-            np.zeros(sites, np.bool_),
-            np.zeros(sites, np.bool_),
-            np.zeros(sites, np.bool_),
-            np.zeros(sites, np.bool_),
+            terminated,
+            truncated,
+            bumped,
+            assembled,
             np.zeros((sites, size), np.float32),
             np.zeros((sites, STATE_SIZE), np.int64),
-            np.zeros(sites, np.bool_),
+            late,
         )
-        outs = [first] + [
-            first._replace(
-                observations=np.zeros_like(first.observations),
-                shown=np.zeros_like(first.shown),
-                drawing=np.zeros_like(first.drawing),
+        drawings = np.zeros(sites, np.int64)
+        outs = [
+            BatchOut(
+                step._replace(observations=np.zeros_like(step.observations)),
+                np.zeros((sites, STATE_SIZE), np.int64),
+                np.zeros(sites, np.int64),
+                drawings,
             )
-            for _ in range(turns - 1)
+            for _ in range(turns)
         ]
         self._turns = [(out, self._step_of(out)) for out in outs]
         self._take_turn()
@@ -239,7 +206,7 @@ class BatchedPaperSite:
 
     def picture(self, site: int) -> SitePicture:
         """Return the picture of one site."""
-        fresh = bool(self._out.assembled[site] and self.states[site, 6] > 0)
+        fresh = bool(self._step.assembled[site] and self.states[site, 6] > 0)
         return picture_of_site(self.spec, self._site(site), self.state(site), just_assembled=fresh)
 
     def greedy_actions(self) -> NDArray[np.int64]:
@@ -266,16 +233,9 @@ class BatchedPaperSite:
     def _step_of(self, out: BatchOut) -> PaperStep:
         """Return the arrays that are written, shaped as they are handed out."""
         shape = (self.sites, *self.observation_space.shape)
-        return PaperStep(
-            out.observations.reshape(shape),
-            out.rewards,
-            out.terminated,
-            out.truncated,
-            out.bumped,
-            out.assembled,
-            out.final_observations.reshape(shape),
-            out.final_states,
-            out.late,
+        return out.step._replace(
+            observations=out.step.observations.reshape(shape),
+            final_observations=out.step.final_observations.reshape(shape),
         )
 
     def _site(self, site: int) -> SiteState:

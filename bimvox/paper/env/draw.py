@@ -33,19 +33,11 @@ _TRIES_BEFORE_COUNTING = 16
 
 @kernel
 def draw_layout(rules: SpecArrays, drawing: Drawing, site: SiteState, generator: NDArray[np.uint64]) -> bool:
-    """Draw ``stored``, ``target`` and ``obstructions`` of a site.
+    """Draw ``stored``, ``target`` and ``obstructions`` of a site, and return whether that succeeded.
 
-    If obstructions or several targets are drawn, a layout in which a component has no path is drawn again; after a
-    hundred such layouts in a row, without obstructions.
-
-    Args:
-        rules: Of the site.
-        drawing: How its layouts are drawn.
-        site: Overwritten; its ``cells`` and ``table`` are scratch.
-        generator: (1,) uint64 state of the random generator.
-
-    Returns:
-        Whether it succeeded: there may be no room in the yard, or no path.
+    It fails if the yard has no room, or if a component has no path. If obstructions or several targets are drawn, a
+    layout without a path is drawn again; after a hundred such layouts, one without obstructions. ``cells`` and
+    ``table`` of the site are scratch; ``generator`` is the (1,) uint64 state of the random generator.
     """
     doubtful = drawing.most > 0 or (drawing.random_targets and drawing.group.max() > 0)
     for attempt in range(_TRIES + 1):
@@ -59,9 +51,7 @@ def draw_layout(rules: SpecArrays, drawing: Drawing, site: SiteState, generator:
 def every_component_has_a_way(rules: SpecArrays, site: SiteState) -> bool:
     """Return whether each component can reach its target when those before it are assembled and the rest is stored.
 
-    Args:
-        rules: Of the site.
-        site: Its layout is read; ``cells`` and ``table`` are scratch.
+    ``cells`` and ``table`` of the site are scratch.
     """
     paint_fixed(site)
     for i in range(rules.boxes.shape[0]):

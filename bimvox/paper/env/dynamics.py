@@ -1,4 +1,4 @@
-"""The decision process: how an episode begins, what a move and assembling do, when it ends.
+"""The Markov decision process: how an episode begins, what a move and assembling do, when it ends.
 
 Small functions that the single and the batched environment share. :func:`transition`, :func:`move`,
 :func:`has_arrived`, :func:`is_late`, :func:`is_complete` and :func:`is_truncated` are pure; :func:`stand_up` and
@@ -57,11 +57,9 @@ def clearance_of(rules: SpecArrays, site: SiteState, component: int) -> Collisio
 
 @leaf_kernel
 def transition(rules: SpecArrays, site: SiteState, state: PaperState, action: int) -> tuple[PaperState, bool]:
-    """Move the component in transit by one cell.
+    """Move the component in transit by one cell; return the next state and whether the move was blocked.
 
-    Returns:
-        The next state, and whether the move was blocked: a blocked move takes a step and moves nothing. Nothing moves
-        once everything is assembled.
+    A blocked move takes a step and moves nothing. Nothing moves once everything is assembled.
     """
     steps, total = int(state.steps + 1), int(state.total + 1)
     i = int(state.component)
@@ -163,12 +161,7 @@ def take_up(rules: SpecArrays, site: SiteState, component: int, total: int) -> P
 
 @kernel
 def stand_up(rules: SpecArrays, site: SiteState) -> PaperState:
-    """Begin an episode of the site's layout: everything stored, the first component picked.
-
-    Args:
-        rules: Of the site.
-        site: Its ``stored``, ``target`` and ``obstructions`` are read, the rest is written.
-    """
+    """Begin an episode of the layout that a site holds: everything stored, the first component picked."""
     paint_fixed(site)
     for i in range(rules.boxes.shape[0]):
         paint_stored(rules, site, i, FIRST_COMPONENT + i)
@@ -191,11 +184,7 @@ def assemble(rules: SpecArrays, site: SiteState, state: PaperState) -> PaperStat
 def move(
     rules: SpecArrays, scheme: PaperReward, site: SiteState, state: PaperState, action: int
 ) -> tuple[PaperState, float, bool, bool]:
-    """Take one action, without the assembling.
-
-    Returns:
-        The next state, the reward, whether the move was blocked, and whether the component has arrived.
-    """
+    """Take one action without assembling; return the next state, the reward, and whether it was blocked or arrived."""
     moved, bumped = transition(rules, site, state, action)
     arrived = has_arrived(site, moved)
     value = earned(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
+from bimvox.env.names import named
 from bimvox.paper.env.dynamics import clearance_of
 from bimvox.paper.env.paper_map import CHANNELS, write_map
 from bimvox.paper.env.pyramid import OBSERVATION_SIZE, observe
@@ -20,14 +21,8 @@ from bimvox.paper.env.window import WINDOW_OBSERVATION_SIZE, write_window
 PAPER_MAP, EGOCENTRIC, WINDOW = range(3)
 
 
-@dataclass(frozen=True, slots=True)
-class Observation:
-    """One observation of a site.
-
-    Attributes:
-        code: Which kernel writes it.
-        flat: Whether the map is returned as a vector.
-    """
+class Observation(NamedTuple):
+    """The kernel that writes an observation, and whether the paper's map is returned as a vector."""
 
     code: int
     flat: bool = True
@@ -44,17 +39,6 @@ every three-dimensional box for an image. ``egocentric``: the pyramid of ``bimvo
 component in transit. ``window``: ``bimvox.paper.env.window``."""
 
 
-def observation_named(name: str) -> Observation:
-    """Return an observation by its name.
-
-    Raises:
-        ValueError: There is none of that name.
-    """
-    if name not in OBSERVATIONS:
-        raise ValueError(f"observation: {name!r} is unknown; there are {', '.join(OBSERVATIONS)}")
-    return OBSERVATIONS[name]
-
-
 def observation_space(spec: PaperSpec, name: str) -> gymnasium.spaces.Box:
     """Return the space of an observation.
 
@@ -64,11 +48,10 @@ def observation_space(spec: PaperSpec, name: str) -> gymnasium.spaces.Box:
     Raises:
         ValueError: There is no observation of that name.
     """
-    observation = observation_named(name)
-    if observation.code == EGOCENTRIC:
-        return gymnasium.spaces.Box(-1.0, 1.0, (OBSERVATION_SIZE,), np.float32)
-    if observation.code == WINDOW:
-        return gymnasium.spaces.Box(-1.0, 1.0, (WINDOW_OBSERVATION_SIZE,), np.float32)
+    observation = named("observation", name, OBSERVATIONS)
+    if observation.code != PAPER_MAP:
+        size = OBSERVATION_SIZE if observation.code == EGOCENTRIC else WINDOW_OBSERVATION_SIZE
+        return gymnasium.spaces.Box(-1.0, 1.0, (size,), np.float32)
     nx, ny, nz = spec.shape
     top = nz - 1
     high = np.broadcast_to(np.array([top, 1, top, top, 1, spec.count], np.float32), (nx, ny, CHANNELS))
@@ -80,15 +63,7 @@ def observation_space(spec: PaperSpec, name: str) -> gymnasium.spaces.Box:
 def write_observation(
     code: int, rules: SpecArrays, site: SiteState, state: PaperState, out: NDArray[np.float32]
 ) -> None:
-    """Write an observation.
-
-    Args:
-        code: Of the observation.
-        rules: Of the site.
-        site: Its arrays are read.
-        state: Of the site.
-        out: (size,) float32, contiguous, overwritten.
-    """
+    """Write the observation of a code into ``out``, (size,) float32, contiguous."""
     if code == PAPER_MAP:
         nx, ny, _ = site.cells.shape
         write_map(rules, site, state, out.reshape((nx, ny, CHANNELS)))

@@ -31,14 +31,7 @@ INITIAL_HEIGHT, LATE, TRANSIT_HEIGHT, TARGET_HEIGHT, ARRIVED, COUNT = range(CHAN
 
 @leaf_kernel
 def write_map(rules: SpecArrays, site: SiteState, state: PaperState, out: NDArray[np.float32]) -> None:
-    """Write the map of a state.
-
-    Args:
-        rules: Of the site.
-        site: Its layout is read.
-        state: What is assembled, and where the component in transit is.
-        out: (X, Y, 6) float32, overwritten.
-    """
+    """Write the map of a state into ``out``, (X, Y, 6) float32."""
     out[:] = 0.0
     for m in range(site.obstructions.shape[0]):
         x0, y0, _, x1, y1, z1 = site.obstructions[m]
@@ -67,15 +60,7 @@ def write_map(rules: SpecArrays, site: SiteState, state: PaperState, out: NDArra
 
 @leaf_kernel
 def move_on_map(rules: SpecArrays, before: PaperState, after: PaperState, out: NDArray[np.float32], depth: int) -> None:
-    """Update the map of a state to the next state, with the same component in transit.
-
-    Args:
-        rules: Of the site.
-        before: The state that the map shows.
-        after: The state to show.
-        out: (X * Y * 6,) float32; only changes are written.
-        depth: Y.
-    """
+    """Update the flat map ``out`` from a state to a later one with the same component in transit; ``depth`` is Y."""
     if before.component >= rules.boxes.shape[0]:
         return
     _draw_transit(rules, before, 0.0, 0.0, out, depth)

@@ -29,22 +29,10 @@ class Look(IntEnum):
 
 
 LOOK_RGB: dict[Look, Rgb] = {
-    Look.GROUND: KIND_RGB["ground"],
-    Look.CONSTRUCTION_AREA: KIND_RGB["construction_area"],
-    Look.OBSTRUCTION: KIND_RGB["obstruction"],
-    Look.UNBUILT: STATE_RGB[ConstructionState.UNBUILT],
-    Look.IN_TRANSIT: STATE_RGB[ConstructionState.IN_TRANSIT],
-    Look.ARRIVED: STATE_RGB[ConstructionState.ARRIVED],
-    Look.ASSEMBLED: STATE_RGB[ConstructionState.ASSEMBLED],
+    **{look: KIND_RGB[look.name.lower()] for look in (Look.GROUND, Look.CONSTRUCTION_AREA, Look.OBSTRUCTION)},
+    **{Look[state.name]: STATE_RGB[state] for state in ConstructionState},
 }
 """The paper's colours, from the table of ``bimvox.site.construction``."""
-
-STATE_LOOK: dict[ConstructionState, Look] = {
-    ConstructionState.UNBUILT: Look.UNBUILT,
-    ConstructionState.IN_TRANSIT: Look.IN_TRANSIT,
-    ConstructionState.ARRIVED: Look.ARRIVED,
-    ConstructionState.ASSEMBLED: Look.ASSEMBLED,
-}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,8 +60,8 @@ def states_of(spec: PaperSpec, state: PaperState, *, just_assembled: bool) -> tu
     A component is assembled in the step in which it arrives. It is shown as arrived after that action, and as assembled
     from the next action on.
     """
-    states = [ConstructionState.ASSEMBLED] * state.component + [ConstructionState.UNBUILT] * spec.count
-    states = states[: spec.count]
+    done = state.component
+    states = [ConstructionState.ASSEMBLED] * done + [ConstructionState.UNBUILT] * (spec.count - done)
     if state.component < spec.count:
         states[state.component] = ConstructionState.IN_TRANSIT
     if just_assembled and state.component > 0:
@@ -84,13 +72,9 @@ def states_of(spec: PaperSpec, state: PaperState, *, just_assembled: bool) -> tu
 def picture_of_site(
     spec: PaperSpec, site: SiteState, state: PaperState, *, just_assembled: bool = False
 ) -> SitePicture:
-    """Return the picture of a site.
+    """Return the picture of a site whose components are in the order of building.
 
-    Args:
-        spec: The site, its components in the order of building.
-        site: Its arrays.
-        state: What is assembled, and where the component in transit is.
-        just_assembled: Whether the last action assembled a component.
+    ``just_assembled`` tells whether the last action assembled a component.
     """
     states = states_of(spec, state, just_assembled=just_assembled)
     looks = np.zeros(spec.shape, np.uint8)
@@ -103,7 +87,7 @@ def picture_of_site(
         (a, b, c), (d, e, f) = spec.components[state.component].box_at((state.x, state.y, state.z))
         parts[a:d, b:e, c:f] = state.component + 1
     for i, what in enumerate(states):
-        looks[parts == i + 1] = STATE_LOOK[what]
+        looks[parts == i + 1] = Look[what.name]
     open_parts = range(state.component, spec.count)
     return SitePicture(
         looks,

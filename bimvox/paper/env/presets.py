@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from bimvox.env.names import named
 from bimvox.paper.env.component import Box, beam, column
 from bimvox.paper.env.spec import PaperSpec, RandomObstructions
 
@@ -15,14 +18,7 @@ PAPER = PaperSpec(
 """The experiment: one column of four cells to the middle of 15 x 15 x 6. Only the paper's Figure 3 shows the areas, not
 its text: here the construction area and the target are in the middle of the site."""
 
-OBSTRUCTED = PaperSpec(
-    PAPER.shape,
-    PAPER.construction_area,
-    PAPER.components,
-    random_obstructions=RandomObstructions(fewest=1, most=3, length_vox=3, height_vox=2),
-    step_limit=15,
-    max_steps=36,
-)
+OBSTRUCTED = replace(PAPER, random_obstructions=RandomObstructions())
 """The same with one to three obstructions of the experiment's size, drawn anywhere for every episode."""
 
 FOUR_COLUMNS_FOUR_BEAMS = PaperSpec(
@@ -50,16 +46,8 @@ PRESETS: dict[str, PaperSpec] = {
 
 
 def site_named(site: PaperSpec | str) -> PaperSpec:
-    """Return a site, or the one of that name in ``PRESETS``.
-
-    Raises:
-        ValueError: There is none of that name.
-    """
-    if not isinstance(site, str):
-        return site
-    if site not in PRESETS:
-        raise ValueError(f"site: {site!r} is unknown; there are {', '.join(PRESETS)}")
-    return PRESETS[site]
+    """Return a site, or the preset of that name."""
+    return named("site", site, PRESETS) if isinstance(site, str) else site
 
 
 def obstruction(x: int, y: int, axis: str, length_vox: int = 3, height_vox: int = 2) -> Box:

@@ -39,14 +39,7 @@ OBSERVATION_SIZE = WINDOW_SIZE * len(SCALES) + GOAL_SIZE + ACTION_COUNT
 
 @leaf_kernel
 def observe(space: CollisionSpace, target: NDArray[np.int32], state: LiftState, out: NDArray[np.float32]) -> None:
-    """Write the observation of one lift.
-
-    Args:
-        space: What decides whether a placement is free.
-        target: (3,) int32 reference cell of the target.
-        state: Where the component is.
-        out: (OBSERVATION_SIZE,) float32, overwritten; every entry in [-1, 1].
-    """
+    """Write the observation of one lift into ``out``, (OBSERVATION_SIZE,) float32 in [-1, 1]."""
     x, y, z = state.x, state.y, state.z
     low, high = bounding_box(space.boxes)
     n = 0

@@ -13,7 +13,7 @@ from bimvox.env.reward import REWARDS, RewardWeights, reward
 
 
 class PaperReward(NamedTuple):
-    """How actions are rewarded, as a tuple for kernels.
+    """A way to reward actions, as a tuple for kernels.
 
     Attributes:
         weights: Coefficients of :func:`bimvox.env.reward.reward`.
@@ -51,7 +51,7 @@ def earned(
         serial: S_i of the component in transit, from 1.
         count: n.
         distance: Moves to its target before the action.
-        next_distance: After it.
+        next_distance: Moves to its target after the action.
         bumped: Whether the move was blocked.
         arrived: Whether the component was assembled.
         late: Whether its step limit had been reached before.
@@ -66,19 +66,3 @@ def earned(
             weights.arrival * count * serial,
         )
     return reward(weights, distance, next_distance, bumped, arrived, late)
-
-
-def needs_field(scheme: PaperReward) -> bool:
-    """Return whether the reward needs the distance field of the component in transit."""
-    return scheme.weights.needs_distance
-
-
-def reward_named(name: str) -> PaperReward:
-    """Return a reward by its name.
-
-    Raises:
-        ValueError: There is none of that name.
-    """
-    if name not in PAPER_REWARDS:
-        raise ValueError(f"reward: {name!r} is unknown; there are {', '.join(PAPER_REWARDS)}")
-    return PAPER_REWARDS[name]

@@ -1,16 +1,20 @@
-"""The site as a Gymnasium environment; ``bimvox.paper.rendering.environments`` adds pictures and registers it."""
+"""The site as a Gymnasium environment; ``bimvox.env.gym`` registers it."""
 
 from __future__ import annotations
 
+import os
+import sys
 from dataclasses import replace
 from typing import Any, cast
 
 import gymnasium
 import numpy as np
+from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
 from bimvox.env.actions import ACTION_COUNT, checked_action
 from bimvox.env.distance import distance_field
+from bimvox.env.names import named
 from bimvox.env.state import NO_ACTION
 from bimvox.paper.env.ansi import ansi_picture
 from bimvox.paper.env.draw import draw_layout
@@ -24,10 +28,10 @@ from bimvox.paper.env.dynamics import (
     stand_up,
 )
 from bimvox.paper.env.layout import PaperLayout, layout_of, no_layout, write_layout
-from bimvox.paper.env.observation import observation_named, observation_space, write_observation
+from bimvox.paper.env.observation import OBSERVATIONS, observation_space, write_observation
 from bimvox.paper.env.picture import SitePicture, picture_of_site, states_of, target_of
 from bimvox.paper.env.presets import site_named
-from bimvox.paper.env.reward import needs_field, reward_named
+from bimvox.paper.env.reward import PAPER_REWARDS
 from bimvox.paper.env.rules import drawing_of, empty_site, rules_of
 from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.env.state import PaperState
@@ -50,14 +54,15 @@ class PaperSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         site: The site, or a key of ``PRESETS``; default: the paper's experiment.
         observation: A key of ``OBSERVATIONS``.
         reward: A key of ``PAPER_REWARDS``.
-        render_mode: None or ``ansi``.
+        render_mode: None, ``human``, ``rgb_array`` ((480, 640, 3) uint8) or ``ansi`` (coloured text). ``human`` shows
+            every ``reset`` and ``step``: in a window if pygame is installed and there is a display, otherwise as text.
         **changes: Fields of ``PaperSpec`` that replace those of ``site``.
 
     Raises:
         ValueError: A name is unknown, or the site is impossible.
     """
 
-    metadata = {"render_modes": ["ansi"], "render_fps": 4}  # noqa: RUF012  (Gymnasium's own convention)
+    metadata = {"render_modes": ["human", "rgb_array", "ansi"], "render_fps": 4}  # noqa: RUF012  (Gymnasium's own convention)
 
     def __init__(
         self,
@@ -77,13 +82,19 @@ class PaperSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         self.observation_space = cast("gymnasium.Space[NDArray[np.float32]]", space)
         self._shape = space.shape
         self.action_space = gymnasium.spaces.Discrete(ACTION_COUNT)
-        self._code = observation_named(observation).code
-        self._scheme = reward_named(reward)
+        self._code = OBSERVATIONS[observation].code
+        self._scheme = named("reward", reward, PAPER_REWARDS)
         self._rules = rules_of(self.site_spec)
         self._drawing = drawing_of(self.site_spec, room_for=MOST_LAYOUT_OBSTRUCTIONS)
-        self._site = empty_site(self.site_spec, self._drawing, with_field=needs_field(self._scheme))
+        self._site = empty_site(self.site_spec, self._drawing, with_field=self._scheme.weights.needs_distance)
         self._state = PaperState(0, 0, 0, 0, NO_ACTION, 0, 0)
         self._just_assembled = False
+        self._begun = False
+        self._window = None
+        if render_mode == "human":
+            from bimvox.paper.rendering.window import Window
+
+            self._window = Window.open(self.metadata["render_fps"])
 
     @property
     def state(self) -> PaperState:
@@ -114,6 +125,9 @@ class PaperSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
                 raise no_layout(self.site_spec)
         self._state = stand_up(self._rules, self._site)
         self._just_assembled = False
+        self._begun = True
+        if self.render_mode == "human":
+            self.render()
         return self._observation(), self._info(bumped=False)
 
     def step(self, action: np.int64) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -121,12 +135,17 @@ class PaperSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
 
         Raises:
             ActionError: If the action is not an integer from 0 to 5.
+            ResetNeeded: Before the first ``reset``.
         """
+        if not self._begun:
+            raise ResetNeeded("step: no episode has begun; call reset() first")
         moved, earned, bumped, arrived = move(
             self._rules, self._scheme, self._site, self._state, checked_action(action)
         )
         self._state = assemble(self._rules, self._site, moved) if arrived else moved
         self._just_assembled = arrived
+        if self.render_mode == "human":
+            self.render()
         return (
             self._observation(),
             earned,
@@ -136,8 +155,27 @@ class PaperSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         )
 
     def render(self) -> Any:
-        """Return the site seen from above as coloured text. None without a render mode."""
-        return ansi_picture(self.picture()) if self.render_mode == "ansi" else None
+        """Return the running episode in the form of the render mode; ``human`` shows it and returns None."""
+        if self.render_mode == "ansi":
+            return ansi_picture(self.picture())
+        if self.render_mode == "human" and self._window is None:
+            coloured = sys.stdout.isatty() and "NO_COLOR" not in os.environ
+            sys.stdout.write(ansi_picture(self.picture(), coloured=coloured))
+        elif self.render_mode is not None:
+            from bimvox.paper.rendering.picture import paper_site_pixels
+
+            pixels = paper_site_pixels(self.picture())
+            if self._window is None:
+                return pixels
+            self._window.show(pixels)
+        return None
+
+    def close(self) -> None:
+        """Close the window if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+        super().close()
 
     def picture(self) -> SitePicture:
         """Return the picture of the running episode."""

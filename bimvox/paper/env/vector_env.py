@@ -8,15 +8,16 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.paper.env.ansi import ansi_picture
-from bimvox.paper.env.batched import BatchedPaperSite, PaperStep
+from bimvox.paper.env.batch_kernels import PaperStep
+from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.layout import PaperLayout
-from bimvox.paper.env.picture import SitePicture
 from bimvox.paper.env.presets import site_named
 from bimvox.paper.env.spec import PaperSpec
 
@@ -35,7 +36,7 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
         observation: A key of ``OBSERVATIONS``.
         reward: A key of ``PAPER_REWARDS``.
         layouts: Episodes are drawn from these. None draws every layout anew.
-        render_mode: None or ``ansi``.
+        render_mode: None, ``rgb_array`` or ``ansi``: one picture per site.
         copy: Whether ``reset`` and ``step`` return copies. Otherwise they return the environment's own arrays, which
             the next step overwrites: read or copy them before. Copying the paper's map takes longer than stepping.
         threads: Number of threads. None takes one per core, fewer for few sites.
@@ -46,7 +47,7 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012  (Gymnasium's own convention)
-        "render_modes": ["ansi"],
+        "render_modes": ["rgb_array", "ansi"],
         "render_fps": 4,
         "autoreset_mode": AutoresetMode.SAME_STEP,
     }
@@ -83,6 +84,7 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._copy = copy
+        self._begun = False
         self._everywhere = np.ones(num_envs, np.bool_)
 
     def reset(
@@ -93,13 +95,21 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
         if seed is not None or self._np_random is None:
             self.batch.seed(int(self.np_random.integers(2**63)))
         observations = self.batch.reset()
+        self._begun = True
         nowhere = np.zeros(self.num_envs, np.bool_)
         return self._kept(observations), self._infos(self.batch.states, nowhere, nowhere, self._everywhere)
 
     def step(
         self, actions: NDArray[np.int64]
     ) -> tuple[NDArray[np.float32], NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
-        """Take one action everywhere; see Gymnasium."""
+        """Take one action everywhere; see Gymnasium.
+
+        Raises:
+            ActionError: The actions are not N integers from 0 to 5.
+            ResetNeeded: Before the first ``reset``.
+        """
+        if not self._begun:
+            raise ResetNeeded("step: no episode has begun; call reset() first")
         copied = np.empty_like(self.batch.observations) if self._copy else None
         step = self.batch.step(actions, copy_to=copied)
         ended = step.ended
@@ -110,24 +120,20 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
             infos["_final_obs"] = ended
             infos["final_info"] = self._infos(step.final_states, step.bumped & ended, step.late & ended, ended)
             infos["_final_info"] = ended.copy()
-        kept = self._kept
-        return (
-            step.observations if copied is None else copied,
-            kept(step.rewards),
-            kept(step.terminated),
-            kept(step.truncated),
-            infos,
-        )
+        observations = step.observations if copied is None else copied
+        rewards, terminated, truncated = (self._kept(a) for a in (step.rewards, step.terminated, step.truncated))
+        return observations, rewards, terminated, truncated, infos
 
     def render(self) -> tuple[Any, ...] | None:
-        """Return every site seen from above as coloured text. None without a render mode."""
+        """Return a picture of every site in the form of the render mode. None without a render mode."""
+        pictures = (self.batch.picture(n) for n in range(self.num_envs))
         if self.render_mode is None:
             return None
-        return tuple(self.draw(self.batch.picture(n)) for n in range(self.num_envs))
+        if self.render_mode == "ansi":
+            return tuple(ansi_picture(picture) for picture in pictures)
+        from bimvox.paper.rendering.picture import paper_site_pixels
 
-    def draw(self, picture: SitePicture) -> Any:
-        """Return a picture in the form of the render mode."""
-        return ansi_picture(picture)
+        return tuple(paper_site_pixels(picture) for picture in pictures)
 
     def close_extras(self, **kwargs: Any) -> None:
         """End the threads."""

@@ -19,15 +19,11 @@ WINDOW_OBSERVATION_SIZE = 2 * WINDOW_CELLS + 2 + 3
 
 @leaf_kernel
 def write_window(rules: SpecArrays, site: SiteState, state: PaperState, out: NDArray[np.float32]) -> None:
-    """Write the window.
+    """Write the window into ``out``, (247,) float32 in [-1, 1].
 
-    Args:
-        rules: Of the site.
-        site: Its table and targets are read.
-        state: Where the component in transit is; at the end, that of the last one.
-        out: (247,) float32 in [-1, 1], overwritten: 11 x 11 whether the component is blocked there at its current
-            height; 11 x 11 whether its target is there at any height; whether up and down are blocked; the offset of
-            the target along x, y, z as a share of the site.
+    In order: 11 x 11 whether the component is blocked there at its current height; 11 x 11 whether its target is there
+    at any height; whether up and down are blocked; the offset of the target along x, y, z as a share of the site. Once
+    everything is assembled, it shows the last component.
     """
     i = min(state.component, rules.boxes.shape[0] - 1)
     x, y, z = state.x, state.y, state.z

@@ -66,18 +66,13 @@ def _mode(results: ExperimentResults, mode: str) -> dict[str, Any]:
 
 def _scenario(runs: Sequence[ScenarioRun], layers: Sequence[LearningRun]) -> dict[str, Any]:
     """Return one scenario; for the unchanged site the curve is the initialization layer's, as in the paper."""
-    unchanged = bool(runs) and runs[0].scenario == "a"
-    if unchanged:
-        steps = CensoredSteps(tuple(run.steps_to_success for run in layers), max(run.budget for run in layers))
-        curves = [run.curve for run in layers]
-    else:
-        steps = CensoredSteps(tuple(run.steps_to_success for run in runs), max((run.budget for run in runs), default=0))
-        curves = [run.curve for run in runs]
+    learned = layers if runs and runs[0].scenario == "a" else runs
+    steps = _steps(learned)
     return {
         "steps_to_success": steps.median if runs else None,
         "steps_to_success_text": steps.text() if runs else None,
         "success_rate": float(sum(run.success_rate for run in runs) / len(runs)) if runs else None,
-        "curve": mean_curve(curves),
+        "curve": mean_curve([run.curve for run in learned]),
         "path_cells": [list(cell) for cell in runs[0].path_cells] if runs else [],
         "seeds": [_scenario_seed(run) for run in runs],
         "learned": sum(run.succeeded for run in runs),
@@ -94,7 +89,7 @@ def _scenario_seed(run: ScenarioRun) -> dict[str, Any]:
         "steps_to_success": run.steps_to_success,
         "retrained": run.retrained,
         "success_rate": run.success_rate,
-        "curve": _pairs(run.curve),
+        "curve": [[row.steps, row.success_rate] for row in run.curve],
         "start": [*run.start, run.axis],
         "target": list(run.target),
         "obstructions": [[list(low), list(high)] for low, high in run.obstructions],
@@ -112,7 +107,7 @@ def _learning(runs: Sequence[LearningRun]) -> dict[str, Any]:
     """Return the runs of one kind, one per seed."""
     if not runs:
         return {"steps_to_success": None, "reached": 0, "runs": 0}
-    steps = CensoredSteps(tuple(run.steps_to_success for run in runs), max(run.budget for run in runs))
+    steps = _steps(runs)
     last = [run.curve[-1] for run in runs if run.curve]
     return {
         "steps_to_success": steps.median,
@@ -132,6 +127,10 @@ def _learning(runs: Sequence[LearningRun]) -> dict[str, Any]:
     }
 
 
+def _steps(runs: Sequence[LearningRun] | Sequence[ScenarioRun]) -> CensoredSteps:
+    return CensoredSteps(tuple(run.steps_to_success for run in runs), max((run.budget for run in runs), default=0))
+
+
 def _ablation(results: ExperimentResults) -> list[dict[str, Any]]:
     cells = []
     for observation in ABLATION_OBSERVATIONS:
@@ -145,24 +144,20 @@ def _ablation(results: ExperimentResults) -> list[dict[str, Any]]:
 def _beyond(results: ExperimentResults) -> dict[str, Any]:
     """Return the runs beyond the paper, with the bars set for them."""
     ours = [run for run in results.initialization if run.mode == "ours"]
-    named = {name: [run for run in results.beyond if run.mode == name] for name in ("targets", "frame")}
+    targets, frame = ([run for run in results.beyond if run.mode == mode] for mode in ("targets", "frame"))
     scenarios = [run for run in results.scenarios if run.mode == "ours" and run.scenario != "a"]
     settings = results.settings
     return {
         "every_start": {"bar_steps": 2_000, "cleared": _within(ours, 2_000), **_learning(ours)},
-        "random_targets": {
-            "bar_steps": settings["targets_budget"],
-            "layouts": settings["targets_layouts"],
-            "fresh_layouts": settings["fresh_layouts"],
-            "cleared": _within(named["targets"], settings["targets_budget"]),
-            **_learning(named["targets"]),
-        },
-        "frame": {
-            "bar_steps": settings["frame_budget"],
-            "layouts": settings["frame_layouts"],
-            "fresh_layouts": settings["fresh_layouts"],
-            "cleared": _within(named["frame"], settings["frame_budget"]),
-            **_learning(named["frame"]),
+        **{
+            name: {
+                "bar_steps": settings[f"{mode}_budget"],
+                "layouts": settings[f"{mode}_layouts"],
+                "fresh_layouts": settings["fresh_layouts"],
+                "cleared": _within(runs, settings[f"{mode}_budget"]),
+                **_learning(runs),
+            }
+            for name, mode, runs in (("random_targets", "targets", targets), ("frame", "frame", frame))
         },
         "changed_sites": {
             "bar_steps": 2_000,
@@ -232,10 +227,6 @@ def _rate_at(curve: Curve, steps: int) -> float | None:
         if row.steps <= steps:
             rate = row.success_rate
     return rate
-
-
-def _pairs(curve: Curve) -> list[list[float]]:
-    return [[row.steps, row.success_rate] for row in curve]
 
 
 def curves_csv(results: ExperimentResults) -> str:

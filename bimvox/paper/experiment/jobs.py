@@ -85,7 +85,7 @@ def _beyond(settings: PaperSettings, seed: int) -> list[Job]:
     targets = {**ours, "greedy_layouts": settings.targets_layouts, "budget": settings.targets_budget}
     frame = {
         **ours,
-        **dict(settings.frame_changes or {}),
+        **settings.frame_changes,
         "greedy_layouts": settings.frame_layouts,
         "budget": settings.frame_budget,
     }

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
+from typing import Any, TypeVar
 
 from bimvox.paper.experiment.jobs import Job
 from bimvox.paper.policy.curve import Curve, CurvePoint
+
+R = TypeVar("R", "LearningRun", "ScenarioRun", "BaselineRun")
 
 Cell = tuple[int, int, int]
 Box = tuple[Cell, Cell]
@@ -172,41 +174,21 @@ def results_of(
     applied = {(d["mode"], d["seed"]): d for d in of("apply")}
     return ExperimentResults(
         settings=settings,
-        initialization=tuple(_learning_run(document) for document in of("initialize")),
+        initialization=tuple(_run(LearningRun, document) for document in of("initialize")),
         scenarios=tuple(_scenario_runs(applied, of("adapt"))),
         unplanned=tuple(key for key, document in applied.items() if not document["planned"]),
-        ablation=tuple(_learning_run(document) for document in of("ablation")),
-        beyond=tuple(_learning_run(document) for document in of("beyond")),
-        baselines=tuple(_baseline_run(document) for document in of("baseline")),
+        ablation=tuple(_run(LearningRun, document) for document in of("ablation")),
+        beyond=tuple(_run(LearningRun, document) for document in of("beyond")),
+        baselines=tuple(_run(BaselineRun, document) for document in of("baseline")),
         field_seconds=next((document["field_seconds"] for document in of("teacher")), {}),
         missing=tuple(job.name for job in jobs if job.name not in documents),
     )
 
 
-def _learning_run(d: dict[str, Any]) -> LearningRun:
-    return LearningRun(
-        d["mode"],
-        d["seed"],
-        d["reached"],
-        d["steps"],
-        d["budget"],
-        _curve(d["curve"]),
-        d["seconds"],
-        d["cpu_seconds"],
-        d.get("fresh_rate"),
-    )
-
-
-def _baseline_run(d: dict[str, Any]) -> BaselineRun:
-    return BaselineRun(
-        d["seed"],
-        d["starts"],
-        d["random_success"],
-        d["teacher_success"],
-        d["steps"],
-        d["budget"],
-        _curve(d["curve"]),
-    )
+def _run(kind: type[R], document: Mapping[str, Any], **more: Any) -> R:
+    """Return a run from the JSON values that have the names of its fields."""
+    known = {field.name: document[field.name] for field in fields(kind) if field.name in document}
+    return kind(**{**known, "curve": _curve(document["curve"]), **more})
 
 
 def _scenario_runs(
@@ -237,7 +219,9 @@ def _scenario_runs(
 def _scenario_run(mode: str, seed: int, scenario: str, layout: dict[str, Any], d: dict[str, Any]) -> ScenarioRun:
     described = layout["scenarios"][scenario]
     x, y, axis = layout["start"]
-    return ScenarioRun(
+    return _run(
+        ScenarioRun,
+        {**described, **d},
         mode=mode,
         seed=seed,
         scenario=scenario,
@@ -247,17 +231,7 @@ def _scenario_run(mode: str, seed: int, scenario: str, layout: dict[str, Any], d
         obstructions=tuple((_cell(low), _cell(high)) for low, high in described["obstructions"]),
         planned_cells=tuple(_cell(cell) for cell in layout["path_cells"]),
         path_cells=tuple(_cell(cell) for cell in d["path_cells"]),
-        retrained=d["retrained"],
-        succeeded=d["succeeded"],
-        steps=d["steps"],
-        budget=d["budget"],
-        curve=_curve(d["curve"]),
-        success_rate=d["success_rate"],
-        shortest_moves=described["shortest_moves"],
-        random_success=described["random_success"],
-        tabular_steps=described["tabular_steps"],
         tabular_curve=_curve(described["tabular_curve"]),
-        seconds=d["seconds"],
     )
 
 

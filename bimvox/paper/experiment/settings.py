@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -41,23 +41,16 @@ class PaperSettings:
     frame_budget: int = 50_000
     frame_layouts: int = 1_000
     fresh_layouts: int = 1_000
-    frame_changes: Mapping[str, Any] | None = None
+    frame_changes: Mapping[str, Any] = field(default_factory=dict)
     tabular_budget: int = 100_000
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         return {
+            **{each.name: getattr(self, each.name) for each in fields(self)},
             "seeds": list(self.seeds),
             "modes": {name: config.to_dict() for name, config in self.modes.items()},
-            "ablation_seeds": self.ablation_seeds,
-            "ablation_budget": self.ablation_budget,
-            "targets_budget": self.targets_budget,
-            "targets_layouts": self.targets_layouts,
-            "frame_budget": self.frame_budget,
-            "frame_layouts": self.frame_layouts,
-            "fresh_layouts": self.fresh_layouts,
-            "frame_changes": dict(self.frame_changes or {}),
-            "tabular_budget": self.tabular_budget,
+            "frame_changes": dict(self.frame_changes),
         }
 
 

@@ -20,8 +20,8 @@ from bimvox.paper.policy.config import PaperDqnConfig, paper_config_from_dict
 from bimvox.paper.policy.curve import Curve
 from bimvox.paper.policy.episodes import replay, success_rate
 from bimvox.paper.policy.initialization import greedy_success, initialize
-from bimvox.paper.policy.network import PaperNetwork
-from bimvox.paper.policy.scenarios import Scenario, make_scenarios
+from bimvox.paper.policy.scenarios import make_scenarios
+from bimvox.policy.learner.network import ValueNetwork
 
 FRESH_SEED = 2_000_003
 """Seed of layouts that no test uses, plus the seed of the run. Tests decide when training stops and which network is
@@ -30,7 +30,7 @@ kept, so their success rates are too optimistic."""
 LAYOUTS_TRIED = 50
 """Starts drawn until the scenarios have room on the planned path."""
 
-Checkpoint = Callable[[PaperNetwork], None]
+Checkpoint = Callable[[ValueNetwork], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,10 +43,10 @@ class JobResult:
     """
 
     document: dict[str, Any]
-    network: PaperNetwork | None = None
+    network: ValueNetwork | None = None
 
     @property
-    def trained(self) -> PaperNetwork:
+    def trained(self) -> ValueNetwork:
         """The network.
 
         Raises:
@@ -89,7 +89,7 @@ def _learn_basic(job: Job, spec: PaperSpec, checkpoint: Checkpoint) -> JobResult
     return JobResult(document, basic.network)
 
 
-def _apply(job: Job, network: PaperNetwork) -> dict[str, Any]:
+def _apply(job: Job, network: ValueNetwork) -> dict[str, Any]:
     config = _config(job)
     for redrawn, layout in enumerate(random_layouts(PAPER, LAYOUTS_TRIED, job.seed)):
         applied = apply_layout(network, PAPER, config, layout, seed=job.seed)
@@ -109,18 +109,18 @@ def _apply(job: Job, network: PaperNetwork) -> dict[str, Any]:
             "reward": applied.episode.reward,
             "moves": applied.episode.moves.tolist(),
             "path_cells": [list(cell) for cell in applied.episode.path_cells],
-            "scenarios": {name: _described(job, config, scenario) for name, scenario in scenarios.items()},
+            "scenarios": {name: _described(job, config, changed) for name, changed in scenarios.items()},
         }
     return {"planned": False, "tried": LAYOUTS_TRIED}
 
 
-def _described(job: Job, config: PaperDqnConfig, scenario: Scenario) -> dict[str, Any]:
+def _described(job: Job, config: PaperDqnConfig, layout: PaperLayout) -> dict[str, Any]:
     """Return a scenario with its baselines."""
-    layouts = [scenario.layout]
+    layouts = [layout]
     required = Requirement(config.retrain_episodes, config.retrain_successes)
     table = tabular_q(PAPER, layouts, seed=job.seed, budget=config.retrain_budget, required=required)
     return {
-        "obstructions": [[list(low), list(high)] for low, high in scenario.layout.obstructions],
+        "obstructions": [[list(low), list(high)] for low, high in layout.obstructions],
         "shortest_moves": int(teacher_moves(PAPER, layouts)[0]),
         "random_success": success_rate(random_policy(PAPER, layouts * 100, seed=job.seed)),
         "tabular_steps": table.steps_to_success,
@@ -128,7 +128,7 @@ def _described(job: Job, config: PaperDqnConfig, scenario: Scenario) -> dict[str
     }
 
 
-def _adapt(job: Job, network: PaperNetwork, applied: dict[str, Any]) -> JobResult:
+def _adapt(job: Job, network: ValueNetwork, applied: dict[str, Any]) -> JobResult:
     if not applied["planned"]:
         return JobResult({"planned": False})
     config = _config(job)

@@ -12,8 +12,8 @@ from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.policy.config import PaperDqnConfig
 from bimvox.paper.policy.curve import CurvePoint
 from bimvox.paper.policy.episodes import Episode, best_of, replay, run_episodes, success_rate
-from bimvox.paper.policy.learning import flat_observation, learn
-from bimvox.paper.policy.network import PaperNetwork
+from bimvox.paper.policy.learning import learn
+from bimvox.policy.learner.network import ValueNetwork
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +46,7 @@ class AdaptedPolicy:
         success_rate: In the last test; 1 for a kept path.
     """
 
-    network: PaperNetwork
+    network: ValueNetwork
     episode: Episode | None
     retrained: bool
     succeeded: bool
@@ -55,14 +55,9 @@ class AdaptedPolicy:
     collision: int | None
     success_rate: float
 
-    @property
-    def steps_to_success(self) -> int | None:
-        """Steps of retraining needed (0: none). None if the budget was not enough."""
-        return self.steps if self.succeeded else None
-
 
 def apply_layout(
-    network: PaperNetwork, spec: PaperSpec, config: PaperDqnConfig, layout: PaperLayout, *, seed: int
+    network: ValueNetwork, spec: PaperSpec, config: PaperDqnConfig, layout: PaperLayout, *, seed: int
 ) -> AppliedPolicy:
     """Run the trial episodes on a layout without obstructions, and keep the one with the highest reward.
 
@@ -79,7 +74,7 @@ def apply_layout(
 
 
 def adapt(
-    network: PaperNetwork,
+    network: ValueNetwork,
     applied: AppliedPolicy,
     spec: PaperSpec,
     config: PaperDqnConfig,
@@ -111,9 +106,9 @@ def adapt(
         return AdaptedPolicy(network, planned, False, True, 0, (), None, 1.0)
 
     curve: list[CurvePoint] = []
-    last: list[tuple[PaperNetwork, tuple[Episode, ...]]] = []
+    last: list[tuple[ValueNetwork, tuple[Episode, ...]]] = []
 
-    def test(tested: PaperNetwork, steps: int) -> bool:
+    def test(tested: ValueNetwork, steps: int) -> bool:
         draw = int(np.random.SeedSequence([seed, steps]).generate_state(1)[0])
         episodes = _episodes(tested, spec, config, changed, config.retrain_episodes, draw)
         curve.append(CurvePoint(steps, success_rate(episodes), float(np.mean([e.reward for e in episodes]))))
@@ -156,13 +151,13 @@ def collision_of(spec: PaperSpec, changed: PaperLayout, planned: Episode) -> int
 
 
 def _episodes(
-    network: PaperNetwork, spec: PaperSpec, config: PaperDqnConfig, layout: PaperLayout, count: int, seed: int
+    network: ValueNetwork, spec: PaperSpec, config: PaperDqnConfig, layout: PaperLayout, count: int, seed: int
 ) -> tuple[Episode, ...]:
     return run_episodes(
         network,
         spec,
         [layout] * count,
-        observation=flat_observation(config.observation),
+        observation=config.flat_observation,
         reward=config.reward,
         exploration=config.test_exploration,
         seed=seed,

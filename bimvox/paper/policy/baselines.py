@@ -11,14 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.env.distance import distance_field
-from bimvox.grid.summed_area import summed_area_table
 from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.layout import PaperLayout
+from bimvox.paper.env.site_env import PaperSiteEnv
 from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.policy.curve import CurvePoint
 from bimvox.paper.policy.episodes import Episode, run_episodes
-from bimvox.site.collision import CollisionSpace
 
 RATE = 0.5
 """Share of the new estimate in the table; large, because moves are deterministic."""
@@ -34,10 +32,9 @@ def random_policy(spec: PaperSpec, layouts: Sequence[PaperLayout], *, seed: int)
 
 
 def teacher_moves(spec: PaperSpec, layouts: Sequence[PaperLayout]) -> NDArray[np.int64]:
-    """Return the moves of descending the exact distance field of every layout: the shortest path, our mode's teacher.
+    """Return the (L,) int64 fewest moves on every layout, by the exact distance field, the teacher of our mode.
 
-    Returns:
-        (L,) int64 moves; -1 if there is no path, or none within the steps of an episode.
+    -1 if there is no path, or none within the steps of an episode.
     """
     count = len(layouts)
     batch = BatchedPaperSite(spec, count, observation="window", layouts=layouts, threads=1)
@@ -58,25 +55,12 @@ def teacher_moves(spec: PaperSpec, layouts: Sequence[PaperLayout]) -> NDArray[np
 
 def field_seconds(spec: PaperSpec, *, fields: int = 200) -> float:
     """Return the wall time of one exact distance field, for the first component with all others stored."""
-    batch = BatchedPaperSite(spec, 1, observation="window", threads=1)
-    batch.reset()
-    part = spec.in_building_order().components[0]
-    layout = batch.layout(0)
-    size = np.array(part.size_vox, np.int32)
-    nothing = np.zeros(3, np.int32)
-    space = CollisionSpace(
-        summed_area_table(batch.cells(0) != 0),
-        np.concatenate([nothing, size])[None],
-        nothing,
-        np.zeros(spec.shape[:2], np.int32),
-        nothing,
-        np.zeros((0, 0, 0), np.bool_),
-    )
-    target = np.array(layout.targets[0], np.int32)
-    distance_field(space, target)
+    env = PaperSiteEnv(spec)
+    env.reset(seed=0)
+    env.distance_field()
     began = time.perf_counter()
     for _ in range(fields):
-        distance_field(space, target)
+        env.distance_field()
     return (time.perf_counter() - began) / fields
 
 

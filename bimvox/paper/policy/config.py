@@ -1,39 +1,31 @@
-"""Every choice behind learning on the paper's site, and the two named sets of choices."""
+"""The choices behind learning on the paper's site, and the two modes."""
 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
-from bimvox.errors import PolicyError
+from bimvox.env.names import named
 from bimvox.paper.env.observation import OBSERVATIONS
 from bimvox.paper.env.reward import PAPER_REWARDS
+from bimvox.policy.config import DqnChoices, choices_from_dict
 
 
 @dataclass(frozen=True, slots=True)
-class PaperDqnConfig:
-    """Deep Q-learning in two layers. Steps are environment steps, summed over all sites in parallel.
+class PaperDqnConfig(DqnChoices):
+    """The choices behind deep Q-learning in two layers.
+
+    Each stream of a dueling network has the ``hidden`` layers, and ``max_gradient_norm`` holds for each variable, as in
+    the original stable-baselines.
 
     Attributes:
         observation: A key of ``OBSERVATIONS``.
-        reward: A key of ``PAPER_REWARDS``.
-        hidden: Widths of the hidden layers, in each stream if ``dueling``.
         dueling: Whether a separate stream values the state (Wang et al. 2016).
-        double_q: Whether the online network chooses the action that the target network values (van Hasselt et al.
-            2016).
         glorot: Whether weights begin as in the original stable-baselines (uniform after Glorot and Bengio 2010, biases
             zero); otherwise torch's.
-        discount: Per step.
-        learning_rate: Of Adam.
         learning_rate_last: Value to which it falls linearly. None keeps it.
         learning_rate_steps: Number of steps over which it falls. None takes the budget.
-        batch_size: Transitions per gradient step.
-        buffer_size: Transitions remembered.
-        learning_starts: Steps before the first gradient step.
         sites: Sites in parallel.
-        gradient_steps: Gradient steps per ``sites`` steps.
-        target_update: Gradient steps between two copies to the target network.
-        max_gradient_norm: Gradients of one variable are scaled down to this length, as the original did.
         priority: Exponent of prioritized replay (Schaul et al. 2016), without importance weights: a transition is drawn
             in proportion to its last error to this power. 0 draws evenly.
         symmetry: Whether every remembered transition is rotated and mirrored in plan at random before a gradient step
@@ -43,21 +35,17 @@ class PaperDqnConfig:
             to test.
         bootstrap_at_limit: Whether the target continues beyond the step limit (a truncation), or ends there, as in the
             original, which knew only "done".
-        exploration_first: Share of random actions at the start.
-        exploration_again: The same at the start of retraining a loaded network.
-        exploration_last: The same from the end of the exploration phase on.
+        exploration_again: Share of random actions at the start of retraining a loaded network.
         exploration_spread: Whether half of the sites act by the policy alone, and the others take up to four times as
             many random actions each: the first find where the policy fails, the others see what it never reaches.
         exploration_share: Length of that phase as a share of the budget.
         exploration_steps: Its length in steps. None takes ``exploration_share``.
         budget: Steps of the initialization layer.
         retrain_budget: Steps of one retraining.
-        test_every: Steps between two tests.
         test_exploration: Share of random actions in tests.
         test_episodes: Episodes of a test in the initialization layer.
-        required_success: Success rate at which the initialization layer stops.
-        greedy_too: Whether that rate is also required without random actions, from every distinct start (or from
-            ``greedy_layouts`` drawn layouts, if the site draws more than a start).
+        greedy_too: Whether the required success rate also holds without random actions, from every distinct start (or
+            from ``greedy_layouts`` drawn layouts, if the site draws more than a start).
         greedy_layouts: Number of drawn layouts in that test.
         trials: Episodes of the trial on a layout.
         retrain_episodes: Episodes of a test while retraining.
@@ -66,9 +54,9 @@ class PaperDqnConfig:
             if it is good enough.
     """
 
-    observation: str = "paper"
     reward: str = "paper"
     hidden: tuple[int, ...] = (64, 64)
+    observation: str = "paper"
     dueling: bool = True
     double_q: bool = True
     glorot: bool = True
@@ -107,39 +95,25 @@ class PaperDqnConfig:
     test_loaded_first: bool = False
 
     def __post_init__(self) -> None:
-        if self.observation not in OBSERVATIONS:
-            raise ValueError(f"observation: {self.observation!r} is unknown; there are {', '.join(OBSERVATIONS)}")
-        if self.reward not in PAPER_REWARDS:
-            raise ValueError(f"reward: {self.reward!r} is unknown; there are {', '.join(PAPER_REWARDS)}")
+        named("observation", self.observation, OBSERVATIONS)
+        named("reward", self.reward, PAPER_REWARDS)
         if self.symmetry and self.observation != "egocentric":
             raise ValueError(f"symmetry: the observation {self.observation!r} has no images; egocentric has")
-        for name in (
-            "batch_size",
-            "sites",
-            "gradient_steps",
-            "target_update",
-            "budget",
-            "retrain_budget",
-            "test_every",
-            "test_episodes",
-            "greedy_layouts",
-            "trials",
-            "retrain_episodes",
-        ):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name}: {getattr(self, name)} is less than one")
-        if not self.hidden or min(self.hidden) < 1:
-            raise ValueError(f"hidden: {self.hidden} holds no layer, or an empty one")
-        if self.buffer_size < self.sites:
-            raise ValueError(f"buffer_size: {self.buffer_size} holds not even one step of {self.sites} sites")
-        if not 0.0 <= self.discount < 1.0:
-            raise ValueError(f"discount: {self.discount} is not in [0, 1)")
+        if not self.hidden:
+            raise ValueError("hidden: at least one layer is needed")
+        counts = ("budget", "retrain_budget", "test_episodes", "greedy_layouts", "trials", "retrain_episodes")
+        self.check("sites", *counts)
         if self.priority < 0.0:
             raise ValueError(f"priority: {self.priority} is less than zero")
         if not 0.0 < self.averaging <= 1.0:
             raise ValueError(f"averaging: {self.averaging} is not in (0, 1]")
         if self.retrain_successes > self.retrain_episodes:
             raise ValueError(f"retrain_successes: {self.retrain_successes} of {self.retrain_episodes} episodes")
+
+    @property
+    def flat_observation(self) -> str:
+        """Name of the observation as a vector, as networks need it."""
+        return "paper_flat" if self.observation == "paper" else self.observation
 
     def exploration_phase(self, budget: int) -> int:
         """Return the number of steps of a budget over which the share of random actions falls."""
@@ -221,18 +195,5 @@ MODES: dict[str, PaperDqnConfig] = {"paper": PAPER_MODE, "ours": OUR_MODE}
 
 
 def paper_config_from_dict(plain: dict[str, Any]) -> PaperDqnConfig:
-    """Return the configuration of :meth:`PaperDqnConfig.to_dict`.
-
-    Raises:
-        PolicyError: A key is missing or unknown, or a value is impossible.
-    """
-    names = {field.name for field in fields(PaperDqnConfig)}
-    if not names - set(ADDED_LATER) <= set(plain) <= names:
-        raise PolicyError(
-            "the training configuration has other keys than this version's",
-            differs={"missing": sorted(names - set(plain) - set(ADDED_LATER)), "unknown": sorted(set(plain) - names)},
-        )
-    try:
-        return PaperDqnConfig(**{**plain, "hidden": tuple(plain["hidden"])})
-    except (TypeError, ValueError) as error:
-        raise PolicyError(f"the training configuration is impossible: {error}") from error
+    """Return the configuration of :meth:`PaperDqnConfig.to_dict`; see ``choices_from_dict``."""
+    return choices_from_dict(PaperDqnConfig, plain, ADDED_LATER)

@@ -22,13 +22,13 @@ from stable_baselines3.common.logger import Logger
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.paper.policy.config import PaperDqnConfig
-from bimvox.paper.policy.gradient import CompiledLearner, copy_of, move_towards
-from bimvox.paper.policy.gradient_arrays import Memory
-from bimvox.paper.policy.network import PaperNetwork
-from bimvox.paper.policy.priorities import Priorities
 from bimvox.paper.policy.symmetry import IMAGES, symmetry, write_images
 from bimvox.paper.policy.torch_network import PaperPolicy, arrays_of, share_arrays
 from bimvox.paper.policy.vec_env import PaperVecEnv
+from bimvox.policy.learner.arrays import Memory
+from bimvox.policy.learner.learner import CompiledLearner, copy_of, move_towards
+from bimvox.policy.learner.network import ValueNetwork
+from bimvox.policy.learner.priorities import Priorities
 
 WHOLE_NUMBERS = ("paper", "paper_flat")
 """Observations that hold only whole numbers."""
@@ -52,7 +52,7 @@ class PaperDqn(DQN):
         *,
         seed: int,
         budget: int,
-        initial: PaperNetwork | None = None,
+        initial: ValueNetwork | None = None,
     ) -> None:
         self.config = config
         self._first = config.exploration_first if initial is None else config.exploration_again
@@ -61,20 +61,9 @@ class PaperDqn(DQN):
         super().__init__(
             PaperPolicy,
             env,
-            learning_rate=config.learning_rate,
-            buffer_size=config.buffer_size,
-            learning_starts=config.learning_starts,
-            batch_size=config.batch_size,
-            gamma=config.discount,
-            train_freq=1,
-            gradient_steps=config.gradient_steps,
-            max_grad_norm=config.max_gradient_norm,
+            **config.sb3_arguments(),
             exploration_initial_eps=self._first,
-            policy_kwargs={
-                "net_arch": list(config.hidden),
-                "dueling": config.dueling,
-                "glorot": config.glorot,
-            },
+            policy_kwargs={"net_arch": list(config.hidden), "dueling": config.dueling, "glorot": config.glorot},
             replay_buffer_kwargs={"handle_timeout_termination": config.bootstrap_at_limit},
             device="cpu",
             seed=seed,
@@ -110,7 +99,7 @@ class PaperDqn(DQN):
             buffer.next_observations = np.zeros(buffer.next_observations.shape, np.uint8)
 
     @property
-    def network(self) -> PaperNetwork:
+    def network(self) -> ValueNetwork:
         """A copy of the network to test and to keep: the online network, or its average."""
         return self._learner.network() if self.config.averaging == 1.0 else copy_of(self._average)
 

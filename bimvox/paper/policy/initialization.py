@@ -12,8 +12,8 @@ from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.policy.config import PaperDqnConfig
 from bimvox.paper.policy.curve import CurvePoint
 from bimvox.paper.policy.episodes import run_episodes, success_rate
-from bimvox.paper.policy.learning import flat_observation, learn
-from bimvox.paper.policy.network import PaperNetwork
+from bimvox.paper.policy.learning import learn
+from bimvox.policy.learner.network import ValueNetwork
 
 GREEDY_SEED = 1_000_003
 """Seed of the drawn layouts of greedy tests, independent of the training's seed."""
@@ -28,21 +28,12 @@ class BasicPolicy:
         reached: Whether it was good enough within the budget.
         curve: Every test.
         steps: Environment steps taken.
-        config: The choices.
-        seed: The seed.
     """
 
-    network: PaperNetwork
+    network: ValueNetwork
     reached: bool
     curve: tuple[CurvePoint, ...]
     steps: int
-    config: PaperDqnConfig
-    seed: int
-
-    @property
-    def steps_to_success(self) -> int | None:
-        """Steps at the first test that was good enough. None if none was within the budget."""
-        return self.curve[-1].steps if self.reached else None
 
 
 def initialize(
@@ -52,7 +43,7 @@ def initialize(
     seed: int,
     budget: int | None = None,
     progress: Callable[[CurvePoint], None] | None = None,
-    checkpoint: Callable[[PaperNetwork, int], None] | None = None,
+    checkpoint: Callable[[ValueNetwork, int], None] | None = None,
 ) -> BasicPolicy:
     """Train from random starts without obstructions until tests reach the required success rate.
 
@@ -71,11 +62,11 @@ def initialize(
     budget = config.budget if budget is None else budget
     everywhere = greedy_layouts(spec, config)
     curve: list[CurvePoint] = []
-    best: list[PaperNetwork] = []
+    best: list[ValueNetwork] = []
     best_rank = (-1.0, -1.0)
     reached = False
 
-    def test(network: PaperNetwork, steps: int) -> bool:
+    def test(network: ValueNetwork, steps: int) -> bool:
         nonlocal best_rank, reached
         if checkpoint is not None:
             checkpoint(network, steps)
@@ -85,7 +76,7 @@ def initialize(
             network,
             spec,
             starts,
-            observation=flat_observation(config.observation),
+            observation=config.flat_observation,
             reward=config.reward,
             exploration=config.test_exploration,
             seed=int(draw[1]),
@@ -106,7 +97,7 @@ def initialize(
         return reached
 
     steps = learn(spec, config, test, seed=seed, budget=budget)
-    return BasicPolicy(best[0], reached, tuple(curve), steps, config, seed)
+    return BasicPolicy(best[0], reached, tuple(curve), steps)
 
 
 def greedy_layouts(spec: PaperSpec, config: PaperDqnConfig) -> tuple[PaperLayout, ...]:
@@ -117,14 +108,14 @@ def greedy_layouts(spec: PaperSpec, config: PaperDqnConfig) -> tuple[PaperLayout
 
 
 def greedy_success(
-    network: PaperNetwork, spec: PaperSpec, config: PaperDqnConfig, layouts: Sequence[PaperLayout]
+    network: ValueNetwork, spec: PaperSpec, config: PaperDqnConfig, layouts: Sequence[PaperLayout]
 ) -> float:
     """Return the share of layouts on which a policy succeeds without random actions or guard."""
     episodes = run_episodes(
         network,
         spec,
         layouts,
-        observation=flat_observation(config.observation),
+        observation=config.flat_observation,
         reward="paper",  # only success counts here, and the exact distance takes time
         exploration=0.0,
         seed=0,

@@ -12,10 +12,10 @@ from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.policy.config import PaperDqnConfig
 from bimvox.paper.policy.dqn import PaperDqn
-from bimvox.paper.policy.network import PaperNetwork
 from bimvox.paper.policy.vec_env import PaperVecEnv
+from bimvox.policy.learner.network import ValueNetwork
 
-Tester = Callable[[PaperNetwork, int], bool]
+Tester = Callable[[ValueNetwork, int], bool]
 """Tests a network after so many steps, and returns whether training may stop."""
 
 
@@ -27,7 +27,7 @@ def learn(
     seed: int,
     budget: int,
     layouts: Sequence[PaperLayout] | None = None,
-    initial: PaperNetwork | None = None,
+    initial: ValueNetwork | None = None,
 ) -> int:
     """Train until a test returns True, or the budget is used up.
 
@@ -47,7 +47,7 @@ def learn(
     batch = BatchedPaperSite(
         spec,
         config.sites,
-        observation=flat_observation(config.observation),
+        observation=config.flat_observation,
         reward=config.reward,
         layouts=layouts,
         seed=seed,
@@ -56,11 +56,6 @@ def learn(
     dqn = PaperDqn(PaperVecEnv(batch), config, seed=seed, budget=budget, initial=initial)
     dqn.learn(budget, callback=_Tests(test, config.test_every, budget))
     return int(dqn.num_timesteps)
-
-
-def flat_observation(name: str) -> str:
-    """Return the name of the same observation as a vector, as networks need it."""
-    return "paper_flat" if name == "paper" else name
 
 
 class _Tests(BaseCallback):

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from bimvox.errors import PlanningError
 from bimvox.paper.env.component import Box, overlap
@@ -28,21 +28,8 @@ LEAST_PLAN_MOVES = 6
 """Least moves in plan of a path, so that its start and its end are apart."""
 
 
-@dataclass(frozen=True, slots=True)
-class Scenario:
-    """One experiment.
-
-    Attributes:
-        name: ``a`` to ``d``.
-        layout: The layout with the obstructions of the experiment.
-    """
-
-    name: str
-    layout: PaperLayout
-
-
-def make_scenarios(spec: PaperSpec, layout: PaperLayout, path_cells: Sequence[IntVec]) -> dict[str, Scenario]:
-    """Return the four experiments on a planned path.
+def make_scenarios(spec: PaperSpec, layout: PaperLayout, path_cells: Sequence[IntVec]) -> dict[str, PaperLayout]:
+    """Return the layouts of the four experiments on a planned path, by name.
 
     Args:
         spec: A site with one component.
@@ -58,10 +45,10 @@ def make_scenarios(spec: PaperSpec, layout: PaperLayout, path_cells: Sequence[In
     forward = list(zip(plan[1:-1], plan, strict=False))
     backward = [(cell, towards) for cell, towards in itertools.pairwise(plan)][:0:-1]
     return {
-        "a": Scenario("a", layout),
-        "b": Scenario("b", _first(spec, layout, path_cells, forward, 1)),
-        "c": Scenario("c", _first(spec, layout, path_cells, forward, 2)),
-        "d": Scenario("d", _first(spec, layout, path_cells, backward, 1)),
+        "a": layout,
+        "b": _first(spec, layout, path_cells, forward, 1),
+        "c": _first(spec, layout, path_cells, forward, 2),
+        "d": _first(spec, layout, path_cells, backward, 1),
     }
 
 

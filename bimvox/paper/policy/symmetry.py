@@ -20,7 +20,7 @@ from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import ACTION_COUNT, MOVES
 from bimvox.env.goal import GOAL_SIZE
 from bimvox.paper.env.pyramid import OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE
-from bimvox.paper.policy.gradient_arrays import Memory
+from bimvox.policy.learner.arrays import Memory
 
 IMAGES = 8
 

@@ -15,7 +15,7 @@ from stable_baselines3.dqn.policies import DQNPolicy
 from stable_baselines3.dqn.policies import QNetwork as TorchQNetwork
 from torch import nn
 
-from bimvox.paper.policy.network import PaperNetwork
+from bimvox.policy.learner.network import ValueNetwork
 from bimvox.policy.perceptron import Perceptron
 
 
@@ -62,17 +62,17 @@ class PaperPolicy(DQNPolicy):
         return q_net
 
 
-def arrays_of(q_net: TorchQNetwork) -> PaperNetwork:
+def arrays_of(q_net: TorchQNetwork) -> ValueNetwork:
     """Return a copy of a torch network's weights as plain arrays."""
     streams = []
     for layers in _streams(q_net):
         weights = tuple(np.asarray(layer.weight.detach().numpy(), np.float32).T.copy() for layer in layers)
         biases = tuple(np.asarray(layer.bias.detach().numpy(), np.float32).copy() for layer in layers)
         streams.append(Perceptron(weights, biases))
-    return PaperNetwork(*streams)
+    return ValueNetwork(*streams)
 
 
-def share_arrays(q_net: TorchQNetwork, network: PaperNetwork) -> None:
+def share_arrays(q_net: TorchQNetwork, network: ValueNetwork) -> None:
     """Make a torch network hold the arrays of a plain one: a change of either changes both.
 
     Args:
@@ -82,11 +82,10 @@ def share_arrays(q_net: TorchQNetwork, network: PaperNetwork) -> None:
     Raises:
         ValueError: The layers differ.
     """
-    streams = [network.actions] if network.state is None else [network.actions, network.state]
     sizes = [(layers[0].in_features, *(layer.out_features for layer in layers)) for layers in _streams(q_net)]
-    if sizes != [stream.layer_sizes for stream in streams]:
-        raise ValueError(f"network: layers {[stream.layer_sizes for stream in streams]} do not fit {sizes}")
-    for layers, arrays in zip(_streams(q_net), streams, strict=True):
+    if sizes != [stream.layer_sizes for stream in network.streams]:
+        raise ValueError(f"network: layers {[stream.layer_sizes for stream in network.streams]} do not fit {sizes}")
+    for layers, arrays in zip(_streams(q_net), network.streams, strict=True):
         for layer, weight, bias in zip(layers, arrays.weights, arrays.biases, strict=True):
             layer.weight.data = torch.from_numpy(weight).T
             layer.bias.data = torch.from_numpy(bias)

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.paper.env.batched import BatchedPaperSite, PaperStep
+from bimvox.paper.env.batch_kernels import PaperStep
+from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.policy.vec_env import BatchVecEnv, Step
 
 

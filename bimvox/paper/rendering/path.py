@@ -36,7 +36,7 @@ def scene_of_paths(
         title: Upper left.
         caption: Below the title.
     """
-    scene = paper_site_scene(picture, legend=True)
+    scene = paper_site_scene(picture)
     strokes = list(scene.strokes)
     legend = list(scene.legend)
     if len(before_vox) > 1:

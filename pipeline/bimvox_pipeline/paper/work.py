@@ -12,17 +12,17 @@ from bimvox_pipeline.paper.folder import read_json, result_file, weights_file, w
 
 if TYPE_CHECKING:
     from bimvox.paper.experiment.work import JobResult
-    from bimvox.paper.policy.network import PaperNetwork
+    from bimvox.policy.learner.network import ValueNetwork
 
 
 def do_job(job: Job, folder: Path) -> None:
     """Do a job whose needs are in the folder, and write its result there."""
     from bimvox.paper.experiment.work import result_of
-    from bimvox.paper.policy.network import network_to_bytes
+    from bimvox.policy.learner.network import network_to_bytes
 
     checkpoint = folder / f"{job.name}.checkpoint.safetensors"
 
-    def keep(network: PaperNetwork) -> None:
+    def keep(network: ValueNetwork) -> None:
         write_atomically(checkpoint, network_to_bytes(network))
 
     wall, cpu = time.perf_counter(), time.process_time()
@@ -43,7 +43,7 @@ def do_job(job: Job, folder: Path) -> None:
 
 def _read(folder: Path, name: str) -> JobResult:
     from bimvox.paper.experiment.work import JobResult
-    from bimvox.paper.policy.network import network_from_bytes
+    from bimvox.policy.learner.network import network_from_bytes
 
     weights = weights_file(folder, name)
     network = network_from_bytes(weights.read_bytes()) if weights.exists() else None

@@ -109,7 +109,7 @@ def test_everything_about_the_site_can_be_changed():
     with pytest.raises(ValueError, match="reward"):
         PaperSiteEnv(reward="nothing")
     with pytest.raises(ValueError, match="render_mode"):
-        PaperSiteEnv(render_mode="rgb_array")
+        PaperSiteEnv(render_mode="gif")
 
 
 def test_drawn_as_text():
@@ -129,3 +129,8 @@ def test_drawn_as_text():
     assert "\x1b[48;2;0;100;190m" in coloured  # in transit: blue
     assert PaperSiteEnv().render() is None
     assert isinstance(env, gymnasium.Env)
+
+
+def test_a_step_before_the_first_reset_is_refused():
+    with pytest.raises(gymnasium.error.ResetNeeded, match="reset"):
+        PaperSiteEnv().step(np.int64(0))

@@ -83,3 +83,8 @@ def test_text_of_every_site():
     with pytest.raises(ValueError, match="render_mode"):
         PaperVectorEnv(2, render_mode="human")
     assert env.batch.spec == PAPER.in_building_order()
+
+
+def test_a_step_before_the_first_reset_is_refused():
+    with pytest.raises(gymnasium.error.ResetNeeded, match="reset"):
+        PaperVectorEnv(2).step(np.zeros(2, np.int64))

@@ -10,9 +10,9 @@ from stable_baselines3.common.save_util import load_from_zip_file
 
 from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.policy.dqn import PaperDqn
-from bimvox.paper.policy.priorities import Priorities
 from bimvox.paper.policy.torch_network import arrays_of
 from bimvox.paper.policy.vec_env import PaperVecEnv
+from bimvox.policy.learner.priorities import Priorities
 
 
 def dqn(config=SLOW, *, budget=1_000, initial=None, **changes):

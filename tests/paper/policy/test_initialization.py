@@ -55,7 +55,7 @@ def test_it_stops_at_the_first_test_in_which_every_episode_succeeds(fakes):
     assert fakes.episodes == 100
     assert [point.success_rate for point in basic.curve] == [0.3, 0.99, 1.0]
     assert basic.reached
-    assert basic.steps_to_success == basic.steps == 600
+    assert basic.curve[-1].steps == basic.steps == 600
     assert basic.network is fakes.networks[2]
 
 
@@ -63,7 +63,6 @@ def test_not_learned_within_the_budget_is_a_result(fakes):
     fakes.rates = (0.3, 0.9, 0.5, 0.0)
     basic = initialize(TINY, SLOW, seed=0, budget=800)
     assert not basic.reached
-    assert basic.steps_to_success is None
     assert basic.steps == 800
     assert basic.network is fakes.networks[1]  # the best that was tested
 

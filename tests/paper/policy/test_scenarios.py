@@ -39,9 +39,9 @@ def test_obstructions_lie_on_the_path_and_leave_a_way(layout):
     path = path_of(layout)
     scenarios = make_scenarios(PAPER, layout, path)
     assert list(scenarios) == ["a", "b", "c", "d"]
-    assert scenarios["a"].layout == layout
+    assert scenarios["a"] == layout
     for name, count in (("b", 1), ("c", 2), ("d", 1)):
-        changed = scenarios[name].layout
+        changed = scenarios[name]
         check_layout(PAPER, changed)  # never on a start or a target
         assert len(changed.obstructions) == count
         for low, high in changed.obstructions:
@@ -58,11 +58,11 @@ def test_close_to_the_start_and_close_to_the_target():
     layout = PaperLayout((YardPose(0, 7, "y"),), (TARGET,))
     path = path_of(layout)
     scenarios = make_scenarios(PAPER, layout, path)
-    ((low, _),) = scenarios["b"].layout.obstructions
+    ((low, _),) = scenarios["b"].obstructions
     assert low == (1, 6, 1)  # across the first move, its middle on the path
-    ((low, _),) = scenarios["d"].layout.obstructions
+    ((low, _),) = scenarios["d"].obstructions
     assert low == (6, 6, 1)  # across the last move
-    first, second = scenarios["c"].layout.obstructions
+    first, second = scenarios["c"].obstructions
     assert first[0][0] == second[0][0] == 1
     assert abs(first[0][1] - second[0][1]) == 3  # end to end
 
@@ -71,8 +71,8 @@ def test_the_longest_way_round_counts():
     layout = PaperLayout((YardPose(0, 6, "y"),), (TARGET,))
     scenarios = make_scenarios(PAPER, layout, path_of(layout))
     straight = teacher_moves(PAPER, [layout])[0]
-    assert teacher_moves(PAPER, [scenarios["b"].layout])[0] > straight
-    assert teacher_moves(PAPER, [scenarios["c"].layout])[0] > straight
+    assert teacher_moves(PAPER, [scenarios["b"]])[0] > straight
+    assert teacher_moves(PAPER, [scenarios["c"]])[0] > straight
 
 
 def test_a_path_too_short_for_two_places():

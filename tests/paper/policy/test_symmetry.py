@@ -8,8 +8,8 @@ import pytest
 from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.component import YardPose, beam
 from bimvox.paper.env.spec import PaperSpec
-from bimvox.paper.policy.gradient_arrays import Memory
 from bimvox.paper.policy.symmetry import IMAGES, symmetry, write_images
+from bimvox.policy.learner.arrays import Memory
 
 SIDE = 9
 

@@ -1,4 +1,4 @@
-"""The gradient step of deep Q-learning, compiled: what torch would compute, for inputs that are mostly zero.
+"""The gradient step of deep Q-learning, compiled for inputs that are mostly zero.
 
 In the paper's map fewer than one number in a hundred is not zero, and the layers are small. Torch would spend most of a
 step on multiplying by zero and on calls. Here zeros cost nothing, and rows of weights that no input has reached yet are
@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import leaf_kernel
-from bimvox.paper.policy.gradient_arrays import Batch, Memory, Rule, StreamArrays, Streams, perceptron_room, used_room
-from bimvox.paper.policy.gradient_kernels import descend, set_targets
-from bimvox.paper.policy.network import PaperNetwork
+from bimvox.policy.learner.arrays import Batch, Memory, Rule, Stream, Streams, stream_of, used_room
+from bimvox.policy.learner.kernels import descend, set_targets
+from bimvox.policy.learner.network import ValueNetwork
 from bimvox.policy.perceptron import Perceptron
 
 
@@ -32,7 +32,7 @@ class CompiledLearner:
 
     def __init__(
         self,
-        network: PaperNetwork,
+        network: ValueNetwork,
         *,
         batch_size: int,
         learning_rate: float,
@@ -41,8 +41,8 @@ class CompiledLearner:
         longest: float,
     ) -> None:
         self._rule = Rule(network.state is not None, double_q, np.float32(discount), np.float32(longest))
-        self._online = [perceptron_room(stream, batch_size) for stream in _streams(network)]
-        self._target = [perceptron_room(stream, batch_size) for stream in _streams(network)]
+        self._online = [stream_of(perceptron, batch_size) for perceptron in network.streams]
+        self._target = [stream_of(perceptron, batch_size) for perceptron in network.streams]
         self.learning_rate = learning_rate
         """Of the next steps."""
         self._wanted = np.zeros(batch_size, np.float32)
@@ -67,23 +67,24 @@ class CompiledLearner:
         """Make the target network equal to the online one."""
         for online, target in zip(self._online, self._target, strict=True):
             for mine, its in zip((*online.weights, *online.biases), (*target.weights, *target.biases), strict=True):
-                its[:] = mine
+                its.values[:] = mine.values
 
-    def network(self) -> PaperNetwork:
+    def network(self) -> ValueNetwork:
         """Return a copy of the online network."""
         return copy_of(self.live)
 
 
-def copy_of(network: PaperNetwork) -> PaperNetwork:
+def copy_of(network: ValueNetwork) -> ValueNetwork:
     """Return a network with arrays of its own."""
-    streams = [
-        Perceptron(tuple(w.copy() for w in stream.weights), tuple(b.copy() for b in stream.biases))
-        for stream in _streams(network)
-    ]
-    return PaperNetwork(streams[0], streams[1] if len(streams) > 1 else None)
+    return ValueNetwork(
+        *(
+            Perceptron(tuple(w.copy() for w in stream.weights), tuple(b.copy() for b in stream.biases))
+            for stream in network.streams
+        )
+    )
 
 
-def move_towards(average: PaperNetwork, network: PaperNetwork, share: float) -> None:
+def move_towards(average: ValueNetwork, network: ValueNetwork, share: float) -> None:
     """Move the arrays of one network a share of the way to those of another."""
     for mine, its in zip(average.arrays().values(), network.arrays().values(), strict=True):
         _approach(mine.reshape(-1), its.reshape(-1), np.float32(share))
@@ -95,11 +96,11 @@ def _approach(mine: NDArray[np.float32], its: NDArray[np.float32], share: np.flo
         mine[n] += share * (its[n] - mine[n])
 
 
-def _streams(network: PaperNetwork) -> list[Perceptron]:
-    return [network.actions] if network.state is None else [network.actions, network.state]
-
-
-def _network(streams: list[StreamArrays]) -> PaperNetwork:
+def _network(streams: list[Stream]) -> ValueNetwork:
     """Return views as a network."""
-    parts = [Perceptron(stream.weights, tuple(bias[0] for bias in stream.biases)) for stream in streams]
-    return PaperNetwork(parts[0], parts[1] if len(parts) > 1 else None)
+    return ValueNetwork(
+        *(
+            Perceptron(tuple(w.values for w in stream.weights), tuple(b.values[0] for b in stream.biases))
+            for stream in streams
+        )
+    )

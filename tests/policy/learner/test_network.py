@@ -5,7 +5,7 @@ import pytest
 from paper_lessons import drawn_network
 
 from bimvox.errors import PolicyError
-from bimvox.paper.policy.network import network_from_bytes, network_to_bytes, paper_network_from_arrays
+from bimvox.policy.learner.network import network_from_bytes, network_to_bytes, value_network_from_arrays
 
 
 def test_dueling_is_the_states_value_plus_centred_advantages():
@@ -23,7 +23,7 @@ def test_arrays_and_back(dueling):
     rng = np.random.default_rng(1)
     network = drawn_network(rng, 7, dueling=dueling)
     observations = rng.normal(size=(5, 7)).astype(np.float32)
-    again = paper_network_from_arrays(network.arrays())
+    again = value_network_from_arrays(network.arrays())
     np.testing.assert_array_equal(again(observations), network(observations))
     assert again.inputs == 7
 
@@ -59,7 +59,7 @@ def broken(arrays, name):
 def test_arrays_that_are_no_network(name):
     arrays = drawn_network(np.random.default_rng(3), 7, dueling=True).arrays()
     with pytest.raises(PolicyError):
-        paper_network_from_arrays(broken(dict(arrays), name))
+        value_network_from_arrays(broken(dict(arrays), name))
 
 
 def test_the_same_network_gives_the_same_bytes():

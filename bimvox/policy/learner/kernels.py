@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.paper.policy.gradient_arrays import Batch, Inputs, Rule, StreamArrays, Streams, Used
+from bimvox.policy.learner.arrays import Batch, Inputs, Rule, Stream, Streams, Used, Variable
 
 BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-8
 """Adam's (Kingma and Ba 2015): the defaults of torch and of the original."""
@@ -101,14 +101,14 @@ def _find_rows(used: Used) -> None:
 
 
 @kernel
-def _forward(stream: StreamArrays, inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
+def _forward(stream: Stream, inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
     """Write the outputs of every layer for some rows of the inputs."""
     last = len(stream.weights) - 1
-    _forward_used(inputs, rows, used, stream.weights[0], stream.biases[0], stream.outputs[0], last > 0)
+    weight, bias = stream.weights[0].values, stream.biases[0].values
+    _forward_used(inputs, rows, used, weight, bias, stream.outputs[0], last > 0)
     for layer in range(1, last + 1):
-        _forward_layer(
-            stream.outputs[layer - 1], stream.weights[layer], stream.biases[layer], stream.outputs[layer], layer < last
-        )
+        weight, bias = stream.weights[layer].values, stream.biases[layer].values
+        _forward_layer(stream.outputs[layer - 1], weight, bias, stream.outputs[layer], layer < last)
 
 
 @leaf_kernel
@@ -175,18 +175,18 @@ def _rectify(out: NDArray[np.float32]) -> None:
 
 
 @kernel
-def _backward(stream: StreamArrays, inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
+def _backward(stream: Stream, inputs: Inputs, rows: NDArray[np.int64], used: Used) -> None:
     """Write the slopes of all weights and biases from those of the last layer's outputs."""
     for layer in range(len(stream.weights) - 1, -1, -1):
-        slopes, reached = stream.slopes[layer], stream.reached[layer]
-        _clear_rows(stream.weight_slopes[layer], reached)
-        _sum_rows(slopes, stream.bias_slopes[layer])
+        slopes, weight = stream.slopes[layer], stream.weights[layer]
+        _clear_rows(weight.slopes, weight.reached)
+        _sum_rows(slopes, stream.biases[layer].slopes)
         if layer == 0:
-            _backward_used(inputs, rows, used, slopes, stream.weight_slopes[0], reached)
+            _backward_used(inputs, rows, used, slopes, weight.slopes, weight.reached)
         else:
             source = stream.outputs[layer - 1]
-            _backward_layer(source, slopes, stream.weight_slopes[layer], reached)
-            _slopes_below(slopes, stream.weights[layer], source, stream.slopes[layer - 1])
+            _backward_layer(source, slopes, weight.slopes, weight.reached)
+            _slopes_below(slopes, weight.values, source, stream.slopes[layer - 1])
 
 
 @leaf_kernel
@@ -276,58 +276,31 @@ def _slopes_below(
 
 
 @kernel
-def _adam(stream: StreamArrays, longest: np.float32, learning_rate: float, updates: int) -> None:
+def _adam(stream: Stream, longest: np.float32, learning_rate: float, updates: int) -> None:
     """Clip the slopes and change weights and biases by them."""
     rate = np.float32(learning_rate / (1.0 - BETA_1**updates))
     correction = np.float32(1.0 / np.sqrt(1.0 - BETA_2**updates))
-    always = np.ones(1, np.bool_)
     for layer in range(len(stream.weights)):
-        _adam_variable(
-            stream.weights[layer],
-            stream.weight_slopes[layer],
-            stream.weight_means[layer],
-            stream.weight_squares[layer],
-            stream.reached[layer],
-            longest,
-            rate,
-            correction,
-        )
-        _adam_variable(
-            stream.biases[layer],
-            stream.bias_slopes[layer],
-            stream.bias_means[layer],
-            stream.bias_squares[layer],
-            always,
-            longest,
-            rate,
-            correction,
-        )
+        _adam_variable(stream.weights[layer], longest, rate, correction)
+        _adam_variable(stream.biases[layer], longest, rate, correction)
 
 
 @leaf_kernel
-def _adam_variable(
-    variable: NDArray[np.float32],
-    slopes: NDArray[np.float32],
-    means: NDArray[np.float32],
-    squares: NDArray[np.float32],
-    reached: NDArray[np.bool_],
-    longest: np.float32,
-    rate: np.float32,
-    correction: np.float32,
-) -> None:
+def _adam_variable(variable: Variable, longest: np.float32, rate: np.float32, correction: np.float32) -> None:
+    values, slopes, means, squares, reached = variable
     one, beta_1, beta_2, epsilon = np.float32(1.0), np.float32(BETA_1), np.float32(BETA_2), np.float32(EPSILON)
     length = np.float32(0.0)
-    for i in range(variable.shape[0]):
+    for i in range(values.shape[0]):
         if reached[i]:
-            for o in range(variable.shape[1]):
+            for o in range(values.shape[1]):
                 length += slopes[i, o] * slopes[i, o]
     length = np.sqrt(length)
     scale = longest / length if length > longest else one
-    for i in range(variable.shape[0]):
+    for i in range(values.shape[0]):
         if reached[i]:
-            for o in range(variable.shape[1]):
+            for o in range(values.shape[1]):
                 slope = scale * slopes[i, o]
                 means[i, o] += (one - beta_1) * (slope - means[i, o])
                 squares[i, o] += (one - beta_2) * (slope * slope - squares[i, o])
                 # np.divide, because Python's division checks every divisor for zero.
-                variable[i, o] -= np.divide(rate * means[i, o], np.sqrt(squares[i, o]) * correction + epsilon)
+                values[i, o] -= np.divide(rate * means[i, o], np.sqrt(squares[i, o]) * correction + epsilon)

@@ -1,4 +1,4 @@
-"""The Q-network, evaluated and stored without torch: one perceptron, or two if it is dueling."""
+"""A Q-network of one perceptron, or of two if it is dueling, evaluated and stored without torch."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bimvox.policy.perceptron import Perceptron, layers_from_arrays
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PaperNetwork:
+class ValueNetwork:
     """Values of the six actions for an observation.
 
     Attributes:
@@ -26,6 +26,11 @@ class PaperNetwork:
 
     actions: Perceptron
     state: Perceptron | None = None
+
+    @property
+    def streams(self) -> tuple[Perceptron, ...]:
+        """The action stream, and the state stream if there is one."""
+        return (self.actions,) if self.state is None else (self.actions, self.state)
 
     @property
     def inputs(self) -> int:
@@ -45,14 +50,15 @@ class PaperNetwork:
 
     def arrays(self) -> dict[str, NDArray[np.float32]]:
         """Return the arrays by name, as files store them."""
-        named = {f"actions.{name}": array for name, array in self.actions.arrays().items()}
-        if self.state is not None:
-            named.update({f"state.{name}": array for name, array in self.state.arrays().items()})
-        return named
+        return {
+            f"{stream}.{name}": array
+            for stream, perceptron in zip(("actions", "state"), self.streams, strict=False)
+            for name, array in perceptron.arrays().items()
+        }
 
 
-def paper_network_from_arrays(arrays: Mapping[str, NDArray[np.generic]], *, outputs: int = 6) -> PaperNetwork:
-    """Return the network of arrays named as by :meth:`PaperNetwork.arrays`.
+def value_network_from_arrays(arrays: Mapping[str, NDArray[np.generic]], *, outputs: int = 6) -> ValueNetwork:
+    """Return the network of arrays named as by :meth:`ValueNetwork.arrays`.
 
     Raises:
         PolicyError: Names, types, shapes or values do not make a network.
@@ -65,7 +71,7 @@ def paper_network_from_arrays(arrays: Mapping[str, NDArray[np.generic]], *, outp
         )
     actions = _stream(arrays, "actions", None, outputs)
     state = _stream(arrays, "state", actions.layer_sizes[0], 1) if "state" in streams else None
-    return PaperNetwork(actions, state)
+    return ValueNetwork(actions, state)
 
 
 def _stream(arrays: Mapping[str, NDArray[np.generic]], stream: str, inputs: int | None, outputs: int) -> Perceptron:
@@ -76,12 +82,12 @@ def _stream(arrays: Mapping[str, NDArray[np.generic]], stream: str, inputs: int 
         raise PolicyError(f"{stream}: {error.message}", differs=error.differs, hint=error.hint) from error
 
 
-def network_to_bytes(network: PaperNetwork) -> bytes:
+def network_to_bytes(network: ValueNetwork) -> bytes:
     """Return a network as the bytes of a safetensors file."""
     return bytes(bytes_from_arrays(network.arrays()))
 
 
-def network_from_bytes(content: bytes) -> PaperNetwork:
+def network_from_bytes(content: bytes) -> ValueNetwork:
     """Return the network of :func:`network_to_bytes`.
 
     Raises:
@@ -91,4 +97,4 @@ def network_from_bytes(content: bytes) -> PaperNetwork:
         arrays = arrays_from_bytes(content)
     except (SafetensorError, ValueError, TypeError, KeyError) as error:
         raise PolicyError(f"not a safetensors file: {error}") from error
-    return paper_network_from_arrays(arrays)
+    return value_network_from_arrays(arrays)

@@ -1,4 +1,4 @@
-"""The arrays that the compiled steps of deep Q-learning share: streams in training, the memory, a batch of it."""
+"""The arrays that the compiled gradient steps share: perceptrons in training, the memory, a batch of it."""
 
 from __future__ import annotations
 
@@ -9,38 +9,41 @@ from numpy.typing import NDArray
 
 from bimvox.policy.perceptron import Perceptron
 
-Arrays = tuple[NDArray[np.float32], ...]
 Inputs = NDArray[np.float32] | NDArray[np.uint8]
 
 
-class StreamArrays(NamedTuple):
-    """One stream in training, as a tuple for kernels. L layers; B rows of a batch.
+class Variable(NamedTuple):
+    """The weights or the biases of one layer in training. All arrays but ``reached`` have the shape of ``values``.
 
     Attributes:
-        weights: Per layer (inputs, outputs).
-        biases: Per layer (1, outputs).
-        outputs: Per layer (B, outputs), after the rectifier, except for the last.
-        slopes: Per layer (B, outputs), of the loss with respect to the sum before the rectifier.
-        weight_slopes: Per layer (inputs, outputs), of the loss.
-        bias_slopes: Per layer (1, outputs).
-        weight_means: First moments of Adam.
-        bias_means: First moments of Adam.
-        weight_squares: Second moments of Adam.
-        bias_squares: Second moments of Adam.
-        reached: Per layer (inputs,) bool, rows of weights that have had a gradient.
+        values: (inputs, outputs); (1, outputs) for biases.
+        slopes: Of the loss.
+        means: First moments of Adam.
+        squares: Second moments of Adam.
+        reached: (inputs,) bool, rows that have had a gradient; the others are skipped.
     """
 
-    weights: Arrays
-    biases: Arrays
-    outputs: Arrays
-    slopes: Arrays
-    weight_slopes: Arrays
-    bias_slopes: Arrays
-    weight_means: Arrays
-    bias_means: Arrays
-    weight_squares: Arrays
-    bias_squares: Arrays
-    reached: tuple[NDArray[np.bool_], ...]
+    values: NDArray[np.float32]
+    slopes: NDArray[np.float32]
+    means: NDArray[np.float32]
+    squares: NDArray[np.float32]
+    reached: NDArray[np.bool_]
+
+
+class Stream(NamedTuple):
+    """One perceptron in training, with an entry per layer. B rows of a batch.
+
+    Attributes:
+        weights: The weights.
+        biases: The biases.
+        outputs: (B, outputs), after the rectifier, except for the last.
+        slopes: (B, outputs), of the loss with respect to the sum before the rectifier.
+    """
+
+    weights: tuple[Variable, ...]
+    biases: tuple[Variable, ...]
+    outputs: tuple[NDArray[np.float32], ...]
+    slopes: tuple[NDArray[np.float32], ...]
 
 
 class Memory(NamedTuple):
@@ -80,10 +83,10 @@ class Used(NamedTuple):
 
 
 class Streams(NamedTuple):
-    """The streams of a network; a network that is not dueling has its action stream twice."""
+    """The perceptrons of a network; a network that is not dueling has its action stream twice."""
 
-    actions: StreamArrays
-    state: StreamArrays
+    actions: Stream
+    state: Stream
 
 
 class Rule(NamedTuple):
@@ -130,27 +133,20 @@ def used_room(batch_size: int, inputs: int) -> Used:
     )
 
 
-def perceptron_room(network: Perceptron, batch_size: int) -> StreamArrays:
-    """Return a stream in training that begins with the weights of ``network``."""
-    weights = tuple(np.ascontiguousarray(weight).copy() for weight in network.weights)
-    biases = tuple(bias.reshape(1, -1).copy() for bias in network.biases)
+def stream_of(network: Perceptron, batch_size: int) -> Stream:
+    """Return a perceptron in training that begins with the weights of ``network``."""
 
-    def zeros(arrays: Arrays) -> Arrays:
-        return tuple(np.zeros_like(array) for array in arrays)
+    def outputs() -> tuple[NDArray[np.float32], ...]:
+        return tuple(np.zeros((batch_size, bias.size), np.float32) for bias in network.biases)
 
-    def rows() -> Arrays:
-        return tuple(np.zeros((batch_size, bias.shape[1]), np.float32) for bias in biases)
-
-    return StreamArrays(
-        weights,
-        biases,
-        rows(),
-        rows(),
-        zeros(weights),
-        zeros(biases),
-        zeros(weights),
-        zeros(biases),
-        zeros(weights),
-        zeros(biases),
-        tuple(np.zeros(len(weight), np.bool_) for weight in weights),
+    return Stream(
+        tuple(_variable(weight, reached=False) for weight in network.weights),
+        tuple(_variable(bias.reshape(1, -1), reached=True) for bias in network.biases),
+        outputs(),
+        outputs(),
     )
+
+
+def _variable(values: NDArray[np.float32], *, reached: bool) -> Variable:
+    slopes, means, squares = (np.zeros(values.shape, np.float32) for _ in range(3))
+    return Variable(np.array(values, np.float32, order="C"), slopes, means, squares, np.full(len(values), reached))

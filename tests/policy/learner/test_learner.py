@@ -8,9 +8,9 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from bimvox.paper.policy.gradient import CompiledLearner, copy_of, move_towards
-from bimvox.paper.policy.gradient_arrays import Memory
-from bimvox.paper.policy.network import PaperNetwork
+from bimvox.policy.learner.arrays import Memory
+from bimvox.policy.learner.learner import CompiledLearner, copy_of, move_towards
+from bimvox.policy.learner.network import ValueNetwork
 from bimvox.policy.perceptron import Perceptron
 
 INPUTS, ACTIONS, ROWS, BATCH = 30, 6, 200, 16
@@ -24,7 +24,7 @@ def network(rng, dueling, hidden=(12, 8)):
             tuple(rng.normal(0, 0.1, o).astype(np.float32) for o in sizes[1:]),
         )
 
-    return PaperNetwork(stream(ACTIONS), stream(1) if dueling else None)
+    return ValueNetwork(stream(ACTIONS), stream(1) if dueling else None)
 
 
 def memory(rng):
