@@ -20,18 +20,18 @@ def rest_to_rest_s(distance: float, limits: AxisLimits) -> float:
     The double-S profile: Biagiotti & Melchiorri, "Trajectory Planning for Automatic Machines and Robots" (2008), 3.4.
 
     Args:
-        distance: Travel of the axis, in the axis's unit; the sign does not matter.
-        limits: The axis's limits.
+        distance: Travel of the axis, in its unit; the sign does not matter.
+        limits: Limits of the axis.
     """
-    way, v, a, j = abs(distance), limits.rate, limits.acceleration, limits.jerk
+    travel, v, a, j = abs(distance), limits.rate, limits.acceleration, limits.jerk
     reaches_acceleration = v * j >= a * a
     run_up = v / a + a / j if reaches_acceleration else 2.0 * math.sqrt(v / j)
-    if way >= v * run_up:
-        return way / v + run_up
-    if reaches_acceleration and way >= 2.0 * a**3 / j**2:
+    if travel >= v * run_up:
+        return travel / v + run_up
+    if reaches_acceleration and travel >= 2.0 * a**3 / j**2:
         ramp = a / j
-        return ramp + math.sqrt(ramp * ramp + 4.0 * way / a)
-    return 4.0 * math.cbrt(way / (2.0 * j))
+        return ramp + math.sqrt(ramp * ramp + 4.0 * travel / a)
+    return 4.0 * math.cbrt(travel / (2.0 * j))
 
 
 def point_to_point_s(
@@ -45,8 +45,8 @@ def point_to_point_s(
 
     Args:
         crane: The crane.
-        start: Hook pose at the start, at rest.
-        end: Hook pose at the end, at rest.
+        start: Hook pose at rest.
+        end: Hook pose at rest.
         clearance_height_m: Height of the hook above the site's z = 0 that the motion must reach.
         shaping_s: Extra time of slewing and trolleying for shaping against swing: half a period.
     """

@@ -93,11 +93,6 @@ def joined(tracks: Sequence[CraneTrack]) -> CraneTrack:
     return CraneTrack(start_ns, spans, tracks[0].first, tracks[-1].last)
 
 
-def standing(track: CraneTrack) -> CraneTrack:
-    """Return the track of a crane that rests where a track ends."""
-    return CraneTrack(track.end_ns, track.last[None, :], track.last, track.last)
-
-
 def first_conflict(
     cranes: tuple[CraneOutline, CraneOutline],
     a: CraneTrack,
@@ -162,10 +157,12 @@ def _first_conflict(
     parts_a, parts_b = np.empty((5, 5)), np.empty((5, 5))
     last_a, last_b = -1, -1
     time = begin
-    while time < end:
-        # Row 0 is before the first span, the last row is after the last one.
-        at_a = min(max((time - start_a) // length + 1, 0), rows_a.shape[0] - 1)
-        at_b = min(max((time - start_b) // length + 1, 0), rows_b.shape[0] - 1)
+    while True:
+        # Row 0 is before the first span, the last row is after the last one. From the end on, both rest.
+        at_a, at_b = rows_a.shape[0] - 1, rows_b.shape[0] - 1
+        if time < end:
+            at_a = min(max((time - start_a) // length + 1, 0), at_a)
+            at_b = min(max((time - start_b) // length + 1, 0), at_b)
         if at_a != last_a:
             _parts_of(outline_a, rows_a[at_a], parts_a)
         if at_b != last_b:
@@ -177,17 +174,11 @@ def _first_conflict(
             )
             if one >= 0:
                 return time, one, other, distance, needed
+        if time == end:
+            return end, -1, -1, 0.0, 0.0
         next_a = start_a + at_a * length if at_a < rows_a.shape[0] - 1 else end
         next_b = start_b + at_b * length if at_b < rows_b.shape[0] - 1 else end
-        time = min(max(next_a, time + 1), max(next_b, time + 1))
-    # Both rest from now on.
-    at_a, at_b = rows_a.shape[0] - 1, rows_b.shape[0] - 1
-    _parts_of(outline_a, rows_a[at_a], parts_a)
-    _parts_of(outline_b, rows_b[at_b], parts_b)
-    one, other, distance, needed = _pair(
-        outline_a, rows_a[at_a], parts_a, outline_b, rows_b[at_b], parts_b, separation_m, tolerance_m
-    )
-    return end, one, other, distance, needed
+        time = min(max(next_a, time + 1), max(next_b, time + 1), end)
 
 
 @kernel

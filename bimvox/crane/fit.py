@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.crane.defaults import DEFAULT_CRANES, HOOK_BLOCK_M
-from bimvox.crane.fit_luffing import BuiltHeights, highest_hooks_m, pivoted, places_closed
+from bimvox.crane.fit_luffing import BuiltHeights, highest_hooks_m, pivoted, points_blocked
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
@@ -32,7 +32,7 @@ def fit_crane(
     keep_clear_m: Sequence[ArrayLike] = (),
     cranes: Sequence[TowerCrane] = DEFAULT_CRANES,
     margin_m: float = 0.5,
-    standing: BuiltHeights | None = None,
+    built: BuiltHeights | None = None,
 ) -> TowerCrane:
     """Return the first crane that serves every point, on the base with the lowest utilisation; deterministic.
 
@@ -41,7 +41,7 @@ def fit_crane(
     allowed for that mass, is smallest; ties go to the lowest y, then x.
 
     A luffing tower crane gets a mast so high that its jib slews above everything. A mobile crane must reach the height
-    at every point; it stands where the finished building blocks its boom at the fewest points.
+    at every point; its base is where the finished building blocks the boom at the fewest points.
 
     Args:
         points_m: (N, 2) hook positions on plan: targets and yard corners.
@@ -51,7 +51,7 @@ def fit_crane(
         keep_clear_m: Other (K, 2) polygons from which the mast keeps clear (yards).
         cranes: Machines to choose from, the preferred one first; their base and jib height are ignored.
         margin_m: Distance by which every point must lie inside the radius limits.
-        standing: Heights of the finished building; None if no jib can touch anything.
+        built: Heights of the finished building; None if no jib can touch anything.
 
     Raises:
         InputError: If no crane serves every point; names the point that the last one cannot serve.
@@ -71,29 +71,29 @@ def fit_crane(
         served = (radii >= low) & (radii <= high)
         if crane.luffing is not None:
             served &= highest_hooks_m(crane.luffing, radii) >= height_under_hook_m
-        good = np.flatnonzero(served.all(axis=1))
-        if not len(good):
+        fitting = np.flatnonzero(served.all(axis=1))
+        if not len(fitting):
             continue
-        by_use = good[np.argsort(np.round((radii[good] / high).max(axis=1), 9), kind="stable")]
+        by_use = fitting[np.argsort(np.round((radii[fitting] / high).max(axis=1), 9), kind="stable")]
         if crane.luffing is None:
             crane = replace(crane, jib_height_m=float(height_under_hook_m + HOOK_BLOCK_M))
-        return _standing_best(crane, bases[by_use], points, standing)
+        return _least_blocked(crane, bases[by_use], points, built)
     raise _no_crane(cranes[-1], points, masses, bases, radii, served)
 
 
-def _standing_best(
-    crane: TowerCrane, bases: NDArray[np.float64], points: NDArray[np.float64], standing: BuiltHeights | None
+def _least_blocked(
+    crane: TowerCrane, bases: NDArray[np.float64], points: NDArray[np.float64], built: BuiltHeights | None
 ) -> TowerCrane:
     """Return the crane on the first of the (B, 2) bases at which the building blocks its jib at the fewest points."""
     best, fewest = replace(crane, base_m=(*bases[0].tolist(), 0.0)), len(points) + 1
-    if crane.luffing is None or standing is None:
+    if crane.luffing is None or built is None:
         return best
     for x, y in bases[:_MOST_BASES].tolist():
         placed = replace(crane, base_m=(x, y, 0.0))
-        closed = places_closed(placed, crane.luffing, points, standing)
-        if closed < fewest:
-            best, fewest = placed, closed
-        if closed == 0:
+        blocked = points_blocked(placed, crane.luffing, points, built)
+        if blocked < fewest:
+            best, fewest = placed, blocked
+        if blocked == 0:
             break
     return best
 
@@ -116,10 +116,10 @@ def _no_crane(
     worst = int(np.argmax(np.where(served[best], -np.inf, masses * radii[best])))
     x, y = points[worst]
     radius = float(radii[best, worst])
-    able = max(0.0, capacity_kg(crane.chart, radius) - crane.tackle_kg)
+    capacity = max(0.0, capacity_kg(crane.chart, radius) - crane.tackle_kg)
     reached = int(served[best].sum())
     return InputError(
-        f"no default crane serves every point: {crane.name} carries {able:.0f} kg at {radius:.1f} m, but "
+        f"no default crane serves every point: {crane.name} carries {capacity:.0f} kg at {radius:.1f} m, but "
         f"{masses[worst]:.0f} kg are needed at ({x:.1f}, {y:.1f}); it serves {reached} of {len(points)} points",
         hint="describe your own [crane] in the site file, move the yard closer, or leave the heaviest parts out",
     )

@@ -29,7 +29,7 @@ class BuiltHeights(NamedTuple):
     top: NDArray[np.int32]
 
 
-def standing_of(boxes_m: ArrayLike, size_m: float = 0.5) -> BuiltHeights:
+def built_heights(boxes_m: ArrayLike, size_m: float = 0.5) -> BuiltHeights:
     """Return the height map of boxes ((N, 2, 3) lowest and highest corners)."""
     boxes = np.asarray(boxes_m, np.float64).reshape(-1, 2, 3)
     low = np.floor(boxes[:, 0, :2].min(axis=0) / size_m).astype(int)
@@ -61,18 +61,18 @@ def highest_hooks_m(jib: LuffingJib, radii_m: NDArray[np.float64]) -> NDArray[np
     return np.where((radii_m >= low_m) & (radii_m <= far_m), high, -np.inf)
 
 
-def places_closed(crane: TowerCrane, jib: LuffingJib, points_m: NDArray[np.float64], standing: BuiltHeights) -> int:
+def points_blocked(crane: TowerCrane, jib: LuffingJib, points_m: NDArray[np.float64], built: BuiltHeights) -> int:
     """Return at how many of (N, 2) points the finished building blocks the jib."""
-    size = standing.size_m
-    closed = jib_blocked(
+    size = built.size_m
+    blocked = jib_blocked(
         jib,
         crane.base_m,
-        (*standing.origin_m, 0.0),
+        (*built.origin_m, 0.0),
         size,
-        standing.top,
+        built.top,
         crane.mast_size_m / 2.0,
         (max(0.0, crane.min_radius_m), crane.jib_length_m),
     )
-    cells = np.floor((points_m - np.array(standing.origin_m)) / size).astype(int)
-    inside = ((cells >= 0) & (cells < closed.shape)).all(axis=1)
-    return int(closed[tuple(cells[inside].T)].sum())
+    cells = np.floor((points_m - np.array(built.origin_m)) / size).astype(int)
+    inside = ((cells >= 0) & (cells < blocked.shape)).all(axis=1)
+    return int(blocked[tuple(cells[inside].T)].sum())

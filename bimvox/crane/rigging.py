@@ -30,11 +30,6 @@ def with_reeving(crane: TowerCrane, reeving: Reeving) -> TowerCrane:
     )
 
 
-def reeving_of(crane: TowerCrane) -> Reeving:
-    """Return the current reeving of a crane."""
-    return Reeving(crane.falls, crane.chart, crane.hook_block_kg, crane.trolley.rate, crane.gears)
-
-
 def winch_limits(crane: TowerCrane, load_kg: float) -> AxisLimits:
     """Return the limits of the winch with a load: the rate of the first gear that carries it.
 

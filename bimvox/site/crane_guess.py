@@ -17,7 +17,7 @@ from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.catalogue import BUILT_IN
 from bimvox.crane.defaults import DEFAULT_CRANES
 from bimvox.crane.fit import fit_crane
-from bimvox.crane.fit_luffing import BuiltHeights, standing_of
+from bimvox.crane.fit_luffing import BuiltHeights, built_heights
 from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
@@ -100,8 +100,8 @@ def _site(
 ) -> _Site:
     places = np.array([_hook_m(element) for element in components])
     masses = np.array([element.mass_kg for element in components])
-    standing = standing_of(np.array([element.mesh.bounds_m for element in components]))
-    return _Site(places, masses, footprint_m, [np.array(yard) for yard in yards], top_m, standing)
+    built = built_heights(np.array([element.mesh.bounds_m for element in components]))
+    return _Site(places, masses, footprint_m, [np.array(yard) for yard in yards], top_m, built)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,7 +114,7 @@ class _Site:
         footprint: (2, 2) the building's bounding box on plan.
         yards: (K, 2) corners of each yard.
         top_m: Height that the load's top must reach.
-        standing: Heights of the finished building.
+        built: Heights of the finished building.
     """
 
     places: NDArray[np.float64]
@@ -122,7 +122,7 @@ class _Site:
     footprint: NDArray[np.float64]
     yards: Sequence[NDArray[np.float64]]
     top_m: float
-    standing: BuiltHeights
+    built: BuiltHeights
 
     def crane(self, machines: Sequence[TowerCrane], *, strict: bool = False, left_out: int = 0) -> TowerCrane | None:
         """Return the first machine that serves the site; None if there is none."""
@@ -143,7 +143,7 @@ class _Site:
                 float(np.ceil((self.top_m + sling_m) * 2) / 2),
                 keep_clear_m=self.yards,
                 cranes=machines,
-                standing=self.standing,
+                built=self.built,
             )
         except InputError:
             return None

@@ -23,7 +23,6 @@ from bimvox.crane.conflict import (
     CraneTrack,
     first_conflict,
     joined,
-    standing,
 )
 from bimvox.crane.outline import highest_point_m, outline_of
 
@@ -162,7 +161,8 @@ def test_cranes_stand_before_and_after_their_tracks():
     assert conflict((a, b), track(away, facing, start_ns=10 * SPAN_NS), other).time_ns == 11 * SPAN_NS
     back = CraneTrack(0, np.array([away]), away, facing)
     assert conflict((a, b), back, other).time_ns == SPAN_NS
-    assert conflict((a, b), standing(back), other, from_ns=20 * SPAN_NS).time_ns >= 20 * SPAN_NS
+    parked = CraneTrack(back.end_ns, back.last[None, :], back.last, back.last)
+    assert conflict((a, b), parked, other, from_ns=20 * SPAN_NS).time_ns >= 20 * SPAN_NS
     early = CraneTrack(100 * SPAN_NS, np.array([away]), facing, away)
     assert conflict((a, b), early, other, from_ns=0).time_ns == 0
     assert conflict((a, b), early, other, from_ns=100 * SPAN_NS) is None

@@ -5,7 +5,7 @@ import pytest
 from named_cranes import default_luffing_crane
 
 from bimvox.crane.fit import fit_crane
-from bimvox.crane.fit_luffing import highest_hooks_m, pivoted, places_closed, standing_of
+from bimvox.crane.fit_luffing import built_heights, highest_hooks_m, pivoted, points_blocked
 from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES
 from bimvox.errors import InputError
 
@@ -16,10 +16,10 @@ POINTS = np.concatenate([BUILDING, YARD])
 
 def test_a_height_map_is_the_highest_of_its_boxes():
     boxes = np.array([[[0.0, 0.0, 0.0], [2.0, 1.0, 3.0]], [[1.0, 0.0, 2.0], [3.0, 1.0, 5.2]]])
-    standing = standing_of(boxes, 0.5)
-    assert standing.origin_m == (0.0, 0.0)
-    assert standing.top.shape == (6, 2)
-    assert standing.top[:, 0].tolist() == [6, 6, 11, 11, 11, 11]
+    built = built_heights(boxes, 0.5)
+    assert built.origin_m == (0.0, 0.0)
+    assert built.top.shape == (6, 2)
+    assert built.top[:, 0].tolist() == [6, 6, 11, 11, 11, 11]
 
 
 def test_a_luffing_tower_crane_is_as_high_as_it_must_be():
@@ -46,10 +46,10 @@ def test_a_mobile_crane_stands_where_its_boom_is_over_every_place():
     """A stair tower at one end of the building: from behind it the places beyond are closed to the boom."""
     tower = [[0.0, 0.0, 0.0], [3.0, 8.0, 16.0]]
     low = [[0.0, 0.0, 0.0], [16.0, 8.0, 3.0]]
-    standing = standing_of(np.array([tower, low]))
+    built = built_heights(np.array([tower, low]))
     points = np.array([[6.0, 2.0], [6.0, 6.0], [14.0, 4.0], [7.0, -10.0]])
     behind = replace(default_luffing_crane("mobile-60t"), base_m=(-6.0, 4.0, 0.0))
-    assert places_closed(behind, behind.luffing, points, standing) > 0
-    crane = fit_crane(points, 1000.0, BUILDING, 12.0, cranes=MOBILE_CRANES, standing=standing)
-    assert places_closed(crane, crane.luffing, points, standing) == 0
+    assert points_blocked(behind, behind.luffing, points, built) > 0
+    crane = fit_crane(points, 1000.0, BUILDING, 12.0, cranes=MOBILE_CRANES, built=built)
+    assert points_blocked(crane, crane.luffing, points, built) == 0
     assert crane.base_m[0] > 3.0
