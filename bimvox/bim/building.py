@@ -23,6 +23,12 @@ class Role(StrEnum):
     """Terrain."""
 
 
+def part_name(id_: str, *names: str) -> str:
+    """Return the first name that is not empty, with the id in brackets; the id alone if there is no other name."""
+    name = next(filter(None, names), id_)
+    return id_ if name == id_ else f"{name} ({id_})"
+
+
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class TriangleMesh:
     """Triangles in metres, right-handed, z up.
@@ -96,6 +102,11 @@ class Element:
     task: str | None = None
     task_rank: int | None = None
     lifting_points_m: tuple[tuple[float, float, float], ...] = ()
+
+    @property
+    def label(self) -> str:
+        """The element for people: its name, then its id in brackets; the id alone if there is no other name."""
+        return part_name(self.id, self.name)
 
 
 @dataclass(frozen=True, slots=True)

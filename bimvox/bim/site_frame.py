@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Building, Role, TriangleMesh
-from bimvox.errors import SelectionError
+from bimvox.bim.building import Building, TriangleMesh
 
 
 def turn_about_z(yaw_rad: float) -> NDArray[np.float64]:
@@ -59,19 +58,3 @@ def in_site_frame(building: Building, *, ground_m: float, yaw_rad: float = 0.0) 
         for element in building.elements
     )
     return replace(building, elements=elements), site_to_local
-
-
-def lowest_m(building: Building) -> float:
-    """Return the lowest height of components and structure, metres in the building's frame.
-
-    Raises:
-        SelectionError: If the building has neither.
-    """
-    roles = (Role.COMPONENT, Role.STRUCTURE)
-    heights = [float(element.mesh.bounds_m[0, 2]) for element in building.elements if element.role in roles]
-    if not heights:
-        raise SelectionError(
-            f"{building.source.name}: nothing is lifted or stands, so it has no lowest point",
-            hint="select elements to lift",
-        )
-    return min(heights)

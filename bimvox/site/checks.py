@@ -20,20 +20,19 @@ def check_component(
 ) -> None:
     """Raise an error for a component that reaches outside the grid or below the ground."""
     low_m, high_m = element.mesh.bounds_m
-    label = f"{element.name} ({element.id})" if element.name and element.name != element.id else element.id
     first, last = frame.cells_over(low_m + 1e-4, high_m - 1e-4)
     outside = (first[:2] < 0).any() or (last > np.array(shape)).any()
     if not len(cells) or outside:
         raise config.error(
             "grid" if config.grid else "areas",
-            f"component {label}, from {_shown(low_m)} to {_shown(high_m)} m, lies outside the site's extent",
+            f"component {element.label}, from {_shown(low_m)} to {_shown(high_m)} m, lies outside the site's extent",
             hint="widen [grid] low_m, high_m, or leave [grid] out",
         )
     if first[2] <= 0 or cells[:, 2].min() <= 0:
         depth_m = max(0.0, -float(low_m[2]))
         raise config.error(
             "model.ground_m",
-            f"component {label} reaches {depth_m:.3f} m below the ground (z = 0)",
+            f"component {element.label} reaches {depth_m:.3f} m below the ground (z = 0)",
             hint=f"lower ground_m by {np.ceil(depth_m / frame.voxel_size_m) * frame.voxel_size_m:g} m, "
             "or leave ground_m out: then the lowest point is used",
         )

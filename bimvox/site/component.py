@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import TriangleMesh
+from bimvox.bim.building import TriangleMesh, part_name
 from bimvox.site.sparse import SPARSE
 
 IntVec = tuple[int, int, int]
@@ -151,4 +151,4 @@ class Component:
     @property
     def label(self) -> str:
         """The component for people: its name, then its id in brackets; the id alone if there is no other name."""
-        return f"{self.name} ({self.id})" if self.name and self.name != self.id else self.id
+        return part_name(self.id, self.name)

@@ -6,20 +6,21 @@ Everything except the path of the model is optional; :mod:`bimvox.site.guess` fi
 from __future__ import annotations
 
 import math
+from dataclasses import astuple
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import shapely
-from pydantic import AfterValidator, BaseModel, Discriminator, Field, PrivateAttr, Tag, model_validator
+from pydantic import AfterValidator, Discriminator, Field, PrivateAttr, Tag, model_validator
 
+from bimvox.crane.axis_limits import AxisLimits
 from bimvox.errors import ConfigError
 from bimvox.site.component import StoredPose
 from bimvox.site.site import Rules, SwingRule
 from bimvox.site.validation import (
     ONE,
     SEVERAL,
-    STRICT,
     Flag,
     NotNegative,
     Number,
@@ -27,6 +28,7 @@ from bimvox.site.validation import (
     Point2or3,
     Point3,
     Positive,
+    Table,
     Text,
     Whole,
 )
@@ -48,10 +50,8 @@ Polygon = Annotated[tuple[Point2, ...], Field(min_length=3), AfterValidator(_sim
 """Corners [x, y] in site metres, in either direction, without repeating the first one."""
 
 
-class ModelConfig(BaseModel):
+class ModelConfig(Table):
     """The building model."""
-
-    model_config = STRICT
 
     path: Path
     """IFC or mesh file, path relative to the site file's folder."""
@@ -74,10 +74,8 @@ class ModelConfig(BaseModel):
     """Whether an assembly is lifted as one, or part by part."""
 
 
-class GridConfig(BaseModel):
+class GridConfig(Table):
     """The extent of the site. Default: the building, the areas and the crane, with a margin."""
-
-    model_config = STRICT
 
     low_m: Point2or3
     """Lowest corner [x, y]; a third value must be minus one cell, the bottom of the slab."""
@@ -91,10 +89,8 @@ class GridConfig(BaseModel):
         return self
 
 
-class AreasConfig(BaseModel):
+class AreasConfig(Table):
     """Areas on the ground. A column belongs to an area if its centre lies inside."""
-
-    model_config = STRICT
 
     construction: Polygon | None = None
     """The construction area."""
@@ -102,20 +98,29 @@ class AreasConfig(BaseModel):
     """One or more areas where parts are stored, without their overlap with the construction area."""
 
 
-class SlewingConfig(BaseModel):
-    """Limits of the slewing axis."""
+class _AxisConfig(Table):
+    """Limits of an axis: rate, acceleration and jerk, each with its unit in the key."""
 
-    model_config = STRICT
+    @classmethod
+    def of(cls, limits: AxisLimits) -> Self:
+        """Return the table of these limits."""
+        return cls(**dict(zip(cls.model_fields, astuple(limits), strict=True)))
+
+    def limits(self) -> AxisLimits:
+        """Return the limits as a value for the crane."""
+        return AxisLimits(*self.model_dump().values())
+
+
+class SlewingConfig(_AxisConfig):
+    """Limits of the slewing axis."""
 
     rate_rad_s: Positive
     acceleration_rad_s2: Positive
     jerk_rad_s3: Positive
 
 
-class TravelConfig(BaseModel):
+class TravelConfig(_AxisConfig):
     """Limits of the trolley or the hoist."""
-
-    model_config = STRICT
 
     rate_m_s: Positive
     acceleration_m_s2: Positive
@@ -133,10 +138,8 @@ Chart = Annotated[tuple[tuple[Positive, Positive], ...], Field(min_length=1), Af
 """[radius in m, capacity in kg] pairs."""
 
 
-class ReevingConfig(BaseModel):
+class ReevingConfig(Table):
     """One reeving of the hoist rope."""
-
-    model_config = STRICT
 
     falls: Annotated[Whole, Field(ge=1)]
     """Parts of rope that carry the hook."""
@@ -150,10 +153,8 @@ class ReevingConfig(BaseModel):
     """Hoist rates: [largest mass on the rope in kg, rate in m/s]."""
 
 
-class WorkingRangeConfig(BaseModel):
+class WorkingRangeConfig(Table):
     """Settings of the crane's limiters on this site (EN 17076)."""
-
-    model_config = STRICT
 
     slew_rad: tuple[Number, Number] | None = None
     """Slew range of the jib, counter-clockwise from the x axis: [first, last], at most one full turn."""
@@ -173,20 +174,12 @@ class WorkingRangeConfig(BaseModel):
         return self
 
 
-class LuffAxisConfig(BaseModel):
+class LuffAxisConfig(SlewingConfig):
     """Limits of the luffing axis."""
 
-    model_config = STRICT
 
-    rate_rad_s: Positive
-    acceleration_rad_s2: Positive
-    jerk_rad_s3: Positive
-
-
-class LuffingConfig(BaseModel):
+class LuffingConfig(Table):
     """A luffing jib, or the boom of a mobile crane."""
-
-    model_config = STRICT
 
     pivot_height_m: Positive | None = None
     """Height of its pivot above the site's z = 0."""
@@ -208,13 +201,11 @@ class LuffingConfig(BaseModel):
     """Width of the jib."""
 
 
-class CraneConfig(BaseModel):
+class CraneConfig(Table):
     """The crane. Without this table one is chosen; ``kind = "none"`` plans without a crane: no rope, no reach.
 
     Several cranes are an array of tables, ``[[crane]]``, each with its own ``name`` and ``base_m``.
     """
-
-    model_config = STRICT
 
     kind: Literal["hammerhead", "luffing", "mobile", "none"] = "hammerhead"
     """Kind of crane. ``luffing``: a tower crane with a luffing jib. ``mobile``: a mobile crane on a fixed pad with a
@@ -295,10 +286,8 @@ def _one_or_several(given: object) -> str:
     return SEVERAL if isinstance(given, list | tuple) else ONE
 
 
-class ComponentConfig(BaseModel):
+class ComponentConfig(Table):
     """Settings of one component that differ from the defaults."""
-
-    model_config = STRICT
 
     global_id: Text
     """GlobalId of the part, or the body's name."""
@@ -326,10 +315,8 @@ class ComponentConfig(BaseModel):
         return self
 
 
-class ZoneConfig(BaseModel):
+class ZoneConfig(Table):
     """A zone on the plan."""
-
-    model_config = STRICT
 
     kind: Literal["prohibited", "no_load", "public", "slow", "limiter", "assembly"] = "prohibited"
     """``prohibited``: the hook may not be above it (EN 17076). ``no_load``: no part of a load may be above it; the
@@ -362,10 +349,8 @@ class ZoneConfig(BaseModel):
         return self
 
 
-class RulesConfig(BaseModel):
+class RulesConfig(Table):
     """The rules of the site."""
-
-    model_config = STRICT
 
     clearance_m: NotNegative = _RULES.clearance_m
     """Distance to obstructions and the crane's mast, rounded up to whole cells."""
@@ -414,10 +399,8 @@ class RulesConfig(BaseModel):
         return Rules(**(self.model_dump() | {"swing": SwingRule(self.swing)}))
 
 
-class SequenceConfig(BaseModel):
+class SequenceConfig(Table):
     """Wishes about the erection sequence. Geometry takes precedence: the parts that a part needs come before it."""
-
-    model_config = STRICT
 
     first: tuple[Text, ...] = ()
     """Ids of components that are set before all others, together with the parts that they need."""
@@ -427,10 +410,8 @@ class SequenceConfig(BaseModel):
     """Whether the order of the tasks in the building file is kept, as far as geometry permits."""
 
 
-class PolicyConfig(BaseModel):
+class PolicyConfig(Table):
     """The policy that proposes paths."""
-
-    model_config = STRICT
 
     id: Text | None = None
     """Id of a policy in the store. Default: the one trained for this site."""
@@ -442,10 +423,8 @@ class PolicyConfig(BaseModel):
     """Share of test episodes that must succeed for training to stop."""
 
 
-class SiteConfig(BaseModel):
+class SiteConfig(Table):
     """A site file."""
-
-    model_config = STRICT
 
     _file: Path = PrivateAttr(default=Path("site.toml"))
     name: Text | None = None

@@ -16,7 +16,7 @@ from bimvox.errors import GridTooLargeError
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import IntVec
 from bimvox.site.config import SiteConfig
-from bimvox.site.placement import standing_bounds_m
+from bimvox.site.placement import built_bounds_m
 
 MAX_CELLS = 50_000_000
 MARGIN_VOX = 2
@@ -64,7 +64,7 @@ def top_m(building: Building) -> float:
     heights = [
         float(np.ptp(element.mesh.bounds_m[:, 2])) for element in building.elements if element.role is Role.COMPONENT
     ]
-    return float(standing_bounds_m(building.elements)[1, 2]) + HEADROOM_M + max(heights, default=0.0)
+    return float(built_bounds_m(building.elements)[1, 2]) + HEADROOM_M + max(heights, default=0.0)
 
 
 def _over_other_cranes(cranes: Sequence[TowerCrane], separation_m: float) -> list[float]:
@@ -92,7 +92,7 @@ def _explicit(config: SiteConfig, size_m: float) -> tuple[NDArray[np.float64], N
 def _around(
     config: SiteConfig, building: Building, cranes: Sequence[TowerCrane], size_m: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    bounds = standing_bounds_m(building.elements)
+    bounds = built_bounds_m(building.elements)
     corners = [bounds[:, :2]]
     areas = (config.areas.construction, *(config.areas.yard or ()))
     corners += [np.array(polygon) for polygon in areas if polygon is not None]

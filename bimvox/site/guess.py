@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Element, Role
-from bimvox.bim.site_frame import in_site_frame, lowest_m
+from bimvox.bim.site_frame import in_site_frame
 from bimvox.crane.defaults import DEFAULT_CRANES
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
@@ -18,7 +18,7 @@ from bimvox.site.crane_guess import cranes_that_serve, guess_crane
 from bimvox.site.extent import site_extent, top_m
 from bimvox.site.machine import crane_config, cranes_of
 from bimvox.site.parts import entries_by_id
-from bimvox.site.placement import dominant_yaw_rad, ground_height_m, standing_bounds_m
+from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, ground_height_m, lowest_m
 from bimvox.site.yard_guess import yard_need, yards_next_to
 
 VOXEL_SIZES_M = (0.1, 0.2, 0.25, 0.5, 1.0)
@@ -49,7 +49,7 @@ def cranes_that_fit(config: SiteConfig, building: Building) -> tuple[str, ...]:
     """Return the names of the built-in machines that serve the yard and the parts of a complete site file."""
     placed, lifted = _placed_and_lifted(config, building)
     size_m = config.model.voxel_size_m or VOXEL_SIZES_M[0]
-    footprint = standing_bounds_m(placed.elements)[:, :2]
+    footprint = built_bounds_m(placed.elements)[:, :2]
     return cranes_that_serve(lifted, footprint, config.areas.yard or (), top_m(placed) + 2 * size_m)
 
 
@@ -137,7 +137,7 @@ def planning_voxel_size_m(config: SiteConfig, building: Building) -> float:
 def _with_areas_and_crane(
     config: SiteConfig, building: Building, lifted: list[Element], machines: Sequence[TowerCrane]
 ) -> SiteConfig:
-    footprint = standing_bounds_m(building.elements)[:, :2]
+    footprint = built_bounds_m(building.elements)[:, :2]
     areas = config.areas
     if areas.construction is None:
         areas = areas.model_copy(update={"construction": _around(footprint)})

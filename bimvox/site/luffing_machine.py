@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.luffing import LuffingJib
 from bimvox.crane.luffing_defaults import LUFFING_CRANES, MOBILE_CRANES
 from bimvox.crane.rigging import with_luffing_jib
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
-from bimvox.site.config import CraneConfig, LuffAxisConfig, LuffingConfig, SiteConfig, TravelConfig
+from bimvox.site.config import CraneConfig, LuffAxisConfig, LuffingConfig, SiteConfig
 
 _LENGTHS = (
     "pivot_height_m", "pivot_offset_m", "length_m", "luff_rad",
@@ -51,15 +50,13 @@ def with_jib(config: SiteConfig, crane: TowerCrane, given: CraneConfig) -> Tower
     """
     jib = crane.luffing
     assert jib is not None
-    values: dict[str, Any] = {
-        key: getattr(given.jib, key)
-        for key in _LENGTHS
-        if given.jib is not None and getattr(given.jib, key) is not None
-    }
-    if given.jib is not None and (axis := given.jib.luffing) is not None:
-        values["limits"] = AxisLimits(axis.rate_rad_s, axis.acceleration_rad_s2, axis.jerk_rad_s3)
+    values: dict[str, Any] = {}
+    if given.jib is not None:
+        values = given.jib.model_dump(include=set(_LENGTHS), exclude_none=True)
+        if given.jib.luffing is not None:
+            values["limits"] = given.jib.luffing.limits()
     if (winch := given.hoist) is not None:
-        values["winch"] = AxisLimits(winch.rate_m_s, winch.acceleration_m_s2, winch.jerk_m_s3)
+        values["winch"] = winch.limits()
     try:
         return with_luffing_jib(crane, replace(jib, **values))
     except InputError as error:
@@ -68,15 +65,7 @@ def with_jib(config: SiteConfig, crane: TowerCrane, given: CraneConfig) -> Tower
 
 def jib_config(jib: LuffingJib) -> LuffingConfig:
     """Return the complete site-file table of a jib."""
-    axis = LuffAxisConfig(
-        rate_rad_s=jib.limits.rate, acceleration_rad_s2=jib.limits.acceleration, jerk_rad_s3=jib.limits.jerk
-    )
-    return LuffingConfig(**{key: getattr(jib, key) for key in _LENGTHS}, luffing=axis)
-
-
-def winch_config(jib: LuffingJib) -> TravelConfig:
-    """Return the site-file table of a jib's winch."""
-    return TravelConfig(rate_m_s=jib.winch.rate, acceleration_m_s2=jib.winch.acceleration, jerk_m_s3=jib.winch.jerk)
+    return LuffingConfig(**{key: getattr(jib, key) for key in _LENGTHS}, luffing=LuffAxisConfig.of(jib.limits))
 
 
 def _is_complete(given: CraneConfig) -> bool:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import difflib
-from dataclasses import MISSING, fields, replace
+from dataclasses import MISSING, asdict, fields, replace
 from typing import Any
 
-from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.defaults import DEFAULT_CRANES, DEFAULT_REEVINGS
 from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.rigging import with_reeving
@@ -14,9 +13,14 @@ from bimvox.crane.tower_crane import Reeving, TowerCrane
 from bimvox.crane.working_range import UNLIMITED, SlowZone, WorkingRange
 from bimvox.errors import ConfigError
 from bimvox.site.config import CraneConfig, SiteConfig, SlewingConfig, TravelConfig, WorkingRangeConfig
-from bimvox.site.luffing_machine import jib_config, luffing_machine, winch_config, with_jib
+from bimvox.site.luffing_machine import jib_config, luffing_machine, with_jib
 
 _SLOW = 0.5
+# Keys that a table and a ``TowerCrane`` have in common.
+_SAME_KEYS = {
+    *("jib_height_m", "jib_length_m", "min_radius_m", "mast_size_m", "sling_m", "rigging_mass_kg"),
+    *("hook_block_kg", "falls", "gears", "max_wind_m_s"),
+}
 
 
 def cranes_of(config: SiteConfig) -> tuple[TowerCrane, ...]:
@@ -103,65 +107,32 @@ def crane_config(crane: TowerCrane | None) -> CraneConfig:
     """Return the complete site-file table of a crane."""
     if crane is None:
         return CraneConfig(kind="none")
-    luffing = crane.luffing
+    luffing, limiters = crane.luffing, crane.working_range
+    keys = _SAME_KEYS - ({"jib_height_m", "jib_length_m", "min_radius_m"} if luffing else set())
     return CraneConfig(
         kind="hammerhead" if luffing is None else "mobile" if crane.kind == "mobile" else "luffing",
         name=crane.name,
         base_m=crane.base_m,
         jib=None if luffing is None else jib_config(luffing),
-        jib_height_m=None if luffing else crane.jib_height_m,
-        jib_length_m=None if luffing else crane.jib_length_m,
-        min_radius_m=None if luffing else crane.min_radius_m,
-        mast_size_m=crane.mast_size_m,
-        sling_m=crane.sling_m,
-        rigging_mass_kg=crane.rigging_mass_kg,
-        slewing=SlewingConfig(
-            rate_rad_s=crane.slewing.rate,
-            acceleration_rad_s2=crane.slewing.acceleration,
-            jerk_rad_s3=crane.slewing.jerk,
-        ),
-        trolley=None if luffing else _travel(crane.trolley),
-        hoist=_travel(crane.hoist) if luffing is None else winch_config(luffing),
+        slewing=SlewingConfig.of(crane.slewing),
+        trolley=None if luffing else TravelConfig.of(crane.trolley),
+        hoist=TravelConfig.of(luffing.winch if luffing else crane.hoist),
         chart=tuple(zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True)),
-        hook_block_kg=crane.hook_block_kg,
-        falls=crane.falls,
-        gears=crane.gears,
-        max_wind_m_s=crane.max_wind_m_s,
-        working_range=_range_config(crane.working_range),
+        working_range=None if limiters == UNLIMITED else WorkingRangeConfig(**asdict(limiters)),
+        **{key: getattr(crane, key) for key in keys},
     )
-
-
-def _range_config(given: WorkingRange) -> WorkingRangeConfig | None:
-    if given == UNLIMITED:
-        return None
-    return WorkingRangeConfig(slew_rad=given.slew_rad, radius_m=given.radius_m, highest_hook_m=given.highest_hook_m)
-
-
-def _travel(axis: AxisLimits) -> TravelConfig:
-    return TravelConfig(rate_m_s=axis.rate, acceleration_m_s2=axis.acceleration, jerk_m_s3=axis.jerk)
 
 
 def _values(given: CraneConfig) -> dict[str, Any]:
     """Return the given keys as values for ``TowerCrane``."""
-    values: dict[str, Any] = {
-        key: getattr(given, key)
-        for key in ("jib_height_m", "jib_length_m", "min_radius_m", "mast_size_m", "sling_m", "rigging_mass_kg")
-        if getattr(given, key) is not None
-    }
-    values["name"] = given.name or "crane"
+    values = given.model_dump(include=_SAME_KEYS, exclude_none=True) | {"name": given.name or "crane"}
     if given.base_m is not None:
         values["base_m"] = (given.base_m[0], given.base_m[1], given.base_m[2] if len(given.base_m) == 3 else 0.0)
-    if given.slewing is not None:
-        one = given.slewing
-        values["slewing"] = AxisLimits(one.rate_rad_s, one.acceleration_rad_s2, one.jerk_rad_s3)
-    for key, travel in (("trolley", given.trolley), ("hoist", given.hoist)):
-        if travel is not None:
-            values[key] = AxisLimits(travel.rate_m_s, travel.acceleration_m_s2, travel.jerk_m_s3)
-    for key in ("hook_block_kg", "falls", "gears", "max_wind_m_s"):
-        if getattr(given, key) is not None:
-            values[key] = getattr(given, key)
-    if (given_range := given.working_range) is not None:
-        values["working_range"] = WorkingRange(given_range.slew_rad, given_range.radius_m, given_range.highest_hook_m)
+    for key, axis in (("slewing", given.slewing), ("trolley", given.trolley), ("hoist", given.hoist)):
+        if axis is not None:
+            values[key] = axis.limits()
+    if given.working_range is not None:
+        values["working_range"] = WorkingRange(**given.working_range.model_dump())
     chosen = _reeving_given(given)
     if chosen is not None:
         values["chart"] = chosen.chart

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
 
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.site import Site
@@ -33,12 +32,17 @@ def in_transit(space: CollisionSpace, margin: int) -> CollisionSpace:
 
 
 def grown_cells(cells: NDArray[np.int32], margin: int) -> NDArray[np.int32]:
-    """Return the cells ((N, 3) int32) of a part and all cells up to ``margin`` cells away on each axis."""
-    if margin == 0:
+    """Return (N, 3) int32 cells and all cells up to ``margin`` cells away on each axis, in ascending order."""
+    if margin == 0 or len(cells) == 0:
         return cells
     low = cells.min(axis=0) - margin
     dense = np.zeros(cells.max(axis=0) - low + margin + 1, np.bool_)
     dense[tuple((cells - low).T)] = True
-    around = binary_dilation(dense, np.ones((3, 3, 3), np.bool_), iterations=margin)
-    grown: NDArray[np.int32] = (np.argwhere(around) + low).astype(np.int32)
+    for axis in range(3):
+        lines = np.moveaxis(dense, axis, 0)
+        before = lines.copy()
+        for step in range(1, margin + 1):
+            lines[step:] |= before[:-step]
+            lines[:-step] |= before[step:]
+    grown: NDArray[np.int32] = (np.argwhere(dense) + low).astype(np.int32)
     return grown

@@ -5,13 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from bimvox.bim.building import part_name as part_name
 from bimvox.site.site import Site
-
-
-def part_name(id_: str, name: str, ifc_class: str) -> str:
-    """Return a part's name, or its class, with its id in brackets; the id alone if it is the name."""
-    first = name or ifc_class
-    return id_ if first in ("", id_) else f"{first} ({id_})"
 
 
 def names_by_id(site: Site) -> dict[str, str]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Element, Role
-from bimvox.bim.site_frame import in_site_frame, lowest_m
+from bimvox.bim.site_frame import in_site_frame
 from bimvox.errors import SelectionError
 from bimvox.site.config import SiteConfig
 
@@ -39,18 +39,23 @@ def ground_height_m(building: Building, voxel_size_m: float) -> float:
     return float(np.round(np.floor(lowest / voxel_size_m + 1e-6) * voxel_size_m, 9)) + 0.0
 
 
-def standing(elements: Iterable[Element]) -> list[Element]:
+def lowest_m(building: Building) -> float:
+    """Return the lowest height of components and structure, metres in the building's frame; see `built_bounds_m`."""
+    return float(built_bounds_m(building.elements)[0, 2])
+
+
+def built_elements(elements: Iterable[Element]) -> list[Element]:
     """Return the elements that are components or structure."""
     return [element for element in elements if element.role in (Role.COMPONENT, Role.STRUCTURE)]
 
 
-def standing_bounds_m(elements: Iterable[Element]) -> NDArray[np.float64]:
+def built_bounds_m(elements: Iterable[Element]) -> NDArray[np.float64]:
     """Return the (2, 3) bounding box of components and structure.
 
     Raises:
         SelectionError: If there are none.
     """
-    corners = [element.mesh.bounds_m for element in standing(elements)]
+    corners = [element.mesh.bounds_m for element in built_elements(elements)]
     if not corners:
         raise SelectionError(
             "the model has neither components nor structure", hint="see bimvox inspect, and [model] select"
@@ -64,7 +69,7 @@ def dominant_yaw_rad(building: Building) -> float:
     Vertical faces vote by area for the direction of their normal modulo a right angle: the mean of ``exp(4 i angle)``,
     then the area-weighted median within two degrees of it, which outliers do not affect.
     """
-    elements = standing(building.elements)
+    elements = built_elements(building.elements)
     if not elements:
         return 0.0
     corners = np.concatenate([element.mesh.triangles_m for element in elements])

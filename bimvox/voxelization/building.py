@@ -203,8 +203,7 @@ def _refuse(element: Element, voxel_size_m: float) -> None:
     try:
         lattice_bounds(element.mesh, voxel_size_m, _ANCHOR)
     except InputError as error:
-        who = f"{element.name} ({element.id})" if element.name not in ("", element.id) else element.id
-        raise InputError(f"element {who}: {error.message}", hint=error.hint) from error
+        raise InputError(f"element {element.label}: {error.message}", hint=error.hint) from error
 
 
 def _metres(cell: NDArray[np.int64], voxel_size_m: float) -> tuple[float, float, float]:

@@ -11,8 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bimvox.bim.building import Building, Element, Role, Source, TriangleMesh
-from bimvox.bim.site_frame import in_site_frame, lowest_m, turn_about_z
-from bimvox.errors import SelectionError
+from bimvox.bim.site_frame import in_site_frame, turn_about_z
 
 _SOURCE = Source("a.ifc", "0" * 64, "IFC4", "m")
 
@@ -56,9 +55,3 @@ def test_a_building_drawn_askew_ends_up_square() -> None:
     turned = TriangleMesh(askew.mesh.vertices_m @ turn_about_z(yaw).T, askew.mesh.faces)
     moved, _ = in_site_frame(replace(BUILDING, elements=(replace(askew, mesh=turned),)), ground_m=0.5, yaw_rad=yaw)
     assert moved.bounds_m == pytest.approx(np.array([[1, 2, 0], [4, 6, 1.5]]))
-
-
-def test_the_lowest_point_counts_what_stands_or_is_lifted() -> None:
-    assert lowest_m(BUILDING) == -1.25
-    with pytest.raises(SelectionError):
-        lowest_m(replace(BUILDING, elements=BUILDING.elements[2:]))

@@ -8,7 +8,7 @@ from bimvox.bim.building import Role
 from bimvox.bim.site_frame import in_site_frame
 from bimvox.errors import ConfigError, SelectionError
 from bimvox.site.config import ModelConfig, SiteConfig
-from bimvox.site.placement import dominant_yaw_rad, ground_height_m, place_building, standing_bounds_m
+from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, ground_height_m, lowest_m, place_building
 
 
 def site(**model) -> SiteConfig:
@@ -45,10 +45,14 @@ def test_the_ground_is_the_lowest_point_down_to_a_whole_cell(low, origin, size, 
     assert ground_height_m(building, size) == pytest.approx(expected, abs=1e-12)
 
 
-def test_bounds_are_of_what_stands():
-    assert standing_bounds_m(frame_house().elements).tolist() == [[-0.5, -0.5, 0.0], [8.5, 5.5, 4.2]]
-    with pytest.raises(SelectionError):
-        standing_bounds_m(building_of(box_element("door", (0, 0, 0), (1, 1, 1), role=Role.FITTING)).elements)
+def test_bounds_are_of_components_and_structure():
+    assert built_bounds_m(frame_house().elements).tolist() == [[-0.5, -0.5, 0.0], [8.5, 5.5, 4.2]]
+    door = box_element("door", (0, 0, -9), (1, 1, 1), role=Role.FITTING)
+    footing = box_element("footing", (0, 0, -1.25), (1, 1, 1), role=Role.STRUCTURE)
+    assert lowest_m(building_of(door, footing, box_element("a", (0, 0, 0), (1, 1, 1)))) == -1.25
+    for of in (lambda building: built_bounds_m(building.elements), lowest_m):
+        with pytest.raises(SelectionError):
+            of(building_of(door))
 
 
 @pytest.mark.parametrize("turned", [-0.7, -0.3, 0.0, 0.2, 0.5, 0.78])

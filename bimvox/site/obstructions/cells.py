@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import IntVec
+from bimvox.site.margin import grown_cells
 from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, Voxels
 
 TOLERANCE_M = 1e-4
@@ -39,7 +40,7 @@ def obstruction_cells(
     wide_frame = GridFrame(_tuple(np.array(frame.origin_m) - grow_vox * frame.voxel_size_m), frame.voxel_size_m)
     x, y, z = (n + 2 * grow_vox for n in shape)
     raw, outside = _cells(obstruction, wide_frame, (x, y, z), rasterise, grow_vox)
-    cells = grown(raw, grow_vox, (x, y, z)) - grow_vox
+    cells = grown_cells(raw, grow_vox) - grow_vox
     cells = cells[((cells >= 0) & (cells < np.array(shape))).all(axis=1)].astype(np.int32)
     inside = raw[((raw >= grow_vox) & (raw < np.array(shape) + grow_vox)).all(axis=1)]
     note = None
@@ -48,24 +49,6 @@ def obstruction_cells(
     elif outside or len(inside) < len(raw):
         note = f"obstruction {obstruction.id!r} is clipped to the site"
     return cells, note
-
-
-def grown(cells: NDArray[np.int32], by_vox: int, shape: IntVec) -> NDArray[np.int32]:
-    """Return the cells within ``by_vox`` of ``cells`` ((N, 3), inside the grid), in every direction, in order."""
-    if by_vox == 0 or len(cells) == 0:
-        return cells
-    low = cells.min(axis=0) - by_vox
-    dense = np.zeros(cells.max(axis=0) + by_vox + 1 - low, np.bool_)
-    dense[tuple((cells - low).T)] = True
-    for axis in range(3):
-        lines = np.moveaxis(dense, axis, 0)
-        lines_before = lines.copy()
-        for step in range(1, by_vox + 1):
-            lines[step:] |= lines_before[:-step]
-            lines[:-step] |= lines_before[step:]
-    near = np.argwhere(dense) + low
-    inside: NDArray[np.int32] = near[((near >= 0) & (near < np.array(shape))).all(axis=1)].astype(np.int32)
-    return inside
 
 
 def _cells(

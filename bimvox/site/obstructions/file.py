@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.bim.read import ReadOptions, read_building
@@ -26,7 +26,7 @@ from bimvox.site.obstructions.obstruction_set import (
 )
 from bimvox.site.obstructions.point_file import read_points
 from bimvox.site.site import CRANE_ID, GROUND_ID
-from bimvox.site.validation import STRICT, Point3, Positive, Text, Whole, first_finding
+from bimvox.site.validation import Point3, Positive, Table, Text, Whole, first_finding
 from bimvox.units import metres_per
 
 ReadMesh = Callable[[Path, str], TriangleMesh]
@@ -41,10 +41,8 @@ def _not_reserved(name: str) -> str:
     return name
 
 
-class BoxEntry(BaseModel):
+class BoxEntry(Table):
     """An upright box."""
-
-    model_config = STRICT
 
     min: Point3
     """Lowest corner [x, y, z]."""
@@ -58,10 +56,8 @@ class BoxEntry(BaseModel):
         return self
 
 
-class CylinderEntry(BaseModel):
+class CylinderEntry(Table):
     """An upright cylinder."""
-
-    model_config = STRICT
 
     base: Point3
     """Centre of its base [x, y, z]."""
@@ -71,10 +67,8 @@ class CylinderEntry(BaseModel):
     """Its height."""
 
 
-class ObstructionEntry(BaseModel):
+class ObstructionEntry(Table):
     """One obstruction: an id and exactly one of box, voxels, cylinder, mesh, points."""
-
-    model_config = STRICT
 
     id: Annotated[Text, AfterValidator(_not_reserved)]
     """Id, unique in the file."""
@@ -100,10 +94,8 @@ class ObstructionEntry(BaseModel):
 FORMS = ("box", "voxels", "cylinder", "mesh", "points")
 
 
-class ObstructionFile(BaseModel):
+class ObstructionFile(Table):
     """An obstruction file."""
-
-    model_config = STRICT
 
     version: Literal[1]
     """Version of the format."""

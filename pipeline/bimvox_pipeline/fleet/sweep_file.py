@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from bimvox.errors import ConfigError
-from bimvox.site.validation import STRICT, Text, Whole, first_finding
+from bimvox.site.validation import Table, Text, Whole, first_finding
 from bimvox_pipeline.fleet.runs import Wish
 
 AS_IT_IS = "none"
@@ -21,10 +21,8 @@ Seed = Annotated[Whole, Field(ge=0)]
 Steps = Annotated[Whole, Field(ge=1)]
 
 
-class RunEntry(BaseModel):
+class RunEntry(Table):
     """One run, listed by itself."""
-
-    model_config = STRICT
 
     site: Text
     """Site file; a relative path starts at the sweep file's folder."""
@@ -38,10 +36,8 @@ class RunEntry(BaseModel):
     """Training budget in environment steps. Default: the sweep's, else the site's."""
 
 
-class SweepConfig(BaseModel):
+class SweepConfig(Table):
     """A sweep: every site with every seed and every obstruction file, and runs listed one by one."""
-
-    model_config = STRICT
 
     version: Literal[1] = 1
     """Version of this format."""

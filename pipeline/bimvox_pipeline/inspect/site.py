@@ -84,9 +84,9 @@ def default_site_to_ifc(building: Building) -> list[list[float]] | None:
     """Return the (4, 4) transform that `bimvox init` would give the site; None without elements on the ground."""
     from bimvox.site.config import ModelConfig, SiteConfig
     from bimvox.site.guess import VOXEL_SIZES_M
-    from bimvox.site.placement import dominant_yaw_rad, ground_height_m, place_building, standing
+    from bimvox.site.placement import built_elements, dominant_yaw_rad, ground_height_m, place_building
 
-    if not standing(building.elements):
+    if not built_elements(building.elements):
         return None
     model = ModelConfig(
         path=Path(building.source.name),

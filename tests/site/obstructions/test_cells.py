@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.grid.frame import GridFrame
-from bimvox.site.obstructions.cells import grown, obstruction_cells
+from bimvox.site.margin import grown_cells
+from bimvox.site.obstructions.cells import obstruction_cells
 from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, Points, Voxels
 
 FRAME = GridFrame((-1.0, 0.0, -0.1), 0.1)
@@ -128,7 +129,8 @@ def test_what_lies_outside_takes_no_cell_and_is_noted(form):
 )
 def test_growing_takes_the_cells_within_that_many(cells, by):
     shape = (8, 7, 6)
-    near = grown(np.unique(np.array(cells, np.int32), axis=0), by, shape)
+    near = grown_cells(np.unique(np.array(cells, np.int32), axis=0), by)
+    near = near[((near >= 0) & (near < shape)).all(axis=1)]
     every = np.argwhere(np.ones(shape, bool))
     distance = np.abs(every[:, None] - np.array(cells)[None]).max(axis=2).min(axis=1)
     assert near.tolist() == every[distance <= by].tolist()
