@@ -90,13 +90,20 @@ class LogFileError(FileError):
     code = "log"
 
 
+def _at(key: str | None, message: str) -> str:
+    """Return a message with the key that it is about: ``KEY is missing``, otherwise ``KEY: message``."""
+    if not key:
+        return message
+    return f"{key} {message}" if message.startswith("is missing") else f"{key}: {message}"
+
+
 class ObstructionFileError(FileError):
     """An obstruction file that cannot be used; ``key`` is the place in the file."""
 
     code = "obstructions"
 
     def __init__(self, path: Path | str, message: str, *, key: str | None = None, hint: str | None = None) -> None:
-        super().__init__(path, f"{key}: {message}" if key else message, hint=hint)
+        super().__init__(path, _at(key, message), hint=hint)
         self.key = key
 
 
@@ -114,7 +121,7 @@ class ConfigError(InputError):
         available: Sequence[str] = (),
         hint: str | None = None,
     ) -> None:
-        super().__init__(f"{path}: {key}: {message}" if key else f"{path}: {message}", hint=hint)
+        super().__init__(f"{path}: {_at(key, message)}", hint=hint)
         self.path = Path(path)
         self.key = key
         self.available = tuple(available)

@@ -19,6 +19,7 @@ from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan, Method, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
+from bimvox.site.part_names import names_by_id
 from bimvox.site.site import Site
 
 Retraining = Callable[[tuple[int, ...]], PolicyInUse]
@@ -52,10 +53,12 @@ def prepared(site: Site, progress: Progress) -> Preparation:
         progress.note(f"{len(notes) - _NOTES_SHOWN} more notes about the order (--json and the log list all)")
     clashes = preparation.contacts.clashes
     if clashes:
-        deepest = max(clashes, key=lambda clash: clash.depth_m)
+        deepest, names = max(clashes, key=lambda clash: clash.depth_m), names_by_id(site)
+        first, second = (names.get(part, part) for part in (deepest.first, deepest.second))
+        pairs = "1 pair of parts overlaps" if len(clashes) == 1 else f"{len(clashes)} pairs of parts overlap"
         progress.note(
-            f"{len(clashes)} pairs of parts overlap in the model, by at most {deepest.depth_m:.3f} m "
-            f"({deepest.first} and {deepest.second}); each pair may overlap by no more than the model does"
+            f"{pairs} in the model, by at most {deepest.depth_m:.3f} m ({first} and {second}); "
+            "each pair may overlap by no more than the model does"
         )
     progress.finish()
     return preparation

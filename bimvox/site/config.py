@@ -484,11 +484,11 @@ class SiteConfig(Table):
             if crane.kind == "none":
                 raise ValueError(f'{key}.kind: "none" is for a site without a crane, but there are {len(self.cranes)}')
             if crane.name is None:
-                raise ValueError(f"{key}.name: is missing; each of several cranes needs its own name")
+                raise ValueError(f"{key}.name is missing: each of several cranes needs its own name")
             if crane.name in names:
                 raise ValueError(f"{key}.name: {crane.name!r} is also crane[{names.index(crane.name)}]'s name")
             if crane.base_m is None:
-                raise ValueError(f"{key}.base_m: is missing; give the position of {crane.name}")
+                raise ValueError(f"{key}.base_m is missing: give the position of {crane.name}")
             names.append(crane.name)
         return self
 

@@ -44,7 +44,7 @@ def site_extent(config: SiteConfig, building: Building, *cranes: TowerCrane | No
     """
     size_m = config.model.voxel_size_m
     if size_m is None:
-        raise config.error("model.voxel_size_m", "is missing")
+        raise config.error("model.voxel_size_m", "is missing", hint="add the edge length of a planning cell")
     if config.grid is not None:
         low, high = _explicit(config, size_m)
     else:

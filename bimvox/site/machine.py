@@ -39,7 +39,7 @@ def cranes_of(config: SiteConfig) -> tuple[TowerCrane, ...]:
         try:
             crane = crane_of(config.model_copy(update={"crane": given}))
         except ConfigError as error:
-            own = error.message.removeprefix(f"{error.path}: {error.key}: ")
+            own = error.message.removeprefix(f"{error.path}: {error.key}").lstrip(": ")
             key = f"crane[{number}]{(error.key or '').removeprefix('crane')}"
             raise config.error(key, own, available=error.available, hint=error.hint) from None
         assert crane is not None
@@ -71,7 +71,7 @@ def crane_of(config: SiteConfig) -> TowerCrane | None:
             f"built-in machines: {', '.join(names)}",
         )
     if machine is not None and "base_m" not in values:
-        raise config.error("crane.base_m", "is missing", hint="give the crane's position, or leave [crane] out")
+        raise config.error("crane.base_m", "is missing", hint="add the crane's position, or leave [crane] out")
     crane = replace(_reeved(config, machine, given), **values) if machine else TowerCrane(**values)
     if (chosen := _reeving_given(given)) is not None:
         crane = with_reeving(crane, chosen)
@@ -87,7 +87,7 @@ def _luffing(config: SiteConfig, given: CraneConfig, values: dict[str, Any]) -> 
     """Return a luffing crane: radii, height and limits of the hook follow from the jib."""
     machine = luffing_machine(config, given)
     if "base_m" not in values:
-        raise config.error("crane.base_m", "is missing", hint="give the crane's position")
+        raise config.error("crane.base_m", "is missing", hint="add the crane's position")
     own = {key: value for key, value in values.items() if key not in ("name", "trolley", "hoist")}
     crane = replace(machine, **own)
     if (chosen := _reeving_given(given)) is not None:

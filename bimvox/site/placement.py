@@ -25,7 +25,7 @@ def place_building(config: SiteConfig, building: Building) -> tuple[Building, ND
         metres to model coordinates in metres.
     """
     if config.model.ground_m is None:
-        raise config.error("model.ground_m", "is missing")
+        raise config.error("model.ground_m", "is missing", hint="add the height of the ground in the model")
     local_m = config.model.ground_m - float(building.origin_m[2])
     placed, site_to_local = in_site_frame(building, ground_m=local_m, yaw_rad=config.model.yaw_rad)
     site_to_ifc = site_to_local.copy()

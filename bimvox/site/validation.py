@@ -75,7 +75,7 @@ def first_finding(error: ValidationError, schema: type[BaseModel]) -> Finding:
         where = f"did you mean {near!r}? " if near else ""
         return Finding(dotted(loc), f"unknown key{more}", known, f"{where}known here: {', '.join(known)}")
     if chosen["type"] == "missing":
-        return Finding(dotted(loc), f"is missing{more}")
+        return Finding(dotted(loc), f"is missing{more}", hint="add it")
     if chosen["type"] in _EXPECTED:
         return Finding(dotted(loc), f"expected {_EXPECTED[chosen['type']]}, got {_shown(chosen['input'])}{more}")
     if chosen["type"] in ("too_short", "too_long"):

@@ -84,12 +84,12 @@ def init(
     write_atomically(target, site_toml(config, example_ids=examples).encode(), inputs=[model])
     progress.finish()
     pinned = [entry.global_id for entry in config.component if entry.pinned]
+    roles = [element.role for element in building.elements]
     if pinned:
         progress.note(
-            f"{len(pinned)} parts on the ground are taken as cast in place, not lifted: slabs that no built-in crane "
-            "lifts, and what lies under them ([[component]] pinned = true in the site file)"
+            f"{len(pinned)} of {roles.count(Role.COMPONENT)} components are taken as cast in place, not lifted: slabs "
+            "on the ground that no built-in crane lifts, and parts under them ([[component]] pinned = true)"
         )
-    roles = [element.role for element in building.elements]
     return {
         "site": str(target),
         "model": str(model),

@@ -37,8 +37,8 @@ CRANES = MODEL + '[[crane]]\nname = "a"\nbase_m = [0, 0]\n[[crane]]\n'
 @pytest.mark.parametrize(
     ("text", "key", "said"),
     [
-        (CRANES + "base_m = [9, 9]\n", None, "crane[1].name: is missing"),
-        (CRANES + 'name = "b"\n', None, "crane[1].base_m: is missing; give the position of b"),
+        (CRANES + "base_m = [9, 9]\n", None, "crane[1].name is missing"),
+        (CRANES + 'name = "b"\n', None, "crane[1].base_m is missing: give the position of b"),
         (CRANES + 'name = "a"\nbase_m = [9, 9]\n', None, "'a' is also crane[0]'s name"),
         (CRANES + 'kind = "none"\n', None, 'crane[1].kind: "none"'),
         (CRANES + 'name = "b"\nbase_m = [9, 9]\njib_lenght_m = 3\n', "crane[1].jib_lenght_m", "did you mean"),

@@ -55,7 +55,7 @@ def test_names_are_each_once(tmp_path: Path):
         ("version = 2", "version"),
         ('sites = ["no-*.toml"]', r"sites\[0\]: no file fits"),
         ("seeds = [1]", "asks for nothing"),
-        ("[[run]]\nseed = 1", r"run\[0\].site: is missing"),
+        ("[[run]]\nseed = 1", r"run\[0\].site is missing"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_place(tmp_path: Path, text: str, message: str):
