@@ -1,4 +1,4 @@
-"""The schedule of one of several cranes as far as it is known, and the motions made from it."""
+"""The schedule of one of several cranes so far, and the motions made from it."""
 
 from __future__ import annotations
 
@@ -11,32 +11,33 @@ from numpy.typing import NDArray
 from bimvox.crane.conflict import CraneTrack, joined
 from bimvox.crane.outline import CraneOutline
 from bimvox.cranes.lift import CraneLift, Parking
-from bimvox.motion.trajectories import one_after_another, shifted, turned
+from bimvox.motion.phases import delayed as delayed_phases
+from bimvox.motion.trajectories import delayed, one_after_another, turned_to
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Placed:
-    """A way of the empty hook on the clock.
+class PlacedLeg:
+    """A leg of the empty hook on the clock.
 
     Attributes:
         start_ns: When it starts.
-        way: Its samples, from 0.
+        trajectory: Its samples, from 0.
         track: Where the crane may be meanwhile, on the clock.
-        stopped_ns: When the crane began to brake; None if the hook completes the way.
+        stopped_ns: When the crane began to brake; None if the hook completes the leg.
     """
 
     start_ns: int
-    way: Trajectory
+    trajectory: Trajectory
     track: CraneTrack
     stopped_ns: int | None = None
 
     @property
     def end_ns(self) -> int:
         """When the hook is at rest."""
-        return self.start_ns + int(self.way.time_ns[-1])
+        return self.start_ns + int(self.trajectory.time_ns[-1])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,18 +47,18 @@ class Begun:
     Attributes:
         motions: Motions of its lifts that have begun, by order, without the departure of the hook.
         tracks: Where the crane may be during each of them, in order.
-        hooks: Later ways of its empty hook, in order.
-        stands: Its position at the start of the clock.
+        legs: Later legs of its empty hook, in order.
+        start: Its position at the start of the clock.
     """
 
     motions: Mapping[int, LiftMotion]
     tracks: tuple[CraneTrack, ...]
-    hooks: tuple[Placed, ...]
-    stands: CraneTrack
+    legs: tuple[PlacedLeg, ...]
+    start: CraneTrack
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class GoingOn:
+class ResumedLoad:
     """A load that was stopped under way and has a path to continue on.
 
     Attributes:
@@ -83,17 +84,17 @@ class CraneClock:
         number: Index of the crane.
         outline: The space that it occupies.
         lifts: Its lifts, in order.
-        stands: Its position before its first move.
+        start: Its position before its first move.
         done: How many of its lifts are on the clock.
         tracks: All its tracks on the clock, by time.
         ends_ns: When each of them ends; a track may reach a little further.
-        legs: Per lift, the ways to its part; for the index after the last lift, the way to the parking place.
+        legs: Per lift, the legs to its part; for the index after the last lift, the leg to the parking place.
         starts_ns: Per lift on the clock, when it is hooked on.
         at: Where its hook is: ``set`` (where its last part was set, or where it was when the plan was revised),
             ``pick`` (over its next part), ``parked``, or ``loaded`` (its load was stopped under way).
         parking: Where it is parked.
         begun: How many of its lifts were hooked on when the plan was revised.
-        driven: How many ways of its empty hook had begun by then, after these lifts.
+        driven: How many legs of its empty hook had begun by then, after these lifts.
         motions: Motions of the lifts that were hooked on, by order.
         is_revised: Whether the plan was revised while it was carried out, so that the first position is fixed.
     """
@@ -101,11 +102,11 @@ class CraneClock:
     number: int
     outline: CraneOutline
     lifts: list[CraneLift]
-    stands: CraneTrack
+    start: CraneTrack
     done: int = 0
     tracks: list[CraneTrack] = field(default_factory=list)
     ends_ns: list[int] = field(default_factory=list)
-    legs: dict[int, list[Placed]] = field(default_factory=dict)
+    legs: dict[int, list[PlacedLeg]] = field(default_factory=dict)
     starts_ns: list[int] = field(default_factory=list)
     at: str = "pick"
     parking: Parking | None = None
@@ -126,7 +127,7 @@ class CraneClock:
 
     @property
     def kept(self) -> int:
-        """How many of the ways to its next part have begun and can no longer be undone."""
+        """How many of the legs to its next part have begun and can no longer be undone."""
         return self.driven if self.done == self.begun else 0
 
     @property
@@ -139,23 +140,27 @@ class CraneClock:
         late = [track for track in self.tracks if track.end_ns > from_ns]
         before = self.tracks[: len(self.tracks) - len(late)]
         if not late:
-            return standing_at(before[-1].last if before else self.stands.first, from_ns)
+            return standing_at(before[-1].last if before else self.start.first, from_ns)
         return joined(late)
 
     def begin(self, begun: Begun) -> None:
         """Add the work that it has begun."""
-        self.is_revised, self.stands, self.at = True, begun.stands, "set"
+        self.is_revised, self.start, self.at = True, begun.start, "set"
         for (_, motion), track in zip(sorted(begun.motions.items()), begun.tracks, strict=True):
             self.tracks.append(track)
             self.ends_ns.append(motion.end_ns)
             self.starts_ns.append(motion.hooked_ns)
         self.motions = dict(begun.motions)
         self.begun = self.done = len(begun.motions)
-        self.driven = len(begun.hooks)
-        for leg in begun.hooks:
-            self.legs.setdefault(self.done, []).append(leg)
-            self.tracks.append(leg.track)
-            self.ends_ns.append(leg.end_ns)
+        self.driven = len(begun.legs)
+        for leg in begun.legs:
+            self.add_leg(leg)
+
+    def add_leg(self, leg: PlacedLeg) -> None:
+        """Add a leg of its empty hook, towards its next lift or a parking place."""
+        self.legs.setdefault(self.done, []).append(leg)
+        self.tracks.append(leg.track)
+        self.ends_ns.append(leg.end_ns)
 
 
 def standing_at(row: NDArray[np.float64], from_ns: int) -> CraneTrack:
@@ -186,57 +191,60 @@ class _Phases:
         self.phases: list[Phase] = []
         self.at_ns = at_ns
 
-    def go_on(self, name: PhaseName, until_ns: int) -> None:
+    def add(self, name: PhaseName, until_ns: int) -> None:
         if until_ns > self.at_ns:
             self.phases.append(Phase(name, self.at_ns, until_ns))
             self.at_ns = until_ns
 
-    def ways(
-        self, name: PhaseName, legs: list[Placed], clock_ns: int, slew_rad: float | None, until_ns: int | None
+    def add_legs(
+        self, name: PhaseName, legs: list[PlacedLeg], clock_ns: int, slew_rad: float | None, until_ns: int | None
     ) -> Trajectory | None:
-        """Append ways of the empty hook, with waits between them; a stop lasts until the next way. Return the whole."""
-        ways: list[Trajectory] = []
+        """Append legs of the empty hook, with waits in between; return them joined. A stop lasts until the next leg."""
+        parts: list[Trajectory] = []
         stopped = False
         for leg in legs:
-            self.go_on(PhaseName.STOP if stopped else PhaseName.WAIT, leg.start_ns)
-            way = turned(shifted(leg.way, leg.start_ns - clock_ns), slew_rad)
-            slew_rad = float(way.slew_rad[-1])
-            ways.append(way)
+            self.add(PhaseName.STOP if stopped else PhaseName.WAIT, leg.start_ns)
+            parts.append(turned_to(delayed(leg.trajectory, leg.start_ns - clock_ns), slew_rad))
+            slew_rad = float(parts[-1].slew_rad[-1])
             stopped = leg.stopped_ns is not None
-            self.go_on(name, leg.end_ns if leg.stopped_ns is None else leg.stopped_ns)
+            self.add(name, leg.end_ns if leg.stopped_ns is None else leg.stopped_ns)
         if until_ns is not None:
-            self.go_on(PhaseName.STOP if stopped else PhaseName.WAIT, until_ns)
+            self.add(PhaseName.STOP if stopped else PhaseName.WAIT, until_ns)
         elif stopped:
-            self.go_on(PhaseName.STOP, legs[-1].end_ns)
-        return one_after_another(ways) if ways else None
+            self.add(PhaseName.STOP, legs[-1].end_ns)
+        return one_after_another(parts) if parts else None
 
 
-def _leaving(motion: LiftMotion, leaves: list[Placed]) -> LiftMotion:
-    """Return the motion with a departure: ways of the empty hook that make room for other cranes."""
+def _leaving(motion: LiftMotion, leaves: list[PlacedLeg]) -> LiftMotion:
+    """Return the motion with a departure: legs of the empty hook that make room for other cranes."""
     if not leaves:
         return motion
     phases = _Phases(motion.end_ns)
-    departure = phases.ways(PhaseName.LEAVE, leaves, motion.start_ns, float(motion.loaded.slew_rad[-1]), None)
+    departure = phases.add_legs(PhaseName.LEAVE, leaves, motion.start_ns, float(motion.loaded.slew_rad[-1]), None)
     return replace(motion, phases=(*motion.phases, *phases.phases), end_ns=phases.at_ns, departure=departure)
 
 
 def _motion(
-    one: CraneLift, clock_ns: int, legs: list[Placed], hooked_ns: int, leaves: list[Placed], slew_rad: float | None
+    one: CraneLift,
+    clock_ns: int,
+    legs: list[PlacedLeg],
+    hooked_ns: int,
+    leaves: list[PlacedLeg],
+    slew_rad: float | None,
 ) -> LiftMotion:
     phases = _Phases(clock_ns)
-    approach = phases.ways(PhaseName.APPROACH, legs, clock_ns, slew_rad, hooked_ns)
+    approach = phases.add_legs(PhaseName.APPROACH, legs, clock_ns, slew_rad, hooked_ns)
     if approach is not None:
         slew_rad = float(approach.slew_rad[-1])
     late_ns = hooked_ns - clock_ns
-    raising = turned(shifted(one.carry.raising, late_ns), slew_rad)
-    loaded = turned(shifted(one.carry.loaded, late_ns), float(raising.slew_rad[-1]))
-    carried = (replace(p, start_ns=p.start_ns + hooked_ns, end_ns=p.end_ns + hooked_ns) for p in one.carry.phases)
+    raising = turned_to(delayed(one.carry.raising, late_ns), slew_rad)
+    loaded = turned_to(delayed(one.carry.loaded, late_ns), float(raising.slew_rad[-1]))
     motion = replace(
         one.carry,
         approach=approach,
         raising=raising,
         loaded=loaded,
-        phases=(*phases.phases, *carried),
+        phases=(*phases.phases, *delayed_phases(one.carry.phases, hooked_ns)),
         start_ns=clock_ns,
         end_ns=hooked_ns + one.carry.end_ns,
         crane=one.crane,

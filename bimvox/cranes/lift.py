@@ -1,4 +1,4 @@
-"""One lift of one of several cranes before it is scheduled: its carry, and the ways of the empty hook."""
+"""One lift of one of several cranes before it is scheduled: its carry, and the legs of the empty hook."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from bimvox.records.trajectory import Trajectory
 
 
 class HookError(MotionError):
-    """The empty hook has no free way to a part."""
+    """The empty hook has no free path to a part."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Leg:
-    """A way of the empty hook.
+    """A leg of the empty hook: a move from rest to rest.
 
     Attributes:
-        way: Its samples, from 0.
-        before: Orders of the lifts of other cranes that must not be set before it has passed.
+        trajectory: Its samples, from 0.
+        before: Orders of the lifts of other cranes that must not be set before the hook has passed.
         last: Whether it starts only after every earlier lift of the sequence has ended.
     """
 
-    way: Trajectory
+    trajectory: Trajectory
     before: frozenset[int] = frozenset()
     last: bool = False
 
@@ -35,8 +35,8 @@ class Parking:
     """A place where the empty hook waits.
 
     Attributes:
-        aside: The way to it; None if the crane starts there.
-        back: The way from it to the part.
+        aside: The leg to it; None if the crane starts there.
+        back: The leg from it to the part.
     """
 
     aside: Leg | None
@@ -51,11 +51,11 @@ class CraneLift:
         lift: The lift.
         crane: Number of its crane.
         carry: From hook on to slings off, from 0.
-        early: The early way (see ``lifts``); None if there is none, or the crane has no earlier lift.
-        late: The late way; None likewise.
-        parkings: Ways to a parking place and back, best first.
+        early: The early leg (see ``lifts``); None if there is none, or the crane has no earlier lift.
+        late: The late leg; None likewise.
+        parkings: Legs to a parking place and back, best first.
         track: Where the crane may be during the carry.
-        leaves: Ways to a parking place after the crane's last lift.
+        leaves: Legs to a parking place after the crane's last lift.
         starts_there: Whether the crane can wait over the part from the start of the clock.
     """
 

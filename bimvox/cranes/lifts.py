@@ -1,9 +1,9 @@
-"""The lifts of several cranes before they are scheduled: the carry of each, and the ways of the empty hook to it.
+"""The lifts of several cranes before they are scheduled: the carry of each, and the legs of the empty hook to it.
 
-Between two lifts of one crane, others set parts. So the empty hook has several ways to its next part, each clear of
+Between two lifts of one crane, others set parts. So the empty hook has several legs to its next part, each clear of
 the parts in place at that time:
 
-* *early*, right after the crane's previous lift: no later part is in place yet. If the way crosses the place of a part
+* *early*, right after the crane's previous lift: no later part is in place yet. If the leg crosses the place of a part
   of another crane, that part is set only after the hook has passed;
 * *late*: all parts that come before the next lift in the sequence may be in place;
 * *aside*: early to a parking place, where it does not obstruct the lifts in between, and late from there to the part.
@@ -22,34 +22,36 @@ from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter
 
 from bimvox.crane.conflict import SPAN_NS, CraneTrack, first_conflict
+from bimvox.crane.kinematics import nearest_turn
 from bimvox.crane.outline import CraneOutline, outline_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.cranes.lift import CraneLift, HookError, Leg, Parking
 from bimvox.cranes.parking import drawn_up, parking_cells
 from bimvox.cranes.track import approach_track, carrying_track
 from bimvox.errors import PlanningError
-from bimvox.motion.empty_hook import HOOK_OFFSET, empty_hook_clearance
-from bimvox.motion.load_frame import axes_of_cells, cells_of_axes, load_frame
-from bimvox.motion.time_plan import empty_way, hook_on_cell, left_cells, time_lift
-from bimvox.motion.trajectories import one_after_another, shifted
+from bimvox.motion.empty_hook import empty_hook_clearance
+from bimvox.motion.load_frame import axes_of_cells, cells_of_axes
+from bimvox.motion.rigged_crane import rigged_crane
+from bimvox.motion.time_plan import empty_hook_move, hook_on_cell, left_cells, time_lift
+from bimvox.motion.trajectories import delayed, one_after_another
 from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace, placement_is_free
-from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
+NO_CELLS = np.zeros((0, 3), np.int32)
 _TRIED = 6
 _KEPT = 3
 _APART_RAD = np.radians(25.0)
 _LONG_S = 90.0
 _REST_NS = 1_000_000_000
-_BESIDE_M = 1.0
-"""Parts that are set closer than this to an early way, at its height, are set only after the hook has passed."""
+_NEAR_M = 1.0
+"""Parts that are set closer than this to an early leg, at its height, are set only after the hook has passed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LeftBehind:
+class LastLift:
     """A crane's last lift, and the collision rule of its stage.
 
     Attributes:
@@ -71,7 +73,7 @@ def crane_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]
         clearances: As for ``time_plan``.
 
     Raises:
-        MotionError: If a path is not free or cannot be driven, or the empty hook has no free way to a part.
+        MotionError: If a path is not free or cannot be driven, or the empty hook has no free path to a part.
     """
     return lifts_by(plan, clearances, CraneLiftMaker.made)
 
@@ -79,7 +81,7 @@ def crane_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]
 def lifts_by(
     plan: LiftPlan,
     clearances: Iterable[tuple[Lift, CollisionSpace]],
-    make: Callable[[CraneLiftMaker, CollisionSpace, LeftBehind | None], CraneLift],
+    make: Callable[[CraneLiftMaker, CollisionSpace, LastLift | None], CraneLift],
 ) -> tuple[CraneLift, ...]:
     """Return the cranes' lifts, for every planned lift, in order, each made by a given function.
 
@@ -89,7 +91,7 @@ def lifts_by(
         make: Called with the maker of a lift, the rule of its stage, and its crane's previous lift.
     """
     done: list[CraneLift] = []
-    left: dict[int, LeftBehind] = {}
+    left: dict[int, LastLift] = {}
     for lift, space in clearances:
         if lift.status is not Status.PLANNED or lift.path_vox is None or lift.place is None:
             continue
@@ -99,7 +101,7 @@ def lifts_by(
         maker = CraneLiftMaker(plan, number, lift, lift.place, between, _last_of_others(done, number))
         made = make(maker, space, before)
         done.append(made)
-        left[number] = LeftBehind(lift, space, float(made.carry.loaded.slew_rad[-1]))
+        left[number] = LastLift(lift, space, float(made.carry.loaded.slew_rad[-1]))
     for number, last in left.items():
         after = [one for one in done if one.lift.order > last.lift.order]
         n = next(n for n, one in enumerate(done) if one.lift is last.lift)
@@ -142,12 +144,13 @@ class CraneLiftMaker:
         self.between = [one.lift for one in meanwhile]
         self.site, self.crane = plan.site, plan.site.cranes[number]
         self.component = self.site.components[lift.component]
+        self.empty = rigged_crane(self.site, self.crane, None)
 
-    def made(self, space: CollisionSpace, before: LeftBehind | None) -> CraneLift:
+    def made(self, space: CollisionSpace, before: LastLift | None) -> CraneLift:
         """Return the lift, given the rule of its stage and the crane's previous lift."""
         pick_vox = hook_on_cell(self.component, self.place, space)
         lying = self.lying()
-        now = empty_hook_clearance(self.site, self.crane, space, self.place, NO_CELLS, lying)
+        now = self.hook_rule(space, above=lying)
         early = late = None
         parkings: list[Parking] = []
         near = [pick_vox]
@@ -160,7 +163,7 @@ class CraneLiftMaker:
                 target_cells(self.site.components[before.lift.component]),
                 *self.arrived_since(before.lift, [self.lift]),
             ]
-            then = empty_hook_clearance(self.site, self.crane, before.space, self.place, exit_vox, above)
+            then = self.hook_rule(before.space, exit_vox, above)
             early = self._early(then, exit_vox[-1], pick_vox, slew_rad)
             late = early
             if self.between or early is None:
@@ -168,8 +171,7 @@ class CraneLiftMaker:
         for parked_vox in self.parking_cells(now, near):
             back = self.leg(now, parked_vox, pick_vox, slew_rad)
             if back is None:
-                rule = empty_hook_clearance(self.site, self.crane, space, self.place, NO_CELLS)
-                back = self.leg(rule, parked_vox, pick_vox, slew_rad, last=True)
+                back = self.leg(self.hook_rule(space), parked_vox, pick_vox, slew_rad, last=True)
             aside = self._early(then, exit_vox[-1], parked_vox, slew_rad) if before is not None else None
             if back is not None and (before is None or aside is not None):
                 parkings.append(Parking(aside, back))
@@ -177,13 +179,36 @@ class CraneLiftMaker:
                 break
         if before is not None and early is None and late is None and not parkings:
             raise HookError(self.component.id, "the empty hook has no free way to it from its crane's lift before")
-        legs = (early, late, *(parking.back for parking in parkings))
-        ends = next((float(leg.way.slew_rad[-1]) for leg in legs if leg is not None), slew_rad)
         free = placement_is_free(now, *(int(n) for n in pick_vox))
-        return replace(self.carried(space, ends), early=early, late=late, parkings=tuple(parkings), starts_there=free)
+        return replace(self.with_legs(space, early, late, parkings, slew_rad), starts_there=free)
+
+    def with_legs(
+        self,
+        space: CollisionSpace,
+        early: Leg | None,
+        late: Leg | None,
+        parkings: Sequence[Parking],
+        slew_rad: float,
+        *,
+        stays: bool = False,
+    ) -> CraneLift:
+        """Return the lift with the legs to it, hooked on at the slewing angle at which they end.
+
+        If there are no legs, it is hooked on at ``slew_rad``; if the hook stays where it is, at the turn nearest to it.
+        """
+        legs = (early, late, *(parking.back for parking in parkings))
+        ends = next((float(leg.trajectory.slew_rad[-1]) for leg in legs if leg is not None), slew_rad)
+        carried = self.carried(space, nearest_turn(ends, slew_rad) if stays else ends)
+        return replace(carried, early=early, late=late, parkings=tuple(parkings))
+
+    def hook_rule(
+        self, space: CollisionSpace, left_vox: NDArray[np.int32] = NO_CELLS, above: Sequence[NDArray[np.int32]] = ()
+    ) -> CollisionSpace:
+        """Return the collision rule of the empty hook on its way to the part; see ``empty_hook_clearance``."""
+        return empty_hook_clearance(self.site, self.crane, space, self.place, left_vox, above)
 
     def carried(self, space: CollisionSpace, slew_rad: float) -> CraneLift:
-        """Return the lift without ways of the empty hook, hooked on at a slewing angle."""
+        """Return the lift without legs of the empty hook, hooked on at a slewing angle."""
         carry = time_lift(self.site, self.crane, self.lift, space, None, 0, slew_rad)
         track = carrying_track(self.site, self.crane, self.lift, carry)
         return CraneLift(self.lift, self.number, carry, None, None, (), track)
@@ -197,15 +222,14 @@ class CraneLiftMaker:
         """
         if not self.watched:
             return []
-        site, frame, outline = self.site, self.site.frame, outline_of(self.crane)
-        hook = load_frame(crane_for(self.site, self.crane, None), frame, HOOK_OFFSET)
+        site, outline, hook = self.site, outline_of(self.crane), self.empty.load
         wanted = [float(axes_of_cells(hook, cell)[0]) for cell in near]
         judged: list[tuple[int, float, int, NDArray[np.int32]]] = []
         above = [drawn_up(site, rule, cell) for cell in near]
         for n, cell in enumerate([*above, *parking_cells(site, self.number, rule)]):
             axes = axes_of_cells(hook, cell)
-            stands = standing_track(self.site, self.crane, axes)
-            met = sum(self._meets(outline, stands, one) for one in self.watched)
+            still = standing_track(self.site, self.crane, axes)
+            met = sum(self._meets(outline, still, one) for one in self.watched)
             judged.append((met, round(sum(_turn(axes[0] - angle) for angle in wanted), 6), n, cell))
         chosen: list[tuple[float, NDArray[np.int32]]] = []
         for *_, cell in sorted(judged, key=lambda entry: entry[:3]):
@@ -214,10 +238,10 @@ class CraneLiftMaker:
                 chosen.append((angle, cell))
         return [cell for _, cell in chosen[:_TRIED]]
 
-    def _meets(self, outline: CraneOutline, stands: CraneTrack, one: CraneLift) -> bool:
+    def _meets(self, outline: CraneOutline, still: CraneTrack, one: CraneLift) -> bool:
         other = outline_of(self.site.cranes[one.crane])
         separation_m = self.site.rules.crane_separation_m
-        return first_conflict((outline, other), stands, one.track, separation_m) is not None
+        return first_conflict((outline, other), still, one.track, separation_m) is not None
 
     def lying(self) -> list[NDArray[np.int32]]:
         """Return cells of earlier parts of the sequence that may still be in the yard."""
@@ -227,11 +251,11 @@ class CraneLiftMaker:
         kept = [one.place for one in self.plan.lifts if one.status is not Status.PLANNED and one.place is not None]
         return [stored_cells(place) for place in [*places, *(one for one in kept if one.delivery in older)]]
 
-    def left(self, last: LeftBehind) -> tuple[Leg, ...]:
-        """Return the crane's ways to a parking place after its last lift."""
+    def left(self, last: LastLift) -> tuple[Leg, ...]:
+        """Return the crane's legs to a parking place after its last lift."""
         exit_vox = left_cells(self.site, last.lift)
         above = [target_cells(self.component), *self.arrived_since(last.lift, self.between[-1:])]
-        rule = empty_hook_clearance(self.site, self.crane, last.space, self.place, exit_vox, above)
+        rule = self.hook_rule(last.space, exit_vox, above)
         legs = (
             self._early(rule, exit_vox[-1], parked_vox, last.slew_rad)
             for parked_vox in self.parking_cells(rule, [exit_vox[-1]])[:_KEPT]
@@ -239,7 +263,7 @@ class CraneLiftMaker:
         return tuple(leg for leg in legs if leg is not None)
 
     def arrived_since(self, before: Lift, until: Sequence[Lift]) -> list[NDArray[np.int32]]:
-        """Return cells of parts that may be delivered during the early way; its collision rule lacks them."""
+        """Return cells of parts that may be delivered during the early leg; its collision rule lacks them."""
         assert before.place is not None
         last = max((one.place.delivery for one in until if one.place is not None), default=0)
         late = range(before.place.delivery + 1, last + 1)
@@ -249,7 +273,7 @@ class CraneLiftMaker:
         self, rule: CollisionSpace, start_vox: NDArray[np.int32], end_vox: NDArray[np.int32], slew_rad: float
     ) -> Leg | None:
         leg = self.leg(rule, start_vox, end_vox, slew_rad)
-        return None if leg is None else replace(leg, before=frozenset(self.crossed(leg.way)))
+        return None if leg is None else replace(leg, before=frozenset(self.crossed(leg.trajectory)))
 
     def _late(
         self,
@@ -259,16 +283,14 @@ class CraneLiftMaker:
         slew_rad: float,
         lying: Sequence[NDArray[np.int32]],
     ) -> Leg | None:
-        """Return the late way; the exit from the set point is not free if a part was set above it since."""
+        """Return the late leg; the exit from the set point is not free if a part was set above it since."""
         tops = self._tops(self.between)
         kept = exit_vox[exit_vox[:, 2] >= tops[exit_vox[:, 0], exit_vox[:, 1]]]
         if not len(kept) or (kept[-1] != exit_vox[-1]).any():
             return None
-        rule = empty_hook_clearance(self.site, self.crane, space, self.place, kept, lying)
-        leg = self.leg(rule, exit_vox[-1], pick_vox, slew_rad)
+        leg = self.leg(self.hook_rule(space, kept, lying), exit_vox[-1], pick_vox, slew_rad)
         if leg is None and lying:
-            rule = empty_hook_clearance(self.site, self.crane, space, self.place, kept)
-            leg = self.leg(rule, exit_vox[-1], pick_vox, slew_rad, last=True)
+            leg = self.leg(self.hook_rule(space, kept), exit_vox[-1], pick_vox, slew_rad, last=True)
         return leg
 
     def leg(
@@ -280,56 +302,47 @@ class CraneLiftMaker:
         *,
         last: bool = False,
     ) -> Leg | None:
-        """Return a way from cell to cell, straight or at a smaller radius; None if there is none, or none is needed."""
+        """Return a leg from cell to cell, straight or at a smaller radius; None if there is none, or none is needed."""
         if (start_vox == end_vox).all():
             return None
-        straight = self._way(rule, [start_vox, end_vox], slew_rad)
+        straight = self._through(rule, [start_vox, end_vox], slew_rad)
         if straight is not None and straight.duration_s <= _LONG_S:
             return Leg(straight, last=last)
         # If slewing at the hook's radius leaves the site or meets something, the hook trolleys in before it slews.
         inner = [self._drawn_in(rule, cell) for cell in (start_vox, end_vox)]
         stops = [start_vox, *(cell for cell in inner if cell is not None), end_vox]
         stops = [cell for n, cell in enumerate(stops) if n == 0 or (cell != stops[n - 1]).any()]
-        round_about = self._way(rule, stops, slew_rad) if len(stops) > 2 else None
-        found = [way for way in (straight, round_about) if way is not None]
-        return Leg(min(found, key=lambda way: way.duration_s), last=last) if found else None
+        detour = self._through(rule, stops, slew_rad) if len(stops) > 2 else None
+        found = [trajectory for trajectory in (straight, detour) if trajectory is not None]
+        return Leg(min(found, key=lambda trajectory: trajectory.duration_s), last=last) if found else None
 
     def _drawn_in(self, rule: CollisionSpace, cell: NDArray[np.int32]) -> NDArray[np.int32] | None:
         """Return the parking cell closest to the mast in about the direction of a cell."""
-        hook = load_frame(crane_for(self.site, self.crane, None), self.site.frame, HOOK_OFFSET)
+        hook = self.empty.load
         wanted_rad = float(axes_of_cells(hook, cell)[0])
-        best: tuple[float, NDArray[np.int32]] | None = None
-        for place in parking_cells(self.site, self.number, rule)[::2]:
-            off_rad = _turn(float(axes_of_cells(hook, place)[0]) - wanted_rad)
-            if best is None or off_rad < best[0]:
-                best = off_rad, place
-        return None if best is None else best[1]
+        cells = parking_cells(self.site, self.number, rule)[::2]
+        return min(cells, key=lambda place: _turn(float(axes_of_cells(hook, place)[0]) - wanted_rad), default=None)
 
-    def _way(self, rule: CollisionSpace, stops: Sequence[NDArray[np.int32]], slew_rad: float) -> Trajectory | None:
-        """Return the way from stop to stop, at rest at each; None if it is not free."""
-        ways: list[Trajectory] = []
+    def _through(self, rule: CollisionSpace, stops: Sequence[NDArray[np.int32]], slew_rad: float) -> Trajectory | None:
+        """Return the trajectory from stop to stop, at rest at each; None if it is not free."""
+        parts: list[Trajectory] = []
         for start_vox, end_vox in pairwise(stops):
             try:
-                way = empty_way(self.site, self.crane, rule, start_vox, end_vox, slew_rad)
+                part = empty_hook_move(self.empty, rule, start_vox, end_vox, slew_rad)
             except PlanningError:
                 return None
-            if ways:
-                way = shifted(way, int(ways[-1].time_ns[-1]) + _REST_NS)
-            ways.append(way)
-            slew_rad = float(way.slew_rad[-1])
-        return one_after_another(ways)
+            parts.append(delayed(part, int(parts[-1].time_ns[-1]) + _REST_NS) if parts else part)
+            slew_rad = float(part.slew_rad[-1])
+        return one_after_another(parts)
 
-    def crossed(self, way: Trajectory) -> list[int]:
+    def crossed(self, trajectory: Trajectory) -> list[int]:
         """Return orders of the lifts in between whose part, once set, reaches the height of the hook next to it."""
-        frame = self.site.frame
-        hook = load_frame(crane_for(self.site, self.crane, None), frame, HOOK_OFFSET)
-        axes = np.stack([way.slew_rad, way.radius_m, way.height_m], axis=1)
-        cells = np.floor(cells_of_axes(hook, axes)).astype(np.int64)
+        cells = np.floor(cells_of_axes(self.empty.load, trajectory.axes)).astype(np.int64)
         x, y = (np.clip(cells[:, i], 0, self.site.shape[i] - 1) for i in (0, 1))
         lowest = np.full(self.site.shape[:2], 2**30, np.int64)
         np.minimum.at(lowest, (x, y), cells[:, 2])
-        beside = 1 + int(np.ceil(_BESIDE_M / frame.voxel_size_m))
-        lowest = minimum_filter(lowest, size=2 * beside + 1, mode="nearest") - beside
+        near = 1 + int(np.ceil(_NEAR_M / self.site.frame.voxel_size_m))
+        lowest = minimum_filter(lowest, size=2 * near + 1, mode="nearest") - near
         return [one.order for one in self.between if (self._tops([one]) > lowest).any()]
 
     def _tops(self, lifts: Sequence[Lift]) -> NDArray[np.int64]:
@@ -351,6 +364,3 @@ def standing_track(site: Site, crane: TowerCrane, axes: NDArray[np.float64]) -> 
 def _turn(angle_rad: float) -> float:
     """Return the absolute angle of the shorter turn."""
     return abs(float(np.remainder(angle_rad + np.pi, 2.0 * np.pi) - np.pi))
-
-
-NO_CELLS = np.zeros((0, 3), np.int32)

@@ -13,35 +13,31 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.kinematics import nearest_turn
 from bimvox.crane.tower_crane import CranePose
 from bimvox.cranes.lift import CraneLift, HookError, Leg, Parking
-from bimvox.cranes.lifts import NO_CELLS, CraneLiftMaker, LeftBehind, lifts_by
+from bimvox.cranes.lifts import CraneLiftMaker, LastLift, lifts_by
 from bimvox.cranes.track import carrying_track
 from bimvox.errors import PlanningError
-from bimvox.motion.empty_hook import HOOK_OFFSET, empty_hook_clearance
-from bimvox.motion.load_frame import cells_of_axes, load_frame
-from bimvox.motion.swing import pendulum_of
+from bimvox.motion.load_frame import cells_of_axes
 from bimvox.motion.time_plan import hook_on_cell
 from bimvox.motion.timeline import in_sequence
 from bimvox.motion.timing import NS_PER_S, sampled
-from bimvox.motion.trajectories import one_after_another, shifted
+from bimvox.motion.trajectories import delayed, one_after_another
 from bimvox.planning.occupancy import target_cells
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace
-from bimvox.site.lifting import crane_for
 from bimvox.stop.resume import move_to_cell, resume_cells
 
 _THERE_VOX = 1e-3
 _KEPT = 3
 _REST_NS = NS_PER_S
-"""Between two ways of an empty hook."""
+"""Between two legs of an empty hook."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stands:
+class CraneStart:
     """The position from which a crane continues.
 
     Attributes:
@@ -55,37 +51,37 @@ class Stands:
 
 
 def crane_lifts_from(
-    plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]], stands: Mapping[int, Stands]
+    plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]], starts: Mapping[int, CraneStart]
 ) -> tuple[CraneLift, ...]:
     """Return the cranes' lifts, for every planned lift, in order; for lifts that have begun only their tracks.
 
     Args:
         plan: The plan, of a site with several cranes.
         clearances: As for ``time_plan``; for lifts that are hooked on, the rule of their current stage.
-        stands: Where every crane continues from, by its number.
+        starts: Where every crane continues from, by its number.
 
     Raises:
-        HookError: If a hook has no free way from where it is to its next part.
-        MotionError: If a path is not free or cannot be driven, or the empty hook has no free way to a part.
+        HookError: If a hook has no free path from where it is to its next part.
+        MotionError: If a path is not free or cannot be driven, or the empty hook has no free path to a part.
     """
     last: list[tuple[Lift, CollisionSpace]] = []
-    come: set[int] = set()
+    resumed: set[int] = set()
 
-    def make(maker: CraneLiftMaker, space: CollisionSpace, before: LeftBehind | None) -> CraneLift:
-        crane = stands.get(maker.number)
+    def make(maker: CraneLiftMaker, space: CollisionSpace, before: LastLift | None) -> CraneLift:
+        crane = starts.get(maker.number)
         motion = None if crane is None else crane.motions.get(maker.lift.order)
         if motion is not None:
             last[:] = [(maker.lift, space)]
             track = carrying_track(maker.site, maker.crane, maker.lift, motion)
             return CraneLift(maker.lift, maker.number, motion, None, None, (), track)
-        first = maker.number not in come
-        come.add(maker.number)
+        first = maker.number not in resumed
+        resumed.add(maker.number)
         if crane is None or crane.axes is None or not first:
             return maker.made(space, before)
         return _from_there(maker, space, crane.axes, last)
 
     made = lifts_by(plan, clearances, make)
-    elsewhere = {number for number, crane in stands.items() if crane.axes is not None and number not in come}
+    elsewhere = {number for number, crane in starts.items() if crane.axes is not None and number not in resumed}
     return tuple(replace(one, leaves=()) if one.crane in elsewhere else one for one in made)
 
 
@@ -102,29 +98,26 @@ def _from_there(
     """
     site, place, component = maker.site, maker.place, maker.component
     pose = CranePose(*(float(n) for n in axes))
-    hook = load_frame(crane_for(site, maker.crane, None), site.frame, HOOK_OFFSET)
     pick_vox = hook_on_cell(component, place, space)
-    at_vox = cells_of_axes(hook, axes)
-    lying = maker.lying()
-    now = empty_hook_clearance(site, maker.crane, space, place, NO_CELLS, lying)
+    at_vox = cells_of_axes(maker.empty.load, axes)
+    now = maker.hook_rule(space, above=maker.lying())
     there = bool(np.abs(at_vox - pick_vox).max() <= _THERE_VOX)
     early = None
     if last:
         since, rule = last[-1]
         above = [target_cells(site.components[since.component]), *maker.arrived_since(since, [maker.lift])]
-        then = empty_hook_clearance(site, maker.crane, rule, place, NO_CELLS, above)
+        then = maker.hook_rule(rule, above=above)
         early = None if there else _early(maker, then, pose, pick_vox, since.order)
     late = None
     if not there:
-        late = _way(maker, now, pose, pick_vox)
+        late = _leg(maker, now, pose, pick_vox)
         if late is None:
-            bare = empty_hook_clearance(site, maker.crane, space, place, NO_CELLS)
-            late = _way(maker, bare, pose, pick_vox, last=True)
+            late = _leg(maker, maker.hook_rule(space), pose, pick_vox, last=True)
     parkings: list[Parking] = []
     near = [pick_vox, np.round(at_vox).astype(np.int32)]
     for parked_vox in maker.parking_cells(now, near):
         back = maker.leg(now, parked_vox, pick_vox, pose.slew_rad)
-        aside = _way(maker, now, pose, parked_vox)
+        aside = _leg(maker, now, pose, parked_vox)
         if aside is None and last:
             aside = _early(maker, then, pose, parked_vox, since.order)
         if back is not None and aside is not None:
@@ -133,43 +126,42 @@ def _from_there(
             break
     if not there and early is None and late is None and not parkings:
         raise HookError(component.id, "the empty hook finds no free way to it from where it is")
-    legs = (early, late, *(parking.back for parking in parkings))
-    ends = next((float(leg.way.slew_rad[-1]) for leg in legs if leg is not None), pose.slew_rad)
-    carried = maker.carried(space, nearest_turn(ends, pose.slew_rad) if there else ends)
-    return replace(carried, early=early, late=late, parkings=tuple(parkings))
+    return maker.with_legs(space, early, late, parkings, pose.slew_rad, stays=there)
 
 
 def _early(
     maker: CraneLiftMaker, rule: CollisionSpace, pose: CranePose, end_vox: NDArray[np.int32], since: int
 ) -> Leg | None:
-    """Return a way that passes the places of later lifts before their parts are set; None if there is none."""
-    leg = _way(maker, rule, pose, end_vox)
-    return None if leg is None else replace(leg, before=frozenset(n for n in maker.crossed(leg.way) if n > since))
+    """Return a leg that passes the places of later lifts before their parts are set; None if there is none."""
+    leg = _leg(maker, rule, pose, end_vox)
+    if leg is None:
+        return None
+    return replace(leg, before=frozenset(n for n in maker.crossed(leg.trajectory) if n > since))
 
 
-def _way(
+def _leg(
     maker: CraneLiftMaker, rule: CollisionSpace, pose: CranePose, end_vox: NDArray[np.int32], *, last: bool = False
 ) -> Leg | None:
-    """Return a way of the empty hook from rest at any pose to a cell; None if there is none."""
-    site, crane = maker.site, crane_for(maker.site, maker.crane, None)
-    hook, empty = load_frame(crane, site.frame, HOOK_OFFSET), pendulum_of(site, crane, None)
+    """Return a leg of the empty hook from rest at any pose to a cell; None if there is none."""
+    empty = maker.empty
+    hook = empty.load
     for cell in resume_cells(rule, hook, pose):
         start_vox = np.array(cell, np.int32)
         first = move_to_cell(hook, pose, cell)
-        moves = any(abs(part) > _THERE_VOX * site.frame.voxel_size_m for part in first.difference)
+        moves = any(abs(part) > _THERE_VOX * hook.voxel_size_m for part in first.difference)
         onward = maker.leg(rule, start_vox, end_vox, first.end.slew_rad, last=last)
         if onward is None and (start_vox != end_vox).any():
             continue
-        ways: list[Trajectory] = []
+        parts: list[Trajectory] = []
         if moves:
             try:
-                timeline = in_sequence(crane, [first], empty)
+                timeline = in_sequence(empty.crane, [first], empty.pendulum)
             except PlanningError:
                 continue
-            needed_m = max(first.start.height_m, first.end.height_m)
-            ways.append(sampled(timeline, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, empty))
+            parts.append(sampled(timeline, max(first.start.height_m, first.end.height_m), empty))
         if onward is not None:
-            ways.append(shifted(onward.way, int(ways[0].time_ns[-1]) + _REST_NS) if ways else onward.way)
-        if ways:
-            return Leg(one_after_another(ways), last=last)
+            later = onward.trajectory
+            parts.append(delayed(later, int(parts[0].time_ns[-1]) + _REST_NS) if parts else later)
+        if parts:
+            return Leg(one_after_another(parts), last=last)
     return None

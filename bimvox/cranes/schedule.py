@@ -18,11 +18,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import product
 
 from bimvox.crane.conflict import Conflict, CraneTrack, first_conflict
 from bimvox.crane.outline import outline_of
-from bimvox.cranes.clock import Begun, CraneClock, GoingOn, Placed, motions_of, standing_at
+from bimvox.cranes.clock import Begun, CraneClock, PlacedLeg, ResumedLoad, motions_of, standing_at
 from bimvox.cranes.lift import CraneLift, Leg
 from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.track import approach_track
@@ -36,7 +37,7 @@ from bimvox.site.collision import CollisionSpace
 
 _STEP_NS = 5 * NS_PER_S
 _REST_NS = NS_PER_S
-"""Between two ways of an empty hook."""
+"""Between two legs of an empty hook."""
 
 
 def time_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]) -> tuple[LiftMotion, ...]:
@@ -52,7 +53,11 @@ def time_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]
 
 
 def time_rest(
-    plan: LiftPlan, lifts: Sequence[CraneLift], begun: Mapping[int, Begun], going_on: Sequence[GoingOn], ready_ns: int
+    plan: LiftPlan,
+    lifts: Sequence[CraneLift],
+    begun: Mapping[int, Begun],
+    resumed: Sequence[ResumedLoad],
+    ready_ns: int,
 ) -> tuple[LiftMotion, ...]:
     """Return the motion of every planned lift of a plan that is being carried out, in order.
 
@@ -62,13 +67,13 @@ def time_rest(
         plan: The plan, of a site with several cranes.
         lifts: The cranes' lifts, for every planned lift (``crane_lifts_from``).
         begun: The work that every crane has begun, by its number.
-        going_on: Loads that were stopped under way and have a path to continue on, in order.
+        resumed: Loads that were stopped under way and have a path to continue on, in order.
         ready_ns: The first moment at which something new may start.
 
     Raises:
         MotionError: If a crane always obstructs a lift; names the lift.
     """
-    return _Schedule(plan, lifts, begun, going_on, ready_ns).run()
+    return _Schedule(plan, lifts, begun, resumed, ready_ns).run()
 
 
 class _Schedule:
@@ -77,11 +82,11 @@ class _Schedule:
         plan: LiftPlan,
         lifts: Sequence[CraneLift],
         begun: Mapping[int, Begun] | None = None,
-        going_on: Sequence[GoingOn] = (),
+        resumed: Sequence[ResumedLoad] = (),
         ready_ns: int = 0,
     ) -> None:
         self.plan, self.site, self.lifts = plan, plan.site, lifts
-        self.going_on, self.ready_ns = going_on, ready_ns
+        self.resumed, self.ready_ns = resumed, ready_ns
         self.released_ns: dict[int, int] = {}
         self.raised_ns: dict[int, int] = {}
         self.set_ns: dict[int, int] = {}
@@ -93,16 +98,16 @@ class _Schedule:
             own = [one for one in lifts if one.crane == number]
             before = None if begun is None else begun.get(number)
             if own or before is not None:
-                stands = standing_at(own[0].track.first, 0) if before is None else before.stands
-                self.cranes.append(CraneClock(number, outline_of(crane), own, stands))
+                start = standing_at(own[0].track.first, 0) if before is None else before.start
+                self.cranes.append(CraneClock(number, outline_of(crane), own, start))
                 if before is not None:
                     self.cranes[-1].begin(before)
         for one in self.cranes:
             if one.starts and not one.lifts[0].starts_there:
                 self._start_parked(one)
-        for going in going_on:
-            self._of(going.crane).at = "loaded"
-        on_the_hook = {one.lift.order for one in going_on}
+        for load in resumed:
+            self._of(load.crane).at = "loaded"
+        on_the_hook = {load.lift.order for load in resumed}
         for motion in (motion for one in self.cranes for motion in one.motions.values()):
             self.raised_ns[motion.order] = motion.raised_ns
             if motion.order not in on_the_hook:
@@ -115,29 +120,30 @@ class _Schedule:
     def run(self) -> tuple[LiftMotion, ...]:
         """Return the motions of all lifts, scheduled."""
         for crane in reversed(self.cranes):
-            if crane.starts and self._conflict(crane, crane.stands, 0) is not None:
+            if crane.starts and self._conflict(crane, crane.start, 0) is not None:
                 self._start_parked(crane)
         for crane in self.cranes:
-            self.conflict = self._conflict(crane, crane.stands, 0) if crane.starts else None
+            self.conflict = self._conflict(crane, crane.start, 0) if crane.starts else None
             if self.conflict is not None:
                 raise self._never(crane, crane.lifts[0].lift)
-        for going in self.going_on:
-            crane = self._of(going.crane)
-            if not self._tried(crane, lambda crane=crane, going=going: self._go_on(crane, going)):  # type: ignore[misc]
-                raise self._never(crane, going.lift)
+        for load in self.resumed:
+            crane = self._of(load.crane)
+            if not self._tried(crane, partial(self._resume, crane, load)):
+                raise self._never(crane, load.lift)
         for one in self.lifts:
             if one.lift.order not in self.begun:
-                self._schedule(self._of(one.crane), one)
+                crane = self._of(one.crane)
+                if not self._tried(crane, partial(self._lift, crane, one)):
+                    raise self._never(crane, one.lift)
         motions = [motion for crane in self.cranes for motion in motions_of(crane)]
         return tuple(sorted(motions, key=lambda motion: motion.order))
 
     def _of(self, number: int) -> CraneClock:
         return next(crane for crane in self.cranes if crane.number == number)
 
-    def _schedule(self, crane: CraneClock, one: CraneLift) -> None:
-        """Move the hook to the part if it is not there, and carry the part."""
-        if not self._tried(crane, lambda: self._to_part(crane, one) and self._carry(crane, one)):
-            raise self._never(crane, one.lift)
+    def _lift(self, crane: CraneClock, one: CraneLift) -> bool:
+        """Schedule the hook's leg to the part if it is not there, and the carry; return whether it is possible."""
+        return self._to_part(crane, one) and self._carry(crane, one)
 
     def _tried(self, crane: CraneClock, go: Callable[[], bool]) -> bool:
         """Return whether a crane can continue; if so, it also moves to its next part.
@@ -177,7 +183,7 @@ class _Schedule:
     def _restore(self, kept: list[tuple[CraneClock, CraneClock]]) -> None:
         for one, was in kept:
             one.tracks, one.ends_ns = list(was.tracks), list(was.ends_ns)
-            one.stands, one.at, one.parking = was.stands, was.at, was.parking
+            one.start, one.at, one.parking = was.start, was.at, was.parking
             one.legs = {n: list(legs) for n, legs in was.legs.items()}
 
     def _to_part(self, crane: CraneClock, one: CraneLift) -> bool:
@@ -187,18 +193,22 @@ class _Schedule:
             return crane.parking is not None and self._go(crane, crane.parking.back, "pick")
         return any(leg is not None and self._go(crane, leg, "pick") for leg in (one.early, one.late))
 
-    def _go_on(self, crane: CraneClock, going: GoingOn) -> bool:
+    def _set_after_ns(self, order: int) -> int:
+        """Return the time before which the part of a lift must not be set."""
+        earlier = (released_ns for n, released_ns in self.released_ns.items() if n < order)
+        return max([*earlier, self.not_set_before_ns.get(order, 0)])
+
+    def _resume(self, crane: CraneClock, load: ResumedLoad) -> bool:
         """Schedule the rest of the motion of a stopped load; return whether it is possible."""
-        order, motion = going.lift.order, going.motion
-        earlier = [self.released_ns[n] for n in self.released_ns if n < order]
-        set_after_ns = max([*earlier, self.not_set_before_ns.get(order, 0)], default=0)
-        first_ns = max(crane.free_ns, self.ready_ns, going.resumes_ns, set_after_ns - motion.set_ns + going.resumes_ns)
-        start_ns = self._first_free(crane, going.track.later(-going.resumes_ns), first_ns)
+        order, motion, resumes_ns = load.lift.order, load.motion, load.resumes_ns
+        set_after_ns = self._set_after_ns(order)
+        first_ns = max(crane.free_ns, self.ready_ns, resumes_ns, set_after_ns - motion.set_ns + resumes_ns)
+        start_ns = self._first_free(crane, load.track.later(-resumes_ns), first_ns)
         if start_ns is None:
             return False
-        late_ns = start_ns - going.resumes_ns
-        crane.motions[order] = held_longer(motion, going.resumes_ns, late_ns)
-        crane.tracks.append(going.track.later(late_ns))
+        late_ns = start_ns - resumes_ns
+        crane.motions[order] = held_longer(motion, resumes_ns, late_ns)
+        crane.tracks.append(load.track.later(late_ns))
         crane.ends_ns.append(motion.end_ns + late_ns)
         crane.at = "set"
         self.set_ns[order], self.released_ns[order] = motion.set_ns + late_ns, motion.released_ns + late_ns
@@ -210,9 +220,8 @@ class _Schedule:
         earlier = [n for n in self.released_ns if n < order]
         assert one.lift.place is not None
         delivery = one.lift.place.delivery
-        set_after_ns = max([self.released_ns[n] for n in earlier] + [self.not_set_before_ns.get(order, 0)], default=0)
         first_ns = max(
-            [crane.free_ns, self.ready_ns, set_after_ns - carry.set_ns]
+            [crane.free_ns, self.ready_ns, self._set_after_ns(order) - carry.set_ns]
             + [self.raised_ns[n] for n in earlier]
             + [self.released_ns[n] for n in earlier if self._delivery(n) < delivery]
         )
@@ -229,7 +238,7 @@ class _Schedule:
         return True
 
     def _go(self, crane: CraneClock, leg: Leg, to: str, *, at_once: bool = False) -> bool:
-        """Schedule a way of the empty hook as early as possible, or at once; return whether it is possible."""
+        """Schedule a leg of the empty hook as early as possible, or at once; return whether it is possible."""
         order = crane.next.lift.order if crane.next is not None else len(self.plan.lifts)
         first_ns = max(crane.free_ns, self.ready_ns)
         if crane.legs.get(crane.done):
@@ -237,20 +246,17 @@ class _Schedule:
         if leg.last:
             first_ns = max([first_ns, *(ns for n, ns in self.released_ns.items() if n < order)])
         passed_ns = min([self.set_ns[n] for n in leg.before if n in self.set_ns], default=None)
-        track = approach_track(self.site, self.site.cranes[crane.number], leg.way, 0)
-        latest_ns = None if passed_ns is None else passed_ns - int(leg.way.time_ns[-1])
+        track = approach_track(self.site, self.site.cranes[crane.number], leg.trajectory, 0)
+        latest_ns = None if passed_ns is None else passed_ns - int(leg.trajectory.time_ns[-1])
         if at_once:
             latest_ns = first_ns if latest_ns is None else min(first_ns, latest_ns)
         start_ns = self._first_free(crane, track, first_ns, latest_ns)
         if start_ns is None:
             return False
-        placed = Placed(start_ns, leg.way, track.later(start_ns))
-        crane.legs.setdefault(crane.done, []).append(placed)
-        crane.tracks.append(placed.track)
-        crane.ends_ns.append(start_ns + int(leg.way.time_ns[-1]))
+        placed = PlacedLeg(start_ns, leg.trajectory, track.later(start_ns))
+        crane.add_leg(placed)
         for n in leg.before:
-            ends_ns = start_ns + int(leg.way.time_ns[-1])
-            self.not_set_before_ns[n] = max(self.not_set_before_ns.get(n, 0), ends_ns)
+            self.not_set_before_ns[n] = max(self.not_set_before_ns.get(n, 0), placed.end_ns)
         crane.at = to
         return True
 
@@ -276,17 +282,17 @@ class _Schedule:
                 return True
         return False
 
-    def _undo(self, crane: CraneClock, legs: list[Placed]) -> bool:
-        """Undo the way to the next part; return whether it is possible.
+    def _undo(self, crane: CraneClock, legs: list[PlacedLeg]) -> bool:
+        """Undo the leg to the next part; return whether it is possible.
 
         If there is a conflict at the place that the crane came from, it moves aside from there at once.
         """
         leg = legs.pop()
         crane.tracks.pop()
         end_ns = crane.ends_ns.pop()
-        stood = crane.known(leg.start_ns)
+        waiting = crane.known(leg.start_ns)
         crane.at = "parked" if len(legs) > crane.kept or crane.starts else "set"
-        if self._conflict(crane, stood, leg.start_ns) is None:
+        if self._conflict(crane, waiting, leg.start_ns) is None:
             return True
         following = crane.next
         if crane.at == "set" and following is not None and self._turn_aside(crane, following, at_once=True):
@@ -303,9 +309,9 @@ class _Schedule:
             return False
         for parking in crane.lifts[0].parkings:
             machine = self.site.cranes[crane.number]
-            parked = standing_at(approach_track(self.site, machine, parking.back.way, 0).first, 0)
+            parked = standing_at(approach_track(self.site, machine, parking.back.trajectory, 0).first, 0)
             if self._conflict(crane, parked, 0) is None:
-                crane.stands, crane.at, crane.parking = parked, "parked", parking
+                crane.start, crane.at, crane.parking = parked, "parked", parking
                 return True
         return False
 

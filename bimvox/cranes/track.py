@@ -71,10 +71,12 @@ def approach_track(site: Site, crane: TowerCrane, approach: Trajectory, start_ns
     Args:
         site: The site.
         crane: The crane.
-        approach: The way of the hook; its times count from ``start_ns``.
+        approach: The move of the hook; its times count from ``start_ns``.
         start_ns: On the site's clock.
     """
-    return _track(crane_for(site, crane, None), _empty(site, crane), *_series(approach, start_ns))
+    return _track(
+        crane_for(site, crane, None), _empty(site, crane), approach.time_ns + np.int64(start_ns), approach.axes
+    )
 
 
 def carrying_track(
@@ -145,10 +147,6 @@ def _raised(site: Site, rigged: TowerCrane, component: Component, lift: Lift) ->
 
 def _pendulum(site: Site, below_hook_m: float) -> Pendulum | None:
     return None if site.rules.swing is SwingRule.OFF else Pendulum(below_hook_m)
-
-
-def _series(way: Trajectory, start_ns: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    return way.time_ns + np.int64(start_ns), np.stack([way.slew_rad, way.radius_m, way.height_m], axis=1)
 
 
 def _between(

@@ -8,32 +8,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import PlanningError
-from bimvox.motion.load_frame import LoadFrame
 from bimvox.motion.move import Move
+from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.shortcut import Route, along_the_path, check_path, follow, joined, over_the_top
 from bimvox.motion.steady import Swaying, SwingRules, busiest_s, steadied, swing_fault_s
-from bimvox.motion.swing import Pendulum
 from bimvox.motion.timeline import Timeline, blended
 from bimvox.planning.search import shortest_path
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
-# The other route is skipped if going over the top takes at most this multiple of the slowest axis's time.
 _GOOD_ENOUGH = 1.05
+"""The other route is skipped if going over the top takes at most this multiple of the slowest axis's time."""
 
 SET_DOWN_M = 0.5
 """Height above its place from which a part is lowered straight down."""
 
 
 def drive_path(
-    crane: TowerCrane,
-    space: CollisionSpace,
-    load: LoadFrame,
-    path_vox: NDArray[np.int32],
-    contact_moves: int,
-    slew_rad: float,
-    pendulum: Pendulum | None = None,
+    rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray[np.int32], contact_moves: int, slew_rad: float
 ) -> tuple[Timeline, float]:
     """Return the quickest motion found that carries a load from the start to the end of a voxel path.
 
@@ -41,13 +33,11 @@ def drive_path(
     lowering straight down if the space above the place is free.
 
     Args:
-        crane: The crane.
+        rigged: The crane with the load.
         space: The collision rule.
-        load: How hook poses and reference cells correspond.
         path_vox: (N, 3) int32 reference cells, N >= 2, one unit move between neighbours.
         contact_moves: How many of the last placements were cleared by the narrow phase.
-        slew_rad: Slewing angle before, with the turns that it has; the motion starts at the turn nearest to it.
-        pendulum: What hangs on the hook; None if its swing is not checked.
+        slew_rad: Slewing angle before, including full turns; the motion starts at the turn nearest to it.
 
     Returns:
         The motion, and the height that the hook has to reach.
@@ -55,28 +45,28 @@ def drive_path(
     Raises:
         PlanningError: If the path is not free, or takes the hook above the jib.
     """
-    check_path(crane, space, load, path_vox)
-    head, tail = _with_set_down(crane, space, load, path_vox, contact_moves)
-    way = space
+    check_path(rigged, space, path_vox)
+    head, tail = _with_set_down(rigged, space, path_vox, contact_moves)
+    transit = space
     if contact_moves > 0:
         # The cells that the last moves clear are cleared for them alone: no shortcut may use them. Only if the last
         # moves lead straight down may lowering begin, above their start, before the other axes are at rest.
-        way = _without_cleared(space, tail[1:])
+        transit = _without_cleared(space, tail[1:])
         if (tail[:, :2] != tail[0, :2]).any():
-            space = way
-    driver = _Driver(crane, load, way, space, pendulum)
-    over = over_the_top(crane, way, load, head[0], head[-1], slew_rad)
+            space = transit
+    driver = _Driver(rigged, transit, space)
+    over = over_the_top(rigged, transit, head[0], head[-1], slew_rad)
     best = None
     if over is not None:
         best = driver.finished(over.moves, tail, slew_rad)
         assert best is not None
         if best.duration_s <= _GOOD_ENOUGH * busiest_s(best.moves, [profile.duration_s for profile in best.profiles]):
             return best, over.clearance_height_m
-    along = along_the_path(crane, way, load, head, slew_rad)
+    along = along_the_path(rigged, transit, head, slew_rad)
     moves = list(along.moves)
     if contact_moves == 0 and moves and moves[-1].is_vertical and moves[-1].difference[2] > 0.0:
         # The only route to above the place leads up its own column: go straight to the place instead of up and down.
-        begins = round((moves[-1].start.height_m - load.zero_height_m) / load.voxel_size_m)
+        begins = round((moves[-1].start.height_m - rigged.load.zero_height_m) / rigged.load.voxel_size_m)
         moves, tail = moves[:-1], _straight(path_vox[-1], begins)
     limit_s = np.inf if best is None else best.duration_s
     other = driver.finished(moves, tail, slew_rad, limit_s)
@@ -97,11 +87,7 @@ def _without_cleared(space: CollisionSpace, placements_vox: NDArray[np.int32]) -
 
 
 def _with_set_down(
-    crane: TowerCrane,
-    space: CollisionSpace,
-    load: LoadFrame,
-    path_vox: NDArray[np.int32],
-    contact_moves: int,
+    rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray[np.int32], contact_moves: int
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Split a path into what may be shortcut and the last moves, which are driven exactly.
 
@@ -111,8 +97,8 @@ def _with_set_down(
     if contact_moves > 0:
         split = max(0, len(path_vox) - 1 - contact_moves)
         return path_vox[: split + 1], path_vox[split:]
-    x, y, z = (int(n) for n in path_vox[-1])
-    highest = int(np.floor((crane.highest_hook_m - load.zero_height_m) / load.voxel_size_m + 1e-6))
+    (x, y, z), load = (int(n) for n in path_vox[-1]), rigged.load
+    highest = int(np.floor((rigged.crane.highest_hook_m - load.zero_height_m) / load.voxel_size_m + 1e-6))
     above = z
     while above < min(highest, z + max(1, round(SET_DOWN_M / load.voxel_size_m))):
         if not placement_is_free(space, x, y, above + 1):
@@ -130,26 +116,22 @@ def _straight(place_vox: NDArray[np.int32], begins: int) -> NDArray[np.int32]:
 
 
 def drive_free(
-    crane: TowerCrane,
+    rigged: RiggedCrane,
     space: CollisionSpace,
-    load: LoadFrame,
     start_vox: NDArray[np.int32],
     end_vox: NDArray[np.int32],
     slew_rad: float,
-    pendulum: Pendulum | None = None,
 ) -> tuple[Timeline, float]:
     """Return a motion between two placements for which there is no path yet (the empty hook).
 
     The hook goes over the top if that is free, otherwise along a path found by search.
 
     Args:
-        crane: The crane.
+        rigged: The crane with its empty hook.
         space: The collision rule.
-        load: How hook poses and reference cells correspond.
         start_vox: (3,) reference cell to start from.
         end_vox: (3,) reference cell to end at, another one.
-        slew_rad: Slewing angle before, with the turns that it has.
-        pendulum: The empty hook; None if its swing is not checked.
+        slew_rad: Slewing angle before, including full turns.
 
     Returns:
         The motion, and the height that the hook has to reach.
@@ -157,18 +139,18 @@ def drive_free(
     Raises:
         PlanningError: If there is no free route.
     """
-    route: Route | None = over_the_top(crane, space, load, start_vox, end_vox, slew_rad)
+    route: Route | None = over_the_top(rigged, space, start_vox, end_vox, slew_rad)
     if route is None:
         first, last = (tuple(int(n) for n in cell) for cell in (start_vox, end_vox))
         found = shortest_path(space, (first[0], first[1], first[2]), (last[0], last[1], last[2])).path_vox
         if found is None:
             raise PlanningError(
-                f"no free way for the empty hook from cell {list(first)} to cell {list(last)}",
-                hint="something stands over the set point or the pick point; look at the lift in the log",
+                f"no free path for the empty hook from cell {list(first)} to cell {list(last)}",
+                hint="something is in the way over the set point or the pick point; look at the lift in the log",
             )
-        check_path(crane, space, load, found)
-        route = along_the_path(crane, space, load, found, slew_rad)
-    timeline = _Driver(crane, load, space, space, pendulum).steady(joined(route.moves), 0, -np.inf)
+        check_path(rigged, space, found)
+        route = along_the_path(rigged, space, found, slew_rad)
+    timeline = _Driver(rigged, space, space).steady(joined(route.moves), 0, -np.inf)
     assert timeline is not None
     return timeline, route.clearance_height_m
 
@@ -178,37 +160,35 @@ class _Driver:
     """Lays the moves of one crane with one load over time.
 
     Attributes:
-        crane: The crane.
-        load: How hook poses and reference cells correspond.
-        way: The collision rule up to the last moves.
+        rigged: The crane with its load.
+        transit: The collision rule up to the last moves.
         last: The rule for the last moves.
-        pendulum: What hangs on the hook; None if its swing is not checked.
     """
 
-    crane: TowerCrane
-    load: LoadFrame
-    way: CollisionSpace
+    rigged: RiggedCrane
+    transit: CollisionSpace
     last: CollisionSpace
-    pendulum: Pendulum | None
 
     def finished(
         self, moves: Sequence[Move], tail_vox: NDArray[np.int32], slew_rad: float, limit_s: float = np.inf
     ) -> Timeline | None:
         """Append the exact last moves to a route's, and lay all of them over time; None if that takes too long."""
-        tail = follow(self.load, tail_vox, moves[-1].end.slew_rad if moves else slew_rad)
-        begins_m = self.load.zero_height_m + int(tail_vox[0, 2]) * self.load.voxel_size_m
+        load = self.rigged.load
+        tail = follow(load, tail_vox, moves[-1].end.slew_rad if moves else slew_rad)
+        begins_m = load.zero_height_m + int(tail_vox[0, 2]) * load.voxel_size_m
         return self.steady(joined([*moves, *tail]), len(tail), begins_m, limit_s)
 
     def steady(
         self, moves: Sequence[Move], tail_moves: int, straight_below_m: float, limit_s: float = np.inf
     ) -> Timeline | None:
         """Lay moves over time, corners rounded, the load at rest in the last moves; None if that takes too long."""
+        crane, load, pendulum, _ = self.rigged
 
         def blend(timeline: Timeline) -> Timeline:
-            return blended(timeline, self.way, self.load, straight_below_m, self.last, self.pendulum)
+            return blended(timeline, self.transit, load, straight_below_m, self.last, pendulum)
 
         def fault_s(timeline: Timeline, sway: Swaying) -> float | None:
-            return swing_fault_s(timeline, sway, self.load, self.way, self.last, tail_moves, straight_below_m)
+            return swing_fault_s(timeline, sway, load, self.transit, self.last, tail_moves, straight_below_m)
 
-        rules = SwingRules(blend, fault_s, self.load.voxel_size_m / 2.0, limit_s)
-        return steadied(self.crane, moves, self.pendulum, rules)
+        rules = SwingRules(blend, fault_s, load.voxel_size_m / 2.0, limit_s)
+        return steadied(crane, moves, pendulum, rules)

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.summed_area import box_sum
+from bimvox.motion.rigged_crane import HOOK_OFFSET
 from bimvox.records.lift import YardPlace
 from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
 from bimvox.site.hook_room import hook_room
 from bimvox.site.site import Site
 
 HOOK_CELL = np.array([[0, 0, 0, 1, 1, 1]], np.int32)
-HOOK_OFFSET = np.zeros(3, np.int32)
 _BLOCK = 8
 """Edge of the blocks of columns that are checked together first."""
 
@@ -33,11 +33,11 @@ def empty_hook_clearance(
     left_vox: NDArray[np.int32],
     above: Sequence[NDArray[np.int32]] = (),
 ) -> CollisionSpace:
-    """Return the collision rule for the empty hook on its way to the next part.
+    """Return the collision rule for the empty hook between two lifts; it may go as far as the jib reaches.
 
     Args:
         site: The site.
-        crane: The crane; the empty hook may go as far as the jib reaches.
+        crane: The crane.
         space: The rule for the next part's own lift: its table holds the part just set, not the next part itself.
         place: Where the next part waits; the hook comes onto it from above.
         left_vox: (N, 3) cells of the slings' end on the last moves to the set point: the hook may leave along the path

@@ -13,8 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from bimvox.errors import VerificationError
+from bimvox.motion import phases, trajectories
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
-from bimvox.records.trajectory import Trajectory
 
 _SAME_RAD = 1e-7
 
@@ -29,36 +29,33 @@ def joined_on(motion: LiftMotion, before: LiftMotion | None) -> LiftMotion:
     Raises:
         VerificationError: If the one before ends at another slewing angle, apart from whole turns.
     """
-    clock_ns = before.end_ns if before is not None else 0
-    turns = 0
-    if before is not None:
-        gap_rad = float(before.loaded.slew_rad[-1] - motion.trajectories[0].slew_rad[0])
-        turns = round(gap_rad / (2.0 * np.pi))
-        if abs(gap_rad - turns * 2.0 * np.pi) > _SAME_RAD:
-            raise VerificationError(
-                f"lift {motion.number} begins {gap_rad:.6f} rad from where the lift before it ends",
-                failures=(f"lift {motion.number}",),
-                hint="this is a fault of bimvox; please report it with the site file",
-            )
-    return _turned(_at(motion, clock_ns), turns)
+    if before is None:
+        return _at(motion, 0)
+    gap_rad = float(before.loaded.slew_rad[-1] - motion.trajectories[0].slew_rad[0])
+    turns = round(gap_rad / (2.0 * np.pi))
+    if abs(gap_rad - turns * 2.0 * np.pi) > _SAME_RAD:
+        raise VerificationError(
+            f"lift {motion.number} begins {gap_rad:.6f} rad from where the lift before it ends",
+            failures=(f"lift {motion.number}",),
+            hint="this is a fault of bimvox; please report it with the site file",
+        )
+    moved = _at(motion, before.end_ns)
+    if turns == 0:
+        return moved
+    approach = None if motion.approach is None else trajectories.turned(motion.approach, turns)
+    raising, loaded = (trajectories.turned(part, turns) for part in (motion.raising, motion.loaded))
+    return replace(moved, approach=approach, raising=raising, loaded=loaded)
 
 
 def waiting(motion: LiftMotion, wait_ns: int) -> LiftMotion:
     """Return a motion that begins with a stop in which the crane stands still."""
-
-    def later(part: Trajectory) -> Trajectory:
-        time_ns = part.time_ns + np.int64(wait_ns)
-        time_ns.flags.writeable = False
-        return replace(part, time_ns=time_ns)
-
     start_ns = motion.start_ns
-    phases = (Phase(p.name, p.start_ns + wait_ns, p.end_ns + wait_ns) for p in motion.phases)
     return replace(
         motion,
-        approach=None if motion.approach is None else later(motion.approach),
-        raising=later(motion.raising),
-        loaded=later(motion.loaded),
-        phases=(Phase(PhaseName.STOP, start_ns, start_ns + wait_ns), *phases),
+        approach=None if motion.approach is None else trajectories.delayed(motion.approach, wait_ns),
+        raising=trajectories.delayed(motion.raising, wait_ns),
+        loaded=trajectories.delayed(motion.loaded, wait_ns),
+        phases=(Phase(PhaseName.STOP, start_ns, start_ns + wait_ns), *phases.delayed(motion.phases, wait_ns)),
         end_ns=motion.end_ns + wait_ns,
     )
 
@@ -68,25 +65,20 @@ def held_longer(motion: LiftMotion, at_ns: int, by_ns: int) -> LiftMotion:
 
     Args:
         motion: The motion.
-        at_ns: From then on everything is later, on the site's clock: the end of a stop, or the start of the load's way.
-        by_ns: By how much.
+        at_ns: The end of a stop or the start of the load's transport, on the site's clock; all later times are delayed.
+        by_ns: The delay.
     """
     if by_ns == 0:
         return motion
-    since_ns = at_ns - motion.start_ns
-
-    def later(part: Trajectory) -> Trajectory:
-        time_ns = part.time_ns + np.where(part.time_ns >= since_ns, np.int64(by_ns), np.int64(0))
-        time_ns.flags.writeable = False
-        return replace(part, time_ns=time_ns)
-
     before = [phase for phase in motion.phases if phase.end_ns <= at_ns]
-    after = [Phase(p.name, p.start_ns + by_ns, p.end_ns + by_ns) for p in motion.phases if p.end_ns > at_ns]
-    if before and before[-1].name is PhaseName.STOP:
-        stop = Phase(PhaseName.STOP, before.pop().start_ns, at_ns + by_ns)
-    else:
-        stop = Phase(PhaseName.STOP, at_ns, at_ns + by_ns)
-    return replace(motion, loaded=later(motion.loaded), phases=(*before, stop, *after), end_ns=motion.end_ns + by_ns)
+    after = phases.delayed(motion.phases[len(before) :], by_ns)
+    stopped_ns = before.pop().start_ns if before and before[-1].name is PhaseName.STOP else at_ns
+    return replace(
+        motion,
+        loaded=trajectories.delayed(motion.loaded, by_ns, since_ns=at_ns - motion.start_ns),
+        phases=(*before, Phase(PhaseName.STOP, stopped_ns, at_ns + by_ns), *after),
+        end_ns=motion.end_ns + by_ns,
+    )
 
 
 def chained(motions: Sequence[LiftMotion]) -> tuple[LiftMotion, ...]:
@@ -101,18 +93,5 @@ def _at(motion: LiftMotion, start_ns: int) -> LiftMotion:
     by_ns = start_ns - motion.start_ns
     if by_ns == 0:
         return motion
-    phases = tuple(Phase(p.name, p.start_ns + by_ns, p.end_ns + by_ns) for p in motion.phases)
-    return replace(motion, phases=phases, start_ns=start_ns, end_ns=motion.end_ns + by_ns)
-
-
-def _turned(motion: LiftMotion, turns: int) -> LiftMotion:
-    if turns == 0:
-        return motion
-
-    def turned(part: Trajectory) -> Trajectory:
-        slew_rad = part.slew_rad + 2.0 * np.pi * turns
-        slew_rad.flags.writeable = False
-        return replace(part, slew_rad=slew_rad)
-
-    approach = None if motion.approach is None else turned(motion.approach)
-    return replace(motion, approach=approach, raising=turned(motion.raising), loaded=turned(motion.loaded))
+    moved = phases.delayed(motion.phases, by_ns)
+    return replace(motion, phases=moved, start_ns=start_ns, end_ns=motion.end_ns + by_ns)

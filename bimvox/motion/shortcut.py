@@ -23,6 +23,7 @@ from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import PlanningError
 from bimvox.motion.load_frame import LoadFrame, axes_of_cells
 from bimvox.motion.move import Line, Move, axes_of, move_time_s
+from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.swept import line_is_free
 from bimvox.planning.search import all_free
 from bimvox.site.collision import CollisionSpace, free_up_to, placement_is_free
@@ -50,9 +51,8 @@ def move_is_free(space: CollisionSpace, load: LoadFrame, move: Move) -> bool:
 
 
 def over_the_top(
-    crane: TowerCrane,
+    rigged: RiggedCrane,
     space: CollisionSpace,
-    load: LoadFrame,
     start_vox: NDArray[np.int32],
     end_vox: NDArray[np.int32],
     slew_rad: float,
@@ -63,21 +63,21 @@ def over_the_top(
     the other, then with the trolley drawn in while slewing, then the same the long way round.
 
     Args:
-        crane: The crane.
+        rigged: The crane with its load.
         space: The collision rule.
-        load: How hook poses and reference cells correspond.
         start_vox: (3,) reference cell to start from.
         end_vox: (3,) reference cell to end at.
-        slew_rad: Slewing angle at the start, with the turns that it has.
+        slew_rad: Slewing angle at the start, including full turns.
 
     Returns:
         The route; None if there is none of this form.
     """
+    crane, load = rigged.crane, rigged.load
     start_axes, end_axes = axes_of_cells(load, start_vox), axes_of_cells(load, end_vox)
     start = CranePose(nearest_turn(float(start_axes[0]), slew_rad), float(start_axes[1]), float(start_axes[2]))
     end = CranePose(nearest_turn(float(end_axes[0]), start.slew_rad), float(end_axes[1]), float(end_axes[2]))
-    heights = list(_open_heights(crane, space, load, start_vox, end_vox))
-    for stops in _ways_across(crane, start, end):
+    heights = list(_open_heights(rigged, space, start_vox, end_vox))
+    for stops in _stops_across(crane, start, end):
         for height_m in heights:
             poses = [replace(stop, height_m=height_m) for stop in stops]
             across = [Move(a, b) for a, b in pairwise(poses)]
@@ -88,28 +88,24 @@ def over_the_top(
 
 
 def _open_heights(
-    crane: TowerCrane,
-    space: CollisionSpace,
-    load: LoadFrame,
-    start_vox: NDArray[np.int32],
-    end_vox: NDArray[np.int32],
+    rigged: RiggedCrane, space: CollisionSpace, start_vox: NDArray[np.int32], end_vox: NDArray[np.int32]
 ) -> Iterator[float]:
     """Yield ascending hook heights up to which the columns over both placements are free."""
     until = min(free_up_to(space, int(x), int(y), int(z)) for x, y, z in (start_vox, end_vox))
     for z in range(max(int(start_vox[2]), int(end_vox[2])), until):
-        height_m = load.zero_height_m + z * load.voxel_size_m
-        if height_m > crane.highest_hook_m + _HAIR_M:
+        height_m = rigged.load.zero_height_m + z * rigged.load.voxel_size_m
+        if height_m > rigged.crane.highest_hook_m + _HAIR_M:
             return
         yield height_m
 
 
-def _ways_across(crane: TowerCrane, start: CranePose, end: CranePose) -> Iterator[list[CranePose]]:
+def _stops_across(crane: TowerCrane, start: CranePose, end: CranePose) -> Iterator[list[CranePose]]:
     """Yield the stops (heights to be replaced) of routes from one plan position to another, the plainest first."""
     turn = end.slew_rad - start.slew_rad
     long_way = turn - 2.0 * pi if turn > 0.0 else turn + 2.0 * pi
     inner = max(crane.min_radius_m, min(start.radius_m, end.radius_m) / 2.0)
-    for way in (turn, long_way):
-        slew = start.slew_rad + way
+    for angle in (turn, long_way):
+        slew = start.slew_rad + angle
         last = replace(end, slew_rad=slew)
         yield [start, last]
         yield [start, replace(start, radius_m=end.radius_m), last]
@@ -118,18 +114,16 @@ def _ways_across(crane: TowerCrane, start: CranePose, end: CranePose) -> Iterato
             yield [start, replace(start, radius_m=radius), replace(last, radius_m=radius), last]
 
 
-def along_the_path(
-    crane: TowerCrane, space: CollisionSpace, load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float
-) -> Route:
+def along_the_path(rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray[np.int32], slew_rad: float) -> Route:
     """Return the fastest chain of moves between corners of a voxel path; the crane rests at each corner that it keeps.
 
     Args:
-        crane: The crane.
+        rigged: The crane with its load.
         space: The collision rule; every placement of the path must be free.
-        load: How hook poses and reference cells correspond.
         path_vox: (N, 3) reference cells, one unit move between neighbours.
-        slew_rad: Slewing angle at the start, with the turns that it has.
+        slew_rad: Slewing angle at the start, including full turns.
     """
+    crane, load = rigged.crane, rigged.load
     every = poses_of_path(load, path_vox, slew_rad)
     poses = [every[corner] for corner in _corners(path_vox)]
     goal = len(poses) - 1
@@ -189,7 +183,7 @@ def poses_of_path(load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float)
     return [CranePose(float(s), float(r), float(h)) for s, r, h in zip(slew, plan[:, 1], height, strict=True)]
 
 
-def check_path(crane: TowerCrane, space: CollisionSpace, load: LoadFrame, path_vox: NDArray[np.int32]) -> None:
+def check_path(rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray[np.int32]) -> None:
     """Refuse a path that the crane cannot follow.
 
     Raises:
@@ -203,6 +197,7 @@ def check_path(crane: TowerCrane, space: CollisionSpace, load: LoadFrame, path_v
     if not all_free(space, path_vox):
         cell = next(cell for cell in path_vox if not placement_is_free(space, cell[0], cell[1], cell[2]))
         raise PlanningError(f"the path is not free at {cell.tolist()}", hint="plan the lift again")
+    crane, load = rigged.crane, rigged.load
     highest_m = load.zero_height_m + int(path_vox[:, 2].max()) * load.voxel_size_m
     if highest_m > crane.highest_hook_m + _HAIR_M:
         raise PlanningError(

@@ -12,18 +12,19 @@ from bimvox.crane.kinematics import nearest_turn
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import InputError, MotionError, PlanningError
 from bimvox.motion.drive import drive_free, drive_path
-from bimvox.motion.empty_hook import HOOK_OFFSET, empty_hook_clearance
-from bimvox.motion.load_frame import LoadFrame, axes_of_cells, load_frame
+from bimvox.motion.empty_hook import empty_hook_clearance
+from bimvox.motion.load_frame import LoadFrame, axes_of_cells
 from bimvox.motion.move import Line, Move
-from bimvox.motion.swing import pendulum_of
+from bimvox.motion.phases import phases_from
+from bimvox.motion.rigged_crane import HOOK_OFFSET, RiggedCrane, rigged_crane
 from bimvox.motion.timeline import Timeline, in_sequence
 from bimvox.motion.timing import NS_PER_S, sampled
+from bimvox.motion.trajectories import delayed
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
-from bimvox.records.motion import LiftMotion, Phase, PhaseName, quarters_of
+from bimvox.records.motion import LiftMotion, PhaseName, quarters_of
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import Component, StoredPose
-from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
 HOOK_ON_S = 60.0
@@ -83,14 +84,13 @@ def time_lift(
         space: The collision rule of its stage.
         before: The planned lift before it; None for the first.
         clock_ns: When it starts on the site's clock.
-        slew_rad: Slewing angle at which the lift before ended, with the turns that it has.
+        slew_rad: Slewing angle at which the lift before ended, including full turns.
 
     Raises:
         MotionError: If its path is not free or cannot be driven, or the empty hook cannot reach it.
     """
-    assert lift.place is not None
     try:
-        return _motion(site, crane, lift, lift.place, space, before, clock_ns, slew_rad)
+        return _motion(site, crane, lift, space, before, clock_ns, slew_rad)
     except PlanningError as error:
         raise MotionError(site.components[lift.component].id, error.message, hint=error.hint) from error
 
@@ -99,56 +99,51 @@ def _motion(
     site: Site,
     crane: TowerCrane,
     lift: Lift,
-    place: YardPlace,
     space: CollisionSpace,
     before: Lift | None,
     clock_ns: int,
     slew_rad: float,
 ) -> LiftMotion:
-    component = site.components[lift.component]
+    component, place = site.components[lift.component], lift.place
     assert lift.path_vox is not None
+    assert place is not None
     # The empty hook carries the usual slings, longer ones hooked back; the load moves in its gear, with its own slings.
-    loaded_crane = crane_for(site, crane, component)
-    crane = crane_for(site, crane, None)
-    hook = load_frame(crane, site.frame, HOOK_OFFSET)
-    period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
-    hanging = pendulum_of(site, crane, component)
+    empty, rigged = rigged_crane(site, crane, None), rigged_crane(site, crane, component)
     spans: list[tuple[PhaseName, int]] = []
     approach: Trajectory | None = None
     hook_on_vox = hook_on_cell(component, place, space)
     if before is not None:
         left_vox = left_cells(site, before)
-        rule = empty_hook_clearance(site, crane, space, place, left_vox)
-        approach = empty_way(site, crane, rule, left_vox[-1], hook_on_vox, slew_rad)
+        rule = empty_hook_clearance(site, empty.crane, space, place, left_vox)
+        approach = empty_hook_move(empty, rule, left_vox[-1], hook_on_vox, slew_rad)
         slew_rad = float(approach.slew_rad[-1])
         spans.append((PhaseName.APPROACH, int(approach.time_ns[-1])))
     spans.append((PhaseName.HOOK_ON, round(HOOK_ON_S * NS_PER_S)))
-    load = load_frame(loaded_crane, site.frame, component.hook_offset_vox)
-    raise_timeline = _raising(loaded_crane, component, place, hook, load, hook_on_vox, slew_rad)
-    raising = _later(sampled(raise_timeline, 0.0, period_s, size_m), _total(spans))
+    raise_timeline = _raising(rigged, empty.load, component, place, hook_on_vox, slew_rad)
+    raising = delayed(sampled(raise_timeline, 0.0, rigged._replace(pendulum=None)), _total(spans))
     spans.append((PhaseName.RAISE, _length_ns(raising) + round(TRIAL_LIFT_S * NS_PER_S)))
     spans.append((PhaseName.TURN, round(quarters_of(place.turn) * site.rules.turn_s * NS_PER_S)))
-    timeline, needed_m = drive_path(
-        loaded_crane, space, load, lift.path_vox, lift.contact_moves, float(raising.slew_rad[-1]), hanging
-    )
-    loaded = _later(sampled(timeline, needed_m, period_s, size_m, hanging), _total(spans))
+    timeline, needed_m = drive_path(rigged, space, lift.path_vox, lift.contact_moves, float(raising.slew_rad[-1]))
+    loaded = delayed(sampled(timeline, needed_m, rigged), _total(spans))
     spans += carrying_phases(timeline, _length_ns(loaded))
     spans.append((PhaseName.SET, round(site.rules.bracing_s * NS_PER_S)))
     spans.append((PhaseName.RELEASE, round(site.rules.release_s * NS_PER_S)))
-    phases = []
-    at_ns = clock_ns
-    for name, length_ns in spans:
-        if length_ns > 0:
-            phases.append(Phase(name, at_ns, at_ns + length_ns))
-            at_ns += length_ns
+    phases = phases_from(clock_ns, spans)
     return LiftMotion(
-        lift.order, lift.component, approach, raising, loaded, tuple(phases), clock_ns, at_ns, component.crane
+        lift.order,
+        lift.component,
+        approach,
+        raising,
+        loaded,
+        phases,
+        start_ns=clock_ns,
+        end_ns=phases[-1].end_ns,
+        crane=component.crane,
     )
 
 
-def empty_way(
-    site: Site,
-    crane: TowerCrane,
+def empty_hook_move(
+    empty: RiggedCrane,
     rule: CollisionSpace,
     start_vox: NDArray[np.int32],
     end_vox: NDArray[np.int32],
@@ -157,20 +152,16 @@ def empty_way(
     """Return the trajectory of the empty hook between two cells of the slings' lower end.
 
     Args:
-        site: The site.
-        crane: Its crane.
+        empty: The crane with its empty hook.
         rule: From ``empty_hook_clearance``.
         start_vox: (3,) where it starts.
         end_vox: (3,) where it ends.
-        slew_rad: Slewing angle before, with the turns that it has.
+        slew_rad: Slewing angle before, including full turns.
 
     Raises:
         PlanningError: If there is no free route.
     """
-    crane, empty = crane_for(site, crane, None), pendulum_of(site, crane, None)
-    hook = load_frame(crane, site.frame, HOOK_OFFSET)
-    timeline, needed_m = drive_free(crane, rule, hook, start_vox, end_vox, slew_rad, empty)
-    return sampled(timeline, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, empty)
+    return sampled(*drive_free(empty, rule, start_vox, end_vox, slew_rad), empty)
 
 
 def carrying_phases(timeline: Timeline, length_ns: int) -> list[tuple[PhaseName, int]]:
@@ -206,9 +197,9 @@ def hook_on_cell(component: Component, place: YardPlace, space: CollisionSpace) 
     elif place.pose is StoredPose.LYING_Y:
         head[1] = y + size_y - 1
     above = space._replace(boxes=np.array([[0, 0, 0, 1, 1, 1]], np.int32), hook_offset=HOOK_OFFSET)
-    way = foot + np.sign(head - foot) * np.arange(np.abs(head - foot).max() + 1, dtype=np.int32)[:, None]
-    inside = (way[:, :2] < space.hook_floor.shape).all()
-    return head if inside and all(placement_is_free(above, *cell) for cell in way) else foot
+    path = foot + np.sign(head - foot) * np.arange(np.abs(head - foot).max() + 1, dtype=np.int32)[:, None]
+    inside = (path[:, :2] < space.hook_floor.shape).all()
+    return head if inside and all(placement_is_free(above, *cell) for cell in path) else foot
 
 
 def left_cells(site: Site, lift: Lift) -> NDArray[np.int32]:
@@ -220,30 +211,23 @@ def left_cells(site: Site, lift: Lift) -> NDArray[np.int32]:
 
 
 def _raising(
-    crane: TowerCrane,
+    rigged: RiggedCrane,
+    hook: LoadFrame,
     component: Component,
     place: YardPlace,
-    hook: LoadFrame,
-    load: LoadFrame,
     hook_on_vox: NDArray[np.int32],
     slew_rad: float,
 ) -> Timeline:
     """Return the moves that upend a lying part about its foot and lift it straight up to the transit start."""
     on = axes_of_cells(hook, hook_on_vox)
-    up = axes_of_cells(load, np.array(place.transit_start_vox))
+    up = axes_of_cells(rigged.load, np.array(place.transit_start_vox))
     start = CranePose(nearest_turn(float(on[0]), slew_rad), float(on[1]), float(on[2]))
     end = CranePose(nearest_turn(float(up[0]), start.slew_rad), float(up[1]), float(up[2]))
     foot = np.array(place.transit_start_vox) + np.array(component.hook_offset_vox)
     if (hook_on_vox[:2] == foot[:2]).all():
-        return in_sequence(crane, [Move(start, replace(start, height_m=end.height_m))])
+        return in_sequence(rigged.crane, [Move(start, replace(start, height_m=end.height_m))])
     upright = replace(end, height_m=end.height_m - place.rise_vox * hook.voxel_size_m)
-    return in_sequence(crane, [Move(start, upright, Line.ARC), Move(upright, end)])
-
-
-def _later(trajectory: Trajectory, by_ns: int) -> Trajectory:
-    time_ns = trajectory.time_ns + np.int64(by_ns)
-    time_ns.flags.writeable = False
-    return replace(trajectory, time_ns=time_ns)
+    return in_sequence(rigged.crane, [Move(start, upright, Line.ARC), Move(upright, end)])
 
 
 def _length_ns(trajectory: Trajectory) -> int:

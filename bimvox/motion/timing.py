@@ -1,8 +1,8 @@
-"""From a route to a timed, sampled trajectory."""
+"""Samples of a motion."""
 
 from __future__ import annotations
 
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +11,10 @@ from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.motion.swing import Pendulum
+from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.timeline import Timeline
+from bimvox.motion.trajectories import trajectory_of
 from bimvox.records.trajectory import Trajectory
-
-T = TypeVar("T", bound=np.generic)
 
 NS_PER_S = 1_000_000_000
 
@@ -41,13 +40,7 @@ class Motion(Protocol):
         """Return (N, 3) float64 slew, radius and height at times."""
 
 
-def sampled(
-    timeline: Timeline,
-    clearance_height_m: float,
-    sample_period_s: float,
-    voxel_size_m: float,
-    pendulum: Pendulum | None = None,
-) -> Trajectory:
+def sampled(timeline: Timeline, clearance_height_m: float, rigged: RiggedCrane) -> Trajectory:
     """Return a trajectory's samples.
 
     There is a sample at the start, at the end, at every corner at which the axes rest, at every multiple of the period,
@@ -56,30 +49,21 @@ def sampled(
     Args:
         timeline: The moves over time.
         clearance_height_m: Height that the hook has to reach, for the lower bound of its time.
-        sample_period_s: Largest time between samples.
-        voxel_size_m: Edge of a cell.
-        pendulum: What hangs on the hook, if its moves are shaped, for the bound.
+        rigged: The crane; its pendulum, if moves are shaped, also for the bound.
     """
-    crane = timeline.crane
+    crane, pendulum = timeline.crane, rigged.pendulum
     end_ns = int(np.ceil(timeline.duration_s * NS_PER_S))
     rests_ns = np.round(np.array(_rests_s(timeline)) * NS_PER_S).astype(np.int64)
-    time_ns = sample_times(timeline, end_ns, rests_ns, sample_period_s, voxel_size_m)
+    time_ns = sample_times(timeline, end_ns, rests_ns, rigged)
     axes = timeline.axes_at(time_ns / NS_PER_S)
-    corner = np.searchsorted(time_ns, rests_ns)
     shaping_s = 0.0
     if pendulum is not None:
         highest = int(np.argmax(axes[:, 2]))
         radius_m, height_m = float(axes[highest, 1]), float(axes[highest, 2])
         shaping_s = half_period_s(pendulum_length_m(crane, height_m, pendulum.below_hook_m, radius_m))
-    first, last = (CranePose(*(float(value) for value in axes[i])) for i in (0, -1))
-    return Trajectory(
-        time_ns=frozen(time_ns),
-        slew_rad=frozen(axes[:, 0].copy()),
-        radius_m=frozen(axes[:, 1].copy()),
-        height_m=frozen(axes[:, 2].copy()),
-        corner=frozen(corner.astype(np.int64)),
-        bound_s=point_to_point_s(crane, first, last, clearance_height_m, shaping_s),
-    )
+    first, last = (CranePose(*axes[i].tolist()) for i in (0, -1))
+    bound_s = point_to_point_s(crane, first, last, clearance_height_m, shaping_s)
+    return trajectory_of(time_ns, axes, np.searchsorted(time_ns, rests_ns), bound_s)
 
 
 def _rests_s(timeline: Timeline) -> list[float]:
@@ -92,27 +76,28 @@ def _rests_s(timeline: Timeline) -> list[float]:
     ]
 
 
-def sample_times(
-    motion: Motion, end_ns: int, must_ns: NDArray[np.int64], sample_period_s: float, voxel_size_m: float
-) -> NDArray[np.int64]:
-    """Return the sample times of a motion, neighbours at most half a cell apart: (N,) int64, ascending.
+def sample_times(motion: Motion, end_ns: int, must_ns: NDArray[np.int64], rigged: RiggedCrane) -> NDArray[np.int64]:
+    """Return the sample times of a motion from 0 to ``end_ns``, neighbours at most half a cell apart.
 
     Args:
         motion: The motion; it starts at 0.
         end_ns: When it ends.
         must_ns: (M,) int64 other required sample times.
-        sample_period_s: Largest time between samples.
-        voxel_size_m: Edge of a cell.
+        rigged: The crane.
+
+    Returns:
+        (N,) int64, ascending.
     """
+    voxel_size_m = rigged.load.voxel_size_m
     must = _ascending(np.array([0, end_ns]), must_ns)
-    period_ns = max(1, round(sample_period_s * NS_PER_S))
+    period_ns = max(1, round(rigged.sample_period_s * NS_PER_S))
     regular = _apart(np.arange(0, end_ns, period_ns, dtype=np.int64), must)
     must = _ascending(must, regular)
     steps = int(np.ceil(end_ns / NS_PER_S * motion.top_speed_m_s / (_DENSE_VOX * voxel_size_m))) + 1
     dense = _ascending(np.linspace(0, end_ns, steps + 1).astype(np.int64), must)
     hook_m = hook_of(motion.crane, *motion.axes_at(dense / NS_PER_S).T)
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(hook_m, axis=0), axis=1))])
-    stride = np.floor(way / (_SPACING_VOX * voxel_size_m))
+    travel_m = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(hook_m, axis=0), axis=1))])
+    stride = np.floor(travel_m / (_SPACING_VOX * voxel_size_m))
     passing = dense[1:][np.diff(stride) > 0]
     return _ascending(must, _apart(passing, must))
 
@@ -130,9 +115,3 @@ def _apart(times_ns: NDArray[np.int64], taken_ns: NDArray[np.int64]) -> NDArray[
     gap = np.minimum(np.abs(taken_ns[after] - times_ns), np.abs(times_ns - taken_ns[np.maximum(after - 1, 0)]))
     apart: NDArray[np.int64] = times_ns[gap > _SAME_NS]
     return apart
-
-
-def frozen(array: NDArray[T]) -> NDArray[T]:
-    """Return the array, made read-only."""
-    array.flags.writeable = False
-    return array

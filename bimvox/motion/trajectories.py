@@ -1,4 +1,4 @@
-"""Trajectories shifted, turned, joined and cut."""
+"""Trajectories made from samples, shifted, turned, joined and cut."""
 
 from __future__ import annotations
 
@@ -12,48 +12,70 @@ from numpy.typing import NDArray
 from bimvox.records.trajectory import Trajectory
 
 
-def shifted(way: Trajectory, by_ns: int) -> Trajectory:
-    """Return a trajectory delayed by nanoseconds."""
-    return replace(way, time_ns=_fixed(way.time_ns + np.int64(by_ns)))
+def trajectory_of(
+    time_ns: NDArray[np.int64], axes: NDArray[np.float64], corner: NDArray[np.int64], bound_s: float
+) -> Trajectory:
+    """Return the trajectory of (N,) times and (N, 3) slew, radius and height, its arrays read-only."""
+    slew_rad, radius_m, height_m = (_fixed(axis.copy()) for axis in axes.T)
+    return Trajectory(_fixed(time_ns), slew_rad, radius_m, height_m, _fixed(corner.astype(np.int64)), bound_s)
 
 
-def turned(way: Trajectory, slew_rad: float | None) -> Trajectory:
+def delayed(part: Trajectory, by_ns: int, *, since_ns: int | None = None) -> Trajectory:
+    """Return a trajectory delayed by nanoseconds, if ``since_ns`` is given only from that time on."""
+    by = np.int64(by_ns) if since_ns is None else np.where(part.time_ns >= since_ns, np.int64(by_ns), np.int64(0))
+    return replace(part, time_ns=_fixed(part.time_ns + by))
+
+
+def turned(part: Trajectory, turns: int) -> Trajectory:
+    """Return a trajectory with whole turns added to its slewing angles."""
+    return replace(part, slew_rad=_fixed(part.slew_rad + 2.0 * np.pi * turns)) if turns else part
+
+
+def turned_to(part: Trajectory, slew_rad: float | None) -> Trajectory:
     """Return a trajectory with whole turns added, so that it begins nearest to a slewing angle."""
-    turns = 0 if slew_rad is None else round((slew_rad - float(way.slew_rad[0])) / (2.0 * np.pi))
-    return replace(way, slew_rad=_fixed(way.slew_rad + 2.0 * np.pi * turns)) if turns else way
+    return part if slew_rad is None else turned(part, round((slew_rad - float(part.slew_rad[0])) / (2.0 * np.pi)))
 
 
-def one_after_another(ways: Sequence[Trajectory]) -> Trajectory:
+def one_after_another(parts: Sequence[Trajectory]) -> Trajectory:
     """Return trajectories that follow each other on one clock joined into one; between them the hook stands still."""
-    if len(ways) == 1:
-        return ways[0]
-    before = np.cumsum([0, *(len(way.time_ns) for way in ways)])
-    corners = [way.corner + at for way, at in zip(ways, before, strict=False)]
+    if len(parts) == 1:
+        return parts[0]
+    before = np.cumsum([0, *(len(part.time_ns) for part in parts)])
+    corners = [part.corner + at for part, at in zip(parts, before, strict=False)]
     ends = np.array([[at - 1, at] for at in before[1:-1]], np.int64).ravel()
-    return Trajectory(
-        time_ns=_fixed(np.concatenate([way.time_ns for way in ways])),
-        slew_rad=_fixed(np.concatenate([way.slew_rad for way in ways])),
-        radius_m=_fixed(np.concatenate([way.radius_m for way in ways])),
-        height_m=_fixed(np.concatenate([way.height_m for way in ways])),
-        corner=_fixed(np.unique(np.concatenate([*corners, ends])).astype(np.int64)),
-        bound_s=sum(way.bound_s for way in ways),
+    return trajectory_of(
+        np.concatenate([part.time_ns for part in parts]),
+        np.concatenate([part.axes for part in parts]),
+        np.unique(np.concatenate([*corners, ends])),
+        sum(part.bound_s for part in parts),
     )
 
 
-def between(way: Trajectory, start_ns: int, end_ns: int) -> Trajectory:
+def between(whole: Trajectory, start_ns: int, end_ns: int) -> Trajectory:
     """Return the samples of a trajectory between two times, both included; its bound is divided by time."""
-    inside = np.flatnonzero((way.time_ns >= start_ns) & (way.time_ns <= end_ns))
+    inside = np.flatnonzero((whole.time_ns >= start_ns) & (whole.time_ns <= end_ns))
     first, last = int(inside[0]), int(inside[-1])
-    corner = way.corner[(way.corner > first) & (way.corner < last)] - first
-    share = (int(way.time_ns[last]) - int(way.time_ns[first])) / max(1, int(way.time_ns[-1]) - int(way.time_ns[0]))
+    corner = whole.corner[(whole.corner > first) & (whole.corner < last)] - first
+    lasts_ns = max(1, int(whole.time_ns[-1]) - int(whole.time_ns[0]))
+    share = (int(whole.time_ns[last]) - int(whole.time_ns[first])) / lasts_ns
     part = slice(first, last + 1)
-    return Trajectory(
-        _fixed(way.time_ns[part].copy()),
-        _fixed(way.slew_rad[part].copy()),
-        _fixed(way.radius_m[part].copy()),
-        _fixed(way.height_m[part].copy()),
-        _fixed(corner.astype(np.int64)),
-        share * way.bound_s,
+    return trajectory_of(whole.time_ns[part].copy(), whole.axes[part], corner, share * whole.bound_s)
+
+
+def stopped(part: Trajectory, stop: Trajectory, told_ns: int) -> Trajectory:
+    """Return a trajectory up to the end of its stop; what follows is omitted.
+
+    Args:
+        part: The trajectory as planned.
+        stop: The stop, times from its own start.
+        told_ns: When braking begins, on the clock of ``part``.
+    """
+    driven = part.time_ns < told_ns
+    return trajectory_of(
+        np.concatenate([part.time_ns[driven], stop.time_ns + told_ns]),
+        np.concatenate([part.axes[driven], stop.axes]),
+        part.corner[part.corner < int(driven.sum())],
+        part.bound_s,
     )
 
 

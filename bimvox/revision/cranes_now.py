@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.cranes.lifts_from import Stands
-from bimvox.motion.trajectories import between, shifted
+from bimvox.cranes.lifts_from import CraneStart
+from bimvox.motion.trajectories import between, delayed
 from bimvox.proof.footprint import CellMask, hook_footprint, jib_meets, motion_footprint
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
@@ -41,11 +41,11 @@ class CraneNow:
     ways: tuple[HookWay, ...]
 
     @property
-    def goes_on_from(self) -> Stands:
+    def resumes_from(self) -> CraneStart:
         """The position from which it continues."""
         if self.ways:
-            return Stands(self.motions, self.ways[-1].way.axes[-1])
-        return Stands(self.motions, None if self.motions else np.array(self.stands))
+            return CraneStart(self.motions, self.ways[-1].way.axes[-1])
+        return CraneStart(self.motions, None if self.motions else np.array(self.stands))
 
     @property
     def is_safe(self) -> bool:
@@ -165,7 +165,7 @@ def _ways_of(motion: LiftMotion, name: PhaseName) -> Iterator[HookWay]:
         # The last sample of a stop may be the one at which the next move starts.
         last_ns = end_ns - motion.start_ns - (0 if stopped_ns is None else 1)
         way = between(whole, start_ns - motion.start_ns, last_ns)
-        yield HookWay(start_ns, shifted(way, -int(way.time_ns[0])), stopped_ns)
+        yield HookWay(start_ns, delayed(way, -int(way.time_ns[0])), stopped_ns)
 
 
 def alone(way: HookWay, crane: int) -> LiftMotion:

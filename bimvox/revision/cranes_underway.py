@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bimvox.cranes.clock import Begun, GoingOn, Placed
+from bimvox.cranes.clock import Begun, PlacedLeg, ResumedLoad
 from bimvox.cranes.lift import HookError
 from bimvox.cranes.lifts import standing_track
 from bimvox.cranes.lifts_from import crane_lifts_from
@@ -238,7 +238,7 @@ class CranesUnderWay:
 
     def _timed(self, plan: LiftPlan) -> tuple[LiftMotion, ...]:
         """Return all motions, with those that have not begun scheduled."""
-        going_on = []
+        resumed = []
         for one in self.stops:
             assert isinstance(one, Redirected)
             order, motion = one.lift.order, one.motion
@@ -248,9 +248,9 @@ class CranesUnderWay:
             self.cranes[number] = replace(crane, motions=driven)
             resumes_ns = motion.start_ns + int(motion.loaded.time_ns[0]) if one.stop is None else motion.stops_ns[-1][1]
             track = carrying_track(self.site, self.site.cranes[number], one.lift, motion, resumes_ns)
-            going_on.append(GoingOn(one.lift, number, motion, resumes_ns, track))
-        stands = {number: crane.goes_on_from for number, crane in self.cranes.items()}
-        made = crane_lifts_from(plan, stages_of(plan, self.request.preparation, self.last), stands)
+            resumed.append(ResumedLoad(one.lift, number, motion, resumes_ns, track))
+        starts = {number: crane.resumes_from for number, crane in self.cranes.items()}
+        made = crane_lifts_from(plan, stages_of(plan, self.request.preparation, self.last), starts)
         tracks = {one.lift.order: one.track for one in made}
         begun = {
             number: Begun(
@@ -261,12 +261,12 @@ class CranesUnderWay:
             )
             for number, crane in self.cranes.items()
         }
-        return time_rest(plan, made, begun, going_on, self.ready_ns)
+        return time_rest(plan, made, begun, resumed, self.ready_ns)
 
-    def _placed(self, crane: CraneNow) -> tuple[Placed, ...]:
+    def _placed(self, crane: CraneNow) -> tuple[PlacedLeg, ...]:
         site, machine = self.site, self.site.cranes[crane.number]
         return tuple(
-            Placed(one.start_ns, one.way, approach_track(site, machine, one.way, one.start_ns), one.stopped_ns)
+            PlacedLeg(one.start_ns, one.way, approach_track(site, machine, one.way, one.start_ns), one.stopped_ns)
             for one in crane.ways
         )
 

@@ -15,7 +15,7 @@ from bimvox.revision.in_transit import last_finished, motion_under_way
 from bimvox.revision.motions import made_in_full
 from bimvox.revision.part_proof import Proof
 from bimvox.revision.request import RevisionRequest
-from bimvox.stop.redirect import Held, UnderWay, redirect, release
+from bimvox.stop.redirect import Held, UnderWay, redirect, redirect_held
 
 if TYPE_CHECKING:
     from bimvox.revision.keep_or_replan import Replanning
@@ -106,7 +106,7 @@ class OneCrane:
         if held is None:
             found = redirect(site, crane, UnderWay(lift, motion, replanning.before), rule, blocked, now_ns, hold_s)
         else:
-            found = release(site, crane, held, rule, blocked, now_ns, hold_s)
+            found = redirect_held(site, crane, held, rule, blocked, now_ns, hold_s)
         draft.stops = (found,)
         if isinstance(found, Held):
             draft.held = HeldCranes((found,))

@@ -10,16 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.cranes.lifts import NO_CELLS
-from bimvox.motion.empty_hook import HOOK_OFFSET, empty_hook_clearance
-from bimvox.motion.load_frame import load_frame
-from bimvox.motion.swing import pendulum_of
+from bimvox.motion.empty_hook import empty_hook_clearance
+from bimvox.motion.rigged_crane import rigged_crane
 from bimvox.motion.time_plan import left_cells
-from bimvox.motion.timing import frozen
+from bimvox.motion.trajectories import stopped
 from bimvox.planning.assembly import Assembly, Obstacle
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.records.trajectory import Trajectory
 from bimvox.revision.cranes_now import CraneNow, alone, load_is_met
 from bimvox.revision.held_cranes import HookWay
 from bimvox.revision.request import RevisionRequest
@@ -28,7 +26,7 @@ from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.stop.emergency_stop import stop_under_way
 from bimvox.stop.manoeuvre import STOPPED, manoeuvre
-from bimvox.stop.redirect import NOT_CARRIED, Held, Redirected, UnderWay, is_carried, redirect, release
+from bimvox.stop.redirect import NOT_CARRIED, Held, Redirected, UnderWay, is_carried, redirect, redirect_held
 
 
 class StoppedCranes(NamedTuple):
@@ -109,13 +107,13 @@ def _load(assembly: Assembly, request: RevisionRequest, lift: Lift, loads: Loads
     if reason is not None:
         blocked = Obstacle(reason)
     if (held := loads.held.get(lift.order)) is not None:
-        return release(site, crane, held, rule, blocked, now_ns, hold_s)
+        return redirect_held(site, crane, held, rule, blocked, now_ns, hold_s)
     motion = loads.under_way[lift.order]
     if not is_carried(motion, now_ns):
         if blocked is None and not load_is_met(site, lift, motion, loads.added, now_ns):
             return Redirected(lift, motion, None, NOT_CARRIED)
     elif (stop := stop_under_way(crane_for(site, crane, component), motion, now_ns)) is not None:
-        return release(site, crane, Held(lift, motion, stop, STOPPED, True, ""), rule, blocked, now_ns, hold_s)
+        return redirect_held(site, crane, Held(lift, motion, stop, STOPPED, True, ""), rule, blocked, now_ns, hold_s)
     return redirect(site, crane, UnderWay(lift, motion, None), rule, blocked, now_ns, hold_s)
 
 
@@ -131,22 +129,10 @@ def _hook(site: Site, crane: CraneNow, free: CollisionSpace, now_ns: int) -> Cra
     if not crane.ways or crane.ways[-1].end_ns <= now_ns or crane.ways[-1].stopped_ns is not None:
         return crane
     way = crane.ways[-1]
-    machine = crane_for(site, site.cranes[crane.number], None)
-    hook, empty = load_frame(machine, site.frame, HOOK_OFFSET), pendulum_of(site, machine, None)
-    found = manoeuvre(site, machine, alone(way, crane.number), way.way, now_ns, free, hook, empty)
+    empty = rigged_crane(site, site.cranes[crane.number], None)
+    found = manoeuvre(empty, alone(way, crane.number), way.way, now_ns, free)
     stop = found.stop
     if stop.start_ns >= way.end_ns:
         return crane
-    told_ns = stop.start_ns - way.start_ns
-    driven = way.way.time_ns < told_ns
-    axes = np.concatenate([way.way.axes[driven], stop.trajectory.axes])
-    slew, radius, height = (frozen(axis.copy()) for axis in axes.T)
-    trajectory = Trajectory(
-        frozen(np.concatenate([way.way.time_ns[driven], stop.trajectory.time_ns + told_ns])),
-        slew,
-        radius,
-        height,
-        frozen(way.way.corner[way.way.corner < int(driven.sum())]),
-        way.way.bound_s,
-    )
+    trajectory = stopped(way.way, stop.trajectory, stop.start_ns - way.start_ns)
     return replace(crane, ways=(*crane.ways[:-1], HookWay(way.start_ns, trajectory, stop.start_ns, found.is_free)))

@@ -34,11 +34,6 @@ class AxisBraking:
     end: float
 
     @property
-    def distance(self) -> float:
-        """Distance from where braking began to where the axis rests, signed."""
-        return self.end - float(self.state[0, 0])
-
-    @property
     def top_rate(self) -> float:
         """The highest absolute rate while braking."""
         _, v, a, j = self.state.T
@@ -49,18 +44,8 @@ class AxisBraking:
         return float(np.abs(rates).max())
 
     @property
-    def nearest(self) -> float:
-        """The smallest position while braking."""
-        return float(min(self._extremes))
-
-    @property
-    def furthest(self) -> float:
-        """The largest position while braking."""
-        return float(max(self._extremes))
-
-    @property
-    def _extremes(self) -> list[float]:
-        """Positions at the ends of all pieces, and where the axis reverses within one."""
+    def reach(self) -> tuple[float, float]:
+        """The smallest and the largest position while braking: at ends of pieces, or where the axis reverses."""
         found = [self.end]
         lengths = np.diff(np.append(self.start_s, self.duration_s))
         for (p, v, a, j), length in zip(self.state.tolist(), lengths.tolist(), strict=True):
@@ -68,7 +53,7 @@ class AxisBraking:
             turns = np.roots([j / 2.0, a, v]) if (j, a) != (0.0, 0.0) else np.empty(0)
             within = turns.real[(np.abs(turns.imag) < 1e-12) & (turns.real > 0.0) & (turns.real < length)]
             found += (p + within * (v + within * (a / 2.0 + within * j / 6.0))).tolist()
-        return found
+        return float(min(found)), float(max(found))
 
     def at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the position at times ((N,)): held at the start before 0 and at the end after the axis rests."""

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.luffing import radius_limits
 from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.motion.timing import NS_PER_S, frozen, sample_times
-from bimvox.motion.trajectories import between, shifted
+from bimvox.motion.rigged_crane import RiggedCrane
+from bimvox.motion.timing import NS_PER_S, sample_times
+from bimvox.motion.trajectories import between, delayed, trajectory_of
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.stop.axis_state import AxisState, state_at
@@ -28,6 +29,7 @@ Three = tuple[AxisBraking, AxisBraking, AxisBraking]
 STOP_EVENT = "stop"
 """Kind of the log event of a stop."""
 _TRIES = 8
+_NO_CORNERS = np.empty(0, np.int64)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +46,7 @@ class EmergencyStop:
 
     crane: TowerCrane
     start_ns: int
-    axes: tuple[AxisBraking, AxisBraking, AxisBraking]
+    axes: Three
     trajectory: Trajectory
     swing_m: float = 0.0
 
@@ -59,21 +61,13 @@ class EmergencyStop:
         return max(axis.duration_s for axis in self.axes)
 
     @property
-    def distances(self) -> tuple[float, float, float]:
-        """Signed stopping distances: slew (rad), trolley (m), hoist (m)."""
-        slew, trolley, hoist = self.axes
-        return slew.distance, trolley.distance, hoist.distance
-
-    @property
     def pose(self) -> CranePose:
         """The crane's pose at rest."""
         slew, trolley, hoist = self.axes
         return CranePose(slew.end, trolley.end, hoist.end)
 
 
-def stop_at(
-    crane: TowerCrane, motion: LiftMotion, time_ns: int, *, sample_period_s: float, voxel_size_m: float
-) -> EmergencyStop:
+def stop_at(rigged: RiggedCrane, motion: LiftMotion, time_ns: int) -> EmergencyStop:
     """Return the stop of the crane on a stop command during a lift.
 
     Samples hold no rates or accelerations, and an approximate state would break the limits. So braking begins at the
@@ -81,74 +75,41 @@ def stop_at(
     constant jerk), within two seconds.
 
     Args:
-        crane: The crane.
+        rigged: The crane with its load.
         motion: The lift.
         time_ns: When the stop is commanded, on the site's clock.
-        sample_period_s: Largest time between samples of the stop.
-        voxel_size_m: Edge of a cell.
 
     Raises:
         InputError: If the lift is not under way then.
     """
     at_ns, state = state_at(motion, time_ns)
-    return stop_from(crane, state, at_ns, sample_period_s=sample_period_s, voxel_size_m=voxel_size_m)
+    return stop_from(rigged, state, at_ns)
 
 
-def stop_from(
-    crane: TowerCrane, state: AxisState, start_ns: int = 0, *, sample_period_s: float, voxel_size_m: float
-) -> EmergencyStop:
-    """Return the stop of the crane from a state.
-
-    Args:
-        crane: The crane.
-        state: Positions, rates and accelerations of the axes.
-        start_ns: When braking begins, on the site's clock.
-        sample_period_s: Largest time between samples.
-        voxel_size_m: Edge of a cell.
-    """
+def stop_from(rigged: RiggedCrane, state: AxisState, start_ns: int) -> EmergencyStop:
+    """Return the stop of the crane from a state of its axes; braking begins at ``start_ns`` on the site's clock."""
+    crane = rigged.crane
     position, rate, acceleration = state.position.tolist(), state.rate.tolist(), state.acceleration.tolist()
     slew = brake(position[0], rate[0], acceleration[0], crane.slewing)
     radius = brake_radius(crane, position[1], rate[1], acceleration[1])
     hoist = brake(position[2], rate[2], acceleration[2], crane.hoist)
-    return to_rest(crane, (slew, radius, hoist), start_ns, sample_period_s=sample_period_s, voxel_size_m=voxel_size_m)
+    return to_rest(rigged, (slew, radius, hoist), start_ns)
 
 
-def to_rest(
-    crane: TowerCrane, axes: Three, start_ns: int = 0, *, sample_period_s: float, voxel_size_m: float
-) -> EmergencyStop:
-    """Return the stop made of three axes that brake.
-
-    Args:
-        crane: The crane.
-        axes: Slewing, radius, hoist.
-        start_ns: When it begins, on the site's clock.
-        sample_period_s: Largest time between samples.
-        voxel_size_m: Edge of a cell.
-    """
+def to_rest(rigged: RiggedCrane, axes: Three, start_ns: int) -> EmergencyStop:
+    """Return the stop made of three axes that brake from ``start_ns`` on."""
+    crane = rigged.crane
     motion = _ToRest(crane, axes)
     end_ns = max(1, int(np.ceil(max(axis.duration_s for axis in axes) * NS_PER_S)))
-    time_ns = sample_times(motion, end_ns, np.empty(0, np.int64), sample_period_s, voxel_size_m)
+    time_ns = sample_times(motion, end_ns, _NO_CORNERS, rigged)
     samples = motion.axes_at(time_ns / NS_PER_S)
-    first, last = (CranePose(*(float(value) for value in samples[i])) for i in (0, -1))
-    trajectory = Trajectory(
-        time_ns=frozen(time_ns),
-        slew_rad=frozen(samples[:, 0].copy()),
-        radius_m=frozen(samples[:, 1].copy()),
-        height_m=frozen(samples[:, 2].copy()),
-        corner=frozen(np.empty(0, np.int64)),
-        bound_s=min(point_to_point_s(crane, first, last, -np.inf), end_ns / NS_PER_S),
-    )
-    return EmergencyStop(crane, start_ns, axes, trajectory)
+    first, last = (CranePose(*samples[i].tolist()) for i in (0, -1))
+    bound_s = min(point_to_point_s(crane, first, last, -np.inf), end_ns / NS_PER_S)
+    return EmergencyStop(crane, start_ns, axes, trajectory_of(time_ns, samples, _NO_CORNERS, bound_s))
 
 
 def stop_under_way(crane: TowerCrane, motion: LiftMotion, time_ns: int) -> EmergencyStop | None:
-    """Return the stop in which a load is, or is held after, at a time; None if there is none.
-
-    Args:
-        crane: The crane.
-        motion: Its lift.
-        time_ns: On the site's clock.
-    """
+    """Return the stop of a load that brakes, or is held after braking, at a time on the site's clock; None if none."""
     loaded = motion.loaded
     for start_ns, end_ns in motion.stops_ns:
         told_ns, resumes_ns = start_ns - motion.start_ns, end_ns - motion.start_ns
@@ -158,7 +119,7 @@ def stop_under_way(crane: TowerCrane, motion: LiftMotion, time_ns: int) -> Emerg
         slew, radius, height = part.axes[-1].tolist()
         at_rest = brake(slew, 0.0, 0.0, crane.slewing), brake(radius, 0.0, 0.0, crane.trolley)
         axes = (*at_rest, brake(height, 0.0, 0.0, crane.hoist))
-        return EmergencyStop(crane, start_ns, axes, shifted(part, -told_ns))
+        return EmergencyStop(crane, start_ns, axes, delayed(part, -told_ns))
     return None
 
 
@@ -166,7 +127,7 @@ def brake_radius(crane: TowerCrane, radius_m: float, rate: float, acceleration: 
     """Return the fastest braking of the axis that changes the radius.
 
     The limits of a luffing jib depend on the radius. It brakes within the limits that hold between its radius and the
-    one where it comes to rest; that range is widened until it suffices. Its hoist has its own share of the winch.
+    one at which it comes to rest; that range is widened until it suffices. Its hoist has its own share of the winch.
 
     Args:
         crane: The crane, in the gear of its load.
@@ -181,7 +142,7 @@ def brake_radius(crane: TowerCrane, radius_m: float, rate: float, acceleration: 
     within = (radius_m, radius_m)
     for _ in range(_TRIES):
         found = brake(radius_m, rate, acceleration, radius_limits(jib, jib.winch, *within))
-        reached = (min(radius_m, found.nearest), max(radius_m, found.furthest))
+        reached = (min(radius_m, found.reach[0]), max(radius_m, found.reach[1]))
         if within[0] <= reached[0] and reached[1] <= within[1]:
             return found
         # A little more than needed: the next try is slower and goes further.
@@ -201,7 +162,7 @@ class _ToRest:
     def top_speed_m_s(self) -> float:
         """Upper bound of the hook's speed: all axes at their fastest, at the largest radius."""
         slew, radius, hoist = self.axes
-        reach_m = max(abs(radius.nearest), abs(radius.furthest))
+        reach_m = max(abs(position) for position in radius.reach)
         return float(np.linalg.norm([reach_m * slew.top_rate, radius.top_rate, hoist.top_rate]))
 
     def axes_at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -8,7 +8,6 @@ and the crane brakes at once, which leaves the least energy.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -17,15 +16,13 @@ from ruckig import InputParameter, Ruckig, RuckigError
 from ruckig import Trajectory as RuckigTrajectory
 
 from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.tower_crane import TowerCrane
 from bimvox.motion.load_frame import LoadFrame
+from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.swept import samples_are_free
-from bimvox.motion.swing import Pendulum
 from bimvox.motion.timing import NS_PER_S
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.collision import CollisionSpace
-from bimvox.site.site import Site
 from bimvox.stop.axis_state import AxisState, state_at
 from bimvox.stop.braking import AxisBraking
 from bimvox.stop.emergency_stop import EmergencyStop, stop_at, to_rest
@@ -59,84 +56,54 @@ class Manoeuvre:
 class _UnderWay(NamedTuple):
     """The lift under way at the stop command, and the collision rule then; see :func:`manoeuvre`."""
 
+    rigged: RiggedCrane
     motion: LiftMotion
     part: Trajectory
     time_ns: int
     space: CollisionSpace
-    load: LoadFrame
-    pendulum: Pendulum | None
 
 
 def manoeuvre(
-    site: Site,
-    crane: TowerCrane,
-    motion: LiftMotion,
-    part: Trajectory,
-    time_ns: int,
-    space: CollisionSpace,
-    load: LoadFrame,
-    pendulum: Pendulum | None = None,
+    rigged: RiggedCrane, motion: LiftMotion, part: Trajectory, time_ns: int, space: CollisionSpace
 ) -> Manoeuvre:
     """Return the first free manoeuvre to rest, or braking at once if none is free.
 
     Args:
-        site: The site.
-        crane: Its crane.
+        rigged: The crane with its load.
         motion: The lift under way.
-        part: Its trajectory that is being driven.
+        part: The trajectory of it that is being driven.
         time_ns: When the change was noticed, on the site's clock.
         space: The collision rule now.
-        load: How hook poses and reference cells correspond.
-        pendulum: What hangs on the hook (``pendulum_of``); None if its swing is not checked.
     """
-    under = _UnderWay(motion, part, time_ns, space, load, pendulum)
-    period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
-    at_once = _tried(under, stop_at(crane, motion, time_ns, sample_period_s=period_s, voxel_size_m=size_m))
+    under = _UnderWay(rigged, motion, part, time_ns, space)
+    at_once = _tried(under, stop_at(rigged, motion, time_ns))
     if at_once.swings_free:
         return Manoeuvre(at_once.stop, STOPPED, True)
     at_ns, state = state_at(motion, time_ns)
     for rise_vox in _RISES_VOX:
-        up = hoisting(crane, at_once.stop, state, at_ns, rise_vox * size_m, period_s, size_m)
+        up = _hoisting(rigged, at_once.stop, state, at_ns, rise_vox * rigged.load.voxel_size_m)
         if up is not None and (tried := _tried(under, up)).swings_free:
             return Manoeuvre(tried.stop, HOISTED, True)
-    for later_ns in _later(motion, part, time_ns):
-        if not way_is_free(motion, part, time_ns, later_ns, space, load):
+    end_ns, step_ns = motion.start_ns + int(part.time_ns[-1]), round(_LATER_S * NS_PER_S)
+    for later_ns in range(time_ns + step_ns, end_ns, step_ns):
+        if not motion_is_free(motion, part, time_ns, later_ns, space, rigged.load):
             break
-        stop = stop_at(crane, motion, later_ns, sample_period_s=period_s, voxel_size_m=size_m)
-        inside = stop.start_ns < motion.start_ns + int(part.time_ns[-1])
-        if inside and (tried := _tried(under, stop)).swings_free:
+        stop = stop_at(rigged, motion, later_ns)
+        if stop.start_ns < end_ns and (tried := _tried(under, stop)).swings_free:
             return Manoeuvre(tried.stop, WENT_ON, True)
     return Manoeuvre(at_once.stop, SWUNG if at_once.hangs_free else UNSAFE, False)
 
 
-def hoisting(
-    crane: TowerCrane,
-    stop: EmergencyStop,
-    state: AxisState,
-    start_ns: int,
-    rise_m: float,
-    sample_period_s: float,
-    voxel_size_m: float,
+def _hoisting(
+    rigged: RiggedCrane, stop: EmergencyStop, state: AxisState, start_ns: int, rise_m: float
 ) -> EmergencyStop | None:
-    """Return the stop with the load hoisted meanwhile; None if the hook cannot go that high.
-
-    Args:
-        crane: The crane.
-        stop: Slewing and trolley brake as in this one.
-        state: The state of the axes at its start.
-        start_ns: When it starts, on the site's clock.
-        rise_m: Height above the current one at which the hook comes to rest.
-        sample_period_s: Largest time between samples.
-        voxel_size_m: Edge of a cell.
-    """
+    """Return a stop with the load hoisted meanwhile by a height; None if the hook cannot go that high."""
     target = float(state.position[2]) + rise_m
-    if target > crane.highest_hook_m:
+    if target > rigged.crane.highest_hook_m:
         return None
-    hoist = _to_rest_at(state, 2, target, crane.hoist)
-    if hoist is None:
-        return None
+    hoist = _to_rest_at(state, 2, target, rigged.crane.hoist)
     slew, radius, _ = stop.axes
-    return to_rest(crane, (slew, radius, hoist), start_ns, sample_period_s=sample_period_s, voxel_size_m=voxel_size_m)
+    return None if hoist is None else to_rest(rigged, (slew, radius, hoist), start_ns)
 
 
 def _to_rest_at(state: AxisState, axis: int, target: float, limits: AxisLimits) -> AxisBraking | None:
@@ -167,13 +134,6 @@ def _to_rest_at(state: AxisState, axis: int, target: float, limits: AxisLimits) 
     return AxisBraking(np.array(starts), np.array(states), float(found.duration), target)
 
 
-def _later(motion: LiftMotion, part: Trajectory, time_ns: int) -> Iterator[int]:
-    """Yield later times while the trajectory is driven."""
-    end_ns = motion.start_ns + int(part.time_ns[-1])
-    step_ns = round(_LATER_S * NS_PER_S)
-    yield from range(time_ns + step_ns, end_ns, step_ns)
-
-
 class _Tried(NamedTuple):
     """A stop that was checked.
 
@@ -190,18 +150,17 @@ class _Tried(NamedTuple):
 
 def _tried(under: _UnderWay, stop: EmergencyStop) -> _Tried:
     """Check a stop from its command until its load comes to rest."""
-    motion, part, time_ns, space, load, pendulum = under
-    hangs = way_is_free(motion, part, time_ns, stop.start_ns, space, load) and bool(
-        samples_are_free(space, load, stop.trajectory.axes)
-    )
-    if pendulum is None:
+    rigged, motion, part, time_ns, space = under
+    load, reached = rigged.load, motion_is_free(motion, part, time_ns, stop.start_ns, space, rigged.load)
+    hangs = reached and bool(samples_are_free(space, load, stop.trajectory.axes))
+    if rigged.pendulum is None:
         return _Tried(stop, hangs, hangs)
-    swinging = swing_through(motion, part, stop, pendulum)
+    swinging = swing_through(motion, part, stop, rigged.pendulum)
     stop = replace(stop, swing_m=swinging.peak_m)
     return _Tried(stop, hangs, hangs and swinging.is_free(space, load, time_ns))
 
 
-def way_is_free(
+def motion_is_free(
     motion: LiftMotion, part: Trajectory, from_ns: int, until_ns: int, space: CollisionSpace, load: LoadFrame
 ) -> bool:
     """Return whether a load hits nothing on its planned motion between two times."""

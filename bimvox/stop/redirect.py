@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import PlanningError
+from bimvox.motion import phases, trajectories
 from bimvox.motion.drive import drive_path
-from bimvox.motion.empty_hook import HOOK_OFFSET, empty_hook_clearance
-from bimvox.motion.load_frame import cells_of_axes, load_frame
-from bimvox.motion.swing import pendulum_of
+from bimvox.motion.empty_hook import empty_hook_clearance
+from bimvox.motion.load_frame import cells_of_axes
+from bimvox.motion.rigged_crane import RiggedCrane, rigged_crane
 from bimvox.motion.time_plan import carrying_phases, left_cells
 from bimvox.motion.timing import NS_PER_S, sampled
 from bimvox.planning.assembly import Obstacle, Stage
@@ -25,16 +26,16 @@ from bimvox.planning.search import shortest_path
 from bimvox.records.lift import LeftPath, Lift, Method, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.trajectory import Trajectory
-from bimvox.site.lifting import crane_for
+from bimvox.site.component import IntVec
 from bimvox.site.site import Site
 from bimvox.stop.emergency_stop import EmergencyStop
 from bimvox.stop.interrupt import interrupted, spliced
-from bimvox.stop.manoeuvre import manoeuvre, way_is_free
+from bimvox.stop.manoeuvre import manoeuvre, motion_is_free
 from bimvox.stop.resume import resume, resume_cells
 
 HOLD_S = 10.0
 """Shortest hold of a stopped load before it continues: a nominal value for a check."""
-_NO_WAY = "no way leads on from where it is"
+_NO_PATH = "no way leads on from where it is"
 NOT_CARRIED = "its load was not carried yet"
 _AFTER_THE_LOAD = (PhaseName.SET, PhaseName.RELEASE)
 
@@ -128,7 +129,7 @@ def redirect(
     rule: Stage,
     blocked: Obstacle | None,
     time_ns: int,
-    hold_s: float = HOLD_S,
+    hold_s: float,
 ) -> Redirected | Held:
     """Return a lift under way on a new path, or held.
 
@@ -136,7 +137,7 @@ def redirect(
         site: The site now.
         crane: Its crane.
         under_way: The lift.
-        rule: What holds for the rest of it now.
+        rule: The stage of the rest of it now.
         blocked: What is in the way at its end; its last moves are those that it had then.
         time_ns: When the change was noticed, on the site's clock.
         hold_s: Shortest hold.
@@ -145,113 +146,71 @@ def redirect(
     if not is_carried(motion, time_ns):
         approached = _approached(site, crane, under_way, rule, time_ns, hold_s)
         if isinstance(approached, str):
-            return Held(lift, motion, None, approached, True, _NO_WAY)
-        motion = approached
-        held = Held(lift, motion, None, NOT_CARRIED, True, *_why(blocked))
-        return release(site, crane, held, rule, blocked, time_ns, hold_s)
-    loaded = crane_for(site, crane, rule.component)
-    load = load_frame(loaded, site.frame, rule.component.hook_offset_vox)
-    # Where the end is blocked the last moves are cleared for nothing any more.
+            return Held(lift, motion, None, approached, True, _NO_PATH)
+        held = Held(lift, approached, None, NOT_CARRIED, True, "")
+        return redirect_held(site, crane, held, rule, blocked, time_ns, hold_s)
+    # If the end is blocked, the last moves are not cleared any more.
     now = rule.clearance_with_insertion if blocked is None else rule.space
-    hanging = pendulum_of(site, crane, rule.component)
-    found = manoeuvre(site, loaded, motion, motion.loaded, time_ns, now, load, hanging)
-    held = Held(lift, motion, found.stop, found.kind, found.is_free, *_why(blocked))
-    return release(site, crane, held, rule, blocked, time_ns, hold_s)
+    found = manoeuvre(rigged_crane(site, crane, rule.component), motion, motion.loaded, time_ns, now)
+    held = Held(lift, motion, found.stop, found.kind, found.is_free, "")
+    return redirect_held(site, crane, held, rule, blocked, time_ns, hold_s)
 
 
-def release(
-    site: Site,
-    crane: TowerCrane,
-    held: Held,
-    rule: Stage,
-    blocked: Obstacle | None,
-    time_ns: int,
-    hold_s: float = HOLD_S,
+def redirect_held(
+    site: Site, crane: TowerCrane, held: Held, rule: Stage, blocked: Obstacle | None, time_ns: int, hold_s: float
 ) -> Redirected | Held:
-    """Return a held lift on a new path, or still held.
-
-    Args:
-        site: The site now.
-        crane: Its crane.
-        held: The lift.
-        rule: What holds for the rest of it now.
-        blocked: What is in the way at its end.
-        time_ns: When the change was noticed, on the site's clock.
-        hold_s: Shortest hold.
-    """
-    held = replace(held, reason=_why(blocked)[0], blocked_by=_why(blocked)[1])
+    """Return a held lift on a new path, or still held; arguments as for :func:`redirect`."""
+    reason, blocked_by = (_NO_PATH, ()) if blocked is None else (blocked.reason, blocked.blocked_by)
+    held = replace(held, reason=reason, blocked_by=blocked_by)
     if not held.is_safe:
         met = "its load met something while it was stopped, or as far out as it swings"
         return replace(held, reason=f"{met}: look at it before it is moved")
     if blocked is not None:
         return held
     if held.stop is None:
-        return _other_way(site, crane, held, rule, time_ns, time_ns + round(hold_s * NS_PER_S))
-    path_vox = _path_from(site, crane, rule, held.stop.pose)
+        return _redirected_in_yard(site, crane, held, rule, time_ns, time_ns + round(hold_s * NS_PER_S))
+    rigged = rigged_crane(site, crane, rule.component)
+    path_vox = _path_from(rigged, rule, held.stop.pose)
     if path_vox is None:
         return held
-    loaded = crane_for(site, crane, rule.component)
-    load = load_frame(loaded, site.frame, rule.component.hook_offset_vox)
-    hanging = pendulum_of(site, crane, rule.component)
     moves, resume_ns = rule.insertion.moves, max(held.stop.end_ns, time_ns) + round(hold_s * NS_PER_S)
     try:
-        onward, needed_m = resume(loaded, rule.clearance_with_insertion, load, held.stop.pose, path_vox, moves, hanging)
+        onward, needed_m = resume(rigged, rule.clearance_with_insertion, held.stop.pose, path_vox, moves)
     except PlanningError as error:
         return replace(held, reason=error.message)
-    period_s, size_m = site.rules.sample_period_s, site.frame.voxel_size_m
-    motion = interrupted(
-        held.motion,
-        held.stop,
-        resume_ns,
-        onward,
-        needed_m,
-        pendulum=hanging,
-        sample_period_s=period_s,
-        voxel_size_m=size_m,
-    )
+    motion = interrupted(held.motion, held.stop, resume_ns, onward, needed_m, rigged)
     return Redirected(_on_path(held, path_vox, moves, time_ns), motion, held.stop, held.how)
 
 
-def _why(blocked: Obstacle | None) -> tuple[str, tuple[str, ...]]:
-    return (_NO_WAY, ()) if blocked is None else (blocked.reason, blocked.blocked_by)
-
-
 def _approached(
-    site: Site,
-    crane: TowerCrane,
-    under_way: UnderWay,
-    rule: Stage,
-    time_ns: int,
-    hold_s: float,
+    site: Site, crane: TowerCrane, under_way: UnderWay, rule: Stage, time_ns: int, hold_s: float
 ) -> LiftMotion | str:
-    """Return the motion with a free approach: the empty hook stops and goes round what is in its way.
+    """Return the motion with a free approach: the empty hook stops and moves around what is in its way.
 
-    The motion itself if the rest of its approach is free; a reason if no way was found.
+    The motion itself if the rest of its approach is free; a reason if no path was found.
     """
     motion, before = under_way.motion, under_way.before
     approach = motion.approach
     if approach is None or before is None or time_ns >= motion.start_ns + int(approach.time_ns[-1]):
         return motion
-    crane = crane_for(site, crane, None)
-    hook, empty = load_frame(crane, site.frame, HOOK_OFFSET), pendulum_of(site, crane, None)
-    free = empty_hook_clearance(site, crane, rule.space, rule.place, left_cells(site, before))
-    if way_is_free(motion, approach, time_ns, motion.end_ns, free, hook):
+    empty = rigged_crane(site, crane, None)
+    hook = empty.load
+    free = empty_hook_clearance(site, empty.crane, rule.space, rule.place, left_cells(site, before))
+    if motion_is_free(motion, approach, time_ns, motion.end_ns, free, hook):
         return motion
-    found = manoeuvre(site, crane, motion, approach, time_ns, free, hook, empty)
+    found = manoeuvre(empty, motion, approach, time_ns, free)
     if not found.is_free:
         return f"its empty hook {found.kind}"
-    raising = motion.raising
-    end = cells_of_axes(hook, np.array([[raising.slew_rad[0], raising.radius_m[0], raising.height_m[0]]]))[0]
-    goal = tuple(int(n) for n in np.round(end))
+    goal = tuple(int(n) for n in np.round(cells_of_axes(hook, motion.raising.axes[:1])[0]))
     for cell in resume_cells(free, hook, found.stop.pose):
         path_vox = shortest_path(free, cell, (goal[0], goal[1], goal[2])).path_vox
         if path_vox is None or len(path_vox) < 2:
             continue
         try:
-            onward, needed_m = resume(crane, free, hook, found.stop.pose, path_vox, 0, empty)
+            onward, needed_m = resume(empty, free, found.stop.pose, path_vox, 0)
         except PlanningError:
             continue
-        later = sampled(onward, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, empty)
+        later = sampled(onward, needed_m, empty)
         again_ns = max(found.stop.end_ns, time_ns + round(hold_s * NS_PER_S))
         told_ns = found.stop.start_ns - motion.start_ns
         other = spliced(approach, found.stop, later, told_ns, again_ns - motion.start_ns)
@@ -265,75 +224,65 @@ def _with_approach(motion: LiftMotion, approach: Trajectory, stopped_ns: int, ag
     by_ns = int(approach.time_ns[-1] - motion.approach.time_ns[-1])
     turns = round(float(approach.slew_rad[-1] - motion.raising.slew_rad[0]) / (2.0 * np.pi))
 
-    def later(part: Trajectory) -> Trajectory:
-        turned = part.slew_rad + 2.0 * np.pi * turns if turns else part.slew_rad
-        return replace(part, time_ns=part.time_ns + np.int64(by_ns), slew_rad=turned)
-
     arrived_ns = motion.start_ns + int(approach.time_ns[-1])
     begun = [phase for phase in motion.phases if phase.name in (PhaseName.APPROACH, PhaseName.STOP)]
-    phases = [replace(phase, end_ns=min(phase.end_ns, stopped_ns)) for phase in begun if phase.start_ns < stopped_ns]
-    phases.append(Phase(PhaseName.STOP, stopped_ns, again_ns))
-    phases.append(Phase(PhaseName.APPROACH, again_ns, arrived_ns))
-    phases += [
-        Phase(phase.name, phase.start_ns + by_ns, phase.end_ns + by_ns) for phase in motion.phases if phase not in begun
-    ]
+    raising, loaded = (
+        trajectories.turned(trajectories.delayed(part, by_ns), turns) for part in (motion.raising, motion.loaded)
+    )
     return replace(
         motion,
         approach=approach,
-        raising=later(motion.raising),
-        loaded=later(motion.loaded),
-        phases=tuple(phases),
+        raising=raising,
+        loaded=loaded,
+        phases=(
+            *phases.cut_at(begun, stopped_ns),
+            Phase(PhaseName.STOP, stopped_ns, again_ns),
+            Phase(PhaseName.APPROACH, again_ns, arrived_ns),
+            *phases.delayed((phase for phase in motion.phases if phase not in begun), by_ns),
+        ),
         end_ns=motion.end_ns + by_ns,
     )
 
 
-def _path_from(site: Site, crane: TowerCrane, stage: Stage, pose: CranePose) -> NDArray[np.int32] | None:
+def _path_from(rigged: RiggedCrane, stage: Stage, pose: CranePose) -> NDArray[np.int32] | None:
     """Return a shortest path from next to a pose to the part's place; None if there is none."""
-    load = load_frame(crane_for(site, crane, stage.component), site.frame, stage.component.hook_offset_vox)
-    for cell in resume_cells(stage.space, load, pose):
-        transit = shortest_path(stage.space, cell, stage.insertion.gate_vox).path_vox
-        if transit is None:
-            continue
-        path_vox = np.concatenate([transit, stage.insertion.path_vox[1:]]).astype(np.int32)
-        if len(path_vox) >= 2:
+    for cell in resume_cells(stage.space, rigged.load, pose):
+        path_vox = _path_to_place(stage, cell)
+        if path_vox is not None and len(path_vox) >= 2:
             return path_vox
     return None
 
 
-def _other_way(
+def _path_to_place(stage: Stage, start_vox: IntVec) -> NDArray[np.int32] | None:
+    transit = shortest_path(stage.space, start_vox, stage.insertion.gate_vox).path_vox
+    return None if transit is None else np.concatenate([transit, stage.insertion.path_vox[1:]]).astype(np.int32)
+
+
+def _redirected_in_yard(
     site: Site, crane: TowerCrane, held: Held, stage: Stage, time_ns: int, ready_ns: int
 ) -> Redirected | Held:
     """Return a lift whose load is not carried yet on another path, after the same approach and raising."""
-    motion = held.motion
-    transit = shortest_path(stage.space, stage.start_vox, stage.insertion.gate_vox).path_vox
-    if transit is None:
+    motion, path_vox = held.motion, _path_to_place(stage, stage.start_vox)
+    if path_vox is None:
         return held
-    path_vox = np.concatenate([transit, stage.insertion.path_vox[1:]]).astype(np.int32)
-    loaded_crane = crane_for(site, crane, stage.component)
-    load = load_frame(loaded_crane, site.frame, stage.component.hook_offset_vox)
-    slew_rad = float(motion.raising.slew_rad[-1])
-    rule, moves = stage.clearance_with_insertion, stage.insertion.moves
-    hanging = pendulum_of(site, crane, stage.component)
+    rigged = rigged_crane(site, crane, stage.component)
+    slew_rad, moves = float(motion.raising.slew_rad[-1]), stage.insertion.moves
     try:
-        timeline, needed_m = drive_path(loaded_crane, rule, load, path_vox, moves, slew_rad, hanging)
+        timeline, needed_m = drive_path(rigged, stage.clearance_with_insertion, path_vox, moves, slew_rad)
     except PlanningError as error:
         return replace(held, reason=f"the crane cannot drive its path: {error.message}")
-    trajectory = sampled(timeline, needed_m, site.rules.sample_period_s, site.frame.voxel_size_m, hanging)
-    raised_ns, length_ns = motion.start_ns + int(motion.loaded.time_ns[0]), int(trajectory.time_ns[-1])
+    trajectory = sampled(timeline, needed_m, rigged)
+    raised_ns = motion.start_ns + int(motion.loaded.time_ns[0])
     again_ns = max(raised_ns, ready_ns)
-    loaded = replace(trajectory, time_ns=trajectory.time_ns + np.int64(again_ns - motion.start_ns))
-    phases = [phase for phase in motion.phases if phase.end_ns <= raised_ns]
     spans = [
         (PhaseName.STOP, again_ns - raised_ns),
-        *carrying_phases(timeline, length_ns),
+        *carrying_phases(timeline, int(trajectory.time_ns[-1])),
         *((phase.name, phase.end_ns - phase.start_ns) for phase in motion.phases if phase.name in _AFTER_THE_LOAD),
     ]
-    at_ns = raised_ns
-    for name, span_ns in spans:
-        if span_ns > 0:
-            phases.append(Phase(name, at_ns, at_ns + span_ns))
-            at_ns += span_ns
-    other = replace(motion, loaded=loaded, phases=tuple(phases), end_ns=at_ns)
+    begun = (phase for phase in motion.phases if phase.end_ns <= raised_ns)
+    all_phases = (*begun, *phases.phases_from(raised_ns, spans))
+    loaded = trajectories.delayed(trajectory, again_ns - motion.start_ns)
+    other = replace(motion, loaded=loaded, phases=all_phases, end_ns=all_phases[-1].end_ns)
     return Redirected(_on_path(held, path_vox, moves, time_ns), other, None, held.how)
 
 

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import PlanningError
 from bimvox.motion.course import Course, Moves
 from bimvox.motion.drive import drive_path
 from bimvox.motion.load_frame import LoadFrame, axes_of_cells, cells_of_axes
 from bimvox.motion.move import Move, axes_of
+from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.shortcut import move_is_free
-from bimvox.motion.swing import Pendulum
 from bimvox.motion.timeline import Timeline, in_sequence
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
@@ -23,11 +23,6 @@ def resume_cells(space: CollisionSpace, load: LoadFrame, pose: CranePose) -> lis
     """Return the whole placements around a pose that a load can reach in a straight line, the nearest first.
 
     A path from one of them can be driven from the pose (:func:`resume`). Empty if the load is stuck.
-
-    Args:
-        space: The collision rule.
-        load: How hook poses and reference cells correspond.
-        pose: Where the crane stands.
     """
     at = cells_of_axes(load, axes_of(pose))
     cells = sorted(_around(at), key=lambda cell: (round(float(np.linalg.norm(np.subtract(cell, at))), 9), cell))
@@ -39,24 +34,16 @@ def resume_cells(space: CollisionSpace, load: LoadFrame, pose: CranePose) -> lis
 
 
 def resume(
-    crane: TowerCrane,
-    space: CollisionSpace,
-    load: LoadFrame,
-    pose: CranePose,
-    path_vox: NDArray[np.int32],
-    contact_moves: int,
-    pendulum: Pendulum | None = None,
+    rigged: RiggedCrane, space: CollisionSpace, pose: CranePose, path_vox: NDArray[np.int32], contact_moves: int
 ) -> tuple[Timeline, float]:
     """Return the motion of a load from rest at any pose to the end of a voxel path that begins next to it.
 
     Args:
-        crane: The crane.
+        rigged: The crane with its load.
         space: The collision rule.
-        load: How hook poses and reference cells correspond.
-        pose: Where the crane stands.
+        pose: Where the crane rests.
         path_vox: (N, 3) int32 reference cells, N >= 2, the first one of :func:`resume_cells`.
         contact_moves: How many of the last placements were cleared by the narrow phase.
-        pendulum: What hangs on the hook (``pendulum_of``); None if its swing is not checked.
 
     Returns:
         The motion, and the height that the hook has to reach.
@@ -64,18 +51,19 @@ def resume(
     Raises:
         PlanningError: If the first cell cannot be reached, the path is not free, or takes the hook above the jib.
     """
+    load = rigged.load
     first = move_to_cell(load, pose, (int(path_vox[0, 0]), int(path_vox[0, 1]), int(path_vox[0, 2])))
     if not move_is_free(space, load, first):
         raise PlanningError(
-            f"cell {path_vox[0].tolist()} cannot be reached from where the crane stands",
+            f"cell {path_vox[0].tolist()} cannot be reached from where the crane rests",
             hint="begin the path at one of the free cells around the load",
         )
-    onward, needed_m = drive_path(crane, space, load, path_vox, contact_moves, first.end.slew_rad, pendulum)
+    onward, needed_m = drive_path(rigged, space, path_vox, contact_moves, first.end.slew_rad)
     if not any(first.moving):
         return onward, needed_m
-    begin = in_sequence(crane, [first], pendulum)
+    begin = in_sequence(rigged.crane, [first], rigged.pendulum)
     later = tuple(start + begin.duration_s for start in onward.start_s)
-    course = Course(Moves(crane, begin.moves + onward.moves), begin.profiles + onward.profiles)
+    course = Course(Moves(rigged.crane, begin.moves + onward.moves), begin.profiles + onward.profiles)
     return Timeline(course, begin.start_s + later), max(needed_m, pose.height_m)
 
 

@@ -21,8 +21,8 @@ HALF_CELL_M = FRAME.voxel_size_m / 2
 
 
 def driven(room, contact_moves=0, slew_rad=0.0):
-    timeline, needed_m = drive_path(room.crane, room.space, room.load, room.path, contact_moves, slew_rad)
-    return timeline, sampled(timeline, needed_m, 0.5, FRAME.voxel_size_m)
+    timeline, needed_m = drive_path(room.rigged, room.space, room.path, contact_moves, slew_rad)
+    return timeline, sampled(timeline, needed_m, room.rigged)
 
 
 def axes_of(trajectory):
@@ -92,7 +92,7 @@ def test_a_path_whose_last_way_is_in_the_column_of_its_place_ends_there():
             continue
         tried += 1
         path = np.concatenate([found, room.goal[None]]).astype(np.int32)
-        timeline, _ = drive_path(room.crane, room.space, room.load, path, 0, 0.0)
+        timeline, _ = drive_path(room.rigged, room.space, path, 0, 0.0)
         ends = cells_of_axes(room.load, timeline.axes_at(np.array([0.0, timeline.duration_s])))
         np.testing.assert_allclose(ends, path[[0, -1]], atol=1e-6)
         dense = timeline.axes_at(np.linspace(0.0, timeline.duration_s, 1500))
@@ -125,7 +125,7 @@ def test_moves_in_contact_are_driven_exactly():
     cleared = np.zeros(contact.max(axis=0) - low + 1, bool)
     cleared[tuple((contact - low).T)] = True
     space = room.space._replace(table=summed_area_table(occupied), cleared_low=low.astype(np.int32), cleared=cleared)
-    timeline, _ = drive_path(room.crane, space, room.load, path, len(contact), 0.0)
+    timeline, _ = drive_path(room.rigged, space, path, len(contact), 0.0)
     dense = cells_of_axes(room.load, timeline.axes_at(np.linspace(0.0, timeline.duration_s, 5000)))
     inside = dense[dense[:, 0] > contact[0, 0] - 1 + 1e-6]
     off = [
@@ -140,8 +140,8 @@ def test_moves_in_contact_are_driven_exactly():
 @given(st.integers(0, 300))
 def test_both_ways_of_shortcutting_are_free_and_join_up(seed):
     room = crane_room(seed)
-    routes = [along_the_path(room.crane, room.space, room.load, room.path, 0.0)]
-    over = over_the_top(room.crane, room.space, room.load, room.start, room.goal, 0.0)
+    routes = [along_the_path(room.rigged, room.space, room.path, 0.0)]
+    over = over_the_top(room.rigged, room.space, room.start, room.goal, 0.0)
     routes += [over] if over else []
     for route in routes:
         assert all(move_is_free(room.space, room.load, move) for move in route.moves)
@@ -161,7 +161,7 @@ def test_the_jib_is_not_passed():
     room = crane_room(2)
     low = dataclasses.replace(room.crane, jib_height_m=float(axes_of_cells(room.load, room.start)[2]) - 0.1)
     with pytest.raises(PlanningError, match="above the jib"):
-        drive_path(low, room.space, room.load, room.path, 0, 0.0)
+        drive_path(room.rigged._replace(crane=low), room.space, room.path, 0, 0.0)
 
 
 def test_the_highest_cell_is_in_reach_where_its_height_is_the_highest_hook_but_for_rounding():
@@ -169,10 +169,10 @@ def test_the_highest_cell_is_in_reach_where_its_height_is_the_highest_hook_but_f
     top_m = float(axes_of_cells(room.load, room.start + np.array([0, 0, 8]))[2])
     a_bit_lower = dataclasses.replace(room.crane, jib_height_m=float(np.nextafter(top_m, 0.0)))
     path = np.array([room.start + np.array([0, 0, k]) for k in range(9)], np.int32)
-    timeline, needed_m = drive_path(a_bit_lower, room.space, room.load, path, 0, 0.0)
+    timeline, needed_m = drive_path(room.rigged._replace(crane=a_bit_lower), room.space, path, 0, 0.0)
     assert needed_m == pytest.approx(top_m)
     assert timeline.moves[-1].end.height_m == pytest.approx(top_m)
-    over = over_the_top(a_bit_lower, room.space, room.load, path[-1], path[-1] + [4, 0, 0], 0.0)
+    over = over_the_top(room.rigged._replace(crane=a_bit_lower), room.space, path[-1], path[-1] + [4, 0, 0], 0.0)
     assert over is not None
 
 
@@ -181,10 +181,10 @@ def test_a_path_that_is_not_free_or_jumps_is_refused():
     path = room.path.copy()
     path[1] += 5
     with pytest.raises(PlanningError, match="jumps"):
-        drive_path(room.crane, room.space, room.load, path, 0, 0.0)
+        drive_path(room.rigged, room.space, path, 0, 0.0)
     down = np.array([room.start - [0, 0, i] for i in range(int(room.start[2]) + 1)])
     with pytest.raises(PlanningError, match="not free"):
-        drive_path(room.crane, room.space, room.load, down.astype(np.int32), 0, 0.0)
+        drive_path(room.rigged, room.space, down.astype(np.int32), 0, 0.0)
 
 
 def test_no_way_for_the_empty_hook_is_said():
@@ -192,5 +192,5 @@ def test_no_way_for_the_empty_hook_is_said():
     occupied = room.occupied.copy()
     occupied[:, 25, :] = True
     space = room.space._replace(table=summed_area_table(occupied))
-    with pytest.raises(PlanningError, match="no free way for the empty hook"):
-        drive_free(room.crane, space, room.load, np.array([5, 10, 5]), np.array([5, 30, 5]), 0.0)
+    with pytest.raises(PlanningError, match="no free path for the empty hook"):
+        drive_free(room.rigged, space, np.array([5, 10, 5]), np.array([5, 30, 5]), 0.0)

@@ -11,10 +11,10 @@ from planned_sites import PORTAL, failures, planned
 
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.rigging import winch_limits, with_luffing_jib
+from bimvox.motion.rigged_crane import rigged_crane
 from bimvox.proof.axes import check_limits
 from bimvox.records.lift import Status
 from bimvox.records.proof import Check
-from bimvox.site.lifting import crane_for
 from bimvox.site.site import Blocker
 from bimvox.stop.axis_state import state_at
 from bimvox.stop.braking import brake
@@ -86,11 +86,11 @@ def test_a_stop_brakes_within_the_joints_where_the_jib_is(kind, share, request):
     """Luffing, winch and slewing keep their limits in a stop that begins anywhere; the jib may brake harder far up."""
     plan, motions = request.getfixturevalue(kind)
     site = plan.site
-    sampling = {"sample_period_s": site.rules.sample_period_s, "voxel_size_m": site.frame.voxel_size_m}
     for motion in motions:
-        crane = crane_for(site, site.cranes[0], site.components[motion.component])
+        rigged = rigged_crane(site, site.cranes[0], site.components[motion.component])
+        crane = rigged.crane
         first, last = (motion.start_ns + int(motion.loaded.time_ns[n]) for n in (0, -1))
-        stop = stop_at(crane, motion, int(first + share * (last - first)), **sampling)
+        stop = stop_at(rigged, motion, int(first + share * (last - first)))
         hold_ns = stop.end_ns - motion.start_ns + 10**10
         pose = stop.pose
         ends = (pose.slew_rad, pose.radius_m, pose.height_m)

@@ -85,8 +85,9 @@ def test_the_shortest_pendulum_is_half_a_metre():
 def test_loads_hang_at_rest_at_the_end_by_both_pendulums(seed):
     room = crane_room(seed)
     pendulum = Pendulum(3.0)
-    timeline, needed_m = drive_path(room.crane, room.space, room.load, room.path, 0, 0.0, pendulum)
-    way = sampled(timeline, needed_m, 0.5, 0.5, pendulum)
+    rigged = room.rigged._replace(pendulum=pendulum)
+    timeline, needed_m = drive_path(rigged, room.space, room.path, 0, 0.0)
+    way = sampled(timeline, needed_m, rigged)
     motion = LiftMotion(0, 0, None, way, way, (), 0, int(way.time_ns[-1]))
     (swung,) = swung_parts(room.crane, motion, way, pendulum.below_hook_m)
     planned = swaying(timeline, pendulum, 0.25)

@@ -9,7 +9,6 @@ from box_sites import box_site, test_crane
 from crane_rooms import FRAME, crane_room
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from named_cranes import default_crane
 from ruckig import ControlInterface, InputParameter, Ruckig
 from ruckig import Trajectory as RuckigTrajectory
 
@@ -18,9 +17,8 @@ from bimvox.crane.defaults import SLEWING
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import InputError, PlanningError
 from bimvox.motion.drive import drive_path
-from bimvox.motion.load_frame import load_frame
+from bimvox.motion.rigged_crane import rigged_crane
 from bimvox.motion.swept import samples_are_free
-from bimvox.motion.swing import pendulum_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import prepare, replay
 from bimvox.planning.planner import plan_lifts
@@ -34,8 +32,6 @@ from bimvox.stop.braking import brake
 from bimvox.stop.emergency_stop import stop_at, stop_from
 from bimvox.stop.interrupt import cut_short, interrupted
 from bimvox.stop.resume import resume, resume_cells
-
-SAMPLING = {"sample_period_s": 0.5, "voxel_size_m": 0.5}
 
 number = st.floats(0.05, 5.0)
 
@@ -65,10 +61,10 @@ def test_slewing_at_full_rate_needs_the_degrees_and_seconds_that_its_own_figures
     # v / a + a / j, and half of it at full rate.
     wanted_s = SLEWING.rate / SLEWING.acceleration + SLEWING.acceleration / SLEWING.jerk
     assert braking.duration_s == pytest.approx(wanted_s) == pytest.approx(17.0)
-    assert degrees(braking.distance) == pytest.approx(40.8)
+    assert degrees(braking.end) == pytest.approx(40.8)
     # Without the second in which the deceleration is built up: 38 degrees and 16 s.
     sudden = brake(0.0, 0.8 * 2 * pi / 60, 0.0, AxisLimits(1.0, SLEWING.acceleration, 1e6))
-    assert (degrees(sudden.distance), sudden.duration_s) == (
+    assert (degrees(sudden.end), sudden.duration_s) == (
         pytest.approx(38.4, abs=0.01),
         pytest.approx(16.0, abs=0.01),
     )
@@ -76,9 +72,8 @@ def test_slewing_at_full_rate_needs_the_degrees_and_seconds_that_its_own_figures
 
 def test_an_axis_at_rest_stays():
     braking = brake(2.0, 0.0, 0.0, SLEWING)
-    assert (braking.duration_s, braking.distance) == (0.0, 0.0)
-    crane = default_crane("hammerhead-30")
-    stop = stop_from(crane, AxisState(np.array([1.0, 9.0, 5.0]), np.zeros(3), np.zeros(3)), **SAMPLING)
+    assert (braking.duration_s, braking.end) == (0.0, 2.0)
+    stop = stop_from(crane_room(3).rigged, AxisState(np.array([1.0, 9.0, 5.0]), np.zeros(3), np.zeros(3)), 0)
     assert stop.pose == CranePose(1.0, 9.0, 5.0)
     assert stop.duration_s == 0.0
 
@@ -97,21 +92,18 @@ def lifts():
 def test_a_lift_stopped_anywhere_keeps_the_limits_holds_and_goes_on_as_one_proven_motion(lifts, share):
     plan, preparation, motions = lifts
     site, motion = plan.site, motions[0]
-    size_m = site.frame.voxel_size_m
-    sampling = {"sample_period_s": site.rules.sample_period_s, "voxel_size_m": size_m}
+    rigged = rigged_crane(site, site.cranes[0], site.components[motion.component])
     first, last = motion.loaded.time_ns[[0, -1]]
     told_ns = motion.start_ns + int(first + share * (last - first))
-    stop = stop_at(site.cranes[0], motion, told_ns, **sampling)
+    stop = stop_at(rigged, motion, told_ns)
     assert told_ns <= stop.start_ns <= told_ns + 1_500_000_000
     lift, (_, space) = plan.lifts[0], next(iter(replay(site, preparation, plan)))
-    load = load_frame(site.cranes[0], site.frame, site.components[lift.component].hook_offset_vox)
-    assert samples_are_free(space, load, stop.trajectory.axes)
-    hanging = pendulum_of(site, site.cranes[0], site.components[lift.component])
+    assert samples_are_free(space, rigged.load, stop.trajectory.axes)
     goal = tuple(int(n) for n in lift.path_vox[-1])
-    path = shortest_path(space, resume_cells(space, load, stop.pose)[0], goal).path_vox
-    onward, needed_m = resume(site.cranes[0], space, load, stop.pose, path, 0, hanging)
+    path = shortest_path(space, resume_cells(space, rigged.load, stop.pose)[0], goal).path_vox
+    onward, needed_m = resume(rigged, space, stop.pose, path, 0)
     resume_ns = stop.end_ns + 20_000_000_000
-    whole = interrupted(motion, stop, resume_ns, onward, needed_m, pendulum=hanging, **sampling)
+    whole = interrupted(motion, stop, resume_ns, onward, needed_m, rigged)
     assert [p.name for p in whole.phases].count(PhaseName.STOP) == 1
     delay_ns = whole.end_ns - motion.end_ns
     shifted = dataclasses.replace(
@@ -133,10 +125,10 @@ def test_a_lift_stopped_anywhere_keeps_the_limits_holds_and_goes_on_as_one_prove
 def test_a_stop_told_soon_after_the_load_has_begun_to_move_keeps_the_limits(lifts, which):
     plan, _, motions = lifts
     site, motion = plan.site, motions[which]
-    sampling = {"sample_period_s": site.rules.sample_period_s, "voxel_size_m": site.frame.voxel_size_m}
+    rigged = rigged_crane(site, site.cranes[0], site.components[motion.component])
     check, begins_ns = Check("axis_limits"), motion.start_ns + int(motion.loaded.time_ns[0])
     for told_ns in range(begins_ns + 10**7, begins_ns + 4 * 10**9, 10**8):
-        stop = stop_at(site.cranes[0], motion, told_ns, **sampling)
+        stop = stop_at(rigged, motion, told_ns)
         assert told_ns <= stop.start_ns <= told_ns + 2_500_000_000
         check_limits(check, f"{told_ns}", site.cranes[0], cut_short(motion, stop), 0.0)
     assert check.passed, check.failures[:3]
@@ -144,11 +136,11 @@ def test_a_stop_told_soon_after_the_load_has_begun_to_move_keeps_the_limits(lift
 
 def test_a_stop_begins_where_the_axes_are_and_is_sampled_until_the_last_one_rests():
     room = crane_room(3)
-    timeline, _ = drive_path(room.crane, room.space, room.load, room.path, 0, 0.0)
+    timeline, _ = drive_path(room.rigged, room.space, room.path, 0, 0.0)
     at_s, step_s = timeline.duration_s / 2, 1e-3
     before, now, after = timeline.axes_at(np.array([at_s - step_s, at_s, at_s + step_s]))
     state = AxisState(now, (after - before) / (2.0 * step_s), (after - 2.0 * now + before) / step_s**2)
-    stop = stop_from(timeline.crane, state, 5, **SAMPLING)
+    stop = stop_from(room.rigged, state, 5)
     assert stop.start_ns == 5
     t = stop.trajectory
     assert (t.slew_rad[0], t.radius_m[0], t.height_m[0]) == pytest.approx(tuple(now))
@@ -158,11 +150,13 @@ def test_a_stop_begins_where_the_axes_are_and_is_sampled_until_the_last_one_rest
 
 def test_what_cannot_be_stopped_or_gone_on_from_is_refused(lifts):
     plan, _, motions = lifts
+    component = plan.site.components[motions[0].component]
+    rigged = rigged_crane(plan.site, plan.site.cranes[0], component)
     with pytest.raises(InputError, match="not under way"):
-        stop_at(plan.site.cranes[0], motions[0], motions[0].end_ns + 1, **SAMPLING)
-    still = stop_at(plan.site.cranes[0], motions[0], motions[0].start_ns, **SAMPLING)
+        stop_at(rigged, motions[0], motions[0].end_ns + 1)
+    still = stop_at(rigged, motions[0], motions[0].start_ns)
     assert still.duration_s == 0.0
     room = crane_room(3)
     with pytest.raises(PlanningError, match="cannot be reached"):
-        resume(room.crane, room.space, room.load, CranePose(0.0, 5.0, 0.6), room.path, 0)
+        resume(room.rigged, room.space, CranePose(0.0, 5.0, 0.6), room.path, 0)
     assert FRAME.voxel_size_m == 0.5

@@ -10,6 +10,8 @@ import pytest
 from box_sites import test_crane
 
 from bimvox.crane.pendulum import half_period_s, pendulum_length_m
+from bimvox.motion.load_frame import LoadFrame
+from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.motion.swing import Pendulum
 from bimvox.proof.pendulum import swung_parts
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
@@ -20,6 +22,7 @@ from bimvox.stop.swing import hangs_still_ns, swing_through
 
 CRANE = test_crane(base=(0.0, 0.0, 0.0), jib=60.0, height=14.0)
 HANGING = Pendulum(3.0)
+RIGGED = RiggedCrane(CRANE, LoadFrame(0.0, 0.0, 0.0, 0.5), HANGING, 0.5)
 HEIGHT_M = 6.0
 PERIOD_S = 2.0 * half_period_s(pendulum_length_m(CRANE, HEIGHT_M, HANGING.below_hook_m))
 
@@ -41,7 +44,7 @@ def running(rate_m_s: float, for_s: float):
     stop_ns = int((PERIOD_S + 0.5 * for_s) * 1e9)
     at = int(np.searchsorted(part.time_ns, stop_ns))
     state = AxisState(np.array([0.0, radius[at], HEIGHT_M]), np.array([0.0, rate_m_s, 0.0]), np.zeros(3))
-    stop = stop_from(CRANE, state, int(part.time_ns[at]), sample_period_s=0.5, voxel_size_m=0.5)
+    stop = stop_from(RIGGED, state, int(part.time_ns[at]))
     return motion, part, stop
 
 
@@ -84,7 +87,7 @@ def test_a_load_that_swings_from_what_went_before_swings_on():
     at = int(np.searchsorted(part.time_ns, int(0.5 * PERIOD_S * 1e9)))
     rate = 0.6 * 0.5
     state = AxisState(np.array([0.0, part.radius_m[at], HEIGHT_M]), np.array([0.0, rate, 0.0]), np.zeros(3))
-    stop = stop_from(CRANE, state, int(part.time_ns[at]), sample_period_s=0.5, voxel_size_m=0.5)
+    stop = stop_from(RIGGED, state, int(part.time_ns[at]))
     swinging = swing_through(motion, part, stop, HANGING)
     still = swing_through(
         motion, trajectory(part.time_ns[at - 1 : at + 1] / 1e9, part.radius_m[at - 1 : at + 1]), stop, HANGING

@@ -12,6 +12,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.summed_area import summed_area_table, top_of_columns
 from bimvox.motion.load_frame import LoadFrame, load_frame
+from bimvox.motion.rigged_crane import RiggedCrane
 from bimvox.planning.search import shortest_path
 from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace, placement_is_free
 
@@ -29,6 +30,10 @@ class Room:
     load: LoadFrame
     start: np.ndarray
     goal: np.ndarray
+
+    @property
+    def rigged(self) -> RiggedCrane:
+        return RiggedCrane(self.crane, self.load, None, sample_period_s=0.5)
 
     @property
     def found(self) -> np.ndarray | None:

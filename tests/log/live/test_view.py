@@ -16,6 +16,7 @@ from bimvox.log.live.view import Moving, standing_messages, with_held
 from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.recorder import write_log
+from bimvox.motion.rigged_crane import rigged_crane
 from bimvox.records.lift import Status
 from bimvox.stop.emergency_stop import stop_at
 from bimvox.stop.redirect import Held
@@ -135,8 +136,10 @@ def test_a_load_that_is_held_hangs_where_it_came_to_rest(record):
     site, motion = record.plan.site, record.motions[0]
     lift = next(lift for lift in record.plan.lifts if lift.order == motion.order)
     begun_ns = motion.start_ns + int(motion.loaded.time_ns[len(motion.loaded.time_ns) // 2])
-    crane = site.crane_of(site.components[motion.component])
-    stop = stop_at(crane, motion, begun_ns, sample_period_s=0.1, voxel_size_m=site.frame.voxel_size_m)
+    component = site.components[motion.component]
+    crane = site.crane_of(component)
+    rigged = rigged_crane(site, crane, component)._replace(sample_period_s=0.1)
+    stop = stop_at(rigged, motion, begun_ns)
     held = Held(lift, motion, stop, "brakes", True, "no way")
     lifts = tuple(held.infeasible if one.order == lift.order else one for one in record.plan.lifts)
     stands = PlanLog(plan=dataclasses.replace(record.plan, lifts=lifts))

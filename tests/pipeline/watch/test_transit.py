@@ -17,7 +17,7 @@ from bimvox.library.verify import prove
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
 from bimvox.motion.load_frame import cells_of_axes, load_frame
-from bimvox.motion.swing import pendulum_of
+from bimvox.motion.rigged_crane import rigged_crane
 from bimvox.motion.time_plan import left_cells
 from bimvox.motion.timing import NS_PER_S
 from bimvox.progress import SilentProgress
@@ -31,7 +31,6 @@ from bimvox.revision.current_plan import CurrentPlan, RevisionPart, current_plan
 from bimvox.revision.request import RevisionRequest
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_obstructions
-from bimvox.site.lifting import crane_for
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.site import SwingRule
 from bimvox.stop.emergency_stop import stop_at
@@ -256,10 +255,9 @@ def only_swung_into(current: CurrentPlan, order: int, now_ns: int) -> list[tuple
     """Cells that the load of a lift only comes into as far out as it swings when it is stopped at a time."""
     motion, site = current.motions[order], current.plan.site
     component, size_m = site.components[motion.component], site.frame.voxel_size_m
-    crane = crane_for(site, site.cranes[0], component)
-    stop = stop_at(crane, motion, now_ns, sample_period_s=site.rules.sample_period_s, voxel_size_m=size_m)
-    found = swing_through(motion, motion.loaded, stop, pendulum_of(site, site.cranes[0], component))
-    load = load_frame(crane, site.frame, component.hook_offset_vox)
+    rigged = rigged_crane(site, site.cranes[0], component)
+    found = swing_through(motion, motion.loaded, stop_at(rigged, motion, now_ns), rigged.pendulum)
+    load = rigged.load
     after = found.time_ns >= now_ns
     hanging = cells_of_axes(load, found.axes[after])
     swung = hanging + np.pad(found.swing.offset_m[after] / size_m, ((0, 0), (0, 1)))
