@@ -25,57 +25,48 @@ from bimvox.errors import BimvoxError
 from bimvox.version import __version__
 
 if TYPE_CHECKING:
-    from bimvox.bim.building import Building
-    from bimvox.grid.voxel_grid import VoxelGrid
-    from bimvox.library.building import read, voxelize
-    from bimvox.library.log import read_log, write_log
-    from bimvox.library.plan import plan
-    from bimvox.library.plan_value import LiftRow, Plan, PlannedLift
-    from bimvox.library.render import render
-    from bimvox.library.revise import revise
-    from bimvox.library.site import LoadedSite, guess_site, load_site
-    from bimvox.library.verify import verify
-    from bimvox.records.proof import Check, Verification
-    from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet
-
-__all__ = [
-    "BimvoxError",
-    "Box",
-    "Building",
-    "Check",
-    "LiftRow",
-    "LoadedSite",
-    "Obstruction",
-    "ObstructionSet",
-    "Plan",
-    "PlannedLift",
-    "Verification",
-    "VoxelGrid",
-    "__version__",
-    "guess_site",
-    "load_site",
-    "plan",
-    "read",
-    "read_log",
-    "render",
-    "revise",
-    "verify",
-    "voxelize",
-    "write_log",
-]
+    from bimvox.bim.building import Building as Building
+    from bimvox.bim.building import TriangleMesh as TriangleMesh
+    from bimvox.grid.voxel_grid import VoxelGrid as VoxelGrid
+    from bimvox.library.building import read as read
+    from bimvox.library.building import voxelize as voxelize
+    from bimvox.library.log import read_log as read_log
+    from bimvox.library.log import write_log as write_log
+    from bimvox.library.plan import plan as plan
+    from bimvox.library.plan_value import LiftRow as LiftRow
+    from bimvox.library.plan_value import Plan as Plan
+    from bimvox.library.plan_value import PlannedLift as PlannedLift
+    from bimvox.library.render import render as render
+    from bimvox.library.revise import revise as revise
+    from bimvox.library.site import LoadedSite as LoadedSite
+    from bimvox.library.site import guess_site as guess_site
+    from bimvox.library.site import load_site as load_site
+    from bimvox.library.verify import verify as verify
+    from bimvox.records.proof import Check as Check
+    from bimvox.records.proof import Verification as Verification
+    from bimvox.site.obstructions.obstruction_set import Box as Box
+    from bimvox.site.obstructions.obstruction_set import Cylinder as Cylinder
+    from bimvox.site.obstructions.obstruction_set import Obstruction as Obstruction
+    from bimvox.site.obstructions.obstruction_set import ObstructionSet as ObstructionSet
+    from bimvox.site.obstructions.obstruction_set import Points as Points
+    from bimvox.site.obstructions.obstruction_set import Voxels as Voxels
 
 _HOME = {
     "Box": "bimvox.site.obstructions.obstruction_set",
     "Building": "bimvox.bim.building",
     "Check": "bimvox.records.proof",
+    "Cylinder": "bimvox.site.obstructions.obstruction_set",
     "LiftRow": "bimvox.library.plan_value",
     "LoadedSite": "bimvox.library.site",
     "Obstruction": "bimvox.site.obstructions.obstruction_set",
     "ObstructionSet": "bimvox.site.obstructions.obstruction_set",
     "Plan": "bimvox.library.plan_value",
     "PlannedLift": "bimvox.library.plan_value",
+    "Points": "bimvox.site.obstructions.obstruction_set",
+    "TriangleMesh": "bimvox.bim.building",
     "Verification": "bimvox.records.proof",
     "VoxelGrid": "bimvox.grid.voxel_grid",
+    "Voxels": "bimvox.site.obstructions.obstruction_set",
     "guess_site": "bimvox.library.site",
     "load_site": "bimvox.library.site",
     "plan": "bimvox.library.plan",
@@ -88,6 +79,8 @@ _HOME = {
     "write_log": "bimvox.library.log",
 }
 """The module of every name that is imported when it is first used."""
+
+__all__ = ["BimvoxError", "__version__", *_HOME]
 
 
 def __getattr__(name: str) -> Any:

@@ -135,7 +135,7 @@ class GridTooLargeError(InputError):
     def __init__(self, cells: int, limit: int, voxel_size_m: float, fitting_voxel_size_m: float) -> None:
         super().__init__(
             f"a grid of {cells:,} cells at {voxel_size_m:g} m exceeds the limit of {limit:,} cells",
-            hint=f"use --voxel-size {fitting_voxel_size_m:g} (in a site file: [model] voxel_size_m), which fits",
+            hint=f"use a voxel_size_m of {fitting_voxel_size_m:g} (--voxel-size {fitting_voxel_size_m:g}), which fits",
         )
         self.cells = cells
         self.limit = limit

@@ -17,23 +17,23 @@ _CHUNK_BYTES = 1 << 20
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 
 
-def require_input(path: Path) -> Path:
+def require_input(path: Path, error_kind: type[FileError] = FileError) -> Path:
     """Return ``path`` if it is a readable file that is not empty.
 
     Raises:
-        FileError: If it is missing, a folder, unreadable or empty.
+        FileError: If it is missing, a folder, unreadable or empty; of the kind ``error_kind``.
     """
     if path.is_dir():
-        raise FileError(path, "this is a folder, a file is needed", hint=f"name one of the files in {path}")
+        raise error_kind(path, "this is a folder, a file is needed", hint=f"name one of the files in {path}")
     if not path.exists():
-        raise FileError(path, "no such file", hint=_hint_for_missing(path))
+        raise error_kind(path, "no such file", hint=_hint_for_missing(path))
     try:
         with path.open("rb") as stream:
             first = stream.read(1)
     except OSError as error:
-        raise FileError(path, f"cannot be read: {reason_of(error)}", hint="check the file's permissions") from error
+        raise error_kind(path, f"cannot be read: {reason_of(error)}", hint="check the file's permissions") from error
     if not first:
-        raise FileError(path, "the file is empty", hint="write, export or copy it again")
+        raise error_kind(path, "the file is empty", hint="write, export or copy it again")
     return path
 
 
@@ -44,17 +44,17 @@ def check_output(path: Path, *, inputs: Iterable[Path] = ()) -> Path:
         FileError: If ``path`` is an input, a folder or a device, or its folder is missing or cannot be written to.
     """
     if path.is_dir():
-        raise FileError(path, "this is a folder, the output is a file", hint=f"for example -o {path / 'output'}")
+        raise FileError(path, "this is a folder, the output is a file", hint=f"for example {path / 'output'}")
     if path.exists() and not path.is_file():
-        raise FileError(path, "this is not a regular file and cannot be replaced", hint="name another output (-o)")
+        raise FileError(path, "this is not a regular file and cannot be replaced", hint="name another output file (-o)")
     for source in inputs:
         if path.exists() and source.exists() and path.samefile(source):
-            raise FileError(path, "the output would overwrite its own input", hint="name another output (-o)")
+            raise FileError(path, "the output would overwrite its own input", hint="name another output file (-o)")
     folder = path.resolve().parent
     if not folder.is_dir():
         raise FileError(path, f"the folder {folder} does not exist", hint=f"mkdir -p {folder}")
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise FileError(path, f"the folder {folder} cannot be written to", hint="name another output (-o)")
+        raise FileError(path, f"the folder {folder} cannot be written to", hint="name another output file (-o)")
     return path
 
 
@@ -65,7 +65,7 @@ def check_new_folder(path: Path) -> Path:
         FileError: If something is there already, or its folder is missing or cannot be written to.
     """
     if path.exists():
-        raise FileError(path, "this exists already, and a folder is not overwritten", hint="name another output (-o)")
+        raise FileError(path, "this exists already, and a folder is not overwritten", hint="name another folder (-o)")
     return check_output(path)
 
 
@@ -98,7 +98,7 @@ def write_atomically(path: Path, data: bytes | Callable[[BinaryIO], object], *, 
         temporary.replace(target)
     except OSError as error:
         temporary.unlink(missing_ok=True)
-        hint = "free some space, or name another output (-o)" if error.errno in _FULL else "name another output (-o)"
+        hint = ("free some space, or " if error.errno in _FULL else "") + "name another output file (-o)"
         raise FileError(path, f"cannot be written: {reason_of(error)}; nothing was changed", hint=hint) from error
     except BaseException:
         temporary.unlink(missing_ok=True)

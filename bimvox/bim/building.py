@@ -41,6 +41,9 @@ class TriangleMesh:
     vertices_m: NDArray[np.float64]
     faces: NDArray[np.int32]
 
+    def __repr__(self) -> str:
+        return f"<TriangleMesh: {len(self.faces):,} triangles>"
+
     @property
     def triangles_m(self) -> NDArray[np.float64]:
         """(F, 3, 3) float64: triangle, corner, coordinate."""
@@ -161,6 +164,10 @@ class Building:
     georeference: Mapping[str, str | float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     connections: tuple[tuple[str, str], ...] = ()
+
+    def __repr__(self) -> str:
+        lifted = sum(element.role is Role.COMPONENT for element in self.elements)
+        return f"<Building {self.source.name!r}: {len(self.elements):,} elements, {lifted:,} to lift>"
 
     @property
     def bounds_m(self) -> NDArray[np.float64]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bimvox.errors import MissingPackageError
 from bimvox.grid.layout import ARRAYS, AXES
-from bimvox.grid.voxel_grid import VoxelGrid
+from bimvox.grid.voxel_grid import Part, VoxelGrid
 
 if TYPE_CHECKING:
     import xarray
@@ -27,13 +28,21 @@ def dataset_of(grid: VoxelGrid) -> xarray.Dataset:
     values = {"labels": grid.label_table[owners + 1], "owners": owners}
     coordinates = {name: centres_m[: grid.shape[axis], axis] for axis, name in enumerate(AXES)}
     return xarray.Dataset(
-        {name: (AXES, array, dict(ARRAYS[name].attributes)) for name, array in values.items()},
+        {name: (AXES, array, dict(ARRAYS[name].attributes)) for name, array in values.items()} | _parts_of(grid),
         {name: (name, array, dict(ARRAYS[name].attributes)) for name, array in coordinates.items()},
         {
             "voxel_size_m": grid.frame.voxel_size_m,
             "origin_m": list(grid.frame.origin_m),
             "source_origin_m": list(grid.origin_m),
-            "source": dict(grid.source),
-            "parts": [asdict(part) for part in grid.parts],
+            **{f"source_{key}": int(value) if isinstance(value, bool) else value for key, value in grid.source.items()},
         },
     )
+
+
+def _parts_of(grid: VoxelGrid) -> dict[str, tuple[str, NDArray[np.generic]]]:
+    """Return a variable for each column of the table of parts; an unknown name is empty."""
+    columns = {entry.name: [getattr(part, entry.name) for part in grid.parts] for entry in fields(Part)}
+    return {
+        f"part_{name}": ("part", np.array(["" if value is None else value for value in column]))
+        for name, column in columns.items()
+    }

@@ -7,7 +7,7 @@ cell by cell. A value is the index of the owner plus one, 0 for none, in the nar
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -32,8 +32,8 @@ class Bricks:
     """
 
     shape: tuple[int, int, int]
-    index: NDArray[np.int32]
-    cells: NDArray[np.unsignedinteger]
+    index: NDArray[np.int32] = field(repr=False)
+    cells: NDArray[np.unsignedinteger] = field(repr=False)
 
     @classmethod
     def of(cls, owners: NDArray[np.int32]) -> Bricks:

@@ -86,6 +86,11 @@ class VoxelGrid:
     origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     georeference: Mapping[str, str | float] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        x, y, z = self.shape
+        name, size_m = self.source.get("name", ""), self.frame.voxel_size_m
+        return f"<VoxelGrid of {name!r}: {x} x {y} x {z} cells of {size_m:g} m, {len(self.parts):,} parts>"
+
     @property
     def shape(self) -> tuple[int, int, int]:
         """(X, Y, Z)."""
@@ -95,6 +100,11 @@ class VoxelGrid:
     def label_table(self) -> NDArray[np.uint8]:
         """(parts + 1,) uint8: the label of a cell by its owner + 1, air first."""
         return np.array([Label.AIR, *(part.label for part in self.parts)], np.uint8)
+
+    @property
+    def labels(self) -> NDArray[np.uint8]:
+        """(X, Y, Z) uint8 ``Label`` of every cell: a new dense array."""
+        return self.label_table[self.owners.dense() + 1]
 
     def fill_fraction(self, part: Part) -> float:
         """Return the share of a part's cells that its solid fills, 0..1."""
@@ -108,7 +118,8 @@ class VoxelGrid:
     def to_xarray(self) -> xarray.Dataset:
         """Return an ``xarray.Dataset``: ``labels`` uint8 and ``owners`` int32 over x, y, z (cell centres, metres).
 
-        The arrays are dense: 5 bytes a cell. ``attrs["parts"]`` is the table that ``owners`` points into.
+        The arrays are dense: 5 bytes a cell. The variables ``part_id``, ``part_name`` ... over ``part`` are the table
+        that ``owners`` points into. All values are plain, so that ``to_netcdf`` and ``to_zarr`` can write them.
 
         Raises:
             MissingPackageError: If xarray is not installed.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from bimvox.errors import InputError
 from bimvox.files import write_atomically
 from bimvox.library.plan_value import Plan
 from bimvox.log.plan_log import PlanLog
@@ -17,13 +18,17 @@ def write_log(plan: Plan, path: Path | str) -> Path:
 
     Args:
         plan: The plan.
-        path: The log; an existing file is replaced.
+        path: The log, ``.mcap``; an existing file is replaced.
 
     Raises:
+        InputError: If the name does not end in ``.mcap``.
         FileError: If it cannot be written; ``path`` names it.
     """
-    write_log_file(Path(path), plan.record)
-    return Path(path)
+    path = Path(path)
+    if path.suffix.lower() != ".mcap":
+        raise InputError(f"{path}: a log is an MCAP file", hint=f"name it {path.with_suffix('.mcap').name}")
+    write_log_file(path, plan.record)
+    return path
 
 
 def read_log(path: Path | str) -> Plan:
@@ -39,5 +44,5 @@ def read_log(path: Path | str) -> Plan:
 
 
 def write_log_file(path: Path, record: PlanLog, *, inputs: Iterable[Path] = ()) -> None:
-    """Write a log whole or not at all, and none of ``inputs`` over."""
+    """Write a log, whole or not at all, but never over one of ``inputs``."""
     write_atomically(path, lambda stream: write_record(stream, record), inputs=inputs)

@@ -39,14 +39,14 @@ def plan(
         obstructions: What is in the way: a value, or the path of an obstruction, IFC, mesh or point file.
         policy: Id of a stored policy; ``none``: search alone; ``nearest``: the policy of the most similar site;
             default: the site file's, otherwise the one trained for this site.
-        seed: Seed of the training; default: the site file's.
-        steps: Training budget in environment steps; default: the site file's, otherwise the built-in one.
+        seed: Seed of the training, from 0; default: the site file's.
+        steps: Training budget in environment steps, from 1; default: the site file's, otherwise the built-in one.
         retrain: Environment steps of more training, on the site with its obstructions, if the policy fails lifts; 0:
             the search finds these at once.
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
-        InputError: If ``site`` is not a site.
+        InputError: If ``site`` is not a site, or a number is out of range.
         NoPlanError: If no lift can be planned; ``reasons`` says why, by component.
         VerificationError: If a proof of the plan as a whole fails; ``failures`` says what.
         PolicyError: If the named policy is missing or does not fit.
@@ -54,6 +54,9 @@ def plan(
     """
     if not isinstance(site, LoadedSite):
         raise InputError(f"plan() takes a site, not a {type(site).__name__}", hint="see load_site() and guess_site()")
+    for name, value, least in (("seed", seed, 0), ("steps", steps, 1), ("retrain", retrain, 0)):
+        if value is not None and value < least:
+            raise InputError(f"{name} is {value}", hint=f"give {least} or more")
     told = progress_of(progress)
     built, files = site.site, dict(site.files)
     if obstructions is not None:

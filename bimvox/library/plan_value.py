@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ from bimvox.records.lift import Lift, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
 from bimvox.site.component import Component
+from bimvox.site.part_names import names_by_id
 from bimvox.site.site import Site
 
 if TYPE_CHECKING:
@@ -42,7 +44,7 @@ class LiftRow:
         start_s: When the lift starts on the site's clock, seconds; None without a motion.
         duration_s: How long the lift takes, empty hook included, seconds; None without a motion.
         reason: Why it is infeasible, one sentence; None if planned.
-        blocked_by: Ids of what blocks it.
+        blocked_by: What blocks it: parts as ``name (id)``, anything else by its id.
     """
 
     number: int
@@ -68,11 +70,11 @@ class PlannedLift:
 
     Attributes:
         component: What is lifted.
-        lift: The lift in cells: path, place in the yard, status, reason.
+        lift: The lift in cells: path, place in the yard, status, reason; ``lift.blocked_by`` holds ids.
         motion: The motion of the crane; None if the lift is infeasible or the site has no crane.
         path_m: (N, 3) float64, site metres: the lowest corner of the component's reference cell along the path, from
             above the yard to the place in the building; None if the lift is infeasible.
-        row: The same in plain values.
+        row: The lift in plain values.
     """
 
     component: Component
@@ -80,6 +82,11 @@ class PlannedLift:
     motion: LiftMotion | None
     path_m: NDArray[np.float64] | None
     row: LiftRow
+
+    def __repr__(self) -> str:
+        row = self.row
+        outcome = f"{row.moves:,} moves by {row.method}" if self.is_planned else f"infeasible: {row.reason}"
+        return f"<Lift {row.number} of {self.component.label}: {outcome}>"
 
     @property
     def number(self) -> int:
@@ -103,8 +110,8 @@ class PlannedLift:
 
     @property
     def blocked_by(self) -> tuple[str, ...]:
-        """Ids of what blocks the lift."""
-        return self.lift.blocked_by
+        """What blocks the lift: parts as ``name (id)``, anything else by its id."""
+        return self.row.blocked_by
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,8 +140,9 @@ class Plan:
     @property
     def lifts(self) -> tuple[PlannedLift, ...]:
         """All lifts in erection sequence, infeasible ones included."""
-        motions = {motion.order: motion for motion in self.motions}
-        return tuple(_planned_lift(self.site, lift, motions.get(lift.order)) for lift in self.record.plan.lifts)
+        site, motions = self.site, {motion.order: motion for motion in self.motions}
+        labels = names_by_id(site)
+        return tuple(_planned_lift(site, lift, motions.get(lift.order), labels) for lift in self.record.plan.lifts)
 
     @property
     def infeasible(self) -> tuple[PlannedLift, ...]:
@@ -184,7 +192,7 @@ class Plan:
         return f"<Plan of {self.site.name!r}: {planned} of {count} lifts planned, {verdict}>"
 
 
-def _planned_lift(site: Site, lift: Lift, motion: LiftMotion | None) -> PlannedLift:
+def _planned_lift(site: Site, lift: Lift, motion: LiftMotion | None, labels: Mapping[str, str]) -> PlannedLift:
     component = site.components[lift.component]
     crane = site.crane_of(component)
     row = LiftRow(
@@ -202,7 +210,7 @@ def _planned_lift(site: Site, lift: Lift, motion: LiftMotion | None) -> PlannedL
         start_s=None if motion is None else motion.start_ns / 1e9,
         duration_s=None if motion is None else (motion.end_ns - motion.start_ns) / 1e9,
         reason=lift.reason,
-        blocked_by=lift.blocked_by,
+        blocked_by=tuple(labels.get(blocker, blocker) for blocker in lift.blocked_by),
     )
     path_m = None if lift.path_vox is None else site.frame.corner_of(lift.path_vox)
     return PlannedLift(component, lift, motion, path_m, row)

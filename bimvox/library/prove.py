@@ -50,7 +50,7 @@ def prepared(site: Site, progress: Progress) -> Preparation:
     for note in notes[:_NOTES_SHOWN]:
         progress.note(note)
     if len(notes) > _NOTES_SHOWN:
-        progress.note(f"{len(notes) - _NOTES_SHOWN} more notes about the order (--json and the log list all)")
+        progress.note(f"{len(notes) - _NOTES_SHOWN} more notes about the order (the log and --json list all)")
     clashes = preparation.contacts.clashes
     if clashes:
         deepest, names = max(clashes, key=lambda clash: clash.depth_m), names_by_id(site)
@@ -163,10 +163,10 @@ def insist_on_one_lift(made: LiftPlan) -> None:
     """
     if any(lift.status is Status.PLANNED for lift in made.lifts):
         return
-    site, first = made.site, made.lifts[0]
-    blockers = ", ".join(first.blocked_by)
+    site, first, labels = made.site, made.lifts[0], names_by_id(made.site)
+    blockers = ", ".join(labels.get(blocker, blocker) for blocker in first.blocked_by)
     raise NoPlanError(
-        f"no lift can be planned; {site.components[first.component].id}: {first.reason}"
+        f"no lift can be planned; {site.components[first.component].label}: {first.reason}"
         + (f" ({blockers})" if blockers else ""),
         reasons={site.components[lift.component].id: lift.reason or "" for lift in made.lifts},
         hint="check the areas, the crane and the obstructions",

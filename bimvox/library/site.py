@@ -40,7 +40,7 @@ class LoadedSite:
     """A site and what it was made from.
 
     Attributes:
-        config: The site file, everything that it leaves out filled in.
+        config: The site file with all defaults filled in.
         site: The site, without obstructions.
         files: The files that go into a log unchanged: name -> bytes.
         georeference: The model's map conversion as plain values; empty if it has none.
@@ -50,6 +50,9 @@ class LoadedSite:
     site: Site
     files: dict[str, bytes]
     georeference: Mapping[str, str | float]
+
+    def __repr__(self) -> str:
+        return f"<Loaded{repr(self.site)[1:]}"
 
     @property
     def components(self) -> tuple[Component, ...]:

@@ -1,10 +1,9 @@
-"""Plans and logs proven again."""
+"""Proves plans and logs again."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from bimvox.files import require_input
 from bimvox.library.plan_value import Plan
 from bimvox.log.check import USED_TOPICS, check_commands, check_digests, check_load_poses
 from bimvox.log.mcap.reader import Contents, read_contents, read_file
@@ -26,7 +25,7 @@ def verify(plan: Plan | Path | str, *, progress: Listener = None) -> Verificatio
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
-        LogFileError: If the log is damaged, or not a log of bimvox.
+        LogFileError: If the log is missing, damaged, or not a log of bimvox.
     """
     told = progress_of(progress)
     verdict = prove_plan(plan.record, told) if isinstance(plan, Plan) else prove(*read_whole(Path(plan), told), told)
@@ -38,9 +37,8 @@ def read_whole(log: Path, progress: Progress) -> tuple[Contents, PlanLog]:
     """Return the messages and attachments of a log that a proof needs, and what they mean.
 
     Raises:
-        LogFileError: If it is damaged, or not a log of bimvox.
+        LogFileError: If it is missing, damaged, or not a log of bimvox.
     """
-    require_input(log)
     progress.stage("read")
     contents = read_contents(read_file(log), log, USED_TOPICS)
     record = log_of(contents, log)

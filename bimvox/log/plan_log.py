@@ -42,8 +42,8 @@ class PlanLog:
     """
 
     plan: LiftPlan
-    motions: tuple[LiftMotion, ...] = ()
-    attachments: Mapping[str, bytes] = field(default_factory=dict)
+    motions: tuple[LiftMotion, ...] = field(default=(), repr=False)
+    attachments: Mapping[str, bytes] = field(default_factory=dict, repr=False)
     metadata: Mapping[str, str] = field(default_factory=dict)
     revision: int = 0
     events: tuple[LogEvent, ...] = ()

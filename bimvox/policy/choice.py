@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from bimvox.env.problem import LiftProblem
@@ -55,8 +55,8 @@ class PolicyInUse:
     loaded: bool
     steps: int
     success_rate: float
-    curve: tuple[CurvePoint, ...]
-    network: QNetwork | None
+    curve: tuple[CurvePoint, ...] = field(repr=False)
+    network: QNetwork | None = field(repr=False)
     tested: int = 0
     parent: str | None = None
 
@@ -237,7 +237,7 @@ def _nearest(site: Site, progress: Progress) -> PolicyInUse:
     if not near:
         raise PolicyError(
             f"{store.store_folder()}: there is no policy of any site in this store, so there is no nearest one",
-            hint="leave --policy out: the policy that ships with bimvox knows sites that it has never seen",
+            hint="leave policy (--policy) out: the policy that ships with bimvox knows sites that it has never seen",
         )
     away, manifest = near[0]
     progress.note(f"policy {manifest.id} is of the nearest site: {away:.2f} away (0: the same, 1: little in common)")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
@@ -122,15 +122,15 @@ class Lift:
 
     component: int
     order: int
-    place: YardPlace | None
+    place: YardPlace | None = field(repr=False)
     status: Status
     method: Method | None = None
-    path_vox: NDArray[np.int32] | None = None
+    path_vox: NDArray[np.int32] | None = field(default=None, repr=False)
     shortest_moves: int | None = None
     contact_moves: int = 0
     reason: str | None = None
     blocked_by: tuple[str, ...] = ()
-    left: tuple[LeftPath, ...] = ()
+    left: tuple[LeftPath, ...] = field(default=(), repr=False)
 
     @property
     def number(self) -> int:
@@ -228,3 +228,7 @@ class LiftPlan:
     notes: tuple[str, ...] = ()
     unheld: tuple[str, ...] = ()
     history: tuple[Epoch, ...] = ()
+
+    def __repr__(self) -> str:
+        planned = sum(lift.status is Status.PLANNED for lift in self.lifts)
+        return f"<LiftPlan of {self.site.name!r}: {planned:,} of {len(self.lifts):,} lifts planned>"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
@@ -82,14 +82,14 @@ class LiftMotion:
 
     order: int
     component: int
-    approach: Trajectory | None
-    raising: Trajectory
-    loaded: Trajectory
-    phases: tuple[Phase, ...]
+    approach: Trajectory | None = field(repr=False)
+    raising: Trajectory = field(repr=False)
+    loaded: Trajectory = field(repr=False)
+    phases: tuple[Phase, ...] = field(repr=False)
     start_ns: int
     end_ns: int
     crane: int = 0
-    departure: Trajectory | None = None
+    departure: Trajectory | None = field(default=None, repr=False)
 
     @property
     def number(self) -> int:

@@ -64,6 +64,10 @@ class Verification:
 
     checks: tuple[Check, ...]
 
+    def __repr__(self) -> str:
+        failed = ", ".join(check.name for check in self.checks if not check.passed)
+        return f"<Verification: {f'failed: {failed}' if failed else f'all {len(self.checks)} checks passed'}>"
+
     @property
     def verified(self) -> bool:
         """Whether every check passed."""

@@ -28,6 +28,9 @@ class Trajectory:
     corner: NDArray[np.int64]
     bound_s: float
 
+    def __repr__(self) -> str:
+        return f"<Trajectory: {len(self.time_ns):,} samples over {self.duration_s:.1f} s>"
+
     @property
     def axes(self) -> NDArray[np.float64]:
         """(N, 3) float64 slew (rad), radius (m), height (m)."""

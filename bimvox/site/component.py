@@ -148,6 +148,9 @@ class Component:
     sail_area_m2: float = 0.0
     crane: int = field(default=0, metadata=SPARSE)
 
+    def __repr__(self) -> str:
+        return f"<Component {self.label}: {self.ifc_class}, {self.mass_kg / 1000:.3g} t>"
+
     @property
     def label(self) -> str:
         """The component for people: its name, then its id in brackets; the id alone if there is no other name."""

@@ -31,7 +31,9 @@ def load_site_config(path: Path | str) -> SiteConfig:
     except UnicodeDecodeError as error:
         raise ConfigError(path, None, f"not UTF-8 text (byte {error.start})") from None
     except OSError as error:
-        raise ConfigError(path, None, f"cannot be read: {error.strerror}", hint="bimvox init writes one") from None
+        raise ConfigError(
+            path, None, f"cannot be read: {error.strerror}", hint="bimvox init MODEL writes one"
+        ) from None
     config = parse_site_config(text, path)
     model_path = (path.parent / config.model.path.expanduser()).resolve()
     if not model_path.is_file():

@@ -156,6 +156,11 @@ class Site:
     fixed_digest: str = ""
     digest: str = ""
 
+    def __repr__(self) -> str:
+        x, y, z = self.shape
+        cells = f"{x} x {y} x {z} cells of {self.frame.voxel_size_m:g} m"
+        return f"<Site {self.name!r}: {cells}, {len(self.components):,} components, cranes: {len(self.cranes)}>"
+
     @property
     def is_obstructed(self) -> bool:
         """Whether there is any obstruction."""

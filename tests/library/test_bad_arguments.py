@@ -31,6 +31,22 @@ def test_a_guessed_site_needs_a_cell_size(voxel_size_m: float) -> None:
         bimvox.guess_site(building, voxel_size_m=voxel_size_m)
 
 
+@pytest.mark.parametrize(("name", "least"), [("seed", 0), ("steps", 1), ("retrain", 0)])
+def test_a_number_out_of_range_is_refused(plan: bimvox.Plan, name: str, least: int) -> None:
+    site = bimvox.load_site(SAMPLES / "paper.site.toml")
+    options: dict[str, Any] = {name: least - 1}
+    with pytest.raises(bimvox.errors.InputError, match=f"{name} is {least - 1}") as caught:
+        bimvox.plan(site, policy="none", **options)
+    assert caught.value.hint == f"give {least} or more"
+
+
+def test_a_log_has_the_name_of_a_log(plan: bimvox.Plan, tmp_path: Path) -> None:
+    with pytest.raises(bimvox.errors.InputError, match="a log is an MCAP file") as caught:
+        bimvox.write_log(plan, tmp_path / "plan.txt")
+    assert caught.value.hint == "name it plan.mcap"
+    assert not list(tmp_path.iterdir())
+
+
 def test_obstructions_are_a_set_or_a_file(plan: bimvox.Plan) -> None:
     crate = bimvox.Obstruction("crate", bimvox.Box((1, 1, 1), (2, 2, 2)))
     wrong: list[Any] = [[crate], crate, 3]

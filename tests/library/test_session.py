@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 
 import bimvox
-from bimvox.errors import FileError, InputError, MissingPackageError, NoPlanError
+from bimvox.errors import FileError, InputError, LogFileError, MissingPackageError, NoPlanError
 
 FRAME = Path(__file__).parents[2] / "sample_models" / "frame.ifc"
 
@@ -32,7 +33,52 @@ def test_a_grid_as_a_dataset_has_the_cells_of_the_grid():
     x, y, z = (int(n) for n in np.argwhere(grid.owners.dense() >= 0)[0])
     cell = found.isel(x=x, y=y, z=z)
     np.testing.assert_allclose([cell.x, cell.y, cell.z], grid.frame.centre_of([x, y, z]))
-    assert found.attrs["parts"][int(cell.owners)]["id"] == grid.parts[int(cell.owners)].id
+    assert found.part_id[int(cell.owners)] == grid.parts[int(cell.owners)].id
+    np.testing.assert_array_equal(found.labels, grid.labels)
+
+
+def test_a_dataset_can_be_saved_and_has_the_table_of_parts(tmp_path):
+    grid = bimvox.voxelize(bimvox.read(FRAME), 0.5)
+    grid.to_xarray().to_netcdf(tmp_path / "frame.nc")
+    with xarray.open_dataset(tmp_path / "frame.nc") as saved:
+        np.testing.assert_array_equal(saved.labels, grid.labels)
+        assert saved.part_name.values.tolist() == [part.name for part in grid.parts]
+        assert saved.part_mass_kg.values.tolist() == [part.mass_kg for part in grid.parts]
+        assert saved.part_storey.values.tolist() == [part.storey or "" for part in grid.parts]
+        assert saved.attrs["source_name"] == "frame.ifc"
+        assert saved.attrs["source_unit_assumed"] == 0
+
+
+def test_what_a_notebook_shows_is_one_short_line(site, plan):
+    building = bimvox.read(FRAME)
+    grid = bimvox.voxelize(building, 0.5)
+    lift = plan.lifts[0]
+    shown = [building, building.elements[0].mesh, grid, grid.owners, site, site.site, site.components[0]]
+    shown += [plan, lift, lift.lift, lift.motion, lift.motion.loaded, plan.verdict, plan.policy, plan.record.plan]
+    for value in shown:
+        text = repr(value)
+        assert len(text) < 200, text
+        assert "\n" not in text
+    assert repr(building) == "<Building 'frame.ifc': 8 elements, 8 to lift>"
+    assert repr(grid) == "<VoxelGrid of 'frame.ifc': 13 x 13 x 7 cells of 0.5 m, 8 parts>"
+    assert repr(lift) == f"<Lift 1 of {lift.component.label}: {lift.row.moves} moves by search>"
+    assert repr(plan.verdict) == f"<Verification: all {len(plan.verdict.checks)} checks passed>"
+    assert len(repr(plan.record)) < 400
+    failed = bimvox.Verification((bimvox.Check("swing"), bimvox.Check("capacity", failed=2)))
+    assert repr(failed) == "<Verification: failed: capacity>"
+
+
+def test_an_infeasible_lift_names_what_blocks_it(site):
+    target = site.components[0]
+    low = site.site.frame.corner_of(np.array(target.target_vox))
+    wall = bimvox.Obstruction("wall", bimvox.Box(tuple(low - 0.2), tuple(low + 0.2)))
+    plan = bimvox.plan(site, obstructions=bimvox.ObstructionSet.of([wall]), policy="none")
+    by_id = {lift.component.id: lift for lift in plan.infeasible}
+    assert by_id[target.id].blocked_by == ("wall",)
+    assert repr(by_id[target.id]).startswith(f"<Lift {by_id[target.id].number} of {target.label}: infeasible: ")
+    named = [lift for lift in plan.infeasible if target.id in lift.lift.blocked_by]
+    assert named
+    assert all(f"{target.name} ({target.id})" in lift.blocked_by == lift.row.blocked_by for lift in named)
 
 
 def test_a_guessed_site_is_that_of_its_own_site_file(site, tmp_path):
@@ -130,9 +176,14 @@ def test_errors_carry_their_evidence(site, tmp_path, monkeypatch, plan):
         bimvox.read(tmp_path / "none.ifc")
     assert missing.value.path == tmp_path / "none.ifc"
     wall = bimvox.Obstruction("wall", bimvox.Box((-100.0, -100.0, 0.0), (100.0, 100.0, 50.0)))
+    for reader in (bimvox.verify, bimvox.read_log):
+        with pytest.raises(LogFileError, match="no such file") as no_log:
+            reader(tmp_path / "none.mcap")
+        assert no_log.value.path == tmp_path / "none.mcap"
     with pytest.raises(NoPlanError) as refused:
         bimvox.plan(site, obstructions=bimvox.ObstructionSet.of([wall]), policy="none")
     assert refused.value.reasons.keys() == {part.id for part in site.components}
+    assert f"no lift can be planned; {site.components[0].label}: " in refused.value.message
     for package in ("pandas", "xarray"):
         monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(MissingPackageError, match="needs the package pandas, which is not installed") as lacking:

@@ -63,11 +63,11 @@ def scale_of(contents: MeshContents, options: ReadOptions) -> Scale:
         notes.append(f"read with {options.up} up as asked, although the standard of the format is {contents.up} up")
     unit, up = options.unit or contents.unit, options.up or contents.up
     if unit is None and up is None:
-        notes.append("the file states no unit: metres are assumed, and z up; --unit and --up say otherwise")
+        notes.append("the file states no unit: metres and z up are assumed; set unit and up (--unit, --up) otherwise")
     elif unit is None:
-        notes.append("the file states no unit: metres are assumed; --unit says otherwise")
+        notes.append("the file states no unit: metres are assumed; set unit (--unit) otherwise")
     elif up is None:
-        notes.append("the file does not state which way is up: z is assumed; --up says otherwise")
+        notes.append("the file does not state which way is up: z is assumed; set up (--up) otherwise")
     metres = metres_per(options.unit) if options.unit is not None else _METRES[unit or "m"]
     return Scale(unit or "m", metres, unit is None, up == "y", tuple(notes))
 
@@ -83,7 +83,7 @@ def doubts(scale: Scale, size_m: float, heaviest_kg: float, rounding: float) -> 
     """
     notes = []
     if size_m > FAR_M and scale.assumed:
-        notes.append(f"in metres it spans {size_m:,.0f} m: the unit is most likely mm (--unit mm)")
+        notes.append(f"in metres it spans {size_m:,.0f} m: the unit is most likely mm (unit, --unit)")
     elif heaviest_kg > _HEAVY_KG:
         notes.append(f"in {scale.unit} its heaviest body weighs {heaviest_kg / 1000:,.0f} t: check the unit")
     elif size_m > FAR_M or size_m < _TINY_M:

@@ -20,6 +20,7 @@ from mcap.stream_reader import MAGIC_SIZE, StreamReader
 from mcap.writer import MCAP0_MAGIC
 
 from bimvox.errors import LogFileError
+from bimvox.files import require_input
 from bimvox.log.mcap.channels import LIBRARY
 from bimvox.log.schema import MOST_CRANES, of_first_crane, topics_of
 
@@ -127,15 +128,7 @@ def read_file(path: Path) -> bytes:
     Raises:
         LogFileError: If it is missing, not a file, or empty.
     """
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise LogFileError(path, "there is no such file") from None
-    except OSError as error:
-        raise LogFileError(path, f"cannot be read ({error.strerror})") from error
-    if not data:
-        raise LogFileError(path, "the file is empty", hint="write it again: bimvox plan SITE -o LOG.mcap")
-    return data
+    return require_input(path, LogFileError).read_bytes()
 
 
 def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None = None) -> Contents:

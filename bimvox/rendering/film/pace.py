@@ -31,7 +31,7 @@ def frame_times_ns(tracks: Sequence[LoadTrack], motions: Sequence[LiftMotion], f
         InputError: If there are too few or too many of them, or no lifts.
     """
     if not tracks:
-        raise InputError("no lift of the plan has a time", hint="bimvox render LOG -o LOG.png shows it as it is")
+        raise InputError("no lift of the plan has a time", hint="a picture (.png) shows the plan without times")
     if not 2 <= frames <= _MOST_FRAMES:
         raise InputError(
             f"an animation of {frames} frames cannot be made",

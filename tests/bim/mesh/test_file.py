@@ -39,7 +39,10 @@ def test_a_lump_is_cut_into_numbered_bodies(tmp_path: Path, suffix: str) -> None
     assert {element.mass_source for element in building.elements} == {"default"}
     assert building.bounds_m.tolist() == [[0, 0, 0], [11, 2, 3]]
     assert building.source.unit_assumed
-    assert building.notes[0] == ("the file states no unit: metres are assumed, and z up; --unit and --up say otherwise")
+    assert (
+        building.notes[0]
+        == "the file states no unit: metres and z up are assumed; set unit and up (--unit, --up) otherwise"
+    )
 
 
 def test_named_solids_of_ascii_stl(tmp_path: Path) -> None:
@@ -182,7 +185,7 @@ def test_y_up_is_turned_where_asked(tmp_path: Path, suffix: str) -> None:
     building = read_building(path, ReadOptions(up="y"))
     assert building.bounds_m == pytest.approx(np.array([[0, -2, 0], [1, 0, 5]]))
     assert building.elements[0].mesh.signed_volume_m3 == pytest.approx(10)
-    assert building.notes[0] == "the file states no unit: metres are assumed; --unit says otherwise"
+    assert building.notes[0] == "the file states no unit: metres are assumed; set unit (--unit) otherwise"
 
 
 def test_gltf_with_z_up_against_its_standard(tmp_path: Path) -> None:
