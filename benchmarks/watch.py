@@ -89,6 +89,7 @@ def _measured(name: str, scratch: Path, options: argparse.Namespace) -> dict[str
 
 def watcher_for(site: Path, scratch: Path, log: Path, search_only: bool) -> tuple[Any, Path]:
     """Return a watcher of a file in the scratch folder."""
+    from bimvox_pipeline.watch.plan import WatchedPlan
     from bimvox_pipeline.watch.watch import Watcher
 
     from bimvox.library.plan import policy_of
@@ -104,7 +105,7 @@ def watcher_for(site: Path, scratch: Path, log: Path, search_only: bool) -> tupl
     if not search_only:
         policy = policy_of(loaded, loaded.site, preparation, policy=None, seed=None, steps=STEPS, progress=quiet)
     file = scratch / "obstructions.json"
-    return Watcher(loaded, preparation, policy, file, log, 0, quiet), file
+    return Watcher(WatchedPlan(loaded, policy, log, 0), preparation, file, quiet), file
 
 
 def _follow(watcher: Any, stop: threading.Event, said: queue.Queue[dict[str, Any]]) -> None:

@@ -83,6 +83,7 @@ def carry_out(name: str) -> Iterator[dict[str, Any]]:
 def _watcher(name: str, file: Path, hand: Hand) -> tuple[Watcher, Callable[[], Iterator[dict[str, Any]]]]:
     """Return a watch that executes the plan on disk, and a function that checks the file once."""
     from bimvox_pipeline.watch.file_watch import state_of
+    from bimvox_pipeline.watch.plan import WatchedPlan
     from bimvox_pipeline.watch.simulate import PlanClock
     from bimvox_pipeline.watch.watch import Watcher
 
@@ -96,7 +97,8 @@ def _watcher(name: str, file: Path, hand: Hand) -> tuple[Watcher, Callable[[], I
     preparation = prepared(loaded.site, quiet)
     policy = policy_of(loaded, loaded.site, preparation, policy="none", seed=None, steps=None, progress=quiet)
     clock = PlanClock(SPEED, hand)
-    watcher = Watcher(loaded, preparation, policy, file, Path(f"{name}.mcap"), 0, quiet, clock)
+    plan = WatchedPlan(loaded, policy, Path(f"{name}.mcap"), 0)
+    watcher = Watcher(plan, preparation, file, quiet, clock)
     list(watcher.take_up(state_of(file)))
     watcher.begin()
     return watcher, lambda: watcher.change(replace(state_of(file), seen_s=hand.now_s))

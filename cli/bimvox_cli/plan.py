@@ -128,13 +128,20 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
             for lift in lifts
         ],
     )
+    labels = {lift["component"]: f"{lift['name']} ({lift['component']})" for lift in lifts if lift.get("name")}
     if document["infeasible"]:
         console.print()
     rows(
         console,
         ("lift", "part", "component", "reason", "blocked by"),
         [
-            (item["number"], item["name"], item["component"], item["reason"], ", ".join(item["blocked_by"]))
+            (
+                item["number"],
+                item["name"],
+                item["component"],
+                item["reason"],
+                ", ".join(labels.get(blocker, blocker) for blocker in item["blocked_by"]),
+            )
             for item in document["infeasible"]
         ],
         title=f"infeasible: {len(document['infeasible']):,}",

@@ -165,7 +165,8 @@ def _why(change: Mapping[str, Any]) -> str:
     """Return the first infeasible parts and what blocks them."""
     blocked = change.get("blocked") or []
     named = [
-        one["component"] + (f" by {', '.join(one['blocked_by'][:_NAMED])}" if one["blocked_by"] else "")
+        (one.get("name") or one["component"])
+        + (f" by {', '.join(one['blocked_by'][:_NAMED])}" if one["blocked_by"] else "")
         for one in blocked[:_NAMED]
     ]
     more = f" and {len(blocked) - _NAMED} more" if len(blocked) > _NAMED else ""

@@ -13,7 +13,7 @@ from bimvox.library.site import load_site
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
-from bimvox.records.lift import Status
+from bimvox.records.lift import LiftPlan, Status
 
 
 def plan(
@@ -69,7 +69,7 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
     """Return the document of ``bimvox plan --json`` for a proven plan."""
     site = proven.plan.site
     motions = {motion.order: motion for motion in proven.motions}
-    lifts, infeasible = [], []
+    lifts = []
     for lift in proven.plan.lifts:
         component, motion = site.components[lift.component], motions.get(lift.order)
         lifts.append(
@@ -92,29 +92,35 @@ def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
                 **({"crane": site.cranes[component.crane].name} if site.has_several_cranes else {}),
             }
         )
-        if lift.status is Status.INFEASIBLE:
-            infeasible.append(
-                {
-                    "number": lift.number,
-                    "component": component.id,
-                    "global_id": component.global_id,
-                    "name": component.name,
-                    "reason": lift.reason,
-                    "blocked_by": list(lift.blocked_by),
-                }
-            )
     return {
         "verified": True,
         "policy": policy.to_dict(),
         "figures": figures_document(plan_figures(proven.plan, proven.motions)),
         "lifts": lifts,
-        "infeasible": infeasible,
+        "infeasible": infeasible_lifts(proven.plan),
         "clashes": [
             {"first": c.first, "second": c.second, "depth_m": round(c.depth_m, 4), "at_least": c.at_least}
             for c in proven.plan.clashes
         ],
         "notes": list(proven.plan.notes),
     }
+
+
+def infeasible_lifts(plan: LiftPlan) -> list[dict[str, Any]]:
+    """Return the infeasible lifts of a plan, each with its reason and blockers, for the JSON documents."""
+    components = plan.site.components
+    return [
+        {
+            "number": lift.number,
+            "component": components[lift.component].id,
+            "global_id": components[lift.component].global_id,
+            "name": components[lift.component].name,
+            "reason": lift.reason,
+            "blocked_by": list(lift.blocked_by),
+        }
+        for lift in plan.lifts
+        if lift.status is Status.INFEASIBLE
+    ]
 
 
 def figures_document(figures: PlanFigures) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from bimvox_pipeline.plan import plan
 from bimvox_pipeline.verify import verify
 from bimvox_pipeline.watch.file_watch import state_of
 from bimvox_pipeline.watch.live import live_logs
+from bimvox_pipeline.watch.plan import WatchedPlan
 from bimvox_pipeline.watch.simulate import PlanClock
 from bimvox_pipeline.watch.watch import Watcher, watch
 
@@ -127,7 +128,8 @@ class CarriedOut:
         preparation = prepared(loaded.site, quiet)
         policy = policy_of(loaded, loaded.site, preparation, policy="none", seed=None, steps=None, progress=quiet)
         self.hand, self.file, self.log = hand, folder / "way.json", folder / "frame.mcap"
-        self.watcher = Watcher(loaded, preparation, policy, self.file, self.log, 0, quiet, PlanClock(1.0, hand))
+        plan = WatchedPlan(loaded, policy, self.log, 0)
+        self.watcher = Watcher(plan, preparation, self.file, quiet, PlanClock(1.0, hand))
         self.watcher.show_to(())
         if not self.file.exists():
             self.put()

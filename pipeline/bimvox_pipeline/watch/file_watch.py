@@ -1,8 +1,8 @@
-"""Noticing that a file changed: by content, whatever way an editor writes it.
+"""Detects changes of a file by its content, whichever way an editor writes it.
 
 The parent folder is watched, not the file: editors replace files by renaming, which a watch on the file itself misses.
-Events only wake the loop; whether something changed is decided by the content's hash. A safety look every second covers
-file systems that give no events; polling looks as often as it is told instead, for network shares.
+Events only wake the loop; the hash of the content decides whether something changed. The file is also read every
+second, for file systems that send no events. Polling, for network shares, replaces the events.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ _ALWAYS_READ_BYTES = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class FileState:
-    """What a file held at one moment.
+    """The content of a file at one moment.
 
     Attributes:
-        digest: SHA-256 of the content of the file and of those it refers to; None where the file is not there.
-        seen_s: When it was noticed, on the monotonic clock.
+        digest: SHA-256 over the file and the files that it refers to; None if the file does not exist.
+        seen_s: When it was read, on the monotonic clock.
     """
 
     digest: str | None
@@ -53,16 +53,16 @@ def changes(
     """Yield the state of a file every time its content changes.
 
     Args:
-        path: The file; it need not exist, its folder must.
-        others: Files that it refers to at the moment, watched with it.
+        path: The file; it need not exist, but its folder must.
+        others: Returns the files that it refers to at the moment; they are watched too.
         stop: Ends the watch.
-        since: State from which a change counts.
-        poll_s: Look this often instead of waiting for events: for network shares.
-        again: Asked at every look; where it says so, the state is yielded although the content is the same.
+        since: The state with which the first one is compared.
+        poll_s: Read the file this often instead of waiting for events: for network shares.
+        again: Called at every reading; if it returns True, the state is yielded even if it is unchanged.
     """
     last = since.digest
     looks = _Looks()
-    # The caller took ``since`` before this watch began: what happened between is caught by looking first.
+    # The caller took ``since`` before this watch began: the first reading finds changes in between.
     for woken in _wakes(path, others, stop, poll_s):
         now = looks.state_of(path, others(), may_trust_size=not woken)
         if now.digest != last or again():
@@ -73,7 +73,7 @@ def changes(
 def _wakes(
     path: Path, others: Callable[[], tuple[Path, ...]], stop: threading.Event, poll_s: float | None
 ) -> Iterator[bool]:
-    """Yield whenever it is time to look: True after an event, False where only time has passed."""
+    """Yield whenever it is time to read: True after an event, False if only time has passed."""
     yield True
     if poll_s is not None:
         while not stop.wait(poll_s):
@@ -95,29 +95,29 @@ def _wakes(
             watch_filter=None,
         ):
             yield bool(events)
-            # A link may lead elsewhere now, and the content may refer to files in other folders.
+            # A link may have a new target, and the content may refer to files in other folders.
             if _folders(path, others()) != folders:
                 break
-        yield True  # what happened while no watch was on
+        yield True  # for changes while no watch was active
 
 
 def _folders(path: Path, others: tuple[Path, ...]) -> set[Path]:
-    """Folders of the file, of every link on the way to it, and of the files that it refers to."""
+    """Return the folders of the file, of every link that leads to it, and of the files that it refers to."""
     folders = {path.absolute().parent}
     link = path.absolute()
-    for _ in range(40):  # as many links as systems follow
+    for _ in range(40):  # operating systems follow no more links than this
         if not link.is_symlink():
             break
         link = link.parent / link.readlink()
         folders.add(link.parent)
     for file in (path, *others):
-        with suppress(OSError, RuntimeError):  # a link may lead to itself
+        with suppress(OSError, RuntimeError):  # a link may point to itself
             folders.add(file.resolve().parent)
     return {folder for folder in folders if folder.is_dir()}
 
 
 class _Looks:
-    """Reads contents; a large file is read again only when its attributes changed, or when an event says so."""
+    """Reads contents; a large file is read again only after an event, or if its attributes have changed."""
 
     def __init__(self) -> None:
         self._known: dict[Path, tuple[tuple[int, ...], bytes]] = {}

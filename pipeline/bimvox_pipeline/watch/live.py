@@ -1,4 +1,4 @@
-"""The plan that stands, told as it changes and as it is carried out: to viewers (``--serve``), and to a growing log."""
+"""Sends the current plan and its execution to viewers (``--serve``) and to a growing log."""
 
 from __future__ import annotations
 
@@ -10,28 +10,30 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from bimvox.errors import InputError
+from bimvox.log.live.log import LiveLog, driven_of
+from bimvox.log.live.view import Moving, standing_messages, with_held
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.schema import METADATA, SCHEMA_VERSION
+from bimvox.log.segments import FIRST_PLAN
 from bimvox.progress import Progress
+from bimvox.stop.redirect import Held
+from bimvox_pipeline.watch.simulate import PlanClock
 
 if TYPE_CHECKING:
-    from bimvox.log.live.log import LiveLog
     from bimvox.log.live.server import LiveServer
-    from bimvox.log.live.view import Moving
-    from bimvox.log.plan_log import PlanLog
-    from bimvox.stop.redirect import Held
-    from bimvox_pipeline.watch.simulate import PlanClock
 
 _TICK_S = 0.1
 _HOST = "127.0.0.1"
 _PORTS = 65536
 KEPT_LIVE_LOGS = 5
-"""Live logs that hold something, with the one that grows; older ones are removed when a watch begins."""
+"""Live logs that are kept, including the growing one; older ones are removed when a watch begins."""
 
 
 def address_of(text: str) -> tuple[str, int]:
     """Return host and port of ``[HOST:]PORT``.
 
     Raises:
-        InputError: If it is neither.
+        InputError: If the text is not of this form.
     """
     host, _, port = text.rpartition(":")
     if not port.isdigit() or int(port) >= _PORTS:
@@ -40,39 +42,39 @@ def address_of(text: str) -> tuple[str, int]:
 
 
 def server_at(address: str, progress: Progress) -> LiveServer:
-    """Return a server of ``[HOST:]PORT``, and say where it is.
+    """Return a server at ``[HOST:]PORT``, and note its address.
 
     Raises:
-        InputError: If the address is none, or nothing can be served there.
+        InputError: If the address is malformed or cannot be used.
     """
-    from bimvox.log.live.server import LiveServer
+    from bimvox.log.live.server import LiveServer  # needs the optional package foxglove-sdk
 
     server = LiveServer(*address_of(address))
-    progress.note(f"viewers may look on at ws://{server.address}")
+    progress.note(f"viewers can connect to ws://{server.address}")
     return server
 
 
 class Sink(Protocol):
-    """Where messages go."""
+    """A receiver of messages."""
 
     def keep(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
-        """Take what stays until it is sent again: topic, time (ns), data."""
+        """Take messages that are valid until they are sent again: topic, time (ns), data."""
 
     def send(self, topic: str, time_ns: int, data: bytes) -> None:
-        """Take what moves."""
+        """Take a message about something that moves."""
 
     def close(self) -> None:
-        """Nothing more comes."""
+        """End: no message follows."""
 
 
 class DrivenLog:
-    """A log of what is driven while it is driven: ``kill -9`` costs less than a second of it.
+    """A log of the execution that is written as it happens: ``kill -9`` loses less than a second.
 
     Args:
-        target: The whole log of the plan; every run of the watch has a live log of its own beside it.
-        progress: Told where it cannot be written.
-        cranes: How many cranes there are.
-        first: Digest of the plan that the watch began with.
+        target: The whole log of the plan; every run of the watch writes its own live log next to it.
+        progress: Receives failures.
+        cranes: Number of cranes.
+        first: Digest of the plan with which the watch began.
     """
 
     def __init__(self, target: Path, progress: Progress, cranes: int, first: str) -> None:
@@ -81,14 +83,14 @@ class DrivenLog:
         self._open()
 
     def keep(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
-        """Write what stays until it is sent again; where the log had to end, one begins with it if there is room."""
+        """Write messages that are valid until they are sent again; if the log has failed, try to begin a new one."""
         if self._log is None:
             self._open()
         for topic, time_ns, data in messages:
             self.send(topic, time_ns, data)
 
     def send(self, topic: str, time_ns: int, data: bytes) -> None:
-        """Write what moves."""
+        """Write a message about something that moves."""
         if self._log is None:
             return
         try:
@@ -105,14 +107,10 @@ class DrivenLog:
                 self._fail(error)
 
     def _open(self) -> None:
-        from bimvox.log import schema as topics
-        from bimvox.log.live.log import LiveLog
-        from bimvox.log.segments import FIRST_PLAN
-
         earlier = live_logs(self._target)
         name = f"{self._target.stem}.live{max(earlier, default=-1) + 1:04d}{self._target.suffix}"
         path = self._target.resolve().with_name(name)
-        metadata = {topics.METADATA: {"schema_version": str(topics.SCHEMA_VERSION), FIRST_PLAN: self._first}}
+        metadata = {METADATA: {"schema_version": str(SCHEMA_VERSION), FIRST_PLAN: self._first}}
         try:
             self._log = LiveLog(path, metadata, {}, cranes=self._cranes)
         except OSError as error:
@@ -123,10 +121,10 @@ class DrivenLog:
             self._remove_old(earlier)
 
     def _remove_old(self, earlier: dict[int, Path]) -> None:
-        """Remove what is older than the newest few that hold something; what holds nothing stands in for none."""
+        """Remove all but the newest logs; empty logs do not count as kept."""
         holding = [number for number, path in earlier.items() if _last_ns(path) is not None]
         if len(holding) < KEPT_LIVE_LOGS:
-            return  # with the new one there are no more than that
+            return
         old = [path for number, path in earlier.items() if number < holding[1 - KEPT_LIVE_LOGS]]
         for path in old:
             with contextlib.suppress(OSError):
@@ -134,38 +132,35 @@ class DrivenLog:
         self._progress.note(f"{len(old)} live logs of the oldest runs are removed, the newest {KEPT_LIVE_LOGS} kept")
 
     def _fail(self, error: OSError) -> None:
-        """The plan goes on; the segments hold it."""
+        """End the log; the plan continues, and its segments are complete."""
         why = error.strerror or error
-        self._progress.note(f"the live log ends here: {why}; another begins when something changes and there is room")
+        self._progress.note(f"the live log stops: {why}; a new one begins at the next change for which there is room")
         self._log = None
 
 
 def live_logs(target: Path) -> dict[int, Path]:
-    """Return the live logs beside a plan's whole log by number, ascending."""
+    """Return the live logs next to a plan's whole log by number, ascending."""
     pattern = re.compile(re.escape(target.stem) + r"\.live(\d{4,})" + re.escape(target.suffix))
     folder = target.resolve().parent
     return dict(sorted((int(m.group(1)), p) for p in folder.iterdir() if (m := pattern.fullmatch(p.name))))
 
 
 def driven_until_ns(target: Path, first: str) -> int:
-    """Return how far the site's clock had come when the last run of the watch ended, by its live log; 0 where none.
+    """Return the time on the site's clock at the end of the last live log; 0 if there is none.
 
     Args:
         target: The whole log of the plan.
-        first: Digest of the plan that the watch began with; live logs of other plans do not count.
+        first: Digest of the plan with which the watch began; live logs of other plans do not count.
     """
     for path in reversed(live_logs(target).values()):
-        # A run that was killed at once, or had no room on the disk, left nothing: the one before it knows.
+        # The log of a run that was killed at once, or had no room on the disk, is empty: the one before it counts.
         if (last_ns := _last_ns(path, first)) is not None:
             return last_ns
     return 0
 
 
 def _last_ns(path: Path, first: str | None = None) -> int | None:
-    """Time of the last message in a live log (of a plan); None where there is none, or it cannot be read."""
-    from bimvox.log.live.log import driven_of
-    from bimvox.log.segments import FIRST_PLAN
-
+    """Return the time of the last message in a live log of a plan; None if there is none or it cannot be read."""
     try:
         driven = driven_of(path)
     except OSError:
@@ -174,11 +169,11 @@ def _last_ns(path: Path, first: str | None = None) -> int | None:
 
 
 class LiveView:
-    """Sends what stands at every revision, and what moves ten times a second while the plan is carried out.
+    """Sends the plan at every revision, and the motion ten times a second while the plan is carried out.
 
     Args:
-        sinks: Where to.
-        clock: The site's clock; None where the plan is not carried out.
+        sinks: The receivers.
+        clock: The site's clock; None if the plan is not carried out.
     """
 
     def __init__(self, sinks: Sequence[Sink], clock: PlanClock | None) -> None:
@@ -192,11 +187,9 @@ class LiveView:
         """Show a plan from now on.
 
         Args:
-            record: The plan, with the motions whose time is known, and what happened to it.
+            record: The plan with its timed motions and its events.
             held: The lifts whose loads are held.
         """
-        from bimvox.log.live.view import Moving, standing_messages, with_held
-
         for one in held:
             record = with_held(record, one)
         hanging = [one.lift.component for one in held if one.stop is not None]
@@ -206,7 +199,7 @@ class LiveView:
             messages = [(topic, at_ns, one.SerializeToString(deterministic=True)) for at_ns, topic, one in standing]
             moving = Moving(record)
             if self._clock is None:
-                # Nothing moves: whoever begins to look on later is to see the cranes too.
+                # Nothing moves: a viewer that connects later must see the cranes too.
                 messages += [(topic, now_ns, data) for topic, data in moving.at(now_ns)]
             for sink in self._sinks:
                 sink.keep(messages)

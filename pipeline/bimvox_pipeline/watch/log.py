@@ -1,8 +1,8 @@
-"""What a watch writes: a segment per revision immediately, and the whole newest log when idle.
+"""Writes the logs of a watch: a segment per revision immediately, and the whole newest log when idle.
 
-The segment of a revision is on disk, synced, before the revision counts. A thread rewrites the whole log after
-a short time without changes; a change stops it, and it starts again later. So the newest plan is always in the whole
-log and the segments after it, however the process ends.
+A revision counts once its segment is synced to disk. A thread rewrites the whole log after a short time without
+changes; a change interrupts it, and it starts again later. So the newest plan is always in the whole log and the
+segments after it, however the process ends.
 """
 
 from __future__ import annotations
@@ -11,21 +11,22 @@ import re
 import threading
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, cast
+from typing import Any, BinaryIO, cast
 
 from bimvox.errors import FileError, LogFileError
 from bimvox.files import write_atomically
+from bimvox.log import recorder
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.reader import read_log
+from bimvox.log.segments import first_plan_of, newest
 from bimvox.progress import Progress
-
-if TYPE_CHECKING:
-    from bimvox.log.plan_log import PlanLog
 
 _QUIET_S = 0.5
 _RETRY_S = 5.0
 
 
 def segment_file(log: Path, revision: int) -> Path:
-    """Return the path of the segment of a revision: next to the log, also if that is a link."""
+    """Return the path of the segment of a revision: next to the log, even if the log is a link."""
     return log.with_name(f"{log.stem}.r{revision:04d}{log.suffix}")
 
 
@@ -37,7 +38,7 @@ def segments_on_disk(log: Path) -> dict[int, Path]:
 
 
 def keep_as_segment(log: Path, revision: int) -> None:
-    """Keep the log that a watch continues from: later segments build on it, and the whole log will be newer."""
+    """Keep the log from which a watch continues as a segment: later segments build on it."""
     kept = segment_file(log, revision)
     if not kept.exists():
         write_atomically(kept, log.read_bytes())
@@ -62,10 +63,8 @@ def read_newest(log: Path, fixed_digest: str, progress: Progress) -> Newest | No
     Args:
         log: The whole log; if it is missing or damaged, the last intact segment replaces it.
         fixed_digest: The fixed digest of the site.
-        progress: Receives what is skipped.
+        progress: Receives a note for each file that is not used.
     """
-    from bimvox.log.segments import first_plan_of, newest
-
     segments = segments_on_disk(log)
     base = _read(log, fixed_digest, progress) if log.exists() else None
     no_whole = base is None
@@ -86,20 +85,18 @@ def read_newest(log: Path, fixed_digest: str, progress: Progress) -> Newest | No
     first = first_plan_of(base)
     own = [segment for segment in after[::-1] if first_plan_of(segment) == first]
     if len(own) < len(after):
-        progress.note(f"{len(after) - len(own)} segments beside {log} are of an earlier plan, they are not taken up")
+        progress.note(f"{len(after) - len(own)} segments next to {log} belong to an earlier plan and are not used")
     return Newest(newest(base, own), no_whole or bool(own))
 
 
 def _read(path: Path, fixed_digest: str, progress: Progress) -> PlanLog | None:
-    from bimvox.log.reader import read_log
-
     try:
         record = read_log(path)
     except LogFileError as error:
-        progress.note(f"{path} is not taken up: {error.message}")
+        progress.note(f"{path} is not used: {error.message}")
         return None
     if record.plan.site.fixed_digest != fixed_digest:
-        progress.note(f"{path} is of another site, it is not taken up")
+        progress.note(f"{path} belongs to another site and is not used")
         return None
     return record
 
@@ -121,11 +118,11 @@ class WholeLog:
         self._thread: threading.Thread | None = None
 
     def hold(self) -> None:
-        """Stop writing, because something is more urgent."""
+        """Stop writing, because something else is more urgent."""
         self._interrupted.set()
 
     def offer(self, record: PlanLog) -> None:
-        """Write this plan when idle, instead of any other that was offered."""
+        """Write this plan when idle, instead of one offered earlier."""
         with self._changed:
             self._wanted = record
             self._interrupted.clear()
@@ -141,7 +138,7 @@ class WholeLog:
             self._changed.notify()
 
     def close(self) -> None:
-        """Write the plan offered last, if not yet written, and end; if that fails, the segments contain it."""
+        """Write the last offered plan, unless it is written already, and end; the segments hold it if that fails."""
         with self._changed:
             self._closed = True
             self._interrupted.set()
@@ -186,15 +183,14 @@ class WholeLog:
         return self._wanted is not None and not self._interrupted.is_set()
 
     def _write(self, record: PlanLog, interrupted: threading.Event | None) -> None:
-        from bimvox.log.recorder import write_log
-
         def write(stream: BinaryIO) -> None:
-            write_log(stream if interrupted is None else cast(BinaryIO, _Stoppable(stream, interrupted)), record)
+            out = stream if interrupted is None else cast(BinaryIO, _Stoppable(stream, interrupted))
+            recorder.write_log(out, record)
 
         write_atomically(self._target, write)
 
 
-class _Interrupted(Exception):  # noqa: N818 (no error: something more urgent came)
+class _Interrupted(Exception):  # noqa: N818 (not an error: something else is more urgent)
     """Writing was stopped."""
 
 

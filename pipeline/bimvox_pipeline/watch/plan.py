@@ -1,4 +1,4 @@
-"""The plan that a watch keeps: what stands, its number, what it was made from, and the logs that say so."""
+"""The current plan of a watch, with its revision number, its inputs and its logs."""
 
 from __future__ import annotations
 
@@ -6,47 +6,48 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bimvox.library.plan import log_of
 from bimvox.library.prove import Planned
 from bimvox.library.site import LoadedSite
+from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_files, held_in
+from bimvox.log.plan_log import LogEvent, PlanLog
+from bimvox.log.segments import FIRST_PLAN, first_plan_of, segment_of
 from bimvox.policy.choice import PolicyInUse
-from bimvox_pipeline.watch.documents import blocked, outcome
+from bimvox.records.lift import LiftPlan
+from bimvox.revision.current_plan import CurrentPlan, RevisionPart, current_plan_of
+from bimvox_pipeline.plan import infeasible_lifts
+from bimvox_pipeline.watch.documents import outcome
 from bimvox_pipeline.watch.log import segments_on_disk
 from bimvox_pipeline.watch.simulate import NOW_NS
 
-if TYPE_CHECKING:
-    from bimvox.log.plan_log import LogEvent, PlanLog
-    from bimvox.records.lift import LiftPlan
-    from bimvox.revision.current_plan import CurrentPlan, RevisionPart
-
 
 class WatchedPlan:
-    """What stands.
+    """The current plan.
 
     Args:
         loaded: The site as loaded.
         policy: What proposes paths.
         target: The whole log.
         seed: Seed of the training, for the log.
-        is_carried_out: Whether it is carried out against a clock.
 
     Attributes:
+        loaded: The site as loaded.
+        policy: What proposes paths.
         target: The whole log.
+        seed: Seed of the training.
+        is_carried_out: Whether it is carried out against a clock.
         revision: Number of the last revision; -1 before the first.
         current: The plan; None before the first.
-        content: The obstruction file's bytes, by the name that they have in the log.
-        first: Digest of the plan that it began with.
-        carried_out_ns: How far it was carried out when the last revision was made.
+        content: The bytes of the obstruction file, by its name in the log.
+        first: Digest of the plan with which the watch began.
+        carried_out_ns: Time on the site's clock when the last revision was made.
     """
 
-    def __init__(
-        self, loaded: LoadedSite, policy: PolicyInUse, target: Path, seed: int, *, is_carried_out: bool
-    ) -> None:
-        self._loaded, self._policy, self._seed = loaded, policy, seed
-        self._is_carried_out = is_carried_out
-        self.target = target
+    def __init__(self, loaded: LoadedSite, policy: PolicyInUse, target: Path, seed: int) -> None:
+        self.loaded, self.policy, self.target, self.seed = loaded, policy, target, seed
+        self.is_carried_out = False
         self.revision = max(segments_on_disk(target), default=-1)
         self.current: CurrentPlan | None = None
         self.content: Mapping[str, bytes] = {}
@@ -55,39 +56,33 @@ class WatchedPlan:
 
     @property
     def is_left_over(self) -> bool:
-        """Whether lifts are still to be planned that nothing keeps from being planned."""
+        """Whether lifts are pending that can be planned now."""
         current = self.current
         return current is not None and bool(current.pending) and current.held is None
 
     def take_up(self, log: PlanLog) -> None:
-        """Let the plan of a log stand."""
-        from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_in
-        from bimvox.log.segments import first_plan_of
-        from bimvox.revision.current_plan import current_plan_of
-
+        """Continue from the plan of a log."""
         self.revision, self.first = max(self.revision, log.revision), first_plan_of(log)
         self.current = current_plan_of(log.plan, log.motions)
         self.carried_out_ns = int(log.metadata.get(NOW_NS, 0))
-        if self._is_carried_out:
+        if self.is_carried_out:
             self.current = replace(self.current, held=held_in(log.attachments))
-        known = {*self._loaded.files, HELD_FILE, HELD_CRANES_FILE}
+        known = {*self.loaded.files, HELD_FILE, HELD_CRANES_FILE}
         self.content = {name: log.attachments[name] for name in log.attachments if name not in known}
 
     def first_log(self, planned: Planned, content: Mapping[str, bytes]) -> PlanLog:
         """Return the whole log of a first plan, which is the next revision."""
-        from bimvox.log.segments import first_plan_of
-
-        files = self._loaded.files | dict(content)
-        log = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=self.revision + 1)
+        files = self.loaded.files | dict(content)
+        log = log_of(planned, self.loaded, self.policy, files, seed=self.seed, revision=self.revision + 1)
         self.first = first_plan_of(log)
         return log
 
     def whole_log(self) -> PlanLog:
-        """Return the whole log of what stands."""
+        """Return the whole log of the current plan."""
         assert self.current is not None
         planned = Planned(self.current.plan, self.current.chain)
-        files = self._loaded.files | dict(self.content) | _held(self.current)
-        record = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=self.revision)
+        files = self.loaded.files | dict(self.content) | _held(self.current)
+        record = log_of(planned, self.loaded, self.policy, files, seed=self.seed, revision=self.revision)
         return replace(record, metadata={**record.metadata, **self._about(self.carried_out_ns)})
 
     def segment(
@@ -101,17 +96,15 @@ class WatchedPlan:
         """Return the segment of the next revision.
 
         Args:
-            part: What stands then.
+            part: The plan then.
             content: The obstruction file's bytes.
-            fields: What its event says.
+            fields: Fields of its event.
             more: Other events.
-            now_ns: How far the plan is carried out.
+            now_ns: Time on the site's clock.
         """
-        from bimvox.log.segments import segment_of
-
         planned, revision = Planned(part.current.plan, ()), self.revision + 1
-        files = self._loaded.files | dict(content) | _held(part.current)
-        bare = log_of(planned, self._loaded, self._policy, files, seed=self._seed, revision=revision)
+        files = self.loaded.files | dict(content) | _held(part.current)
+        bare = log_of(planned, self.loaded, self.policy, files, seed=self.seed, revision=revision)
         return segment_of(
             replace(bare, metadata={**bare.metadata, **self._about(now_ns)}),
             part.current.motions,
@@ -129,11 +122,11 @@ class WatchedPlan:
         started_s: float,
         retimed: set[int] | None = None,
     ) -> dict[str, Any]:
-        """Return what is said of a change.
+        """Return the document of a change.
 
         Args:
             event: What happened.
-            plan: The plan now; None where there is none.
+            plan: The current plan; None if there is none.
             before: The plan before.
             started_s: When the change was noticed, on the monotonic clock.
             retimed: Orders of the lifts with a new motion.
@@ -148,24 +141,20 @@ class WatchedPlan:
     def unchanged(
         self, event: str, started_s: float, message: str | None = None, notes: Sequence[str] = ()
     ) -> dict[str, Any]:
-        """Return what is said of a change that changes nothing about the plan."""
+        """Return the document of an event that does not change the plan."""
         plan = self.current.plan if self.current is not None else None
         document = self.document(event, plan, plan, started_s) | {"notes": list(notes)}
         if plan is not None:
-            document["blocked"] = blocked(plan)
+            document["blocked"] = infeasible_lifts(plan)
         return document | ({"message": message} if message else {})
 
     def _about(self, now_ns: int) -> dict[str, str]:
-        """Which plan it comes from, and how far it is carried out, for the log."""
-        from bimvox.log.segments import FIRST_PLAN
-
-        return {FIRST_PLAN: self.first} | ({NOW_NS: str(now_ns)} if self._is_carried_out else {})
+        """Return the log's metadata: the first plan, and the time on the site's clock."""
+        return {FIRST_PLAN: self.first} | ({NOW_NS: str(now_ns)} if self.is_carried_out else {})
 
 
 def _held(current: CurrentPlan) -> dict[str, bytes]:
-    """The cranes that are held, for the log."""
-    from bimvox.log.held import held_files
-
+    """Return the held cranes as files of the log."""
     return {} if current.held is None else held_files(current.held)
 
 

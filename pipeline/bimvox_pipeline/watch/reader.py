@@ -1,11 +1,10 @@
-"""The obstruction file of a watch, read; and when content that could not be used is looked at again."""
+"""Reads the obstruction file of a watch, and decides when content that could not be used is read again."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from bimvox.errors import FileError
 from bimvox.files import reason_of
@@ -13,17 +12,15 @@ from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.site import LoadedSite
 from bimvox.progress import Progress
 from bimvox.site.obstructions.obstruction_set import EMPTY, ObstructionSet
+from bimvox.site.site import Site
 from bimvox_pipeline.watch.file_watch import FileState, state_of
 
-if TYPE_CHECKING:
-    from bimvox.site.site import Site
-
 _MOST_BYTES = 512 << 20
-"""A larger obstruction file is refused: reading it would take all memory."""
+"""A larger obstruction file is refused: reading it could exhaust the memory."""
 _SETTLE_S = 0.05
-"""A file that cannot be used may be half written: it is looked at again after this time before it is refused."""
+"""A file that cannot be used may be half written: it is read again after this time before it is refused."""
 _RETRY_S = (1.0, 30.0)
-"""Shortest and longest wait before what could not be read or written is tried again."""
+"""Shortest and longest wait before a failed reading or writing is tried again."""
 
 
 class ObstructionReader:
@@ -35,8 +32,8 @@ class ObstructionReader:
 
     Attributes:
         file: The obstruction file.
-        files: What it refers to.
-        refused: Why its content was refused last; None where it was not.
+        files: The files that it refers to.
+        refused: Why its last content was refused; None if it was accepted.
     """
 
     def __init__(self, file: Path, loaded: LoadedSite) -> None:
@@ -47,12 +44,12 @@ class ObstructionReader:
 
     @property
     def waits(self) -> bool:
-        """Whether content that could not be used is to be looked at again some time."""
+        """Whether content that could not be used will be read again."""
         return self._retry_at_s is not None
 
     @property
     def is_due(self) -> bool:
-        """Whether it is time for that."""
+        """Whether it is time to read it again."""
         return self._retry_at_s is not None and time.monotonic() >= self._retry_at_s
 
     def read(self, state: FileState, progress: Progress) -> tuple[Site, dict[str, bytes]]:
@@ -70,33 +67,33 @@ class ObstructionReader:
         return bool(self.files) or state_of(self.file).digest == state.digest
 
     def holds_other_than(self, content: Mapping[str, bytes]) -> bool:
-        """Return whether the file holds something else than what is being planned."""
+        """Return whether the content of the file differs from what is being planned."""
         try:
             return self.file.read_bytes() not in content.values()
         except OSError:
             return False
 
     def why_missing(self) -> FileError | None:
-        """Return why a file that is there cannot be read; None where it is not there."""
+        """Return why an existing file cannot be read; None if it does not exist, or can be read after all."""
         try:
             with self.file.open("rb"):
-                return None  # it came back meanwhile
+                return None
         except FileNotFoundError:
             return None
         except OSError as error:
-            hint = "where nothing is in the way, write an empty list of obstructions"
+            hint = "if nothing is in the way, write an empty list of obstructions"
             return FileError(self.file, f"cannot be read: {reason_of(error)}", hint=hint)
 
     def accept(self) -> None:
-        """What it holds was taken."""
+        """Note that the content was accepted."""
         self.refused, self._retry_at_s = None, None
 
     def forget(self) -> None:
-        """It is gone: there is nothing to look at again."""
+        """Note that the file no longer exists, so there is nothing to read again."""
         self._retry_at_s = None
 
     def try_again(self, started_s: float) -> None:
-        """A disk may have room again, a file that is referred to may come: look again, more seldom if that is dear."""
+        """Try again later: a full disk or a missing file may be transient. A slow reading is tried less often."""
         now_s = time.monotonic()
         self._retry_at_s = now_s + min(max(_RETRY_S[0], 10.0 * (now_s - started_s)), _RETRY_S[1])
 

@@ -1,8 +1,8 @@
-"""Retraining during a watch, in a process of its own, so that the next change is answered as fast as ever.
+"""Retraining during a watch, in a separate process, so that it does not delay the next change.
 
-Meanwhile the search's paths are used. The budget is in environment steps, not in time: the same budget gives the same
-policy. A newer change stops the training, because its lessons would be those of a site that has been replaced. The
-process is started anew, not forked, so it works the same on every system.
+Meanwhile the paths found by search are used. The budget is in environment steps, not in time: the same budget gives the
+same policy. A newer change stops the training, because its lessons would be those of a site that has been replaced. The
+process is spawned, not forked, so it works the same on every system.
 """
 
 from __future__ import annotations
@@ -11,25 +11,20 @@ import multiprocessing
 import os
 import signal
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from typing import TYPE_CHECKING
 
 from bimvox.errors import PolicyError
+from bimvox.planning.assembly import Preparation
 from bimvox.policy.choice import PolicyInUse, retrained
 from bimvox.processes import end_with
 from bimvox.progress import SilentProgress
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from bimvox.planning.assembly import Preparation
-    from bimvox.site.site import Site
+from bimvox.site.site import Site
 
 _NICE = 10
-"""The watch goes first."""
+"""Lower priority than the watch."""
 _END_S = 5.0
 
 
@@ -37,14 +32,14 @@ class Retraining:
     """One training at a time.
 
     Args:
-        preparation: What was prepared for the site.
-        policy: The policy in use; training begins with it.
+        preparation: Contacts, order and yard of the site.
+        policy: The policy in use; training starts from it.
         seed: Seed of the training.
         steps: Budget in environment steps.
 
     Attributes:
-        train: What trains; it and its arguments are pickled.
-        components: The components whose lifts are trained for.
+        train: The function that trains; it is pickled with its arguments.
+        components: The components whose failed lifts are trained.
     """
 
     def __init__(self, preparation: Preparation, policy: PolicyInUse, seed: int, steps: int) -> None:
@@ -77,7 +72,7 @@ class Retraining:
 
     @property
     def is_done(self) -> bool:
-        """Whether a training has ended and its result has not been taken yet."""
+        """Whether a training has ended and its result has not been read yet."""
         return self._answer is not None and self._answer.poll()
 
     def result(self) -> PolicyInUse | None:
@@ -110,8 +105,8 @@ class Retraining:
 
 
 def _train(answer: Connection, parent: int, task: Callable[..., PolicyInUse], before: str) -> None:
-    """Train, and answer with the policy, None if it is the one before, or what went wrong."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the whole group; the watch ends this process
+    """Train, and answer with the new policy, None if it is the old one, or an error message."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the watch ends this process
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     end_with(parent)
     os.nice(_NICE)

@@ -1,4 +1,4 @@
-"""A revision of the watched plan: planned, proven, written, told of; part by part, the first lifts first."""
+"""Revises the watched plan part by part, the first lifts first: plan, prove, write, report."""
 
 from __future__ import annotations
 
@@ -7,35 +7,38 @@ import time
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bimvox.files import write_atomically
-from bimvox_pipeline.watch.documents import blocked, event_fields, stop_events, transit
+from bimvox.log.bundle import SiteWriter
+from bimvox.log.recorder import write_log
+from bimvox.planning.assembly import Preparation
+from bimvox.planning.propose import Propose
+from bimvox.records.lift import LiftPlan
+from bimvox.revision.current_plan import RetrainedPolicy, RevisionPart
+from bimvox.revision.request import RevisionRequest
+from bimvox.revision.revise import revise
+from bimvox.site.site import Site
+from bimvox.stop.redirect import HOLD_S
+from bimvox_pipeline.plan import infeasible_lifts
+from bimvox_pipeline.watch.documents import event_fields, stop_events, transit
 from bimvox_pipeline.watch.log import segment_file
 from bimvox_pipeline.watch.plan import WatchedPlan, ms_since
-
-if TYPE_CHECKING:
-    from bimvox.log.bundle import SiteWriter
-    from bimvox.planning.assembly import Preparation
-    from bimvox.planning.propose import Propose
-    from bimvox.records.lift import LiftPlan
-    from bimvox.revision.current_plan import RetrainedPolicy, RevisionPart
-    from bimvox.site.site import Site
-    from bimvox_pipeline.watch.simulate import PlanClock
+from bimvox_pipeline.watch.simulate import PlanClock
 
 _STAGES = ("read", "plan", "prove", "write")
 _FIRST = 20
-"""Lifts made anew that are written first."""
+"""New lifts in the first part, which is written before the others are planned."""
 _APART_NS = 1_000_000
-"""Changes are at least so far apart on the site's clock, which stands while a plan is taken up."""
+"""Shortest time between two changes on the site's clock, which stands still while a watch resumes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Change:
-    """What a revision is made for.
+    """The reason for a revision.
 
     Attributes:
-        site: The site with its obstructions now.
+        site: The site with its current obstructions.
         content: The obstruction file's bytes, for the log.
         started_s: When it was noticed, on the monotonic clock.
         better: A policy that was trained further.
@@ -54,8 +57,8 @@ class Revised:
     """A part of a revision that is on disk.
 
     Attributes:
-        part: What stands now.
-        document: What is said of it.
+        part: The part, with the plan after it.
+        document: Its document.
     """
 
     part: RevisionPart
@@ -66,9 +69,9 @@ class Reviser:
     """Makes revisions.
 
     Args:
-        plan: The plan that stands; it is brought forward.
-        preparation: What was prepared for its site.
-        clock: The site's clock, where the plan is carried out.
+        plan: The current plan, which is updated.
+        preparation: Contacts, order and yard of its site.
+        clock: The site's clock; None if the plan is not carried out.
 
     Attributes:
         propose: The policy; None for search alone.
@@ -82,21 +85,15 @@ class Reviser:
         self._sites: SiteWriter | None = None
 
     def know(self, site: Site) -> None:
-        """Encode the site: what later ones have in common with it need not be encoded again."""
-        from bimvox.log.bundle import SiteWriter
-
+        """Encode the site, so that only the differences of later ones have to be encoded."""
         self._sites = SiteWriter(site)
 
     def revise(self, change: Change) -> Generator[Revised, None, None]:
         """Revise the plan part by part; a part is on disk before it is yielded.
 
         Raises:
-            BimvoxError: If a part cannot be made or written; those before it stand.
+            BimvoxError: If a part cannot be made or written; the parts before it remain valid.
         """
-        from bimvox.revision.request import RevisionRequest
-        from bimvox.revision.revise import revise
-        from bimvox.stop.redirect import HOLD_S
-
         plan = self._plan
         assert plan.current is not None
         before = plan.current.plan
@@ -122,7 +119,7 @@ class Reviser:
 
 
 class _Making:
-    """One revision, and how long its stages take."""
+    """One revision, with the times of its stages."""
 
     def __init__(
         self,
@@ -142,11 +139,11 @@ class _Making:
         self._number = 0
 
     def note_verdict(self) -> None:
-        """It is known which lifts can be planned."""
+        """Record the time at which it is known which lifts can be planned."""
         self._verdicts_s.append(time.monotonic())
 
     def _document(self, part: RevisionPart) -> dict[str, Any]:
-        """Return what is said of a part, but for its latency."""
+        """Return the document of a part without its times."""
         plan, now_ns = part.current.plan, self._now_ns
         event = self._event if self._number == 0 else "continued"
         retimed = self._retimed | set(part.retimed)
@@ -156,15 +153,13 @@ class _Making:
             "changed_cells": self._cells + part.change.cells,
             "obstructions": sorted(self._ids | part.change.ids),
             "pending": [_name(plan, order) for order in sorted(part.current.pending)],
-            "blocked": blocked(plan),
+            "blocked": infeasible_lifts(plan),
         }
         if self._change.policy is not None:
             document["policy"] = self._change.policy
         return document if now_ns is None else document | transit(part, now_ns)
 
     def _segment(self, part: RevisionPart, document: dict[str, Any]) -> bytes:
-        from bimvox.log.recorder import write_log
-
         now_ns = self._now_ns
         stops = [] if now_ns is None else stop_events(part, document, now_ns)
         record = self._plan.segment(part, self._change.content, event_fields(document), stops, now_ns or 0)
@@ -173,7 +168,7 @@ class _Making:
         return stream.getvalue()
 
     def write(self, part: RevisionPart) -> dict[str, Any]:
-        """Write the segment of a proven part, make it the current plan, and return what is said of it."""
+        """Write the segment of a proven part, make it the current plan, and return its document."""
         self._marks += [self._verdicts_s[-1], time.monotonic()]
         plan, document = self._plan, self._document(part)
         target = segment_file(plan.target, plan.revision + 1)
@@ -204,7 +199,7 @@ class _Making:
 
 
 def _after_all(plan: LiftPlan) -> int:
-    """The earliest time on the site's clock at which another change counts: after those that were before it."""
+    """Return the earliest time on the site's clock for the next change: after all earlier ones."""
     return plan.history[-1].until_ns + _APART_NS if plan.history else 0
 
 

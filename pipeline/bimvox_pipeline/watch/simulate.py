@@ -1,31 +1,31 @@
-"""``bimvox watch --simulate``: the plan carried out against a clock, and what is where at every moment of it."""
+"""``bimvox watch --simulate``: a plan carried out against a clock, and the state of every part."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from bimvox.records.motion import LiftMotion
-    from bimvox.revision.current_plan import CurrentPlan
+from bimvox.log.colours import ConstructionState
+from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.revision.current_plan import CurrentPlan
 
 NOW_NS = "simulated_ns"
-"""Metadata key: how far the plan was carried out when a revision was made."""
+"""Metadata key: the time on the site's clock when a revision was made."""
 
 _NS_PER_S = 1_000_000_000
 _ANSWER_S = 3.0
-"""Wall time within which a new plan is on disk: a stopped load is held at least that long."""
+"""Wall-clock time within which a new plan is on disk: a stopped load is held at least that long."""
 _ANSWER_TOGETHER_S = 12.0
-"""The same of a plan of several cranes, which is timed and proven as a whole."""
+"""The same for several cranes, whose plan is timed and proven as a whole."""
 
 
 class PlanClock:
-    """The site's clock, going so many times as fast as the wall's.
+    """The site's clock, a multiple of the wall clock.
 
     Args:
-        speed: How many times as fast.
-        wall_s: The wall's clock.
+        speed: Seconds on the site's clock per second on the wall clock.
+        wall_s: The wall clock.
     """
 
     def __init__(self, speed: float, wall_s: Callable[[], float] = time.monotonic) -> None:
@@ -34,11 +34,11 @@ class PlanClock:
         self._started_s: float | None = None
 
     def start(self, at_ns: int = 0) -> None:
-        """Let it go on from a time."""
+        """Run from a time on."""
         self._start_ns, self._started_s = at_ns, self._wall_s()
 
     def stand_at(self, at_ns: int) -> None:
-        """Let it stand at a time until it is started."""
+        """Stop at a time until it is started again."""
         self._start_ns, self._started_s = at_ns, None
 
     @property
@@ -47,13 +47,13 @@ class PlanClock:
         return self.at_ns(self._wall_s())
 
     def at_ns(self, wall_s: float) -> int:
-        """Return the time on the site's clock at a time of the wall's; before it was started it stands."""
+        """Return the time on the site's clock for a time on the wall clock."""
         if self._started_s is None:
             return self._start_ns
         return self._start_ns + round(max(0.0, wall_s - self._started_s) * self.speed * _NS_PER_S)
 
     def hold_s(self, cranes: int) -> float:
-        """Return how much of the site's time goes by until a new plan of so many cranes should be on disk."""
+        """Return the seconds on the site's clock until a new plan for this number of cranes should be on disk."""
         return self.speed * (_ANSWER_S if cranes <= 1 else _ANSWER_TOGETHER_S)
 
 
@@ -69,11 +69,11 @@ class Execution:
         self._told: dict[int, str] = {}
 
     def has_news(self, current: CurrentPlan | None) -> bool:
-        """Return whether the state of any part has changed since it was told."""
+        """Return whether any part has changed its state since the last report."""
         return current is not None and next(self._news(current, self.clock.now_ns), None) is not None
 
     def news(self, current: CurrentPlan | None) -> list[dict[str, Any]]:
-        """Return what has changed since it was told, in order of time."""
+        """Return the changes since the last report, in order of time."""
         if current is None:
             return []
         found = sorted(self._news(current, self.clock.now_ns), key=lambda one: one[0])
@@ -99,7 +99,7 @@ class Execution:
         for order in sorted(motions):
             motion = motions[order]
             if motion.start_ns > now_ns:
-                continue  # of several cranes a later one may have begun before
+                continue  # with several cranes, a later lift may have started already
             told = self._told.get(motion.component)
             names = [name for _, name in _changes(motion)]
             after = names.index(told) + 1 if told in names else 0
@@ -109,10 +109,7 @@ class Execution:
 
 
 def _changes(motion: LiftMotion) -> list[tuple[int, str]]:
-    """When the state of a lift's part changes, and to what; before that it is unbuilt."""
-    from bimvox.log.colours import ConstructionState
-    from bimvox.records.motion import PhaseName
-
+    """Return the times at which a lift's part changes its state, and the new states; at first it is unbuilt."""
     lifted_ns = motion.start_ns + int(motion.raising.time_ns[0])
     arrived_ns = motion.start_ns + int(motion.loaded.time_ns[-1])
     set_ns = max([arrived_ns, *(phase.end_ns for phase in motion.phases if phase.name is PhaseName.SET)])

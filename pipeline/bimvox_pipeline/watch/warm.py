@@ -9,14 +9,18 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from bimvox.log.plan_log import PlanLog
-    from bimvox.planning.assembly import Preparation
-    from bimvox.planning.propose import Propose
-    from bimvox.revision.current_plan import CurrentPlan, RevisionPart
-    from bimvox.site.site import Site
+from bimvox.library.obstructions import rasterise
+from bimvox.log.plan_log import PlanLog
+from bimvox.log.recorder import write_log
+from bimvox.planning.assembly import Preparation
+from bimvox.planning.propose import Propose
+from bimvox.revision.current_plan import CurrentPlan, RevisionPart
+from bimvox.revision.request import RevisionRequest
+from bimvox.revision.revise import revise
+from bimvox.site.build import with_obstructions
+from bimvox.site.obstructions.obstruction_set import Obstruction, ObstructionSet, Voxels
+from bimvox.site.site import Site
 
 _TRIES = 3
 
@@ -32,35 +36,27 @@ def warm_up(
 
     Args:
         current: The current plan; it is not changed.
-        preparation: What was prepared for its site.
-        propose: The policy.
+        preparation: Contacts, order and yard of its site.
+        propose: The policy; None for search alone.
         known_shapes: See ``verify_plan``.
         record_of: Makes the record of a part: part, files, event.
     """
-    from bimvox.log.recorder import write_log
-    from bimvox.revision.request import RevisionRequest
-    from bimvox.revision.revise import revise
-
     planned = [lift for lift in current.plan.lifts if lift.path_vox is not None]
     if not planned or current.pending:
         return
     for n in range(_TRIES):
         lift = planned[n * (len(planned) - 1) // max(1, _TRIES - 1)]
         assert lift.path_vox is not None
-        site = _with_cell(current.plan.site, lift.path_vox[len(lift.path_vox) // 2])
+        site = _with_cell(current.plan.site, lift.path_vox[len(lift.path_vox) // 2].tolist())
         part = next(
             revise(current, RevisionRequest(site, preparation, propose=propose, first=1), known_shapes=known_shapes)
         )
         write_log(io.BytesIO(), record_of(part, {}, {}))
 
 
-def _with_cell(site: Site, cell: object) -> Site:
+def _with_cell(site: Site, cell: list[int]) -> Site:
     """Return the site with one more obstruction, of one cell."""
-    from bimvox.library.obstructions import rasterise
-    from bimvox.site.build import with_obstructions
-    from bimvox.site.obstructions.obstruction_set import Obstruction, ObstructionSet, Voxels
-
-    x, y, z = (int(n) for n in cell)  # type: ignore[attr-defined]
+    x, y, z = cell
     there = tuple(b for b in site.blockers if b.kind == "obstruction")
     one = with_obstructions(site, ObstructionSet.of([Obstruction("warm-up", Voxels(((x, y, z),)))]), rasterise)
     return replace(one, blockers=(*one.blockers, *there))

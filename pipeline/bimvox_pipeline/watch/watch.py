@@ -1,9 +1,9 @@
-"""``bimvox watch``: a plan kept true to an obstruction file.
+"""``bimvox watch``: keeps a plan up to date with an obstruction file.
 
 Every accepted content of the file makes a revision: a segment of the log, ``LOG.rNNNN.mcap``, with the lifts that are
-new in it; ``LOG.mcap`` is the whole newest plan, written again when nothing is going on and at the end. Lifts that the
-change does not meet are kept as they are. Content that cannot be used changes nothing: the last good plan stands and
-the next good content is taken.
+new in it; ``LOG.mcap`` is the whole newest plan, written when the watch is idle and at the end. Lifts that the change
+does not affect are kept. Content that cannot be used changes nothing: the last good plan remains until usable content
+follows.
 """
 
 from __future__ import annotations
@@ -12,17 +12,21 @@ import gc
 import threading
 from collections.abc import Generator, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bimvox.errors import BimvoxError, FileError, InputError, PolicyError
 from bimvox.files import check_output, default_output, write_atomically
 from bimvox.library.log import write_log_file
 from bimvox.library.plan import policy_of, seed_of
 from bimvox.library.prove import plan_and_prove, prepared
-from bimvox.library.site import LoadedSite, load_site
-from bimvox.policy.choice import PolicyInUse
+from bimvox.library.site import load_site
+from bimvox.log.plan_log import LogEvent, PlanLog
+from bimvox.planning.assembly import Preparation
+from bimvox.planning.rollout import proposer
 from bimvox.progress import Progress, SilentProgress
-from bimvox_pipeline.plan import document_of
+from bimvox.revision.current_plan import CurrentPlan, RetrainedPolicy, current_plan_of
+from bimvox.site.site import Site
+from bimvox_pipeline.plan import infeasible_lifts
 from bimvox_pipeline.watch.documents import left_to_search, revision_events
 from bimvox_pipeline.watch.file_watch import FileState, changes, state_of
 from bimvox_pipeline.watch.live import DrivenLog, LiveView, Sink, driven_until_ns, server_at
@@ -32,12 +36,7 @@ from bimvox_pipeline.watch.reader import ObstructionReader
 from bimvox_pipeline.watch.retrain import Retraining
 from bimvox_pipeline.watch.revise import Change, Reviser
 from bimvox_pipeline.watch.simulate import Execution, PlanClock
-
-if TYPE_CHECKING:
-    from bimvox.log.plan_log import LogEvent
-    from bimvox.planning.assembly import Preparation
-    from bimvox.revision.current_plan import CurrentPlan
-    from bimvox.site.site import Site
+from bimvox_pipeline.watch.warm import warm_up
 
 
 # One parameter for each option of `bimvox watch`.
@@ -68,15 +67,15 @@ def watch(
         seed: Seed of the training; default: the site file's.
         policy: Id of a policy of the store.
         steps: Training budget in environment steps.
-        poll_s: Poll the file at this interval instead of waiting for events: for network shares.
+        poll_s: Read the file at this interval instead of waiting for events: for network shares.
         speed: Carry the plan out against a clock that runs this many times as fast as the wall clock.
         retrain: Budget, in environment steps, of more training during the watch if the policy fails lifts; 0: none.
         serve: ``[HOST:]PORT`` of a websocket for viewers.
-        progress: Told of the stages of the first plan.
+        progress: Receives the stages of the first plan.
         stop: Ends the watch.
 
     Yields:
-        One document per change, see ``bimvox watch --json``.
+        One document of ``bimvox watch --json`` per change.
     """
     target = out or default_output(site, ".mcap")
     server = None if serve is None else server_at(serve, progress)
@@ -88,7 +87,8 @@ def watch(
     if speed is not None and not loaded.site.cranes:
         raise InputError("without a crane there is no motion to carry out", hint="leave --simulate out")
     clock = None if speed is None else PlanClock(speed)
-    watcher = Watcher(loaded, preparation, chosen, obstructions, target, seed_of(loaded, seed), progress, clock)
+    plan = WatchedPlan(loaded, chosen, target, seed_of(loaded, seed))
+    watcher = Watcher(plan, preparation, obstructions, progress, clock)
     watcher.retrain(retrain)
     if server is not None:
         server.advertise(len(loaded.site.cranes))
@@ -99,7 +99,7 @@ def watch(
 def follow(
     watcher: Watcher, *, once: bool, poll_s: float | None, stop: threading.Event, viewers: Sequence[Sink] = ()
 ) -> Iterator[dict[str, Any]]:
-    """Take up or make the first plan, then revise it at every change of the file; see ``watch``."""
+    """Make the first plan or continue from the one on disk, then revise it at every change; see ``watch``."""
     file, start = watcher.file, state_of(watcher.file)
     try:
         yield from watcher.take_up(start)
@@ -114,7 +114,7 @@ def follow(
         for state in changes(file, lambda: watcher.files, stop, start, poll_s=poll_s, again=watcher.wants_another_look):
             yield from watcher.change(state)
     except KeyboardInterrupt:
-        watcher.told.note("stopped; the last revision stands")
+        watcher.told.note("stopped; the last revision is complete")
     finally:
         watcher.close()
         for viewer in viewers if watcher.live is None else ():
@@ -125,42 +125,36 @@ class Watcher:
     """Holds the current plan and revises it.
 
     Args:
-        loaded: The site as loaded.
-        preparation: What was prepared for it.
-        policy: What proposes paths.
+        plan: The watched plan, before its first revision.
+        preparation: Contacts, order and yard of its site.
         file: The obstruction file.
-        target: The log.
-        seed: Seed of the training, for the log.
-        progress: Told of the stages.
-        clock: The site's clock, where the plan is carried out.
+        progress: Receives stages and notes.
+        clock: The site's clock; None if the plan is not carried out.
 
     Attributes:
         file: The obstruction file.
-        told: Told of what a user should know.
-        progress: Told of the stages of a change.
+        told: Receives notes for the user.
+        progress: Receives the stages of a change.
         is_cold: Whether the first change would be slower than the others.
-        live: Shows the plan to viewers, where there are any.
+        live: Shows the plan to viewers; None if there are none.
     """
 
     def __init__(
         self,
-        loaded: LoadedSite,
+        plan: WatchedPlan,
         preparation: Preparation,
-        policy: PolicyInUse,
         file: Path,
-        target: Path,
-        seed: int,
         progress: Progress,
         clock: PlanClock | None = None,
     ) -> None:
-        self._loaded, self._preparation, self._policy, self._seed = loaded, preparation, policy, seed
+        self._plan, self._preparation = plan, preparation
+        plan.is_carried_out = clock is not None
         self.file, self.progress, self.told = file, progress, progress
         self.live: LiveView | None = None
         self.is_cold = True
-        self._reader = ObstructionReader(file, loaded)
-        self._plan = WatchedPlan(loaded, policy, target, seed, is_carried_out=clock is not None)
-        self._reviser = Reviser(self._plan, preparation, clock)
-        self._whole = WholeLog(target, progress)
+        self._reader = ObstructionReader(file, plan.loaded)
+        self._reviser = Reviser(plan, preparation, clock)
+        self._whole = WholeLog(plan.target, progress)
         self._clock = clock
         self._execution = None if clock is None else Execution(clock)
         self._retraining: Retraining | None = None
@@ -170,7 +164,7 @@ class Watcher:
 
     @property
     def current(self) -> CurrentPlan | None:
-        """The plan that stands."""
+        """The current plan; None before the first."""
         return self._plan.current
 
     @property
@@ -180,17 +174,15 @@ class Watcher:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """What the obstruction file refers to."""
+        """The files that the obstruction file refers to."""
         return self._reader.files
 
     def take_up(self, state: FileState) -> Iterator[dict[str, Any]]:
-        """The first plan: the one on disk where it is of this site and of these obstructions, else a new one."""
-        from bimvox.planning.rollout import proposer
-
+        """Yield the document of the first plan: the one on disk if it fits the site, otherwise a new one."""
         self._taken = state.digest
-        network, plan = self._policy.network, self._plan
+        network, plan = self._plan.policy.network, self._plan
         self._reviser.propose = None if network is None else proposer(network)
-        before = read_newest(plan.target, self._loaded.site.fixed_digest, self.progress)
+        before = read_newest(plan.target, plan.loaded.site.fixed_digest, self.progress)
         if before is not None:
             plan.take_up(before.log)
             if self._execution is not None:
@@ -220,7 +212,7 @@ class Watcher:
             yield from self._revise(Change(site, content, state.seen_s))
 
     def change(self, state: FileState) -> Iterator[dict[str, Any]]:
-        """What the file holds now, planned; or why the last good plan stands."""
+        """Yield what became of a changed file: the revisions of the plan, or why the last good plan remains."""
         self._whole.hold()
         try:
             yield from self._change(state)
@@ -230,44 +222,43 @@ class Watcher:
             self._whole.resume()
 
     def wants_another_look(self) -> bool:
-        """Whether the last content could not be taken for a reason that may pass without a change of the file."""
+        """Return whether there is work although the file has not changed: parts, training, simulation, a retry."""
         news = self._execution is not None and self._execution.has_news(self.current)
         trained = self._retraining is not None and self._retraining.is_done
         return self._plan.is_left_over or news or trained or self._reader.is_due
 
     def warm(self) -> None:
-        """Make a warm-up revision: it loads compiled code and builds whatever is built once."""
-        from bimvox_pipeline.watch.warm import warm_up
-
-        # A plan of several cranes is revised as a whole: that takes longer than it saves.
+        """Make a warm-up revision: it loads compiled code and builds everything that is built once."""
+        # A plan of several cranes is revised as a whole, which would take longer than it saves.
         if self.current is not None and not self.current.plan.site.has_several_cranes:
             reviser = self._reviser
-            reviser.know(self._loaded.site)  # a plan from disk has a site of its own, its revisions do not
+            reviser.know(
+                self._plan.loaded.site
+            )  # a plan from disk has its own site object; its revisions have this one
             warm_up(self.current, self._preparation, reviser.propose, reviser.known_shapes, self._plan.segment)
-        # What is there now stays: the collector need not look through it at every change.
+        # Everything in memory now is permanent: the garbage collector need not scan it at every change.
         gc.collect()
         gc.freeze()
         self.is_cold = False
 
     def retrain(self, steps: int) -> None:
-        """From now on, train the policy further beside the watch where it fails lifts; with 0 steps, do not."""
-        if steps and self._policy.network is None:
-            self.told.note("--retrain: there is no policy that could be trained further; the search's paths stay")
+        """From now on, train the policy further in the background if it fails lifts; with 0 steps, do not."""
+        if steps and self._plan.policy.network is None:
+            self.told.note("--retrain: there is no policy to train further; the paths found by search remain")
         elif steps:
-            self._retraining = Retraining(self._preparation, self._policy, self._seed, steps)
+            self._retraining = Retraining(self._preparation, self._plan.policy, self._plan.seed, steps)
 
     def show_to(self, viewers: Sequence[Sink]) -> None:
-        """Show the plan to viewers; what is driven goes into a log that grows meanwhile, too."""
-        if self._clock is None:
-            sinks = list(viewers)
-        else:
-            cranes = len(self._loaded.site.cranes)
-            sinks = [*viewers, DrivenLog(self._plan.target, self.told, cranes, self._plan.first)]
+        """Show the plan to viewers; if it is carried out, also write the execution to a growing log."""
+        sinks = list(viewers)
+        if self._clock is not None:
+            cranes = len(self._plan.loaded.site.cranes)
+            sinks.append(DrivenLog(self._plan.target, self.told, cranes, self._plan.first))
         if sinks:
             self.live = LiveView(sinks, self._clock)
 
     def begin(self) -> None:
-        """Begin to carry the plan out, where it is; from where it was left."""
+        """Start the execution, if there is one, where it ended last; show the plan."""
         if self._execution is not None:
             self._execution.clock.start(max(self._plan.carried_out_ns, self._driven_ns))
         self._show()
@@ -304,7 +295,7 @@ class Watcher:
             site, content = reader.read(state, self.progress)
         except BimvoxError as error:
             if not reader.settles(state):
-                return  # it was being written: what it holds now is looked at next
+                return  # it was being written: the new content is read next
             if reader.refused != str(error):
                 yield self._refused("rejected", state.seen_s, error)
             reader.try_again(state.seen_s)
@@ -312,16 +303,14 @@ class Watcher:
         current = plan.current
         if current is not None and current.plan.site.digest == site.digest and not plan.is_left_over:
             reader.accept()
-            if known == reader.files:  # else only the files that it refers to are looked at now too
+            if known == reader.files:  # otherwise only the list of watched files has changed
                 yield plan.unchanged("unchanged", state.seen_s, notes=site.obstruction_notes)
             return
         yield from self._revise(Change(site, content, state.seen_s))
 
     def _first_plan(self, site: Site, content: dict[str, bytes], started_s: float) -> dict[str, Any]:
-        from bimvox.revision.current_plan import current_plan_of
-
         plan = self._plan
-        planned = plan_and_prove(site, self._preparation, self._policy, progress=self.progress)
+        planned = plan_and_prove(site, self._preparation, plan.policy, progress=self.progress)
         self._reviser.known_shapes = set(range(len(site.components)))
         segment = segment_file(plan.target, plan.revision + 1)
         write_log_file(segment, plan.first_log(planned, content), inputs=[])
@@ -329,13 +318,10 @@ class Watcher:
         plan.revision, plan.content = plan.revision + 1, content
         plan.current = current_plan_of(planned.plan, planned.motions)
         document = plan.document("planned", planned.plan, None, started_s)
-        return document | {"segment": str(segment), "blocked": document_of(planned, self._policy)["infeasible"]}
+        return document | {"segment": str(segment), "blocked": infeasible_lifts(planned.plan)}
 
     def _retrained(self, started_s: float) -> Iterator[dict[str, Any]]:
-        """Ask the policy that came of a training for the lifts that it was trained for."""
-        from bimvox.planning.rollout import proposer
-        from bimvox.revision.current_plan import RetrainedPolicy
-
+        """Revise the plan with a retrained policy, for the lifts on which it was trained."""
         assert self._retraining is not None
         assert self.current is not None
         components = frozenset(self._retraining.components)
@@ -345,14 +331,14 @@ class Watcher:
             yield self._refused("failed", started_s, error)
             return
         if found is None or found.network is None:
-            message = "no retrained policy was better: the search's paths stand"
+            message = "no retrained policy was better: the paths found by search remain"
             yield self._plan.unchanged("retrained", started_s, message)
             return
         better = RetrainedPolicy(components, proposer(found.network))
         yield from self._revise(Change(self.current.plan.site, self._plan.content, started_s, better, found.id))
 
     def _revise(self, change: Change) -> Iterator[dict[str, Any]]:
-        """Revise the plan, and say what came of it; a part is on disk before it is told of."""
+        """Revise the plan, and yield the document of each part once it is on disk."""
         if self._retraining is not None:
             self._retraining.cancel()
         searched: set[int] = set()
@@ -372,7 +358,7 @@ class Watcher:
                 if held:
                     return  # it waits for a change
                 if one.part.current.pending and self._reader.holds_other_than(self._plan.content):
-                    return  # what is pending goes with the next change
+                    return  # the next change includes the pending lifts
         except BimvoxError as error:
             if self._reader.refused != str(error):
                 yield self._refused("failed", change.started_s, error)
@@ -382,9 +368,7 @@ class Watcher:
             revised.close()
 
     def _show(self, events: tuple[LogEvent, ...] = ()) -> None:
-        """Show viewers what stands, and what happened to it."""
-        from bimvox.log.plan_log import PlanLog
-
+        """Show the current plan and its events to viewers."""
         if self.live is not None and (now := self.current) is not None:
             motions = tuple(now.on_the_clock[order] for order in sorted(now.on_the_clock))
             self.live.show(PlanLog(now.plan, motions, revision=self.revision, events=events), now.held_loads)

@@ -21,6 +21,7 @@ from bimvox_pipeline.report.report import report
 from bimvox_pipeline.verify import verify
 from bimvox_pipeline.watch.file_watch import changes, state_of
 from bimvox_pipeline.watch.log import WholeLog, read_newest, segment_file, segments_on_disk
+from bimvox_pipeline.watch.plan import WatchedPlan
 from bimvox_pipeline.watch.watch import Watcher, follow
 from opened_pages import Opened
 
@@ -55,7 +56,7 @@ def watcher(parts, site_folder) -> Watcher:
 def watcher_in(folder: Path, parts: tuple[Any, Any, Any]) -> Watcher:
     loaded, preparation, policy = parts
     file = folder / "obstructions.json"
-    return Watcher(loaded, preparation, policy, file, folder / "frame.mcap", 0, SilentProgress())
+    return Watcher(WatchedPlan(loaded, policy, folder / "frame.mcap", 0), preparation, file, SilentProgress())
 
 
 def box_on(watcher: Watcher, number: int, name: str = "box") -> dict[str, Any]:

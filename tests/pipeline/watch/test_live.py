@@ -74,7 +74,7 @@ def test_a_disk_without_room_removes_no_live_log(tmp_path, monkeypatch):
     monkeypatch.setattr("bimvox.log.live.log.LiveLog.__init__", full)
     quiet = driven(target, 6)
     (note,) = quiet.notes
-    assert note.startswith("the live log ends here: no space left on device")
+    assert note.startswith("the live log stops: no space left on device")
     assert list(live_logs(target)) == list(range(5))
 
 

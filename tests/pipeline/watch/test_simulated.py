@@ -13,6 +13,7 @@ import pytest
 from bimvox_pipeline.verify import verify
 from bimvox_pipeline.watch.file_watch import state_of
 from bimvox_pipeline.watch.live import driven_until_ns, live_logs
+from bimvox_pipeline.watch.plan import WatchedPlan
 from bimvox_pipeline.watch.simulate import NOW_NS, PlanClock
 from bimvox_pipeline.watch.watch import Watcher
 
@@ -52,16 +53,19 @@ class Simulated:
     """A watcher of an empty file that carries the plan on disk out, ten times as fast as the wall's clock."""
 
     def __init__(self, folder: Path, parts: tuple[Any, Any, Any]) -> None:
-        loaded, preparation, policy = parts
+        self.parts, self.target = parts, folder / "frame.mcap"
         self.hand = Hand()
         self.file = folder / "obstructions.json"
-        clock = PlanClock(10.0, self.hand)
-        self.watcher = Watcher(
-            loaded, preparation, policy, self.file, folder / "frame.mcap", 0, SilentProgress(), clock
-        )
+        self.watcher = self.another(10.0)
         self.put()
         self.taken_up = list(self.watcher.take_up(state_of(self.file)))
         self.watcher.begin()
+
+    def another(self, speed: float) -> Watcher:
+        """Return a new watcher of the same file and log."""
+        loaded, preparation, policy = self.parts
+        plan = WatchedPlan(loaded, policy, self.target, 0)
+        return Watcher(plan, preparation, self.file, SilentProgress(), PlanClock(speed, self.hand))
 
     def put(self, *entries: dict[str, Any]) -> None:
         self.file.write_text(json.dumps(EMPTY | {"obstructions": list(entries)}))
@@ -138,9 +142,7 @@ def test_after_a_kill_it_goes_on_where_the_last_revision_left_it(simulated, site
     told = simulated.look()[-1]
     assert int(read_log(Path(told["segment"])).metadata[NOW_NS]) == pytest.approx(now_ns, abs=100)
     done = simulated.watcher.current.motions[2]
-    again = Watcher(
-        *parts, simulated.file, site_folder / "frame.mcap", 0, SilentProgress(), PlanClock(1.0, simulated.hand)
-    )
+    again = simulated.another(1.0)
     found = list(again.take_up(state_of(simulated.file)))
     assert [one["event"] for one in found] == ["unchanged"], [
         {k: v for k, v in one.items() if k in ("stopped", "blocked")} for one in (told, *found)
@@ -164,9 +166,7 @@ def test_a_load_that_is_held_is_known_after_a_kill_and_goes_on_when_it_can(simul
     told = simulated.look()[-1]
     assert told["stopped"]["held"], told
     (held,) = simulated.watcher.current.held_loads
-    again = Watcher(
-        *parts, simulated.file, site_folder / "frame.mcap", 0, SilentProgress(), PlanClock(10.0, simulated.hand)
-    )
+    again = simulated.another(10.0)
     list(again.take_up(replace(state_of(simulated.file), seen_s=simulated.hand.now_s)))
     (known,) = again.current.held_loads
     assert known.lift.component == held.lift.component
@@ -200,7 +200,7 @@ def test_what_is_driven_is_in_a_log_that_grows_and_the_clock_goes_on_from_there(
     first = simulated.watcher._plan.first
     assert driven_until_ns(target, first) >= now_ns - 100
     assert driven_until_ns(target, "another plan") == 0
-    again = Watcher(*parts, simulated.file, target, 0, SilentProgress(), PlanClock(10.0, simulated.hand))
+    again = simulated.another(10.0)
     list(again.take_up(state_of(simulated.file)))
     again.show_to(())
     again.begin()
@@ -235,7 +235,7 @@ def test_a_run_that_was_killed_at_once_takes_nothing_from_the_clock(simulated, s
     (path,) = live_logs(target).values()
     path.with_name("frame.live0001.mcap").write_bytes(path.read_bytes()[:100])
     path.with_name("frame.live0002.mcap").write_bytes(b"")
-    again = Watcher(*parts, simulated.file, target, 0, SilentProgress(), PlanClock(10.0, simulated.hand))
+    again = simulated.another(10.0)
     list(again.take_up(state_of(simulated.file)))
     again.begin()
     assert again._execution.clock.now_ns == pytest.approx(300 * 10**9, abs=100)
