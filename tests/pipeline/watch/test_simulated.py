@@ -25,7 +25,7 @@ from bimvox.log import schema as topics
 from bimvox.log.mcap.reader import read_contents, salvage_contents
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
-from bimvox.revision.in_transit import behind, motion_under_way
+from bimvox.revision.in_transit import last_finished, motion_under_way
 
 EMPTY = {"version": 1, "unit": "m", "obstructions": []}
 
@@ -219,8 +219,8 @@ def test_behind_a_pending_lift_no_time_is_known(simulated):
     current = simulated.watcher.current
     gap = replace(current, motions={o: m for o, m in current.motions.items() if o != 3}, pending=frozenset({3}))
     now_ns = current.motions[5].start_ns + 10**9
-    assert behind(current, now_ns) == 4
-    assert behind(gap, now_ns) == 2
+    assert last_finished(current, now_ns) == 4
+    assert last_finished(gap, now_ns) == 2
     assert motion_under_way(gap, current.plan.lifts[5], now_ns) is None
     assert motion_under_way(current, current.plan.lifts[5], now_ns) is current.motions[5]
 
