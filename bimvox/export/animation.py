@@ -16,8 +16,11 @@ from bimvox.log.recorder import tracks_of
 from bimvox.log.schema import of_crane
 from bimvox.records.lift import Lift, Status, YardPlace
 from bimvox.records.track import LoadTrack
+from bimvox.rendering.page.keyframes import keyframes
 from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
 from bimvox.site.site import Site
+
+Point = tuple[float, float, float]
 
 STRAIGHT_M = 0.005
 """Samples this close to the straight line between their neighbours are left out."""
@@ -96,10 +99,10 @@ def _part(writer: GltfWriter, site: Site, track: LoadTrack, arrives: dict[int, i
     places = np.concatenate([track.corner_m, track.corner_m[-1:]])
     turns = np.concatenate([track.tilt, track.tilt[-1:]])
     times = np.concatenate([time_s, [max(track.end_ns / 1e9, time_s[-1] + 1e-3)]])
-    kept = _corners(times, places, STRAIGHT_M)
+    kept = _kept(times, places)
     writer.move(node, "translation", times[kept], places[kept])
     if (np.abs(turns - turns[0]) > _TURNED).any():
-        kept = _corners(times, turns, _TURNED)
+        kept = _kept(times, turns, _TURNED)
         writer.move(node, "rotation", times[kept], turns[kept])
     _appears(writer, node, arrives[track.lift.place.delivery] if track.lift.place else 0)
 
@@ -138,26 +141,15 @@ def _crane(writer: GltfWriter, log: PlanLog, number: int, crane: TowerCrane) -> 
     if crane.luffing is not None:
         _luffing_crane(writer, crane, crane.luffing, times, axes, number)
         return
-    mast = _boxes(np.array([[-half, -half, 0.0]]), np.array([[half, half, top_m - base[2]]]))
-    writer.node(of_crane("mast", number), mesh=writer.mesh(*mast, _CRANE_RGB), translation_m=base)
-    beam = _boxes(np.array([[-0.28 * crane.jib_length_m, -0.4, 0.0]]), np.array([[crane.jib_length_m, 0.4, 1.2]]))
-    jib = writer.node(
-        of_crane("jib", number), mesh=writer.mesh(*beam, _CRANE_RGB), translation_m=np.array([base[0], base[1], top_m])
-    )
-    halves = axes[:, 0] / 2
-    turn = np.stack([np.zeros_like(halves), np.zeros_like(halves), np.sin(halves), np.cos(halves)], axis=1)
-    kept = _corners(times, axes[:, :1], _TURNED, longest=np.pi / 4)
-    writer.move(jib, "rotation", times[kept], turn[kept])
+    _box(writer, of_crane("mast", number), (-half, -half, 0.0), (half, half, top_m - base[2]), base)
+    low, high = (-0.28 * crane.jib_length_m, -0.4, 0.0), (crane.jib_length_m, 0.4, 1.2)
+    jib = _box(writer, of_crane("jib", number), low, high, np.array([base[0], base[1], top_m]))
+    _rotate(writer, jib, times, axes[:, 0], 2)
     trolley = writer.node(of_crane("trolley", number), parent=jib)
     out = np.stack([axes[:, 1], np.zeros(len(axes)), np.zeros(len(axes))], axis=1)
-    kept = _corners(times, out, STRAIGHT_M)
+    kept = _kept(times, out)
     writer.move(trolley, "translation", times[kept], out[kept])
-    rope = writer.mesh(*_boxes(np.array([[-0.05, -0.05, -1.0]]), np.array([[0.05, 0.05, 0.0]])), (40, 40, 40))
-    node = writer.node(of_crane("rope", number), mesh=rope, parent=trolley)
-    scale = np.ones((len(axes), 3))
-    scale[:, 2] = np.maximum(top_m - axes[:, 2], _GONE)
-    kept = _corners(times, scale, STRAIGHT_M)
-    writer.move(node, "scale", times[kept], scale[kept])
+    _rope(writer, of_crane("rope", number), trolley, times, top_m - axes[:, 2])
 
 
 def _luffing_crane(
@@ -172,43 +164,46 @@ def _luffing_crane(
     slewing, luff, rope_m = joints_of(crane, axes).T
     base, half, wide = np.array(crane.base_m, np.float64), crane.mast_size_m / 2, jib.width_m / 2
     pivot_m = jib.pivot_height_m - base[2]
-    mast = _boxes(np.array([[-half, -half, 0.0]]), np.array([[half, half, pivot_m]]))
-    writer.node(of_crane("mast", number), mesh=writer.mesh(*mast, _CRANE_RGB), translation_m=base)
+    _box(writer, of_crane("mast", number), (-half, -half, 0.0), (half, half, pivot_m), base)
     tail = jib.tail_width_m / 2
-    deck = _boxes(
-        np.array([[-jib.tail_radius_m, -tail, jib.tail_low_m - jib.pivot_height_m]]),
-        np.array([[max(jib.pivot_offset_m, 0.1), tail, 0.0]]),
-    )
-    platform = writer.node(
-        of_crane("platform", number),
-        mesh=writer.mesh(*deck, _CRANE_RGB),
-        translation_m=base + np.array([0.0, 0.0, pivot_m]),
-    )
-    none = np.zeros(len(axes))
-    kept = _corners(times, slewing[:, None], _TURNED, longest=np.pi / 4)
-    writer.move(
-        platform,
-        "rotation",
-        times[kept],
-        np.stack([none, none, np.sin(slewing / 2), np.cos(slewing / 2)], axis=1)[kept],
-    )
-    beam = _boxes(np.array([[0.0, -wide, -wide]]), np.array([[jib.length_m, wide, wide]]))
-    arm = writer.node(
-        of_crane("jib", number),
-        mesh=writer.mesh(*beam, _CRANE_RGB),
-        translation_m=np.array([jib.pivot_offset_m, 0.0, 0.0]),
-        parent=platform,
-    )
-    kept = _corners(times, luff[:, None], _TURNED, longest=np.pi / 4)
-    up = np.stack([none, -np.sin(luff / 2), none, np.cos(luff / 2)], axis=1)
-    writer.move(arm, "rotation", times[kept], up[kept])
+    low = (-jib.tail_radius_m, -tail, jib.tail_low_m - jib.pivot_height_m)
+    high = (max(jib.pivot_offset_m, 0.1), tail, 0.0)
+    platform = _box(writer, of_crane("platform", number), low, high, base + np.array([0.0, 0.0, pivot_m]))
+    _rotate(writer, platform, times, slewing, 2)
+    foot = np.array([jib.pivot_offset_m, 0.0, 0.0])
+    arm = _box(writer, of_crane("jib", number), (0.0, -wide, -wide), (jib.length_m, wide, wide), foot, platform)
+    _rotate(writer, arm, times, -luff, 1)
     tip = writer.node(of_crane("tip", number), translation_m=np.array([jib.length_m, 0.0, 0.0]), parent=arm)
-    writer.move(tip, "rotation", times[kept], (up * [1.0, -1.0, 1.0, 1.0])[kept])
-    line = writer.mesh(*_boxes(np.array([[-0.05, -0.05, -1.0]]), np.array([[0.05, 0.05, 0.0]])), (40, 40, 40))
-    rope = writer.node(of_crane("rope", number), mesh=line, parent=tip)
-    scale = np.stack([none + 1.0, none + 1.0, np.maximum(rope_m, _GONE)], axis=1)
-    kept = _corners(times, scale, STRAIGHT_M)
-    writer.move(rope, "scale", times[kept], scale[kept])
+    _rotate(writer, tip, times, luff, 1)
+    _rope(writer, of_crane("rope", number), tip, times, rope_m)
+
+
+def _box(writer: GltfWriter, name: str, low: Point, high: Point, at_m: NDArray[np.float64], parent: int = 0) -> int:
+    """Add a node of the crane that shows a box, and return its number."""
+    mesh = writer.mesh(*_boxes(np.array([low]), np.array([high])), _CRANE_RGB)
+    return writer.node(name, mesh=mesh, translation_m=at_m, parent=parent)
+
+
+def _rotate(
+    writer: GltfWriter, node: int, times: NDArray[np.float64], angle_rad: NDArray[np.float64], axis: int
+) -> None:
+    """Rotate a node about an axis, 0 to 2 for x, y, z."""
+    turn = np.zeros((len(times), 4))
+    turn[:, axis], turn[:, 3] = np.sin(angle_rad / 2), np.cos(angle_rad / 2)
+    kept = _kept(times, angle_rad[:, None], _TURNED, longest=np.pi / 4)
+    writer.move(node, "rotation", times[kept], turn[kept])
+
+
+def _rope(
+    writer: GltfWriter, name: str, parent: int, times: NDArray[np.float64], length_m: NDArray[np.float64]
+) -> None:
+    """Add a rope of these lengths below a node."""
+    rope = writer.mesh(*_boxes(np.array([[-0.05, -0.05, -1.0]]), np.array([[0.05, 0.05, 0.0]])), (40, 40, 40))
+    node = writer.node(name, mesh=rope, parent=parent)
+    scale = np.ones((len(times), 3))
+    scale[:, 2] = np.maximum(length_m, _GONE)
+    kept = _kept(times, scale)
+    writer.move(node, "scale", times[kept], scale[kept])
 
 
 def _boxes(low: NDArray[np.float64], high: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
@@ -218,27 +213,8 @@ def _boxes(low: NDArray[np.float64], high: NDArray[np.float64]) -> tuple[NDArray
     return vertices.reshape(-1, 3), faces.reshape(-1, 3)
 
 
-def _corners(
-    times: NDArray[np.float64], values: NDArray[np.float64], tolerance: float, longest: float = np.inf
+def _kept(
+    times: NDArray[np.float64], values: NDArray[np.float64], tolerance: float = STRAIGHT_M, longest: float = np.inf
 ) -> NDArray[np.int64]:
-    """Return which samples to keep so that straight lines between them stay within ``tolerance`` of all samples.
-
-    Ramer-Douglas-Peucker over time. ``longest`` limits the change between two kept samples, because a rotation by more
-    than half a circle would be interpolated the other way round.
-    """
-    kept = {0, len(times) - 1}
-    spans: list[tuple[int, int]] = [(0, len(times) - 1)]
-    while spans:
-        first, last = spans.pop()
-        if last - first < 2:
-            continue
-        inside = slice(first + 1, last)
-        share = (times[inside] - times[first]) / (times[last] - times[first])
-        line = values[first] + share[:, None] * (values[last] - values[first])
-        away = np.linalg.norm(values[inside] - line, axis=1)
-        worst = int(away.argmax()) + first + 1
-        if away[worst - first - 1] > tolerance or np.abs(values[last] - values[first]).max() > longest:
-            middle = worst if away[worst - first - 1] > tolerance else (first + last) // 2
-            kept.add(middle)
-            spans += [(first, middle), (middle, last)]
-    return np.array(sorted(kept), np.int64)
+    """Return which samples to keep; see ``keyframes``."""
+    return keyframes(times, values, (), lambda points: points, tolerance, longest)

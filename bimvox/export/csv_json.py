@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import tracks_of, write_log
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
-from bimvox.site.component import Component
 
 SAMPLE_COLUMNS = {
     "number": "number of the lift, from 1",
@@ -72,21 +71,19 @@ def to_csv(log: PlanLog) -> str:
 
 def lifts_csv(log: PlanLog) -> str:
     """Return the lifts as CSV, one per row, columns as in ``LIFT_COLUMNS``."""
-    records = _lift_records(log)
-    return _table(
-        LIFT_COLUMNS, ([" ".join(v) if isinstance(v, list) else v for v in record.values()] for record in records)
-    )
+    rows = (record | {"blocked_by": " ".join(record["blocked_by"])} for record in _lift_records(log))
+    return _table(LIFT_COLUMNS, (row.values() for row in rows))
 
 
 def to_json(log: PlanLog) -> dict[str, Any]:
     """Return the lifts as plain values: every lift as in ``LIFT_COLUMNS``, its path, and its samples by column."""
     site = log.plan.site
     samples = {lift.order: rows for lift, rows in _samples(log)}
+    columns = list(SAMPLE_COLUMNS)[3:]
     lifts = []
     for lift, record in zip(log.plan.lifts, _lift_records(log), strict=True):
         cells = None if lift.path_vox is None else lift.path_vox.tolist()
         corner_m = None if lift.path_vox is None else site.frame.corner_of(lift.path_vox).tolist()
-        columns = list(SAMPLE_COLUMNS)[3:]
         series = {name: [row[n] for row in samples.get(lift.order, [])] for n, name in enumerate(columns)}
         lifts.append({**record, "path_vox": cells, "path_m": corner_m, "samples": series})
     return {
@@ -120,14 +117,9 @@ def _samples(log: PlanLog) -> Iterable[tuple[Lift, list[tuple[Any, ...]]]]:
             continue
         times, axes = motion.samples()
         crane = log.plan.site.cranes[motion.crane].name
-        empty = (None, None, None)
-        yield (
-            track.lift,
-            [
-                (motion.phase_at(t).name.value, t / 1e9, *corner.get(t, empty), *pose, crane)
-                for t, pose in zip(times.tolist(), axes.tolist(), strict=True)
-            ],
-        )
+        none = (None, None, None)
+        rows = zip(times.tolist(), axes.tolist(), strict=True)
+        yield track.lift, [(motion.phase_name_at(t), t / 1e9, *corner.get(t, none), *at, crane) for t, at in rows]
 
 
 def _lift_records(log: PlanLog) -> list[dict[str, Any]]:
@@ -136,7 +128,7 @@ def _lift_records(log: PlanLog) -> list[dict[str, Any]]:
     records = []
     for lift in log.plan.lifts:
         component = log.plan.site.components[lift.component]
-        track, motion = tracks.get(lift.order), motions.get(lift.order)
+        track, motion, crane = tracks.get(lift.order), motions.get(lift.order), log.plan.site.crane_of(component)
         values = (
             lift.number,
             lift.order,
@@ -157,18 +149,13 @@ def _lift_records(log: PlanLog) -> list[dict[str, Any]]:
             None if motion is None or not np.isfinite(motion.loaded.bound_s) else motion.loaded.bound_s,
             lift.reason,
             list(lift.blocked_by),
-            _crane_name(log, component),
+            None if crane is None else crane.name,
         )
         records.append(dict(zip(LIFT_COLUMNS, values, strict=True)))
     return records
 
 
-def _crane_name(log: PlanLog, component: Component) -> str | None:
-    crane = log.plan.site.crane_of(component)
-    return None if crane is None else crane.name
-
-
-def _table(columns: Iterable[str], rows: Iterable[Sequence[Any]]) -> str:
+def _table(columns: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)

@@ -29,7 +29,7 @@ class GltfWriter:
         self._binary = bytearray()
         self._views: list[dict[str, Any]] = []
         self._accessors: list[dict[str, Any]] = []
-        self._materials: dict[tuple[int, int, int, float], int] = {}
+        self._materials: dict[tuple[int, int, int], int] = {}
         self._meshes: list[dict[str, Any]] = []
         self._nodes: list[dict[str, Any]] = [{"name": "site", "rotation": [round(float(q), 9) for q in _TURN]}]
         self._samplers: list[dict[str, Any]] = []
@@ -41,7 +41,6 @@ class GltfWriter:
         vertices_m: NDArray[np.float64],
         faces: NDArray[np.int32],
         rgb: tuple[int, int, int],
-        opacity: float = 1.0,
     ) -> int:
         """Add a mesh and return its number.
 
@@ -49,13 +48,11 @@ class GltfWriter:
             vertices_m: (V, 3) in the frame of the nodes that show it.
             faces: (F, 3) indices.
             rgb: Colour, sRGB, 0..255.
-            opacity: 1 for solid.
         """
         positions = self._accessor(np.asarray(vertices_m, np.float32), _ARRAY, bounds=True)
         indices = self._accessor(np.asarray(faces, np.uint32).reshape(-1), _ELEMENTS)
-        key = (*rgb, opacity)
-        self._materials.setdefault(key, len(self._materials))
-        primitive = {"attributes": {"POSITION": positions}, "indices": indices, "material": self._materials[key]}
+        material = self._materials.setdefault(rgb, len(self._materials))
+        primitive = {"attributes": {"POSITION": positions}, "indices": indices, "material": material}
         self._meshes.append({"primitives": [primitive]})
         return len(self._meshes) - 1
 
@@ -92,8 +89,8 @@ class GltfWriter:
             values: (N, 3 or 4) at those times.
             steps: Whether a value holds until the next one; otherwise it is interpolated linearly.
         """
+        self._nodes[node][path] = [float(np.float32(value)) for value in values[0]]
         if len(time_s) == 1:
-            self._nodes[node][path] = [float(np.float32(value)) for value in values[0]]
             return
         times = np.asarray(time_s, np.float32)
         key = times.tobytes()
@@ -104,7 +101,6 @@ class GltfWriter:
         self._samplers.append({"input": self._times[key], "output": output, "interpolation": interpolation})
         target = {"node": node, "path": path}
         self._channels.append({"sampler": len(self._samplers) - 1, "target": target})
-        self._nodes[node][path] = [float(np.float32(value)) for value in values[0]]
 
     def to_bytes(self, extras: Mapping[str, Any]) -> bytes:
         """Return the GLB; ``extras`` are plain values for the scene."""
@@ -114,7 +110,7 @@ class GltfWriter:
             "scenes": [{"nodes": [0], "extras": dict(extras)}],
             "nodes": self._nodes,
             "meshes": self._meshes,
-            "materials": [_material(*key) for key in self._materials],
+            "materials": [_material(rgb) for rgb in self._materials],
             "accessors": self._accessors,
             "bufferViews": self._views,
             "buffers": [{"byteLength": len(self._binary)}],
@@ -149,13 +145,12 @@ class GltfWriter:
         return len(self._accessors) - 1
 
 
-def _material(red: int, green: int, blue: int, opacity: float) -> dict[str, Any]:
-    linear = linear_rgba((red, green, blue)).tolist()[:3]
-    material: dict[str, Any] = {
-        "pbrMetallicRoughness": {"baseColorFactor": [*linear, opacity], "metallicFactor": 0.0, "roughnessFactor": 0.9},
+def _material(rgb: tuple[int, int, int]) -> dict[str, Any]:
+    colour = linear_rgba(rgb).tolist()
+    return {
+        "pbrMetallicRoughness": {"baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.9},
         "doubleSided": True,
     }
-    return material if opacity == 1.0 else {**material, "alphaMode": "BLEND"}
 
 
 def _uint(value: int) -> bytes:

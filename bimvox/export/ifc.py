@@ -37,8 +37,7 @@ def with_schedule(path: Path, data: bytes, schedule: LiftSchedule) -> bytes:
         IfcError: If the file cannot be read, or does not hold a part of the schedule.
     """
     opened = open_ifc(path, data)
-    writer = _Writer(opened.file, schedule, path)
-    writer.write()
+    _Writer(opened.file, schedule, path).write()
     return bytes(opened.file.to_string().encode("ascii", "backslashreplace"))
 
 
@@ -156,27 +155,16 @@ class _Writer:
         return float(unit_util.calculate_unit_scale(self.file, "TIMEUNIT"))
 
     def _control(self, ifc_class: str, name: str) -> Any:
-        begins, finishes = self.schedule.begins, self.schedule.finishes
-        if self.old:
-            return self._rooted(
-                ifc_class,
-                ifc_class,
-                Name=name,
-                Identifier=self.schedule.identity[:16],
-                CreationDate=self._date(begins),
-                StartTime=self._date(begins),
-                FinishTime=self._date(finishes),
-                WorkControlType="PLANNED",
-            )
+        date = self._date if self.old else datetime.isoformat
+        identifier, kind = ("Identifier", "WorkControlType") if self.old else ("Identification", "PredefinedType")
         return self._rooted(
             ifc_class,
             ifc_class,
             Name=name,
-            Identification=self.schedule.identity[:16],
-            CreationDate=begins.isoformat(),
-            StartTime=begins.isoformat(),
-            FinishTime=finishes.isoformat(),
-            PredefinedType="PLANNED",
+            CreationDate=date(self.schedule.begins),
+            StartTime=date(self.schedule.begins),
+            FinishTime=date(self.schedule.finishes),
+            **{identifier: self.schedule.identity[:16], kind: "PLANNED"},
         )
 
     def _date(self, when: datetime) -> Any:

@@ -76,7 +76,7 @@ class LiftSchedule:
         """Return the predecessors of a task: their indices, and whether the task starts after them or only ends after.
 
         The lifts of one crane follow each other. A part is set only after the part before it in the erection sequence
-        stands by itself, whichever crane sets that one.
+        was released, whichever crane set that one.
         """
         task = self.tasks[index]
         own = [n for n in range(index) if self.tasks[n].crane == task.crane][-1:]
@@ -139,11 +139,6 @@ def _span_s(track: LoadTrack, motion: LiftMotion | None) -> tuple[float, float]:
 
 
 def _properties(crane: TowerCrane) -> tuple[tuple[str, str | float], ...]:
-    x, y, z = (float(value) for value in crane.base_m)
-    return (
-        ("base_x_m", x),
-        ("base_y_m", y),
-        ("base_z_m", z),
-        ("jib_height_m", float(crane.jib_height_m)),
-        ("jib_length_m", float(crane.jib_length_m)),
-    )
+    names = ("base_x_m", "base_y_m", "base_z_m", "jib_height_m", "jib_length_m")
+    values = (float(value) for value in (*crane.base_m, crane.jib_height_m, crane.jib_length_m))
+    return tuple(zip(names, values, strict=True))

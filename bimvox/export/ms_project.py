@@ -25,7 +25,7 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
     Each task carries the part's GlobalId as ``Text1``.
     """
     ElementTree.register_namespace("", NAMESPACE)
-    project = _element("Project")
+    project = ElementTree.Element(f"{{{NAMESPACE}}}Project")
     _fill(
         project,
         {
@@ -76,6 +76,7 @@ def _task(
     level: int,
     summary: bool,
 ) -> ElementTree.Element:
+    dates = {"Start": start.isoformat(), "Finish": finish.isoformat(), "Duration": duration_text(finish - start)}
     entry = _child(tasks, "Task")
     _fill(
         entry,
@@ -86,12 +87,8 @@ def _task(
             "Type": _FIXED_DURATION,
             "IsNull": "0",
             "OutlineLevel": str(level),
-            "Start": start.isoformat(),
-            "Finish": finish.isoformat(),
-            "Duration": duration_text(finish - start),
-            "ManualStart": start.isoformat(),
-            "ManualFinish": finish.isoformat(),
-            "ManualDuration": duration_text(finish - start),
+            **dates,
+            **{f"Manual{name}": value for name, value in dates.items()},
             "DurationFormat": _ELAPSED_MINUTES,
             "Milestone": "0",
             "Summary": str(int(summary)),
@@ -131,10 +128,6 @@ def _cranes(project: ElementTree.Element, schedule: LiftSchedule) -> None:
                 "Work": duration_text(finish - start),
             },
         )
-
-
-def _element(name: str) -> ElementTree.Element:
-    return ElementTree.Element(f"{{{NAMESPACE}}}{name}")
 
 
 def _child(parent: ElementTree.Element, name: str) -> ElementTree.Element:

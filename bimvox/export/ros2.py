@@ -16,7 +16,7 @@ Needs ``pip install 'bimvox[ros2]'``.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from itertools import chain
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -157,11 +157,8 @@ def _path(bag: _Bag, track: LoadTrack) -> Any:
     poses = []
     for time_ns, corner in zip(track.time_ns.tolist(), track.corner_m, strict=True):
         x, y, z = (float(value) for value in corner)
-        pose = bag.make(
-            "geometry_msgs/msg/Pose",
-            position=bag.make("geometry_msgs/msg/Point", x=x, y=y, z=z),
-            orientation=bag.quaternion((0, 0, 0, 1)),
-        )
+        point, upright = bag.make("geometry_msgs/msg/Point", x=x, y=y, z=z), bag.quaternion((0, 0, 0, 1))
+        pose = bag.make("geometry_msgs/msg/Pose", position=point, orientation=upright)
         poses.append(bag.make("geometry_msgs/msg/PoseStamped", header=bag.header(time_ns, "site"), pose=pose))
     return bag.make("nav_msgs/msg/Path", header=bag.header(track.start_ns, "site"), poses=poses)
 
@@ -195,21 +192,19 @@ def _chain(bag: _Bag, time_ns: int, crane: TowerCrane, joints: NDArray[np.float6
     slew, radius, rope = (float(value) for value in joints)
     base_m, top_m, jib = crane.base_m, crane.jib_height_m, crane.luffing
     none, turn = (0, 0, 0, 1), (0, 0, np.sin(slew / 2), np.cos(slew / 2))
+    frames: list[tuple[str, Any, Any]] = [("crane_base", base_m, none)]
     if jib is not None:
         half = radius / 2.0  # the second joint is the luff angle
-        up, level = (0, -np.sin(half), 0, np.cos(half)), (0, np.sin(half), 0, np.cos(half))
-        return [
-            bag.transform(time_ns, "site", f"{prefix}crane_base", base_m, none),
-            bag.transform(
-                time_ns, f"{prefix}crane_base", f"{prefix}platform", (0, 0, jib.pivot_height_m - float(base_m[2])), turn
-            ),
-            bag.transform(time_ns, f"{prefix}platform", f"{prefix}jib", (jib.pivot_offset_m, 0, 0), up),
-            bag.transform(time_ns, f"{prefix}jib", f"{prefix}tip", (jib.length_m, 0, 0), level),
-            bag.transform(time_ns, f"{prefix}tip", f"{prefix}hook", (0, 0, -rope), none),
+        frames += [
+            ("platform", (0, 0, jib.pivot_height_m - float(base_m[2])), turn),
+            ("jib", (jib.pivot_offset_m, 0, 0), (0, -np.sin(half), 0, np.cos(half))),
+            ("tip", (jib.length_m, 0, 0), (0, np.sin(half), 0, np.cos(half))),
         ]
+    else:
+        frames += [("jib", (0, 0, top_m - float(base_m[2])), turn), ("trolley", (radius, 0, 0), none)]
+    frames.append(("hook", (0, 0, -rope), none))
+    names = ["site", *(f"{prefix}{name}" for name, _, _ in frames)]
     return [
-        bag.transform(time_ns, "site", f"{prefix}crane_base", base_m, none),
-        bag.transform(time_ns, f"{prefix}crane_base", f"{prefix}jib", (0, 0, top_m - float(base_m[2])), turn),
-        bag.transform(time_ns, f"{prefix}jib", f"{prefix}trolley", (radius, 0, 0), none),
-        bag.transform(time_ns, f"{prefix}trolley", f"{prefix}hook", (0, 0, -rope), none),
+        bag.transform(time_ns, parent, child, at, rotation)
+        for (parent, child), (_, at, rotation) in zip(pairwise(names), frames, strict=True)
     ]

@@ -1,4 +1,4 @@
-"""A motion as a few keyframes; the page interpolates linearly in the crane's axes."""
+"""A motion as a few keyframes; page and animation interpolate linearly between them."""
 
 from __future__ import annotations
 
@@ -15,40 +15,44 @@ Floats = NDArray[np.float64]
 
 
 def keyframes(
-    time_ns: NDArray[np.int64],
+    times: NDArray[np.integer] | Floats,
     values: Floats,
-    always_ns: Iterable[int],
-    to_points_m: Callable[[Floats], Floats],
-    tolerance_m: float = TOLERANCE_M,
+    always: Iterable[int],
+    to_points: Callable[[Floats], Floats],
+    tolerance: float = TOLERANCE_M,
+    longest: float = np.inf,
 ) -> NDArray[np.int64]:
     """Return samples such that linear interpolation between them stays within a tolerance of all samples.
 
+    Ramer-Douglas-Peucker over time.
+
     Args:
-        time_ns: (N,) ascending times.
+        times: (N,) ascending times.
         values: (N, C) what is interpolated.
-        always_ns: Times whose samples are always chosen.
-        to_points_m: Maps (..., C) values to (..., 3) points in metres, where the tolerance applies.
-        tolerance_m: The tolerance.
+        always: Times whose samples are always chosen.
+        to_points: Maps (..., C) values to (..., D) points, where the tolerance applies.
+        tolerance: In the unit of the points.
+        longest: Maximum change of a value between two chosen samples. A rotation by more than half a circle would be
+            interpolated the other way round.
 
     Returns:
         (K,) int64 ascending indices, including the first and the last sample.
     """
-    points_m = to_points_m(values)
-    fixed = np.searchsorted(time_ns, [t for t in always_ns if time_ns[0] <= t <= time_ns[-1]])
-    chosen = set(np.r_[0, fixed, len(time_ns) - 1].tolist())
-    borders = sorted(chosen)
-    spans = list(itertools.pairwise(borders))
+    points = to_points(values)
+    fixed = np.searchsorted(times, [t for t in always if times[0] <= t <= times[-1]])
+    chosen = set(np.r_[0, fixed, len(times) - 1].tolist())
+    spans = list(itertools.pairwise(sorted(chosen)))
     while spans:
         low, high = spans.pop()
         if high - low < 2:
             continue
         inside = slice(low + 1, high)
-        share = (time_ns[inside] - time_ns[low]) / (time_ns[high] - time_ns[low])
-        straight = to_points_m(values[low] + share[:, None] * (values[high] - values[low]))
-        off_m = np.linalg.norm(straight - points_m[inside], axis=1)
-        worst = int(np.argmax(off_m))
-        if off_m[worst] > tolerance_m:
-            middle = low + 1 + worst
+        share = (times[inside] - times[low]) / (times[high] - times[low])
+        straight = to_points(values[low] + share[:, None] * (values[high] - values[low]))
+        off = np.linalg.norm(straight - points[inside], axis=1)
+        worst = int(np.argmax(off))
+        if off[worst] > tolerance or np.abs(values[high] - values[low]).max() > longest:
+            middle = low + 1 + worst if off[worst] > tolerance else (low + high) // 2
             chosen.add(middle)
             spans += [(low, middle), (middle, high)]
     return np.array(sorted(chosen), np.int64)
