@@ -1,9 +1,9 @@
 """Checks a log with third-party readers, each in a separate process.
 
 ``make check-log`` (``LOG=file`` for your own; otherwise the sample frame is planned, by search alone). ``pymcap-cli
-doctor`` checks the container, ``rerun mcap check`` what the viewer Rerun makes of its channels; MPXJ reads its schedule
-as Microsoft Project XML. A reader that is not installed is named and skipped. If one finds a problem, the exit
-code is 1.
+doctor`` checks the container, ``rerun mcap check`` the channels as the viewer Rerun reads them; MPXJ reads the schedule
+as Microsoft Project XML. Readers that are not installed are named and skipped. If one finds a problem, the exit code
+is 1.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""Measures how many steps a second the paper's construction site takes, through every interface, as a Markdown table.
+"""Measures the steps per second of the paper's construction site through every interface, as a Markdown table.
 
     python benchmarks/environment.py
     python benchmarks/environment.py --peer-command "python measure_peer.py"
 
-Random actions on 15 x 15 x 6, the paper's observation and reward included, episodes beginning anew by themselves. A
-step is one action of one site. Each figure is the best of several rounds: other work on the machine only takes away.
-``copy=False`` hands out arrays that a later step overwrites: the next one of a ``VectorEnv``, the next but one of a
+Random actions on 15 x 15 x 6 cells, with the paper's observation and reward; episodes restart automatically. A step is
+one action of one site. Each figure is the best of several rounds, because other work on the machine only slows it down.
+``copy=False`` returns arrays that a later step overwrites: the next one of a ``VectorEnv``, the one after that of a
 ``VecEnv``.
 
 The peer is the environment that the paper's authors published (github.com/AiyuZhu/ConstructionSim-for-RL: 15 x 15 x 8,
@@ -13,7 +13,7 @@ columns and beams; pure Python). It cannot be shipped here. To measure it, clone
 script that steps it and prints steps per second as the last word, for example, in its folder ``ConstructionSim_RL``::
 
     import time
-    # It imports gym, pygame and PyOpenGL; empty modules will do for the last two.
+    # It imports gym, pygame and PyOpenGL; empty modules suffice for the last two.
     from Construction3DEnv import Construct3DEnvObs
     env = Construct3DEnvObs()
     env.reset()
@@ -115,14 +115,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--peer-command", help="a command that prints the peer's steps per second as its last word")
     parser.add_argument(
-        "--cpu-time", action="store_true", help="count CPU time, for a machine that has other work; one thread only"
+        "--cpu-time", action="store_true", help="count CPU time, for a machine that is not idle; one thread only"
     )
     arguments = parser.parse_args()
     if arguments.cpu_time:
         global _clock_s
         _clock_s = time.process_time
     peer = peer_rate(arguments.peer_command)
-    said = "measured now" if arguments.peer_command else "measured before: see this file's head"
+    said = "measured now" if arguments.peer_command else "measured before; see the docstring of this file"
     clock = "CPU time" if arguments.cpu_time else "wall time"
     print(f"{os.cpu_count()} cores, {clock}. Peer: {peer:,.0f} steps/s ({said}).\n")
     print("| interface | observation | sites | threads | steps/s | times the peer |")

@@ -1,8 +1,8 @@
 """``make bench-generalist``: the policy that ships with the package on its held-out suite.
 
-Every problem is solved three times: *one way*, the network with its loop guards from start to target, detours cut, no
-cell expanded; *as shipped*, what ``bimvox plan`` does: the same from target to start where that does not arrive; *with
-search*, the search taking over where neither arrives.
+Every problem is solved three times. *One way*: the network with its loop guards from start to target, detours cut, no
+cell expanded. *As shipped*, like ``bimvox plan``: if that does not arrive, the same from target to start. *With
+search*: if neither arrives, the search takes over.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ class Row:
     Attributes:
         shortest: Fewest moves; negative if there is no path.
         manhattan: Manhattan distance.
-        one_way: Moves of the roll-out from the start under its guards, None if it did not arrive.
-        shipped: Moves of the package's path, None if it did not arrive.
+        one_way: Moves of the guarded roll-out from the start; None if it did not arrive.
+        shipped: Moves of the package's path; None if it did not arrive.
         found: Whether the package found a path, by search if the policy did not.
     """
 
@@ -69,8 +69,8 @@ class Row:
 def main() -> int:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--weights", type=Path, default=FOLDER, help="folder of other weights than the package's")
-    parser.add_argument("--share", type=float, default=1.0, help="of each family's problems")
+    parser.add_argument("--weights", type=Path, default=FOLDER, help="folder of the weights; default: the package's")
+    parser.add_argument("--share", type=float, default=1.0, help="share of each family's problems")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--write", action="store_true", help="write the tables into docs/generalist.md")
     chosen = parser.parse_args()
@@ -126,7 +126,7 @@ def _stages() -> list[BuildingStage]:
 
 
 def measure(network: QNetwork, problem: LiftProblem) -> Row:
-    """Solve one problem in the three ways."""
+    """Solve one problem by the three methods."""
     bare = lift_problem(problem.space, problem.start_vox, problem.target_vox)
     forth = roll_out_all(network, [bare], from_target=False)[0]
     shipped = forth if forth.arrived else roll_out(network, bare)

@@ -1,15 +1,15 @@
-"""Reads and voxelizes IFC files as we do and with the default geometry kernel: how much faster, and the same cells?
+"""Compares our reading of IFC files with the default geometry kernel: time, and equality of the cells.
 
 ``python -m benchmarks.kernels FILES``: for each file, from its bytes to the grid in memory,
 
-- ``ours``: the fast library first, the default one as the second attempt, shared shapes meshed once, in processes of
-  their own that have to be started;
+- ``ours``: the fast library, then the default one if it fails; shared shapes are meshed once, in separate processes,
+  whose start counts;
 - ``loop``: ``ifcopenshell.geom.create_shape`` with the default kernel for each product, in this process;
 - ``iterator``: ``ifcopenshell.geom.iterator`` with the default kernel and one thread, which shares shapes too.
 
-The rest (opening, properties, roles, voxelizing) is the same code each time. A part is ``different`` where its cells at
+The rest (opening, properties, roles, voxelizing) is the same code each time. A part is ``different`` if its cells at
 the default cell size are not exactly those of ``loop``. Modules and kernels are loaded before the clock starts. CPU
-time counts all processes: unlike wall time it does not depend on what else runs on the machine.
+time counts all processes; unlike wall time, it does not depend on other load on the machine.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ def _in_a_process(path: Path, way: str, options: argparse.Namespace) -> dict[str
 
 
 def _measure(path: Path, way: str, processes: int | None, there: Any) -> None:
-    """Measure one file in one way and send the result, with a digest of the cells of each part."""
+    """Measure one file by one method and send the result, with a digest of the cells of each part."""
     import numpy as np
 
     from bimvox.errors import BimvoxError
@@ -155,7 +155,7 @@ def _measure(path: Path, way: str, processes: int | None, there: Any) -> None:
 
 
 def _read(path: Path, way: str, processes: int | None) -> Any:
-    """Read a building in one of the ways."""
+    """Read a building by one of the methods."""
     from bimvox.bim.ifc.reader import read_ifc
     from bimvox.bim.options import ReadOptions, default_processes
     from bimvox.bim.read import read_building
@@ -221,9 +221,9 @@ def _summary(rows: list[dict[str, Any]]) -> str:
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", type=Path, nargs="+", help="IFC files, or folders of them")
-    parser.add_argument("--processes", type=int, help="of ours; default: as `bimvox voxelize`")
-    parser.add_argument("--timeout", type=float, default=600.0, metavar="S", help="seconds a file may take in each way")
-    parser.add_argument("--json", type=Path, metavar="OUT", help="add a JSON object a line, file by file")
+    parser.add_argument("--processes", type=int, help="processes of ours; default: as `bimvox voxelize`")
+    parser.add_argument("--timeout", type=float, default=600.0, metavar="S", help="seconds per file and method")
+    parser.add_argument("--json", type=Path, metavar="OUT", help="append a JSON object per file, one a line")
     return parser.parse_args()
 
 

@@ -1,15 +1,15 @@
-"""Runs `bimvox voxelize` on every building file of a folder: each must end in a grid or in a clear error.
+"""Runs `bimvox voxelize` on every building file of a folder: each must give a grid or a clear error.
 
-``make soak-files DIR=folder``: every file goes through the command in a process of its own, forked from one that has
-all modules loaded already. A file ends as
+``make soak-files DIR=folder``: the command runs on every file in a separate process, forked from one that has loaded
+all modules. The outcome is
 
-- ``grid``: exit code 0, and a grid file is there;
+- ``grid``: exit code 0, and a grid file was written;
 - ``error``: exit code 2 and one of our errors, which says what is wrong with the file;
-- ``DEFECT``: anything else. A fault, a traceback, a signal, a hang, another exit code, a process or a temporary file
-  that stays behind.
+- ``DEFECT``: anything else: a fault, a traceback, a signal, a hang, another exit code, or a process or temporary file
+  left behind.
 
-With ``--truncate N`` and ``--flip N`` some of the files are also run cut off at a random place, and with some random
-bytes changed; the same rule holds for them. The exit code is 1 if there is any defect.
+With ``--truncate N`` and ``--flip N``, some of the files are also run truncated at a random place, and with some random
+bytes changed; the same rule applies to them. The exit code is 1 if there is any defect.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ def _judged(code: int, text: str, complaint: str, timeout_s: float | None) -> di
     try:
         document = json.loads(text)
     except ValueError:
-        return {"outcome": "DEFECT", "why": f"exit code {code}, stdout is no JSON document: {complaint[-300:]}"}
+        return {"outcome": "DEFECT", "why": f"exit code {code}, stdout is not a JSON document: {complaint[-300:]}"}
     if code == 0:
         shape = document["shape"]
         return {
@@ -184,7 +184,7 @@ def _resident_mb(pid: int) -> float:
 
 
 def _marked(mark: str) -> list[int]:
-    """Return the processes that still run with our mark in their environment (a worker has a session of its own)."""
+    """Return the processes that still run with our mark in their environment (a worker has its own session)."""
     found = []
     for folder in Path("/proc").iterdir():
         try:
@@ -246,7 +246,7 @@ def summary(rows: list[dict[str, Any]]) -> str:
 
 
 def _kind(message: str, label: str) -> str:
-    """Return an error's message without the path and the numbers, so that equal ones count together."""
+    """Return an error's message without path and numbers, so that equal ones are counted together."""
     text = message.split(": ", 1)[-1] if Path(label).suffix.lower() in message.lower() else message
     return "".join("N" if character.isdigit() else character for character in text)[:90].replace("|", "/")
 
@@ -255,12 +255,12 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, help="every .ifc and .ifczip below it is run")
     parser.add_argument("--timeout", type=float, default=600.0, metavar="S", help="seconds a file may take")
-    parser.add_argument("--json", type=Path, metavar="OUT", help="write a JSON object a line, file by file")
-    parser.add_argument("--resume", action="store_true", help="leave out what OUT holds already")
+    parser.add_argument("--json", type=Path, metavar="OUT", help="write a JSON object per file, one a line")
+    parser.add_argument("--resume", action="store_true", help="skip files that OUT already contains")
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="files run at a time")
-    parser.add_argument("--truncate", type=int, default=0, metavar="N", help="also run N files cut off")
+    parser.add_argument("--truncate", type=int, default=0, metavar="N", help="also run N truncated files")
     parser.add_argument("--flip", type=int, default=0, metavar="N", help="also run N files with bytes changed")
-    parser.add_argument("--seed", type=int, default=1, help="of the damage")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the damage")
     parser.add_argument("--option", action="append", default=[], metavar="ARG", help="passed on to bimvox voxelize")
     return parser.parse_args()
 

@@ -1,8 +1,8 @@
-"""The savings by the chosen order and yard, and the cost of the narrow phase: ``make bench-planning``.
+"""Time saved by the chosen sequence and yard, and the cost of the narrow phase: ``make bench-planning``.
 
-Each model is planned twice by complete search: in the plain order (lowest first) with the first free places in the
-yard, and as ``bimvox plan`` does it. Crane times are the timed motions', the same on every machine; shares are CPU time
-of one thread. Further models can be named on the command line.
+Each model is planned twice by complete search: lowest first with the first free places in the yard, and as ``bimvox
+plan`` does it. Crane times are those of the timed motions, the same on every machine; shares are CPU time of one
+thread. Other models can be named on the command line.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def row(name: str, site_file: Path, narrow: NarrowPhase) -> str:
     from bimvox.progress import SilentProgress
 
     site = load_site(site_file, SilentProgress()).site
-    prepare(site)  # the kernels are compiled, or loaded
+    prepare(site)  # compiles or loads the kernels
     narrow.cpu_s, begun_s = 0.0, time.process_time()
     chosen = prepare(site)
     plan = plan_lifts(site, chosen)

@@ -1,7 +1,7 @@
 """Reads a Microsoft Project XML file with MPXJ, a third-party Java library, and prints its tasks as JSON.
 
-Run by a Python that has ``mpxj`` and ``jpype1`` (``make check-log`` makes one), and a Java: it imports nothing of
-bimvox. ``python benchmarks/read_ms_project.py FILE.xml``
+``python benchmarks/read_ms_project.py FILE.xml``. Needs Java and a Python with ``mpxj`` and ``jpype1``, which ``make
+check-log`` installs; it does not import bimvox.
 """
 
 from __future__ import annotations

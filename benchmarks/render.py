@@ -3,12 +3,12 @@
     python benchmarks/render.py
     python benchmarks/render.py --log LOG.mcap
 
-With ``--log`` also the size of its page, and how long a headless Chromium that renders in software takes from opening
-the file to the first frame (``BIMVOX_BROWSER`` names another browser; ``make test-page`` installs what drives it).
+With ``--log`` also the size of its page, and the time from opening the page to its first frame in a headless Chromium
+that renders in software (``BIMVOX_BROWSER`` names another browser; ``make test-page`` installs its driver).
 
 500 parts on 200 x 200 x 60 cells of 0.25 m: columns, beams and slabs of a building, a yard, an obstruction and a crane.
-The first picture is that of a new process: imports, and kernels read from numba's cache (compiled, where it is empty);
-the others are the best of three. CPU time counts all threads; wall time is what one waits on this machine.
+The first picture is measured in a new process, with imports and kernels from the cache (compiled if it is empty); the
+others are the best of three. CPU time counts all threads; wall time is that of this machine.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def large_plan():
 
 
 def plan_of_log(file: Path):
-    """Return the same of a log."""
+    """Return site, lifts, motions and tracks of a log."""
     from bimvox.log.reader import read_log
     from bimvox.log.recorder import tracks_of
 
@@ -194,11 +194,11 @@ def main() -> None:
         print(f"| {name} | {spent[0]:.2f} | {spent[1]:.2f} |")
     # CPU time is an upper bound for an idle machine; wall time may include other processes.
     slow = [name for name, spent in rows.items() if "picture" in name and spent[1] > BOUND_S]
-    print(f"\nA picture may take {BOUND_S:g} s: {'too slow: ' + ', '.join(slow) if slow else 'kept'}.")
+    print(f"\nA picture may take {BOUND_S:g} s: {'too slow: ' + ', '.join(slow) if slow else 'met'}.")
     if arguments.log:
         size, first_s = page_of_log(arguments.log)
         kept = size <= PAGE_BYTES and first_s <= FIRST_FRAME_S
-        print(f"Its page: {size / 1e6:.2f} MB, first frame after {first_s:.1f} s: {'kept' if kept else 'too much'}.")
+        print(f"Its page: {size / 1e6:.2f} MB, first frame after {first_s:.1f} s: {'met' if kept else 'not met'}.")
         slow += [] if kept else ["page"]
     raise SystemExit(bool(slow))
 

@@ -1,17 +1,16 @@
-"""A soak of ``bimvox watch``: many random changes, and everything that may go wrong with them.
+"""A soak test of ``bimvox watch``: many random changes of its file, and everything that can go wrong with them.
 
-``make soak-watch``: the command runs as a process of its own on the sample frame while this one changes its file.
-Beside good changes, written in place, by renaming, or after a deletion, it meets broken and half-written content,
-time stamps hours off, a disk without room (the process may write no byte more, by ``RLIMIT_FSIZE``), and ``kill -9``
-at any moment with a restart. Checked:
+``make soak-watch``: the command runs in a separate process on the sample frame while this one changes its file. There
+are good changes (written in place, by renaming, or after a deletion), broken and half-written content, wrong time
+stamps, a full disk (by ``RLIMIT_FSIZE``), and ``kill -9`` at any moment with a restart. Checked:
 
-- every good content ends in a revision, and no revision that was told of is lost;
-- revisions on disk follow each other without a gap;
-- the newest plan on disk, put together from the whole log and the segments after it, is for the obstructions that were
-  told last, and the whole proof accepts it;
-- memory stays flat.
+- every good content leads to a revision, and no reported revision is lost;
+- revisions on disk have no gaps;
+- the newest plan on disk, combined from the whole log and the segments after it, is for the last reported obstructions,
+  and the whole proof accepts it;
+- memory does not grow.
 
-The exit code is 1 if anything of that fails.
+The exit code is 1 if a check fails.
 """
 
 from __future__ import annotations
@@ -141,7 +140,7 @@ class Watch:
 
 
 class Soak:
-    """The soak; collects failures.
+    """The soak test; collects failures.
 
     Args:
         folder: An empty folder.
@@ -246,7 +245,7 @@ class Soak:
         self._answer()
 
     def full(self) -> None:
-        """Leave no disk space for the segment, then some again."""
+        """Leave no disk space for the segment, then restore it."""
         self.watch.limit_files(1000)
         self.content = self.changes.change()
         self.file.write_bytes(self.content)
@@ -266,7 +265,7 @@ class Soak:
 
     def idle(self) -> None:
         """Wait until the whole log is written."""
-        time.sleep(3.0)  # the whole log is written
+        time.sleep(3.0)
 
     def check(self, when: str) -> None:
         """Prove the newest plan on disk, compare it with the reports, and remove segments that are not needed."""
@@ -289,8 +288,8 @@ class Soak:
             ):
                 self._expect(proof.verified, f"{when}: not proven: {proof.failures[:2]}")
         wanted = with_obstructions(log.plan.site, load_obstructions(self.file, log.plan.site), rasterise)
-        self._expect(wanted.digest == log.plan.site.digest, f"{when}: the plan on disk is of other obstructions")
-        self._expect(log.revision >= self.told, f"{when}: revision {self.told} was told of, {log.revision} is on disk")
+        self._expect(wanted.digest == log.plan.site.digest, f"{when}: the plan on disk is for other obstructions")
+        self._expect(log.revision >= self.told, f"{when}: revision {self.told} was reported, {log.revision} is on disk")
         segments = segments_on_disk(self.folder / LOG)
         on_disk = list(segments)
         if on_disk:
@@ -330,7 +329,7 @@ class Soak:
         self._wait_until_ready()
 
     def _wait_until_ready(self) -> None:
-        """Pause after the start; the first change is noticed at any time, and memory is compared from here on."""
+        """Pause after the start, because memory is compared from here on."""
         time.sleep(0.2)
 
     def _newest(self) -> Any:
@@ -356,14 +355,14 @@ def _hear_interrupts() -> None:
 
 
 def main() -> int:
-    """Run the soak and print the result."""
+    """Run the soak test and print the result."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--changes", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument(
         "--site", type=Path, help="a site file, its model in the same folder; default: the sample frame"
     )
-    parser.add_argument("--simulate", metavar="SPEED", help="carry the plan out meanwhile, so many times as fast")
+    parser.add_argument("--simulate", metavar="SPEED", help="execute the plan meanwhile, SPEED times as fast")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="bimvox-soak-watch-") as folder:
         more = () if options.simulate is None else ("--simulate", options.simulate)

@@ -1,15 +1,13 @@
-"""How long ``bimvox watch`` takes from the end of a change of the file to the new plan on disk.
+"""The time of ``bimvox watch`` from the end of a change of the file to the new plan on disk.
 
 ``make bench-watch``: the table of docs/watching.md. Random changes on two sites:
 
-- ``paper``: the paper's site, one lift on 15 x 15 x 6 cells. The clock runs from the file's close to the synced
-  segment.
-- ``frame500``: 500 lifts on 200 x 200 x 60 cells, by search alone. The clock runs to the verdict for all lifts and the
-  first 20 new lifts, proven, timed and on disk; and, apart, to the last one.
+- ``paper``: the paper's site, one lift on 15 x 15 x 6 cells, measured from the file's close to the synced segment.
+- ``frame500``: 500 lifts on 200 x 200 x 60 cells, by search alone, measured to the verdict for all lifts with the first
+  20 new lifts proven, timed and on disk, and separately to the last one.
 
-Wall-clock times: let nothing else run. The processor time is measured beside them: that of the watch on both cores,
-with what it writes in the background. A histogram for each site goes to the output folder; table and histogram
-go into the page with ``--write``.
+Times are wall-clock times: run nothing else. The processor time of the watch is measured too, with what it writes in
+the background. A histogram for each site is written to the output folder; ``--write`` puts the table into the page.
 """
 
 from __future__ import annotations
@@ -116,13 +114,13 @@ def _follow(watcher: Any, stop: threading.Event, said: queue.Queue[dict[str, Any
 
 
 def _used_s() -> float:
-    """Return the processor time of this process and of its forks that have ended."""
-    copies = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return time.process_time() + copies.ru_utime + copies.ru_stime
+    """Return the processor time of this process and of its children that have ended."""
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime
 
 
 def _row(documents: list[dict[str, Any]], closed_s: float, used_s: float) -> dict[str, Any]:
-    """The duration and effect of a change; times in ms from the file's close."""
+    """Return the duration and effect of a change; times in ms from the file's close."""
     first, last = documents[0], documents[-1]
     first_ms, all_ms = ((d["heard_s"] - closed_s) * 1000.0 for d in (first, last))
     noticed_ms = first_ms - first["latency_ms"]
@@ -236,9 +234,9 @@ def _print(document: dict[str, Any]) -> None:
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--changes", type=int, default=200, help="changes a site")
-    parser.add_argument("--sites", default="paper,frame500", help="which sites, with commas")
-    parser.add_argument("--seed", type=int, default=0, help="of the changes")
+    parser.add_argument("--changes", type=int, default=200, help="changes per site")
+    parser.add_argument("--sites", default="paper,frame500", help="sites, separated by commas")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the changes")
     parser.add_argument("--write", action="store_true", help="put the table into docs/watching.md")
     parser.add_argument(
         "--output", type=Path, default=Path("demo-output/watch"), help="folder for figures and histograms"

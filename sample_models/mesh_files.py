@@ -1,4 +1,4 @@
-"""Two mesh formats, written so that the same bodies give the same bytes."""
+"""Writers of STL and GLB; deterministic."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ GABLE_WINDOW_M = ((kinds.GABLE_LENGTH_M - 1.5) / 2, 0.9, 1.5, 1.5)
 Opening = tuple[float, float, float, float]
 
 
-def prefab_ifc(file_name: str = "prefab.ifc") -> bytes:
+def prefab_ifc() -> bytes:
     """Return the building as IFC4 in metres; z = 0 is the formation level, under the footings."""
     drawing = _Drawing()
     _grid(drawing)
@@ -45,7 +45,7 @@ def prefab_ifc(file_name: str = "prefab.ifc") -> bytes:
         if storey < shapes.STOREYS - 1:
             _stairs(drawing, storey)
     drawing.finish()
-    return drawing.ifc.to_bytes(file_name)
+    return drawing.ifc.to_bytes("prefab.ifc")
 
 
 class _Drawing:

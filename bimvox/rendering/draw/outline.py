@@ -19,7 +19,7 @@ def draw_outline(colour: NDArray[np.float32], buffers: Buffers, samples: int, fa
         colour: (H, W, 3) float32 sRGB 0..1, changed in place.
         buffers: What each sample sees.
         samples: Samples per pixel in each direction.
-        face_edges: How strongly edges between faces of the same solid are drawn, 0..1.
+        face_edges: Strength of the edges between faces of the same solid, 0..1.
     """
     radius = max(1, round(samples / 2))
     _outline(buffers.solid, buffers.plane, radius, _SOLID_EDGE, _FACE_EDGE * face_edges, colour)

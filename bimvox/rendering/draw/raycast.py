@@ -79,7 +79,7 @@ class _Shading(NamedTuple):
         facing: (6, 2) light of the sky and of the sun on each face.
         samples: Samples per pixel in each direction.
         size_m: Edge of a cell.
-        lines: How strongly the borders of cells are drawn, 0..1.
+        lines: Strength of the borders of cells, 0..1.
     """
 
     suns: NDArray[np.float64]
@@ -100,7 +100,7 @@ def cast(
         camera: With the samples as its pixels: ``samples`` times the picture's size.
         light: The sun.
         samples: Samples per pixel in each direction.
-        lines: How strongly the borders of cells are drawn, 0..1.
+        lines: Strength of the borders of cells, 0..1.
     """
     width, height = camera.size_px
     buffers = Buffers(

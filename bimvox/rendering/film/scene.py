@@ -159,7 +159,8 @@ class Film:
                 other.status is Status.PLANNED and other.order < lift.order and other.order not in to_come
             ):
                 canvas.paint(target_cells(self.site.components[other.component]), ASSEMBLED, layer=Layer.ASSEMBLED)
-            elif other is not lift and _waits(other, lift, to_come):
+            # A delivery arrives after all lifts of earlier ones.
+            elif other is not lift and other.place and lift.place and other.place.delivery == lift.place.delivery:
                 canvas.paint(stored_cells(other), UNBUILT, layer=Layer.UNBUILT)
         self._base = (key, canvas)
         return canvas
@@ -189,16 +190,16 @@ class Film:
         far = top_corners_m(site, component, (0, 0, 0)) - site.frame.corner_of((0, 0, 0))
         return blocks, corner_m + far @ rotation(turn).T
 
-    def _legend(self) -> tuple[LegendEntry, ...]:
+    def _legend(self) -> list[LegendEntry]:
         """Return the legend, which is the same in every frame: all states of the paper."""
-        return (
+        return [
             *site_legend(self.site),
             LegendEntry("unbuilt", UNBUILT, layer=Layer.UNBUILT),
             LegendEntry("in transit", IN_TRANSIT),
             LegendEntry("arrived", ARRIVED),
             LegendEntry("assembled", ASSEMBLED, layer=Layer.ASSEMBLED),
             *LIFT_LEGEND,
-        )
+        ]
 
     def _caption(self, track: LoadTrack, component: Component, motion: LiftMotion | None, time_ns: int) -> str:
         lift = track.lift
@@ -229,25 +230,8 @@ def turned_boxes(
     voxel_size_m: float,
     rgb: tuple[int, int, int],
 ) -> list[Block]:
-    """Return a part rotated about its lowest corner as boxes.
-
-    Args:
-        component: The part.
-        corner_m: (3,) its lowest corner.
-        quaternion: (4,) x, y, z, w.
-        voxel_size_m: Edge of a cell.
-        rgb: Colour.
-    """
+    """Return a part as boxes, rotated by a quaternion x, y, z, w about its lowest corner, (3,) metres."""
     turn = rotation(quaternion)
     boxes = component.shape.boxes.astype(np.float64) * voxel_size_m
     middles, halves = (boxes[:, :3] + boxes[:, 3:]) / 2.0, (boxes[:, 3:] - boxes[:, :3]) / 2.0
     return [Block(corner_m + turn @ middle, (turn * half).T, rgb) for middle, half in zip(middles, halves, strict=True)]
-
-
-def _waits(other: Lift, lift: Lift, to_come: frozenset[int]) -> bool:
-    """Return whether a part lies in the yard during a lift; a delivery arrives after all lifts of earlier ones."""
-    if other.place is None or lift.place is None:
-        return False
-    if other.order < lift.order and other.status is Status.PLANNED and other.order not in to_come:
-        return False
-    return other.place.delivery == lift.place.delivery

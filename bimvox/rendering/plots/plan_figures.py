@@ -1,4 +1,7 @@
-"""The plots of a plan: utilisation of the crane, length of the paths, methods, hook travel."""
+"""The plots of a plan: utilisation of the crane, length of the paths, methods, hook travel.
+
+``lifts`` are records of the report; those without the plotted value are left out.
+"""
 
 from __future__ import annotations
 
@@ -16,27 +19,16 @@ _METHODS = ("policy", "retrained", "search")
 
 
 def draw_utilisation(lifts: Sequence[dict[str, Any]], critical_share: float, *, file_format: Format = "png") -> bytes:
-    """Return the distribution of the utilisation.
-
-    Args:
-        lifts: Records with ``governs``; those without are left out.
-        critical_share: Marked by a line.
-        file_format: ``png`` or ``svg``.
-    """
+    """Return the distribution of the utilisation, with a line at the critical share."""
     used = [lift["governs"]["utilisation"] for lift in lifts if lift["governs"]]
     values = np.array([share for share in used if share is not None], np.float64)
     marks = [Mark(critical_share, f"critical from {critical_share:.0%} on")]
     if len(values):
         marks.append(Mark(float(np.median(values)), f"median {np.median(values):.1%}"))
+    most = max(1.0, float(values.max(initial=0.0)))
     return draw_histogram(
         [Series("", values)],
-        Axis(
-            "capacity used at the governing sample",
-            0.0,
-            max(1.0, float(values.max(initial=0.0))),
-            bins=25,
-            percent=True,
-        ),
+        Axis("capacity used at the governing sample", 0.0, most, bins=25, percent=True),
         counted="lifts",
         title="Utilisation of the crane",
         marks=marks,
@@ -45,12 +37,7 @@ def draw_utilisation(lifts: Sequence[dict[str, Any]], critical_share: float, *, 
 
 
 def draw_path_ratios(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png") -> bytes:
-    """Return the distribution of path length over the fewest possible moves, by method.
-
-    Args:
-        lifts: Records with ``method``, ``moves`` and ``shortest_moves``; those without a path are left out.
-        file_format: ``png`` or ``svg``.
-    """
+    """Return the distribution of path length over the fewest possible moves, by method."""
     paths = [lift for lift in lifts if lift["moves"] and lift["shortest_moves"]]
     found = {
         method: [lift["moves"] / lift["shortest_moves"] for lift in paths if lift["method"] == method]
@@ -72,12 +59,7 @@ def draw_path_ratios(lifts: Sequence[dict[str, Any]], *, file_format: Format = "
 
 
 def draw_methods(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png") -> bytes:
-    """Return the share of the planned lifts by the method that found their path.
-
-    Args:
-        lifts: Records with ``method``; those without are left out.
-        file_format: ``png`` or ``svg``.
-    """
+    """Return the share of the planned lifts by the method that found their path."""
     found = [lift["method"] for lift in lifts if lift["method"]]
     counts = {method: found.count(method) for method in _METHODS}
     bars = [Bar(f"{method} ({count})", "", count / max(1, len(found)), 0.0, 0.0) for method, count in counts.items()]
@@ -85,12 +67,7 @@ def draw_methods(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png"
 
 
 def draw_hook_travel(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png") -> bytes:
-    """Return the distribution of the hook travel per lift, empty and loaded.
-
-    Args:
-        lifts: Records with ``hook_travel_m``; those without are left out.
-        file_format: ``png`` or ``svg``.
-    """
+    """Return the distribution of the hook travel per lift, empty and loaded."""
     values = np.array([lift["hook_travel_m"] for lift in lifts if lift["hook_travel_m"] is not None], np.float64)
     marks = [Mark(float(np.median(values)), f"median {np.median(values):.0f} m")] if len(values) else []
     return draw_histogram(

@@ -22,10 +22,7 @@ _POINTS = 240
 def load_chart(crane: TowerCrane, lifts: Sequence[dict[str, Any]], critical_share: float) -> str:
     """Return the capacity over the radius, and each lift at its governing sample, as SVG.
 
-    Args:
-        crane: The crane.
-        lifts: Records of lifts; those without a governing sample are left out.
-        critical_share: Share of the capacity drawn as a second curve.
+    A second curve is the critical share of the capacity. Lifts without a governing sample are left out.
     """
     held = [lift for lift in lifts if lift["governs"]]
     radius_m = np.linspace(crane.min_radius_m, crane.jib_length_m, _POINTS)

@@ -37,10 +37,8 @@ def crane_chart(lifts: Sequence[dict[str, Any]], cranes: Sequence[str]) -> str:
     timed = [lift for lift in lifts if lift["begins_s"] is not None]
     if not timed:
         return ""
-    low, high = min(lift["begins_s"] for lift in timed), max(lift["ends_s"] for lift in timed)
-    scale = (_WIDTH - _LEFT - _RIGHT) / max(high - low, 1e-9)
     height = _TOP + 1.5 * _ROW * len(cranes) + 6.0
-    parts = _axis(low, high, scale, height)
+    low, scale, parts = _axis(timed, height)
     for number, name in enumerate(cranes):
         y = _TOP + 1.5 * number * _ROW
         parts.append(text(name[:36], _LEFT - 8.0, y + 9.5, text_anchor="end", class_="label"))
@@ -50,22 +48,22 @@ def crane_chart(lifts: Sequence[dict[str, Any]], cranes: Sequence[str]) -> str:
     return picture(_WIDTH, height, f"Gantt chart of {len(cranes)} cranes", parts, "gantt")
 
 
-def _axis(low: float, high: float, scale: float, height: float) -> list[str]:
+def _axis(lifts: Sequence[dict[str, Any]], height: float) -> tuple[float, float, list[str]]:
+    """Return the start of the lifts' time axis in seconds, units per second, and the axis."""
+    low, high = min(lift["begins_s"] for lift in lifts), max(lift["ends_s"] for lift in lifts)
+    scale = (_WIDTH - _LEFT - _RIGHT) / max(high - low, 1e-9)
     parts = []
     for at in ticks(low, high, 9, _STEPS_S):
         x = _LEFT + (at - low) * scale
         parts.append(element("line", x1=x, x2=x, y1=_TOP - 5.0, y2=height - 4.0, class_="grid"))
         parts.append(text(clock(at), x, _TOP - 9.0, text_anchor="middle", class_="tick"))
-    return parts
+    return low, scale, parts
 
 
 def _chart(lifts: Sequence[dict[str, Any]]) -> str:
-    low, high = min(lift["begins_s"] for lift in lifts), max(lift["ends_s"] for lift in lifts)
-    scale = (_WIDTH - _LEFT - _RIGHT) / max(high - low, 1e-9)
     height = _TOP + _ROW * len(lifts) + 6.0
-    parts = _axis(low, high, scale, height)
-    for row, lift in enumerate(lifts):
-        parts.append(_bar(lift, low, scale, _TOP + row * _ROW))
+    low, scale, parts = _axis(lifts, height)
+    parts += [_bar(lift, low, scale, _TOP + row * _ROW) for row, lift in enumerate(lifts)]
     first, last = lifts[0]["number"], lifts[-1]["number"]
     return picture(_WIDTH, height, f"Gantt chart of lifts {first} to {last}", parts, "gantt")
 
@@ -78,25 +76,16 @@ def _bar(lift: dict[str, Any], low: float, scale: float, y: float) -> str:
     parts = [text(label, _LEFT - 8.0, y + 9.5, text_anchor="end", class_="label critical" if mark else "label")]
     parts += _rectangles(spans, low, scale, y)
     words = f"Lift {lift['number']}, {named(lift)}: {clock(lift['begins_s'])} to {clock(lift['ends_s'])}"
-    return element(
-        "g", element("title", words.replace("&", "&amp;").replace("<", "&lt;")), *parts, data_order=lift["order"]
-    )
+    title = element("title", words.replace("&", "&amp;").replace("<", "&lt;"))
+    return element("g", title, *parts, data_order=lift["order"])
 
 
 def _rectangles(spans: Sequence[Sequence[Any]], low: float, scale: float, y: float) -> list[str]:
     parts = []
     for name, start, end in _joined(spans):
         inset = {"carrying": 1.0, "handling": 2.5, "empty": 4.5}[name]
-        parts.append(
-            element(
-                "rect",
-                x=_LEFT + (start - low) * scale,
-                y=y + inset,
-                width=max((end - start) * scale, 0.4),
-                height=_ROW - 1.0 - 2.0 * inset,
-                class_=name,
-            )
-        )
+        x, width, height = _LEFT + (start - low) * scale, max((end - start) * scale, 0.4), _ROW - 1.0 - 2.0 * inset
+        parts.append(element("rect", x=x, y=y + inset, width=width, height=height, class_=name))
     return parts
 
 

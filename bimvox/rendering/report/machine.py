@@ -25,7 +25,7 @@ def machine(record: dict[str, Any], cranes: Sequence[TowerCrane]) -> str:
         ("No load above", f"{fixed(site['no_load_m2'], 0)} m²" if site["no_load_m2"] else ""),
         ("No hook above", f"{fixed(site['prohibited_m2'], 0)} m²" if site["prohibited_m2"] else ""),
         ("Obstructions", escape(", ".join(site["obstructions"])) or "none"),
-        ("Standing structure", fixed(site["structure"], 0)),
+        ("Existing structure", fixed(site["structure"], 0)),
         ("Clearance", f"{rules['clearance_m']:g} m from obstructions and mast"),
         ("Contact tolerance", f"{rules['contact_tolerance_m'] * 1000:g} mm"),
         ("Samples", f"every {rules['sample_period_s']:g} s or closer"),
@@ -61,7 +61,7 @@ def _crane(
     own = [
         ("Crane", f"<b>{escape(machine['name'])}</b>, foot at x, y, z {base} m"),
         ("Luffing", _luffing_words(machine["luffing"])),
-        ("Jib", f"{jib}, hook from {machine['min_radius_m']:.4g} m on"),
+        ("Jib", f"{jib}, hook from {machine['min_radius_m']:.4g} m"),
         ("Rigging", f"{rigging} t, slings {machine['sling_m']:g} m high"),
         ("Reeving", f"{machine['falls']} falls, hook block {tonnes(machine['hook_block_kg'])} t{gears}"),
         ("Highest rates", f"slewing {fixed(slew, 2)} °/s, {second}, hoist {hoist:g} m/s"),

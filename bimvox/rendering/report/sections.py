@@ -40,7 +40,7 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
 
     nominal = "" if totals["timed_by"] == "crane" else " (nominal: no crane, 1 s per move)"
     hours = number(totals["total_s"], f"{fixed(totals['total_s'] / 3600, 2)} h", "total_s")
-    critical_words = f"{count('critical')} (capacity used from {percent(record['critical_share'], 0)} on)"
+    critical_words = f"{count('critical')} ({percent(record['critical_share'], 0)} of the capacity or more)"
     heaviest = number(totals["heaviest_kg"], tonnes(totals["heaviest_kg"]), "heaviest_kg")
     return [
         ("Lifts", f"{count('planned')} of {count('lifts')} parts planned, {count('infeasible')} infeasible"),
@@ -244,7 +244,7 @@ def inputs(record: dict[str, Any]) -> str:
         for item in record["inputs"]
     ]
     return section(
-        "Made from",
+        "Inputs",
         paragraph("SHA-256 of files. A digest is the SHA-256 of the values that a plan depends on.", "faint"),
         table(("What", "Name", "SHA-256 or value"), rows, class_="words hashes", id_="inputs"),
     )

@@ -9,7 +9,7 @@ from bimvox.site.part_names import part_name
 METHODS = {"policy": "policy", "retrained": "policy, retrained", "search": "search (A*)"}
 SWING = {
     "shaped": "moves are shaped so that loads are at rest when set; the swing in transit is proven clear",
-    "off": "NOT CHECKED: loads may still swing when set, and into things in transit",
+    "off": "NOT CHECKED: loads may still swing when set, and may hit something in transit",
 }
 CHECKS = {
     "complete": "every part has exactly one lift, numbered without gaps; infeasible lifts have a reason",
@@ -25,7 +25,7 @@ CHECKS = {
     "support": "a part is set after the parts that it rests on",
     "yard": "parts in the yard do not collide, one delivery at a time",
     "timeline": "lifts follow each other on one clock without gaps, phases in their order",
-    "axis_limits": "no axis exceeds its rate, acceleration or jerk, by differences of the samples",
+    "axis_limits": "no axis exceeds its rate, acceleration or jerk, measured by differences of the samples",
     "axis_range": "the hook stays between minimum radius and jib end, and above the ground",
     "ends": "the motion begins at the part's place in the yard and ends at its place in the building",
     "rests": "the crane is at rest at both ends and at every corner",
@@ -37,12 +37,12 @@ CHECKS = {
     "empty_hook": "the empty hook meets nothing on its way to the next part",
     "zones": "hook and load stay outside their exclusion zones, and the hook at the height that limiters require",
     "jib": "the slewing jib meets nothing",
-    "swing": "loads are at rest when set (pendulum driven by the samples) and swing into nothing before",
+    "swing": "loads are at rest when set and hit nothing before, by a pendulum driven by the samples",
     "cranes": "the cranes keep their distance at every moment, also after an emergency stop of one or all of them",
     "turns": "cranes wait for each other: no part is hooked on or set before the parts that must come before it",
     "digests": "the hashes in the log match its content",
     "load_poses": "the load poses shown by viewers follow from the crane's axes",
-    "commands": "a crane that holds the commanded rates follows the motion",
+    "commands": "a crane that follows the commanded rates executes the motion",
 }
 """What each check of the proof checks."""
 

@@ -15,13 +15,7 @@ _BEYOND = 0.1
 
 
 def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = None) -> CraneParts:
-    """Return the lines and boxes of a crane.
-
-    Args:
-        crane: The crane.
-        pose: Its pose.
-        load_m: (N, 3) lifting points of the load; None for an empty hook.
-    """
+    """Return the lines and boxes of a crane; ``load_m`` are (N, 3) lifting points of the load, None without one."""
     if crane.luffing is not None:
         return luffing_parts(crane, crane.luffing, pose, load_m)
     base, width, top_m = np.array(crane.base_m), crane.mast_size_m, crane.jib_height_m

@@ -32,9 +32,7 @@ class Layer(StrEnum):
 def without(scene: Scene, hidden: Collection[Layer]) -> Scene:
     """Return a scene without the solids, lines and legend entries of some layers; the camera stays the same.
 
-    Args:
-        scene: The scene.
-        hidden: Layers to leave out; the picture's options handle ``WORDS``.
+    The picture's options handle ``WORDS``.
     """
     if not hidden:
         return scene

@@ -15,14 +15,7 @@ _PADS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
 def luffing_parts(crane: TowerCrane, jib: LuffingJib, pose: CranePose, load_m: ArrayLike | None) -> CraneParts:
-    """Return the lines and boxes of a crane whose jib luffs.
-
-    Args:
-        crane: The crane.
-        jib: Its jib.
-        pose: Its pose.
-        load_m: (N, 3) lifting points of the load; None for an empty hook.
-    """
+    """Return the lines and boxes of a crane whose jib luffs; see ``crane_parts``."""
     base, width, wide = np.array(crane.base_m), crane.mast_size_m, jib.width_m
     along = np.array([np.cos(pose.slew_rad), np.sin(pose.slew_rad), 0.0])
     aside = np.array([-along[1], along[0], 0.0])

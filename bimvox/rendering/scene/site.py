@@ -112,7 +112,7 @@ def site_legend(site: Site) -> list[LegendEntry]:
     legend = [LegendEntry(name, rgb, layer=Layer.GROUND) for label, rgb, name in _AREAS if there[label]]
     kinds = {blocker.kind for blocker in site.blockers}
     if "structure" in kinds:
-        legend.append(LegendEntry("standing structure", STRUCTURE, layer=Layer.STRUCTURE))
+        legend.append(LegendEntry("existing structure", STRUCTURE, layer=Layer.STRUCTURE))
     if "obstruction" in kinds:
         legend.append(LegendEntry("obstruction", OBSTRUCTION, layer=Layer.OBSTRUCTIONS))
     return legend

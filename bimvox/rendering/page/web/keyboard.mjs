@@ -3,18 +3,18 @@ import { byId, el, fill } from "./dom.mjs";
 
 const KEYS = [
   ["space", "play or pause"],
-  ["← →", "previous or next lift; with Shift 10 seconds back or on"],
+  ["← →", "previous or next lift; with Shift 10 seconds back or forward"],
   ["↑ ↓", "faster or slower"],
   ["Home, End", "first or last moment"],
   ["/", "search the lifts"],
   ["1 2 3 4", "view from above, from the front, overview, follow the load"],
   ["f", "fit everything"],
   ["+ −", "zoom"],
-  ["w a s d", "turn the view"],
+  ["w a s d", "rotate the view"],
   ["v", "voxels or real shapes"],
   ["p", "paths: of the lift under way, of the chosen part, all, none"],
   ["[ ]", "earlier or later revision"],
-  ["Esc", "choose nothing"],
+  ["Esc", "clear the choice"],
   ["?", "this list"],
 ];
 const OWN_ARROWS = new Set(["SELECT", "INPUT"]);

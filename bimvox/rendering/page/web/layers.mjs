@@ -6,7 +6,7 @@ const CHOICES = [
   ["yard", "Parts in the yard"],
   ["boxes", "Start and target boxes"],
   ["targets", "All targets"],
-  ["structure", "Standing structure"],
+  ["structure", "Existing structure"],
   ["obstructions", "Obstructions"],
   ["voxels", "Voxels, not real shapes (v)"],
 ];

@@ -1,4 +1,4 @@
-// Mouse, pen and touch on the view: rotate, move, zoom, choose.
+// Mouse, pen and touch on the view: rotate, pan, zoom, choose.
 
 const CLICK_PX = 5;
 

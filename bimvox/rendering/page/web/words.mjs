@@ -39,7 +39,7 @@ export function classWords(ifcClass) {
 export const nameOf = (part) => part.name || part.global_id || part.id;
 
 export const METHODS = { policy: "policy", retrained: "policy, retrained", search: "search (A*)" };
-export const MASS_SOURCES = { quantity: "from the model's quantities", density: "volume × density of its material", default: "volume × 2,400 kg/m³ (nothing better known)" };
+export const MASS_SOURCES = { quantity: "from the model's quantities", density: "volume × density of its material", default: "volume × 2,400 kg/m³ (default density)" };
 export const STORED = { as_built: "as built in", lying_x: "lying along x, tipped up", lying_y: "lying along y, tipped up" };
-export const PHASES = { approach: "empty hook on its way", wait: "waiting for the other crane", leave: "leaving", hook_on: "hooking on", raise: "raising", turn: "turning the part", hoist: "hoisting", traverse: "slewing and trolleying", lower: "lowering", set: "setting", release: "releasing the slings", stop: "stopping" };
+export const PHASES = { approach: "empty hook, moving to the part", wait: "waiting for the other crane", leave: "leaving", hook_on: "hooking on", raise: "raising", turn: "turning the part", hoist: "hoisting", traverse: "slewing and trolleying", lower: "lowering", set: "setting", release: "releasing the slings", stop: "stopping" };
 export const STATES = ["not delivered yet", "in the yard", "in transit", "arrived", "assembled"];
