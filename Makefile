@@ -113,7 +113,7 @@ $(PLANNERS)/ready: benchmarks/many_lifts/peers.txt pyproject.toml constraints.tx
 	  $(UV) pip install --quiet --python $(PLANNERS)/bin/python -c constraints.txt "$$peer" || echo "not installed: $$peer"; done
 	@touch $@
 
-bench-many-lifts: $(PLANNERS)/ready ## the ways of 500 lifts: policy, search, and other planners
+bench-many-lifts: $(PLANNERS)/ready ## paths of 500 lifts: policy, search, and other planners
 	$(PLANNERS)/bin/python -m benchmarks.many_lifts $(ARGS)
 
 train-generalist: setup ## train the policy that ships with bimvox: docs/generalist.md (OUT=folder, ARGS="--steps 4000" for a try)

@@ -50,7 +50,7 @@ def main() -> None:
         together = _spent(partial(network, views)) / TOGETHER
         size = " x ".join(map(str, problem.grid_shape))
         lines.append(
-            f"| {size} | {len(problem.clearance.boxes)} | {np.median(seen):.0f} | {np.median(alone):.0f} "
+            f"| {size} | {len(problem.space.boxes)} | {np.median(seen):.0f} | {np.median(alone):.0f} "
             f"| {alone.min():.0f} | {np.median(together):.0f} |"
         )
     text = "\n".join(lines)

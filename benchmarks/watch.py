@@ -209,8 +209,8 @@ def update_table_text() -> str:
         share: best_ms(lambda at=int(200 * share): update_table(table, top, counts, at, at, 1))
         for share in (0.0, 0.25, 0.5, 0.75)
     }
-    parts = ", ".join(f"{ms:.1f} ms from {share:.0%} of the way along x and y on" for share, ms in shares.items())
-    return f"The summed-area table of 200 x 200 x 60 cells: {anew:.1f} ms anew; brought up to date in place {parts}."
+    parts = ", ".join(f"{ms:.1f} ms for cells from {share:.0%} of x and y on" for share, ms in shares.items())
+    return f"The summed-area table of 200 x 200 x 60 cells: {anew:.1f} ms rebuilt; updated in place {parts}."
 
 
 def _quantiles(found: list[dict[str, Any]], key: str) -> str:

@@ -1,9 +1,9 @@
-"""The savings by smaller truckloads: ``make bench-yard``.
+"""Time saved by smaller truckloads: ``make bench-yard``.
 
-A delivery arrives when its first part is next, so every place in the yard is empty by then, and a delivery as large as
-the yard means the fewest trucks. A smaller one (``[rules] truckload_kg``) takes the nearest places, and takes them
-again as soon as they are empty. Each model is planned by complete search at several truckloads; the hours are those of
-the timed motions, the same on every machine.
+A delivery arrives when its first part is next, so the yard is empty by then, and deliveries as large as the yard need
+the fewest trucks. A smaller one (``[rules] truckload_kg``) takes the nearest places, and reuses them as soon as they
+are empty. Each model is planned by complete search with several truckloads; hours are those of the timed motions, the
+same on every machine.
 """
 
 from __future__ import annotations

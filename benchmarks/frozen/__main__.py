@@ -1,7 +1,7 @@
-"""The bytes that the program writes, against those recorded in ``benchmarks/frozen.json``: ``make bench-frozen``.
+"""Compares the bytes that the program writes with those in ``benchmarks/frozen.json``: ``make bench-frozen``.
 
-A difference is told by case, file and part: a topic, an attachment, a metadata record, a key of a JSON document, a
-member of a zip.
+A difference is reported by case, file and part: a topic, an attachment, a metadata record, a key of a JSON document, or
+a member of a zip.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def main() -> int:
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     chosen = {name: case for name, case in cases().items() if _is_chosen(name, options.only)}
     if not chosen:
-        print(f"no case has such a name; there are {', '.join(cases())}", file=sys.stderr)
+        print(f"--only matches no case; cases are {', '.join(cases())}", file=sys.stderr)
         return 2
     started_s = time.perf_counter()
     with _folder(options.keep) as folder:
@@ -77,11 +77,11 @@ def _is_chosen(name: str, only: list[str] | None) -> bool:
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.frozen", description=__doc__)
-    parser.add_argument("--write", action="store_true", help="record what the program writes now")
-    parser.add_argument("--only", nargs="+", metavar="NAME", help="only cases in whose names one of these is")
+    parser.add_argument("--write", action="store_true", help="record the current output")
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="only cases whose names contain one of these")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="cases at a time (default 2)")
-    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="a new folder: what was written stays there")
-    parser.add_argument("--one-core", action="store_true", help="use one core: no process helps another one")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep the output in this new folder")
+    parser.add_argument("--one-core", action="store_true", help="use one core only")
     return parser.parse_args()
 
 

@@ -59,7 +59,7 @@ def differences(known: Recorded | None, found: Recorded, case: str) -> Iterator[
         return
     for file in dict.fromkeys((*known, *found)):
         if file not in found or file not in known:
-            yield f"{case}: {file}: {'not recorded' if file in found else 'not written any more'}"
+            yield f"{case}: {file}: {'not recorded' if file in found else 'no longer written'}"
         elif known[file] != found[file]:
             yield f"{case}: {file}: {_where(known[file], found[file])}"
 
@@ -68,10 +68,10 @@ def _where(known: Digest, found: Digest) -> str:
     """Return the parts of a file that differ."""
     parts = [part for part in dict.fromkeys((*known, *found)) if part != WHOLE]
     differing = [
-        f"{part} ({'new' if part not in known else 'gone'})" if part not in known or part not in found else part
+        f"{part} ({'new' if part not in known else 'missing'})" if part not in known or part not in found else part
         for part in parts
         if known.get(part) != found.get(part)
     ]
     if differing:
         return ", ".join(differing)
-    return "the bytes differ, but no part of them: how they are packed" if parts else "the bytes differ"
+    return "the bytes differ, but no part: only the packing" if parts else "the bytes differ"

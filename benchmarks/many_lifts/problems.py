@@ -23,7 +23,7 @@ class Problems:
 
     Attributes:
         lifts: The lifts, with collision rule, start and target.
-        free: Per kind of part (X, Y, Z) bool, where its reference cell may be: the input of point planners.
+        free: Per kind of part (X, Y, Z) bool, allowed reference cells: the input of point planners.
         kind: (N,) kind of each lift's part.
     """
 
@@ -54,13 +54,13 @@ def make(count: int, seed: int) -> Problems:
     for kind, part in enumerate(PARTS):
         boxes = np.array([[0, 0, 0, *part]], np.int32)
         space = CollisionSpace(table, boxes, np.zeros(3, np.int32), np.zeros(SHAPE[:2], np.int32), *NOTHING_CLEARED)
-        space = _free(occupied, part)
-        free.append(space)
+        placements = _free(occupied, part)
+        free.append(placements)
         wanted = count // len(PARTS) + (kind < count % len(PARTS))
-        starts = np.argwhere(space[:30, :, :2])
-        targets = np.argwhere(space[60:]) + np.array((60, 0, 0))
+        starts = np.argwhere(placements[:30, :, :2])
+        targets = np.argwhere(placements[60:]) + np.array((60, 0, 0))
         reach = np.zeros(SHAPE, np.bool_)
-        while reach.sum() < 0.5 * space.sum():  # not from inside an enclosed yard
+        while reach.sum() < 0.5 * placements.sum():  # not from inside an enclosed yard
             reach = distance_field(space, starts[rng.integers(len(starts))].astype(np.int32)) >= 0
         while wanted:
             start, target = (rows[rng.integers(len(rows))] for rows in (starts, targets))

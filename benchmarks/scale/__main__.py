@@ -1,9 +1,9 @@
 """How the cost of `bimvox plan` grows with the number of components: ``make bench-scale``.
 
-Plans and proves buildings of 50 to 1,000 components on 200 x 200 x 60 cells, as the command does it by default and by
-search alone, each in a process of its own with an empty policy store, and writes the tables of ``docs/scale.md``, their
-data and their drawing. A first small run compiles the kernels. Wall times: let nothing else run. With ``--sizes`` or
-``--policy`` nothing in ``docs`` is touched unless ``--docs`` names a folder.
+Plans and proves buildings of 50 to 1,000 components on 200 x 200 x 60 cells, by default and by search alone, each in a
+separate process with an empty policy store, and writes the tables of ``docs/scale.md``, their data and their plot. A
+first small run compiles the kernels. Times are wall times: run nothing else. With ``--sizes`` or ``--policy``, nothing
+in ``docs`` is changed unless ``--docs`` names a folder.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ def main() -> int:
         prog="python -m benchmarks.scale", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--sizes", type=int, nargs="+", metavar="N", help="other numbers of components")
-    parser.add_argument("--repeat", type=int, default=2, metavar="N", help="runs a size; the quickest counts")
-    parser.add_argument("--policy", metavar="ID", help="what proposes paths (default: the shipped policy, then none)")
+    parser.add_argument("--repeat", type=int, default=2, metavar="N", help="runs per size; the fastest counts")
+    parser.add_argument("--policy", metavar="ID", help="the policy (default: the shipped one, then none)")
     parser.add_argument("--docs", type=Path, metavar="FOLDER", help="where to write (default docs, for all sizes)")
     options = parser.parse_args()
     chosen = [(f"by policy {options.policy}", options.policy)] if options.policy else list(_WAYS)

@@ -63,7 +63,7 @@ def measure(components: int, folder: Path, policy: str | None) -> Measured:
     Args:
         components: Number of components.
         folder: Scratch folder.
-        policy: Id for ``--policy``; None to leave it to the command.
+        policy: Id for ``--policy``; None for the command's default.
 
     Raises:
         RuntimeError: If the command fails.

@@ -1,4 +1,4 @@
-"""Writes the measurements: JSON, the tables of docs/scale.md, and their drawing."""
+"""The measurements as JSON, as the tables of docs/scale.md, and as a plot."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _GROWTH = 1.25  # allowed cost per component of the largest buildings, relative 
 
 
 class Way(NamedTuple):
-    """A way of planning, and its sizes."""
+    """A method of planning, and its sizes."""
 
     title: str
     found: tuple[Measured, ...]
@@ -32,7 +32,7 @@ class Bar(NamedTuple):
 
 
 def bars(found: Sequence[Measured]) -> list[Bar]:
-    """Return the bars that the measurements allow to check."""
+    """Return the bars that the measurements can check."""
     result = []
     for one in found:
         if one.components == _SIZE:
@@ -115,7 +115,7 @@ def _tables(found: Sequence[Measured]) -> str:
 
 
 def drawing(ways: Sequence[Way]) -> bytes:
-    """Return the curves as a PNG: the whole command each way, and the stages of the first."""
+    """Return the curves as a PNG: the whole command by each method, and the stages of the first."""
     from benchmarks.plots import Growth, draw_scaling
 
     series = []

@@ -1,7 +1,7 @@
 """Measures the voxelizer against its peers and writes tables, figures and a drawing: ``make bench-voxelize``.
 
-Writes ``voxelizing.json``, ``voxelizing.png`` and, where it stands between its markers, the table of
-``docs/voxelizing.md``. With ``--quick`` or ``--model`` nothing in ``docs`` is touched unless ``--docs`` names a folder.
+Writes ``voxelizing.json``, ``voxelizing.png`` and, between its markers, the table of ``docs/voxelizing.md``. With
+``--quick``, ``--model`` or ``--case``, nothing in ``docs`` is changed unless ``--docs`` names a folder.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ def _write(docs: Path, json_text: str, tables: str, png: bytes) -> None:
 def main() -> None:
     """Run the cases and print the tables."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.voxelize", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="small cases: try the whole thing in a minute")
+    parser.add_argument("--quick", action="store_true", help="small cases: a trial of one minute")
     parser.add_argument("--model", type=Path, nargs="+", metavar="FILE", help="run on these IFC or mesh files instead")
     parser.add_argument("--voxel-size", type=float, default=0.1, metavar="M", help="cell of --model (default 0.1)")
-    parser.add_argument("--case", action="append", metavar="TEXT", help="only cases whose name begins so")
+    parser.add_argument("--case", action="append", metavar="TEXT", help="only cases whose names begin with this")
     parser.add_argument("--timeout", type=float, metavar="S", help="per tool and run (default 40; 10 with --quick)")
     parser.add_argument("--memory", type=float, default=12.0, metavar="GB", help="per tool (default 12)")
     parser.add_argument("--docs", type=Path, metavar="FOLDER", help="where to write (default docs, for the full run)")
@@ -52,7 +52,7 @@ def main() -> None:
     whole = not (chosen.quick or chosen.model or chosen.case)
     specs = [s for s in specs if not chosen.case or s.name.startswith(tuple(chosen.case))]
     if not specs:
-        parser.error("no case has such a name")
+        parser.error("--case matches no case")
     timeout_s = chosen.timeout or (10.0 if chosen.quick else 40.0)
     started_s = time.perf_counter()
     cases = [run_case(spec, timeout_s=timeout_s, memory_gb=chosen.memory, say=_say) for spec in specs]

@@ -1,7 +1,7 @@
 """The truth: which cells a closed part fills, by boolean volumes of manifold3d.
 
-It shares only the size of the tolerance with the voxelizer. A part is cut to a window, and the piece in
-two, again and again, until a box of cells is empty, full, or one cell.
+It shares only the size of the tolerance with the voxelizer. A part is cut to a window, and the piece is halved
+repeatedly until a box of cells is empty, full, or one cell.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _NOTHING = 1e-20
 
 
 class Truth(IntEnum):
-    """What a part does to a cell."""
+    """How much of a cell a part fills."""
 
     EMPTY = 0
-    """It does not reach further than the tolerance into it."""
+    """It enters the cell by no more than the tolerance."""
     BOUNDARY = 1
     """It fills some of it."""
     INSIDE = 2
@@ -49,7 +49,7 @@ def solid_of(mesh: TriangleMesh, voxel_size_m: float, origin: NDArray[np.int64])
 
 
 def window_truth(scene: Scene, window: Window) -> NDArray[np.uint8]:
-    """Return what each of a window's parts does to its cells: (P, A, B, C) uint8, values of ``Truth``."""
+    """Return how much of a window's cells each part fills: (P, A, B, C) uint8, values of ``Truth``."""
     truth = np.zeros((len(window.parts), *window.shape), np.uint8)
     for n, part in enumerate(window.parts.tolist()):
         solid = solid_of(scene.parts[part], scene.voxel_size_m, window.low)
@@ -62,7 +62,7 @@ def window_truth(scene: Scene, window: Window) -> NDArray[np.uint8]:
 
 
 def union_truth(truth: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return what all parts together do to the cells: (P, A, B, C) -> (A, B, C)."""
+    """Return how much of the cells all parts together fill: (P, A, B, C) -> (A, B, C)."""
     out = np.full(truth.shape[1:], Truth.EMPTY, np.uint8)
     for state in (Truth.EITHER, Truth.BOUNDARY, Truth.INSIDE):
         out[(truth == state).any(axis=0)] = state

@@ -16,7 +16,7 @@ class Bimvox:
     """One labelled grid with owners, shares and the table of parts."""
 
     def __init__(self, scene: Scene) -> None:
-        # Compiled code is read from disk now, as other libraries' is when they are imported.
+        # Loads compiled code now, as other libraries do when they are imported.
         voxelize_building(cube(1.0), 0.25)
         self._building = scene.building()
         self._voxel_size_m = scene.voxel_size_m
@@ -38,7 +38,7 @@ class Bimvox:
             self._cells = all_part_cells(self._require())
         masks = []
         for part in window.parts.tolist():
-            # Ascending cells: those of the window's layers of x lie together.
+            # Cells ascend, so those of the window's layers of x are contiguous.
             cells = self._cells[part]
             first, last = np.searchsorted(cells[:, 0], (window.low[0] - self._low[0], window.high[0] - self._low[0]))
             masks.append(mask_of(cells[first:last] + self._low, window))

@@ -25,7 +25,7 @@ from benchmarks.voxelize.tool import OURS, PEERS, ToolInfo
 
 _ROOT = Path(__file__).parents[2]
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "VTK_SMP_MAX_THREADS")
-# All runs together, by the clock, in units of the time that the first may take on the processor.
+# Wall-clock limit of all runs together, as a multiple of the processor time allowed for the first.
 _WALL_LIMITS = 10.0
 
 
@@ -81,7 +81,7 @@ def _run_tool(
         command += [folder, "--memory-gb", str(memory_gb), "--timeout", str(timeout_s)]
         environment = {**os.environ, **dict.fromkeys(_ONE_THREAD, "1")}
         if tool.key == OURS.key:
-            # Kernels are compiled once on a machine, when they are first called, and then found on the disk.
+            # Kernels are compiled once per machine, on their first call, and then cached on disk.
             subprocess.run([*command, "--compile"], cwd=_ROOT, env=environment, capture_output=True, check=False)
         try:
             done = subprocess.run(

@@ -8,15 +8,15 @@ from numpy.typing import NDArray
 from benchmarks.voxelize.case import Scene, Window
 
 LONGEST_VOX = 40
-"""A box longer than this is judged in a stretch of this length, around a random triangle."""
+"""Of a longer box only a stretch of this length, around a random triangle, is judged."""
 _DENSE_VOX = 12
 _SEED = 20240611
 
 
 def sample_windows(scene: Scene, *, dense: bool, count: int = 60) -> list[Window]:
-    """Return the windows of a case, at most ``count`` of them; the same every time.
+    """Return the windows of a case, at most ``count`` of them; deterministic.
 
-    Parts are taken evenly over the list, so that every kind and storey of a building has its share; the window of a
+    Parts are taken evenly over the list, so that every kind and storey of a building is represented; the window of a
     part is its box and one cell around it. A single dense body is judged in many small windows along its surface, and
     in some deep inside.
     """

@@ -14,7 +14,7 @@ from benchmarks.voxelize.tool import ToolInfo
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """Cells right and wrong, in all windows of a case.
+    """Right and wrong cells in all windows of a case.
 
     Attributes:
         filled: Cells that must be set: of a surface, those that a boundary runs through; of a solid, those inside too.
@@ -28,12 +28,12 @@ class Score:
 
     @property
     def missed_share(self) -> float:
-        """Missed of filled."""
+        """Missed cells per filled cell."""
         return self.missed / max(1, self.filled)
 
     @property
     def extra_share(self) -> float:
-        """Extra cells for each that is filled."""
+        """Extra cells per filled cell."""
         return self.extra / max(1, self.filled)
 
 
@@ -41,7 +41,7 @@ def judge(tool: ToolInfo, truths: Sequence[NDArray[np.uint8]], masks: Sequence[N
     """Compare a tool's masks with the truth, window by window.
 
     Args:
-        tool: One that tells parts apart is judged part by part, others on all parts together.
+        tool: A tool that distinguishes parts is judged part by part, others on all parts together.
         truths: Per window (P, A, B, C) uint8, values of ``Truth``.
         masks: Per window (P, A, B, C) or (A, B, C) bool.
     """

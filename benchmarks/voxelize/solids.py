@@ -49,7 +49,7 @@ def blob(radius_m: float, sides: int = 64) -> Building:
                 corners.append(number[tuple(at.T)])
             p, q, r, s = corners if side else corners[::-1]
             faces += [np.stack([p, q, r], 1), np.stack([p, r, s], 1)]
-    # Tangent spacing keeps the triangles near one size.
+    # Tangent spacing gives triangles of similar size.
     direction = np.tan((surface / sides - 0.5) * np.pi / 2)
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     x, y, z = direction.T
@@ -65,7 +65,7 @@ def terrain(length_m: float, depth_m: float, sides: int = 156) -> Building:
     x, y = i * length_m / sides, j * length_m / sides
     hills = np.sin(x / 7.0) * np.cos(y / 9.0) + 0.5 * np.sin(x / 2.9 + y / 4.1) + 0.1 * np.cos(1.7 * x - 2.3 * y)
     top = np.stack([x, y, 0.12 * depth_m * hills], axis=-1)
-    # The edge is drawn round once, counter-clockwise; the bottom is a fan from its middle.
+    # The rim, counter-clockwise; the bottom is a fan from its middle.
     along, still = step[:-1], np.zeros(sides, np.int64)
     ring = np.concatenate(
         [

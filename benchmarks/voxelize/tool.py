@@ -14,7 +14,7 @@ Masks = NDArray[np.bool_]
 
 
 class Voxelizer(Protocol):
-    """One way to voxelize a scene. Created from the scene (not timed), run (timed), queried (not timed)."""
+    """A voxelizer of a scene: created from it (not timed), run (timed), queried (not timed)."""
 
     def run(self) -> None:
         """Voxelize, and keep the result."""
@@ -42,8 +42,8 @@ class ToolInfo:
         distribution: The package whose version is reported.
         solid: Whether it fills the interior; a surface is judged only on the cells that a boundary runs through.
         by_part: Whether it distinguishes parts.
-        labels: What is known of a cell, for the table.
-        dense: Whether it is worth running on a single solid body (a repetition of another tool is not).
+        labels: What the tool records for a cell, for the table.
+        dense: Whether it is run on a single solid body; not if another tool gives the same there.
     """
 
     key: str
@@ -72,7 +72,7 @@ TOOLS = {tool.key: tool for tool in (OURS, *PEERS)}
 
 
 def make_voxelizer(key: str, scene: Scene) -> Voxelizer:
-    """Import a tool and hand it the scene's triangles in its own form.
+    """Import a tool and give it the scene's triangles in its own form.
 
     Raises:
         ImportError: If the tool is not installed, or cannot be loaded.

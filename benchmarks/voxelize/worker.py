@@ -18,7 +18,7 @@ from benchmarks.voxelize.memory import limit_memory, peak_mb_of
 from benchmarks.voxelize.office import office
 from benchmarks.voxelize.tool import Voxelizer, make_voxelizer
 
-# A tool whose first run takes longer than this is not run again: what it loads on first use no longer counts.
+# A tool whose first run takes longer than this is not run again: what it loads on first use is negligible.
 _LONG_S = 20.0
 _QUICK_S = 2.0
 
@@ -42,7 +42,7 @@ def warm_up(key: str) -> None:
 def measure(key: str, scene_file: Path, out: Path, timeout_s: float) -> None:
     """Time a tool on a scene; write ``times.json`` and its answers in the scene's windows, ``masks.npz``.
 
-    A first run of more than ``timeout_s`` seconds of processor time ends the process by SIGPROF.
+    SIGPROF ends the process if the first run takes more than ``timeout_s`` seconds of processor time.
     """
     warm_up(key)
     scene, windows = Scene.load(scene_file)
