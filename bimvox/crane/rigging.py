@@ -9,6 +9,7 @@ lift.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.luffing import LuffingJib, hook_limits, radius_limits
@@ -53,6 +54,7 @@ def hoist_limits(crane: TowerCrane, load_kg: float) -> AxisLimits:
     return winch if crane.luffing is None else hook_limits(winch)
 
 
+@lru_cache(maxsize=256)
 def rigged(crane: TowerCrane, load_kg: float, sling_rise_m: float = 0.0) -> TowerCrane:
     """Return the crane as rigged for one load: the hoist in its gear, the slings as high as the load needs.
 

@@ -16,7 +16,6 @@ from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.mcap.messages import nanoseconds
 from bimvox.log.mcap.reader import Contents
 from bimvox.log.plan_log import PlanLog
-from bimvox.proof.axes import axes_of_samples
 from bimvox.proof.space import reference_cells
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check
@@ -162,7 +161,7 @@ def _corners_m(site: Site, motion: LiftMotion) -> NDArray[np.float64]:
     """Return (N, 3) lowest corner of the reference cell at every sample with the load, metres."""
     component = site.components[motion.component]
     crane = crane_for(site, site.cranes[motion.crane], component)
-    cells = reference_cells(crane, site.frame, axes_of_samples(motion.loaded), component.hook_offset_vox)
+    cells = reference_cells(crane, site.frame, motion.loaded.axes, component.hook_offset_vox)
     return site.frame.corner_of(cells)
 
 

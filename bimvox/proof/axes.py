@@ -27,11 +27,6 @@ _MOST_SPACING_VOX = 0.5
 AXES = "slew_rad, radius_m and height_m"
 
 
-def axes_of_samples(trajectory: Trajectory) -> NDArray[np.float64]:
-    """Return (N, 3) float64 slew (rad), radius (m), height (m)."""
-    return trajectory.axes
-
-
 def is_sound(check: Check, name: str, motion: LiftMotion) -> bool:
     """Check that every trajectory has at least two samples, three finite axes of equal length and ascending times."""
     good = True
@@ -39,7 +34,7 @@ def is_sound(check: Check, name: str, motion: LiftMotion) -> bool:
         count = len(part.time_ns)
         lengths = {len(part.slew_rad), len(part.radius_m), len(part.height_m)}
         whole = count >= 2 and lengths == {count}
-        whole = whole and bool(np.isfinite(axes_of_samples(part)).all())
+        whole = whole and bool(np.isfinite(part.axes).all())
         whole = whole and bool((np.diff(part.time_ns) > 0).all())
         check.look(whole, f"{name}: a trajectory without times that ascend and finite axes of the same length")
         good = good and whole
@@ -204,7 +199,7 @@ def check_rests(check: Check, name: str, crane: TowerCrane, trajectory: Trajecto
 
     From rest, an axis moves at most a t^2 / 2 and j t^3 / 6 within time t.
     """
-    time_s, axes = trajectory.time_ns / 1e9, joints_of(crane, axes_of_samples(trajectory))
+    time_s, axes = trajectory.time_ns / 1e9, joints_of(crane, trajectory.axes)
     limits, names = joint_limits(crane), joint_names(crane)
     most = np.array([limit.acceleration for limit in limits]), np.array([limit.jerk for limit in limits])
     noise = _ROUNDING * (np.abs(axes).max(axis=0) + crane.jib_height_m)

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.axes import axes_of_samples
 from bimvox.proof.moment import Moment
 from bimvox.records.motion import LiftMotion, PhaseName, quarters_of
 from bimvox.records.proof import Check
@@ -44,7 +43,7 @@ def check_ends(
     if place is None:
         check.look(False, f"{name}: it has no place in the yard")
         return
-    raising, loaded = axes_of_samples(motion.raising), axes_of_samples(motion.loaded)
+    raising, loaded = motion.raising.axes, motion.loaded.axes
 
     def same(what: str, axes: NDArray[np.float64], wanted_m: NDArray[np.float64]) -> None:
         hook_m = hook_of(crane, *axes)
@@ -58,7 +57,7 @@ def check_ends(
     _check_hooked_on(check, name, site, crane, moment, raising[0])
     first = raising[0]
     if motion.approach is not None:
-        approach = axes_of_samples(motion.approach)
+        approach = motion.approach.axes
         first = approach[0]
         same("the empty hook arrives", approach[-1], hook_of(crane, *raising[0]))
     aside = motion.approach is not None and moment.before is None and PhaseName.WAIT in {p.name for p in motion.phases}
@@ -67,7 +66,7 @@ def check_ends(
         f"{name}: the first lift, and no other, begins without an approach",
     )
     if motion.departure is not None:
-        same("it leaves", axes_of_samples(motion.departure)[0], hook_of(crane, *loaded[-1]))
+        same("it leaves", motion.departure.axes[0], hook_of(crane, *loaded[-1]))
     if moment.before is not None:
         left = site.components[moment.before.component]
         same("the empty hook starts", first, _hook_over(site, crane_for(site, usual, left), left, left.target_vox))
@@ -79,9 +78,9 @@ def check_ends(
     )
     turns = [loaded[0][0] - raising[-1][0]]
     if motion.approach is not None:
-        turns.append(raising[0][0] - axes_of_samples(motion.approach)[-1][0])
+        turns.append(raising[0][0] - motion.approach.axes[-1][0])
     if previous is not None:
-        turns.append(first[0] - axes_of_samples(previous.loaded)[-1][0])
+        turns.append(first[0] - previous.loaded.axes[-1][0])
     check.look(
         bool(np.abs(turns).max() <= _SAME_RAD),
         f"{name}: between its parts, or since the lift before, the crane turned by {np.abs(turns).max():.6f} rad",

@@ -21,11 +21,9 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.axes import axes_of_samples
 from bimvox.proof.hook import jib_cell, reaches_jib, tallest_met
 from bimvox.proof.jib import swept_by_jib
-from bimvox.proof.placements import Placements
-from bimvox.proof.space import reference_cells, way_of
+from bimvox.proof.space import positions_of
 from bimvox.proof.swing import swung_placements
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion
@@ -248,9 +246,7 @@ def _rest_of(trajectory: Trajectory, rest_ns: int) -> Trajectory | None:
 
 
 def _placements(site: Site, crane: TowerCrane, trajectory: Trajectory, hook_offset: IntVec) -> NDArray[np.int64]:
-    way = way_of(crane, axes_of_samples(trajectory), site.frame.voxel_size_m)
-    cells = reference_cells(crane, site.frame, way.axes, hook_offset)
-    return Placements(cells, way.slack_vox).cells
+    return positions_of(crane, site.frame, trajectory, hook_offset).placements.cells
 
 
 _ORIGIN = np.zeros((1, 3), np.int64)

@@ -8,18 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.axes import axes_of_samples
 from bimvox.proof.between import EmptyWay, one_way
 from bimvox.proof.jib import check_luffing_jib
 from bimvox.proof.lift import LiftProof
 from bimvox.proof.load import check_zone, things_over
 from bimvox.proof.moment import Moment, Thing, near_and_far
-from bimvox.proof.placements import Placements
-from bimvox.proof.space import (
-    reference_cells,
-    way_of,
-    within,
-)
+from bimvox.proof.space import positions_of, within
 from bimvox.records.motion import LiftMotion
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site, is_mast_of
@@ -63,9 +57,7 @@ class HookProof(LiftProof):
         the triangles.
         """
         check, frame, approach, left = self.checks["empty_hook"], self.site.frame, empty.way, empty.left
-        way = way_of(self.crane, axes_of_samples(approach), frame.voxel_size_m)
-        cells = reference_cells(self.crane, frame, way.axes, _SLINGS_END)
-        placements = Placements(cells, way.slack_vox)
+        way, cells, placements = positions_of(self.crane, frame, approach)
         time_s = approach.time_ns[way.sample] / 1e9
         check_zone(
             self.checks["zones"], f"{name}, {empty.what}", self.site, self.crane, placements, None, cells, time_s

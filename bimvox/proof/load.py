@@ -9,15 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.axes import axes_of_samples
 from bimvox.proof.lift import LiftProof
 from bimvox.proof.moment import Moment, Thing, near_and_far, passed_by
 from bimvox.proof.placements import Placements
 from bimvox.proof.space import (
     BETWEEN_VOX,
-    reference_cells,
+    positions_of,
     tail_of,
-    way_of,
     within,
 )
 from bimvox.records.lift import Lift
@@ -70,10 +68,8 @@ class LoadProof(LiftProof):
         *,
         with_load: bool,
     ) -> None:
-        way = way_of(self.crane, axes_of_samples(trajectory), self.site.frame.voxel_size_m)
         crane = crane_for(self.site, self.crane, component)
-        cells = reference_cells(crane, self.site.frame, way.axes, component.hook_offset_vox)
-        placements = Placements(cells, way.slack_vox)
+        way, cells, placements = positions_of(crane, self.site.frame, trajectory, component.hook_offset_vox)
         own = component.shape.cells
         time_s = trajectory.time_ns[way.sample] / 1e9
         tail, now = tail_of(cells, lift), within(trajectory, way, self.start_ns, self.window_ns)

@@ -7,7 +7,7 @@ swing is an exact rotation in phase space: it adds no damping and no energy.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.axes import axes_of_samples
 from bimvox.records.motion import LiftMotion
 from bimvox.records.trajectory import Trajectory
 from bimvox.site.component import Component
@@ -78,8 +77,9 @@ def ropes_m(crane: TowerCrane, axes: NDArray[np.float64], below_hook_m: float) -
     return np.asarray(np.maximum(exit_m - axes[:, 2] + below_hook_m, _SHORTEST_ROPE_M), np.float64)
 
 
-def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, below_hook_m: float) -> Iterator[Swung]:
-    """Yield the swing of a load in pieces: a piece ends after each stop and its hold; the next one starts at rest.
+@lru_cache(maxsize=64)  # as ``positions_of``
+def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, below_hook_m: float) -> tuple[Swung, ...]:
+    """Return the swing of a load in pieces: a piece ends after each stop and its hold; the next one starts at rest.
 
     Args:
         crane: The crane.
@@ -89,7 +89,7 @@ def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, below_ho
     """
     stops = [(begin_ns - motion.start_ns, end_ns - motion.start_ns) for begin_ns, end_ns in motion.stops_ns]
     rests = [end for begin, end in stops if begin < way.time_ns[-1] and end > way.time_ns[0]]
-    axes = axes_of_samples(way)
+    axes, found = way.axes, []
     for low_ns, high_ns in pairwise([int(way.time_ns[0]), *rests, int(way.time_ns[-1])]):
         part = (way.time_ns >= low_ns) & (way.time_ns <= high_ns)
         if part.sum() < 2:
@@ -99,7 +99,8 @@ def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, below_ho
             # The swing of an undamped load repeats after one period: a longer hold adds nothing.
             period_s = 2.0 * np.pi * np.sqrt(ropes_m(crane, axes[part][-1:], below_hook_m)[0] / GRAVITY_M_S2)
             time_ns[-1] = min(time_ns[-1], time_ns[-2] + round(1e9 * period_s))
-        yield _swung(crane, time_ns, axes[part], below_hook_m)
+        found.append(_swung(crane, time_ns, axes[part], below_hook_m))
+    return tuple(found)
 
 
 def _swung(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.float64], below_hook_m: float) -> Swung:

@@ -16,8 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
@@ -89,7 +87,7 @@ def solid_of(mesh: TriangleMesh, tolerance_m: float) -> Solid:
     outward = 1.0 if mesh.signed_volume_m3 >= 0.0 else -1.0
     thick = np.minimum(_thicknesses(triangles, normals, boxes, spans, outward), smallest_m)
     skins = np.maximum(np.minimum(tolerance_m, _SHARE_OF_THICKNESS * thick), FINEST_M) + _ROUNDING_M
-    least = float(skins.min()) - _ROUNDING_M
+    least, faces = float(skins.min()) - _ROUNDING_M, _merged(mesh)
     solid = Solid(
         triangles,
         normals,
@@ -98,31 +96,32 @@ def solid_of(mesh: TriangleMesh, tolerance_m: float) -> Solid:
         boxes,
         spans,
         np.stack([low + least, high - least]),
-        _is_matched(mesh),
+        _is_matched(faces),
         float(np.average(thick, weights=areas)),
         np.zeros((0, 3)),
-        _ends(triangles),
+        _ends(triangles, faces[proper][order]),
     )
     return solid._replace(seed_m=_seed(solid, thick, outward))
 
 
-def _is_matched(mesh: TriangleMesh) -> bool:
-    """Return whether every edge is used equally often in both directions; corners closer than 0.1 um are merged."""
+def _merged(mesh: TriangleMesh) -> NDArray[np.int64]:
+    """Return (F, 3) the numbers of each triangle's corners; corners closer than 0.1 um have the same number."""
     _, number = np.unique(mesh.vertices_m.round(7), axis=0, return_inverse=True)
-    faces = number.reshape(-1)[mesh.faces].astype(np.int64)
+    merged: NDArray[np.int64] = number.reshape(-1)[mesh.faces].astype(np.int64)
+    return merged
+
+
+def _is_matched(faces: NDArray[np.int64]) -> bool:
+    """Return whether every edge is used equally often in both directions."""
     first, second = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    key = np.minimum(first, second) * (len(mesh.vertices_m) + 1) + np.maximum(first, second)
+    key = np.minimum(first, second) * (int(faces.max()) + 1) + np.maximum(first, second)
     _, edge = np.unique(key, return_inverse=True)
     return not np.bincount(edge.reshape(-1), weights=np.sign(second - first)).any()
 
 
-def _ends(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
+def _ends(triangles: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return (E, 3) middles of the triangles furthest along each axis, both ways, of every connected piece."""
-    _, corner = np.unique(triangles.reshape(-1, 3).round(7), axis=0, return_inverse=True)
-    first, second, third = corner.reshape(-1, 3).T
-    count, ones = int(corner.max()) + 1, np.ones(2 * len(first))
-    links = coo_matrix((ones, (np.r_[first, second], np.r_[second, third])), shape=(count, count))
-    pieces = connected_components(links, directed=False)[1][first]
+    pieces = _pieces(faces)
     middles = triangles.mean(axis=1)
     found = []
     for axis in range(3):
@@ -131,6 +130,25 @@ def _ends(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
         found += [order[begins], order[np.append(begins[1:], len(order)) - 1]]
     ends: NDArray[np.float64] = middles[np.unique(np.concatenate(found))]
     return ends
+
+
+@kernel
+def _pieces(faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return (F,) the number of the connected piece of each triangle: its lowest corner."""
+    root = np.arange(faces.max() + 1)
+    for f in range(faces.shape[0]):
+        for k in range(2):
+            one, other = faces[f, k], faces[f, k + 1]
+            while root[one] != one:
+                root[one] = root[root[one]]
+                one = root[one]
+            while root[other] != other:
+                root[other] = root[root[other]]
+                other = root[other]
+            root[max(one, other)] = min(one, other)
+    for n in range(root.shape[0]):
+        root[n] = root[root[n]]
+    return root[faces[:, 0]]
 
 
 @kernel

@@ -6,6 +6,7 @@ from the crane's forward kinematics, and occupancy is counted cell by cell.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -60,6 +61,37 @@ def within(trajectory: Trajectory, way: Way, start_ns: int, window_ns: tuple[int
     next_ns = np.append(time_ns[1:], time_ns[-1])
     inside: NDArray[np.bool_] = (next_ns[way.sample] >= window_ns[0]) & (time_ns[way.sample] <= window_ns[1])
     return inside
+
+
+class Positions(NamedTuple):
+    """Where a load is along a trajectory.
+
+    Attributes:
+        way: The positions as axes of the crane.
+        cells: (N, 3) float64 the reference cells there.
+        placements: Whole placements around them.
+    """
+
+    way: Way
+    cells: NDArray[np.float64]
+    placements: Placements
+
+
+@lru_cache(maxsize=64)  # a proof and the footprints after it ask for the same trajectories, about 20 lifts at a time
+def positions_of(
+    crane: TowerCrane, frame: GridFrame, trajectory: Trajectory, hook_offset_vox: IntVec = (0, 0, 0)
+) -> Positions:
+    """Return where a load is along a trajectory.
+
+    Args:
+        crane: The crane as rigged for the load.
+        frame: Metres to cells.
+        trajectory: Its samples.
+        hook_offset_vox: Hook cell of the load relative to its reference cell; zero for the empty hook.
+    """
+    way = way_of(crane, trajectory.axes, frame.voxel_size_m)
+    cells = reference_cells(crane, frame, way.axes, hook_offset_vox)
+    return Positions(way, cells, Placements(cells, way.slack_vox))
 
 
 def way_of(crane: TowerCrane, axes: NDArray[np.float64], voxel_size_m: float) -> Way:

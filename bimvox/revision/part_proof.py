@@ -14,8 +14,8 @@ from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.revision.draft import RevisionDraft
 
-_PROVEN_AT_ONCE = 4
-"""Lifts that are proven together."""
+_PROVEN_AT_ONCE = 20
+"""Lifts that are proven together: the proof keeps the positions of about as many for their footprints."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,6 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.crane.working_range import SlowZone, WorkingRange
 from bimvox.motion.load_frame import cells_of_axes, load_frame
 from bimvox.planning.refusal import place_radius_m, refused_by_crane
-from bimvox.proof.axes import axes_of_samples
 from bimvox.records.lift import Status
 from bimvox.site.component import Lifting
 from bimvox.site.site import HookHeights, Rules
@@ -74,7 +73,7 @@ def test_no_part_of_a_load_comes_over_a_public_area(free):
     for motion in motions:
         component = site.components[motion.component]
         load = load_frame(site.cranes[0], site.frame, component.hook_offset_vox)
-        cells = cells_of_axes(load, axes_of_samples(motion.loaded))
+        cells = cells_of_axes(load, motion.loaded.axes)
         for column in np.unique(component.shape.cells[:, :2], axis=0):
             at = np.floor(cells[:, :2] + column + 0.5).astype(int)
             assert not zone[at[:, 0], at[:, 1]].any()
@@ -89,7 +88,7 @@ def test_the_empty_hook_may_cross_what_is_closed_to_loads():
     crossed = 0
     for motion in motions:
         if motion.approach is not None:
-            hook = hook_of(site.cranes[0], *axes_of_samples(motion.approach).T)
+            hook = hook_of(site.cranes[0], *motion.approach.axes.T)
             at = np.floor(hook[:, :2] / site.frame.voxel_size_m).astype(int)
             crossed += int(zone[at[:, 0], at[:, 1]].sum())
     assert crossed
@@ -180,7 +179,7 @@ def test_hook_and_rope_keep_their_clearance_from_what_is_higher(free):
     wide = replace(site.rules, rope_clearance_m=4.0)
     assert "rope_margin" in failures(plan, motions, rules=wide)
     for motion in driven:
-        hook = hook_of(site.cranes[0], *axes_of_samples(motion.loaded).T)
+        hook = hook_of(site.cranes[0], *motion.loaded.axes.T)
         away = np.maximum(np.abs(hook[:, :2] - (6.5, 3.5)) - 0.5, 0.0).max(axis=1)
         low = hook[:, 2] < 9.0 + site.cranes[0].sling_m - 0.5
         assert away[low].min() >= 1.5 - 0.5 - 1e-6
