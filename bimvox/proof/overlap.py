@@ -11,6 +11,10 @@ inside without its skin (see ``solid``). The surface of the thinner part is sear
 So the result does not depend on the position of samples. The search may only miss a tip of the surface that reaches
 less than ``FINEST_M`` into the core. If the other part encloses the whole core, a point of the core, its seed, shows
 it. A search that does not end within ``_MOST_PIECES`` for a triangle counts as an overlap.
+
+Positions along a path are searched together: a piece at every position in a box of offsets is good if one skin contains
+it at the corners of that box, or if it crosses no surface anywhere in the box. If a search of many positions finds a
+piece that is not good, or does not end soon, each half of them is searched.
 """
 
 from __future__ import annotations
@@ -23,31 +27,69 @@ from bimvox.proof.solid import FINEST_M, Solid
 from bimvox.proof.solid_queries import crosses_surface, in_skin, is_inside, surfaces_cross
 
 _MOST_PIECES = 1_000_000
+_MOST_PIECES_TOGETHER = 512
 
 
-def overlap_m(thick: Solid, thin: Solid, offset_m: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Return a point at which a solid reaches into the core of another; None if there is none.
+def overlaps_m(thick: Solid, thin: Solid, offsets_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a point at which a solid reaches into the core of another, for each position of it; NaN if none.
 
     Args:
         thick: The solid whose skin may be overlapped.
         thin: The other one.
-        offset_m: (3,) position of the other one, relative to its mesh.
+        offsets_m: (N, 3) positions of the other one, relative to its mesh; neighbours are searched together.
 
     Returns:
-        (3,) metres, in the frame of ``thick``; None if there is none.
+        (N, 3) metres, in the frame of ``thick``.
     """
-    found, point = _search(thick, thin, offset_m)
-    return point if found else None
+    points: NDArray[np.float64] = _search_all(thick, thin, np.ascontiguousarray(offsets_m, np.float64))
+    return points
 
 
 @kernel
-def _search(thick: Solid, thin: Solid, offset: NDArray[np.float64]) -> tuple[bool, NDArray[np.float64]]:
-    low, high = thick.core_m[0], thick.core_m[1]
-    for n in range(thick.seed_m.shape[0]):
-        if is_inside(thin, thick.seed_m[n] - offset):
-            return True, thick.seed_m[n].copy()
-    if not surfaces_cross(thick, thin, offset) and not _reaches_in(thick, thin, offset):
-        return False, np.zeros(3)
+def _search_all(thick: Solid, thin: Solid, offsets: NDArray[np.float64]) -> NDArray[np.float64]:
+    points = np.full(offsets.shape, np.nan)
+    for n in range(offsets.shape[0]):
+        for seed in thick.seed_m:
+            if is_inside(thin, seed - offsets[n]):
+                points[n] = seed
+    waiting = np.empty((64, 2), np.int64)
+    waiting[0, 0], waiting[0, 1], left = 0, offsets.shape[0], min(1, offsets.shape[0])
+    low, high = np.empty(3), np.empty(3)
+    while left:
+        left -= 1
+        first, last = waiting[left]
+        for k in range(3):
+            low[k], high[k] = offsets[first:last, k].min(), offsets[first:last, k].max()
+        if not surfaces_cross(thick, thin, low, high):
+            reaching = [n for n in range(first, last) if _reaches_in(thick, thin, offsets[n])]
+            if not reaching or not _search(thick, thin, low, high, _MOST_PIECES_TOGETHER)[0]:
+                continue
+            for n in reaching:
+                found, point = _search(thick, thin, offsets[n], offsets[n], _MOST_PIECES)
+                if found:
+                    points[n] = point
+            continue
+        alone = last - first == 1
+        found, point = _search(thick, thin, low, high, _MOST_PIECES if alone else _MOST_PIECES_TOGETHER)
+        if not found:
+            continue
+        if alone:
+            points[first] = point
+            continue
+        half = (first + last) // 2
+        waiting[left, 0], waiting[left, 1], waiting[left + 1, 0], waiting[left + 1, 1] = first, half, half, last
+        left += 2
+    return points
+
+
+@kernel
+def _search(
+    thick: Solid, thin: Solid, low: NDArray[np.float64], high: NDArray[np.float64], most: int
+) -> tuple[bool, NDArray[np.float64]]:
+    """Return whether the thin solid's surface, moved by any offset in a box, may reach the core, and a point there.
+
+    For a single offset the answer is exact. For a box, only "no" is.
+    """
     nodes = np.empty(64, np.int64)
     nodes[0], left = 0, 1
     while left and thin.spans.shape[0] and thick.spans.shape[0]:
@@ -55,7 +97,8 @@ def _search(thick: Solid, thin: Solid, offset: NDArray[np.float64]) -> tuple[boo
         node = nodes[left]
         apart = False
         for k in range(3):
-            apart |= thin.boxes_m[node, 0, k] + offset[k] > high[k] or thin.boxes_m[node, 1, k] + offset[k] < low[k]
+            apart |= thin.boxes_m[node, 0, k] + low[k] > thick.core_m[1, k]
+            apart |= thin.boxes_m[node, 1, k] + high[k] < thick.core_m[0, k]
         if apart:
             continue
         if thin.spans[node, 2]:
@@ -63,10 +106,10 @@ def _search(thick: Solid, thin: Solid, offset: NDArray[np.float64]) -> tuple[boo
             left += 2
             continue
         for f in range(thin.spans[node, 0], thin.spans[node, 1]):
-            found, point = _search_triangle(thick, thin.corners_m[f], offset)
+            found, point = _search_triangle(thick, thin.corners_m[f], low, high, most)
             if found:
                 return True, point
-    return False, np.zeros(3)
+    return False, low
 
 
 @kernel
@@ -84,13 +127,11 @@ def _reaches_in(thick: Solid, thin: Solid, offset: NDArray[np.float64]) -> bool:
 
 @kernel
 def _search_triangle(
-    thick: Solid, triangle: NDArray[np.float64], offset: NDArray[np.float64]
+    thick: Solid, triangle: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64], most: int
 ) -> tuple[bool, NDArray[np.float64]]:
-    low, high = thick.core_m[0], thick.core_m[1]
-    pieces = np.empty((128, 3, 3))
-    for k in range(3):
-        pieces[0, k] = triangle[k] + offset
-    left, middle, looked = 1, np.empty(3), 0
+    pieces, swept, is_clear = np.empty((128, 3, 3)), np.empty((25, 3)), np.zeros(128, np.bool_)
+    pieces[0] = triangle
+    left, looked = 1, 0
     a, b, c = np.empty(3), np.empty(3), np.empty(3)
     while left:
         left -= 1
@@ -98,20 +139,24 @@ def _search_triangle(
         a[:], b[:], c[:] = pieces[left, 0], pieces[left, 1], pieces[left, 2]
         apart = False
         for k in range(3):
-            apart |= min(a[k], b[k], c[k]) > high[k] or max(a[k], b[k], c[k]) < low[k]
-            middle[k] = (a[k] + b[k] + c[k]) / 3.0
-        if apart or in_skin(thick, middle, a, b, c):
+            apart |= min(a[k], b[k], c[k]) + low[k] > thick.core_m[1, k]
+            apart |= max(a[k], b[k], c[k]) + high[k] < thick.core_m[0, k]
+            swept[0, k] = (a[k] + b[k] + c[k]) / 3.0 + low[k]
+        if apart or in_skin(thick, swept[: _sweep(swept, pieces[left], low, high)]):
             continue
-        if not crosses_surface(thick, a, b, c):
-            if not is_inside(thick, middle):
+        if is_clear[left] or not crosses_surface(thick, pieces[left], low, high):
+            if not is_inside(thick, swept[0]):
                 continue
-            if not in_skin(thick, middle, middle, middle, middle):
-                return True, middle
+            if not in_skin(thick, swept[:1]):
+                return True, swept[0]
+            is_clear[left] = True
         ab, bc, ca = _square(a, b), _square(b, c), _square(c, a)
+        if looked > most:
+            return True, swept[0]
         if max(ab, bc, ca) < FINEST_M * FINEST_M:
+            if (high > low).any():
+                return True, swept[0]
             continue
-        if looked > _MOST_PIECES:
-            return True, middle
         if bc >= ab and bc >= ca:
             a[:], b[:], c[:] = pieces[left, 1], pieces[left, 2], pieces[left, 0]
         elif ca >= ab:
@@ -120,8 +165,28 @@ def _search_triangle(
             half = 0.5 * (a[k] + b[k])
             pieces[left, 0, k], pieces[left, 1, k], pieces[left, 2, k] = a[k], half, c[k]
             pieces[left + 1, 0, k], pieces[left + 1, 1, k], pieces[left + 1, 2, k] = half, b[k], c[k]
+        is_clear[left + 1] = is_clear[left]
         left += 2
-    return False, middle
+    return False, low
+
+
+@kernel
+def _sweep(
+    swept: NDArray[np.float64], piece: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
+) -> int:
+    """Write a piece's corners, moved to each corner of a box of offsets, after the first point; return how many."""
+    count = 1
+    for corner in range(8):
+        again = False
+        for k in range(3):
+            again |= corner >> k & 1 == 1 and high[k] == low[k]
+        if again:
+            continue
+        for n in range(3):
+            for k in range(3):
+                swept[count, k] = piece[n, k] + (high[k] if corner >> k & 1 else low[k])
+            count += 1
+    return count
 
 
 @kernel

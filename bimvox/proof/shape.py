@@ -60,5 +60,5 @@ def _spread(triangles_m: NDArray[np.float64], spacing_m: float) -> NDArray[np.fl
     for count in np.unique(parts):
         i, j = np.triu_indices(count + 1)
         weights = np.stack([i, j - i, count - j], axis=1) / count
-        found.append(np.einsum("wc,tcd->twd", weights, triangles_m[parts == count]).reshape(-1, 3))
+        found.append((weights @ triangles_m[parts == count]).reshape(-1, 3))
     return np.concatenate(found)

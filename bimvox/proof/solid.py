@@ -188,7 +188,7 @@ def _thicknesses(
 def _seed(solid: Solid, thick: NDArray[np.float64], outward: float) -> NDArray[np.float64]:
     """Return (K, 3) a point halfway through the part, under the first triangle for which it is in the core."""
     middles = solid.corners_m.mean(axis=1) - outward * solid.normals * thick[:, None] / 2.0
-    for middle in middles[:64]:
-        if is_inside(solid, middle) and not in_skin(solid, middle, middle, middle, middle):
-            return np.asarray(middle[None], np.float64)
+    for n in range(min(len(middles), 64)):
+        if is_inside(solid, middles[n]) and not in_skin(solid, middles[n : n + 1]):
+            return np.asarray(middles[n : n + 1], np.float64)
     return np.zeros((0, 3))

@@ -33,22 +33,8 @@ def is_inside(solid: Solid, point: NDArray[np.float64]) -> bool:
 
 
 @kernel
-def in_skin(
-    solid: Solid,
-    middle: NDArray[np.float64],
-    a: NDArray[np.float64],
-    b: NDArray[np.float64],
-    c: NDArray[np.float64],
-) -> bool:
-    """Return whether the skin of one triangle contains three points and, as it is convex, everything between them.
-
-    Args:
-        solid: The solid.
-        middle: (3,) a point between the three.
-        a: (3,) metres.
-        b: (3,)
-        c: (3,)
-    """
+def in_skin(solid: Solid, points: NDArray[np.float64]) -> bool:
+    """Return whether the skin of one triangle contains all points, (P, 3), and, as it is convex, all between them."""
     waiting = np.empty(64, np.int64)
     waiting[0], left, reach = 0, 1, 2.0 * solid.deepest_m * solid.deepest_m
     while left:
@@ -56,7 +42,7 @@ def in_skin(
         node = waiting[left]
         away = 0.0
         for k in range(3):
-            out = max(solid.boxes_m[node, 0, k] - middle[k], middle[k] - solid.boxes_m[node, 1, k], 0.0)
+            out = max(solid.boxes_m[node, 0, k] - points[0, k], points[0, k] - solid.boxes_m[node, 1, k], 0.0)
             away += out * out
         if away > reach:
             continue
@@ -65,13 +51,10 @@ def in_skin(
             left += 2
             continue
         for f in range(solid.spans[node, 0], solid.spans[node, 1]):
-            skin = solid.skins_m[f]
-            if (
-                _holds(solid, f, skin, middle)
-                and _holds(solid, f, skin, a)
-                and _holds(solid, f, skin, b)
-                and _holds(solid, f, skin, c)
-            ):
+            n = 0
+            while n < points.shape[0] and _holds(solid, f, solid.skins_m[f], points[n]):
+                n += 1
+            if n == points.shape[0]:
                 return True
     return False
 
@@ -122,19 +105,23 @@ def from_triangle(triangle: NDArray[np.float64], x: float, y: float, z: float) -
 
 
 @kernel
-def crosses_surface(solid: Solid, a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> bool:
-    """Return whether a triangle, three (3,) points in metres, crosses the surface; touching does not count."""
+def crosses_surface(
+    solid: Solid, triangle: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
+) -> bool:
+    """Return whether a triangle ((3, 3) metres), moved by any offset in a box, crosses the surface.
+
+    Touching does not count. For a single offset (``low`` equal to ``high``) the answer is exact. For a box, only "no" is.
+    """
     waiting = np.empty(64, np.int64)
     waiting[0], left = 0, 1
-    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    one = np.empty((3, 3))
-    one[0], one[1], one[2] = a, b, c
     while left:
         left -= 1
         node = waiting[left]
         apart = False
         for k in range(3):
-            apart |= solid.boxes_m[node, 0, k] > high[k] or solid.boxes_m[node, 1, k] < low[k]
+            one, other, another = triangle[0, k], triangle[1, k], triangle[2, k]
+            apart |= solid.boxes_m[node, 0, k] > max(one, other, another) + high[k]
+            apart |= solid.boxes_m[node, 1, k] < min(one, other, another) + low[k]
         if apart:
             continue
         if solid.spans[node, 2]:
@@ -142,24 +129,23 @@ def crosses_surface(solid: Solid, a: NDArray[np.float64], b: NDArray[np.float64]
             left += 2
             continue
         for f in range(solid.spans[node, 0], solid.spans[node, 1]):
-            if not _are_apart(one, solid.corners_m[f]):
+            if not _are_apart(triangle, solid.corners_m[f], low, high):
                 return True
     return False
 
 
 @kernel
-def surfaces_cross(solid: Solid, other: Solid, offset: NDArray[np.float64]) -> bool:
-    """Return whether the surfaces of two solids, the other moved by (3,) metres, cross; touching does not count."""
+def surfaces_cross(solid: Solid, other: Solid, low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
+    """Return whether the surfaces of two solids, the other moved by any offset in a box, cross; as for a triangle."""
     waiting = np.empty((256, 2), np.int64)
     waiting[0, 0], waiting[0, 1], left = 0, 0, 1
-    moved = np.empty((3, 3))
     while left:
         left -= 1
         node, there = waiting[left]
         apart = False
         for k in range(3):
-            apart |= solid.boxes_m[node, 0, k] > other.boxes_m[there, 1, k] + offset[k]
-            apart |= solid.boxes_m[node, 1, k] < other.boxes_m[there, 0, k] + offset[k]
+            apart |= solid.boxes_m[node, 0, k] > other.boxes_m[there, 1, k] + high[k]
+            apart |= solid.boxes_m[node, 1, k] < other.boxes_m[there, 0, k] + low[k]
         if apart:
             continue
         wide, wide_there = solid.spans[node, 1] - solid.spans[node, 0], other.spans[there, 1] - other.spans[there, 0]
@@ -174,22 +160,24 @@ def surfaces_cross(solid: Solid, other: Solid, offset: NDArray[np.float64]) -> b
             left += 2
             continue
         for g in range(other.spans[there, 0], other.spans[there, 1]):
-            for n in range(3):
-                for k in range(3):
-                    moved[n, k] = other.corners_m[g, n, k] + offset[k]
             for f in range(solid.spans[node, 0], solid.spans[node, 1]):
-                if not _are_apart(moved, solid.corners_m[f]):
+                if not _are_apart(other.corners_m[g], solid.corners_m[f], low, high):
                     return True
     return False
 
 
 @kernel
-def _are_apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
-    """Return whether a plane separates two triangles: along one of them, or along an edge of each (11 directions)."""
+def _are_apart(
+    one: NDArray[np.float64], other: NDArray[np.float64], low_m: NDArray[np.float64], high_m: NDArray[np.float64]
+) -> bool:
+    """Return whether a plane separates two triangles, the first moved by any offset in a box.
+
+    The plane is along one of them, or along an edge of each (11 directions).
+    """
     for k in range(3):
-        if min(one[0, k], one[1, k], one[2, k]) >= max(other[0, k], other[1, k], other[2, k]) - _ROUNDING_M:
+        if min(one[0, k], one[1, k], one[2, k]) + low_m[k] >= max(other[0, k], other[1, k], other[2, k]) - _ROUNDING_M:
             return True
-        if max(one[0, k], one[1, k], one[2, k]) <= min(other[0, k], other[1, k], other[2, k]) + _ROUNDING_M:
+        if max(one[0, k], one[1, k], one[2, k]) + high_m[k] <= min(other[0, k], other[1, k], other[2, k]) + _ROUNDING_M:
             return True
     for way in range(11):
         if way < 2:
@@ -209,6 +197,8 @@ def _are_apart(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
             there = x * other[k, 0] + y * other[k, 1] + z * other[k, 2]
             low, high = min(low, at), max(high, at)
             other_low, other_high = min(other_low, there), max(other_high, there)
+        low += min(x * low_m[0], x * high_m[0]) + min(y * low_m[1], y * high_m[1]) + min(z * low_m[2], z * high_m[2])
+        high += max(x * low_m[0], x * high_m[0]) + max(y * low_m[1], y * high_m[1]) + max(z * low_m[2], z * high_m[2])
         slack = _ROUNDING_M * length
         if low >= other_high - slack or high <= other_low + slack:
             return True

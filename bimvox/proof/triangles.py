@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
 from bimvox.proof.kept import kept
-from bimvox.proof.overlap import overlap_m
+from bimvox.proof.overlap import overlaps_m
 from bimvox.proof.solid import solid_of
 from bimvox.records.lift import LiftPlan
 from bimvox.records.proof import Check
@@ -98,12 +98,10 @@ class TriangleCheck:
         bears = (part.thickness_m, -component.index) > (fixed.thickness_m, -other)
         boxes = (part.core_m, self._boxes[other]) if bears else (self._boxes[component.index], fixed.core_m)
 
-        def overlaps(offset_m: NDArray[np.float64]) -> bool:
-            if bears:
-                return overlap_m(part, fixed, -offset_m) is not None
-            return overlap_m(fixed, part, offset_m) is not None
+        def meets(moved_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+            points_m = overlaps_m(part, fixed, -moved_m) if bears else overlaps_m(fixed, part, moved_m)
+            return ~np.isnan(points_m[:, 0])
 
-        meets: Callable[[NDArray[np.float64]], bool] = overlaps
         if max(part.thickness_m, fixed.thickness_m) < _SHEET_M:
             boxes, meets = (self._boxes[component.index], self._boxes[other]), self._crosses(component.index, other)
         for offset_m in self._met(check, component, offsets_m, other, boxes, way_m, meets):
@@ -138,8 +136,8 @@ class TriangleCheck:
         other: int,
         boxes_m: tuple[NDArray[np.float64], NDArray[np.float64]],
         aside_m: NDArray[np.float64],
-        meets: Callable[[NDArray[np.float64]], bool],
-    ) -> list[NDArray[np.float64]]:
+        meets: Callable[[NDArray[np.float64]], NDArray[np.bool_]],
+    ) -> NDArray[np.float64]:
         """Return the offsets, finely spaced, at which a part hits another; the others count as passed.
 
         Args:
@@ -149,7 +147,7 @@ class TriangleCheck:
             other: Number of the other solid.
             boxes_m: (2, 3) each, boxes around what may collide: if they are apart, nothing collides.
             aside_m: (3,) additional displacement of the part.
-            meets: Whether the part, moved by (3,) metres, hits the other.
+            meets: Which offsets ((N, 3) metres) move the part so that it hits the other.
         """
         fine_m = _finely(offsets_m, self._spacing_m(component.index, other))
         low, high = self._boxes[component.index]
@@ -159,17 +157,19 @@ class TriangleCheck:
         moved_m = fine_m + aside_m
         apart |= (low + moved_m > other_high + _ROUNDING_M) | (high + moved_m < other_low - _ROUNDING_M)
         close = np.flatnonzero(~apart.any(axis=1))
-        met = [fine_m[n] for n in close if meets(moved_m[n])]
+        met = fine_m[close[meets(moved_m[close])]]
         check.look(True, "", samples=len(fine_m) - len(met))
         return met
 
-    def _crosses(self, moving: int, fixed: int) -> Callable[[NDArray[np.float64]], bool]:
-        """Return a test of whether the true surfaces of two solids cross or touch, for a position of the first."""
+    def _crosses(self, moving: int, fixed: int) -> Callable[[NDArray[np.float64]], NDArray[np.bool_]]:
+        """Return a test of whether the true surfaces of two solids cross or touch, for positions of the first."""
 
-        def crosses(offset_m: NDArray[np.float64]) -> bool:
-            part = self._moved(moving)
-            part.setTranslation(offset_m)
-            return bool(fcl.collide(part, self._fixed(fixed)))
+        def crosses(offsets_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+            part, found = self._moved(moving), np.zeros(len(offsets_m), np.bool_)
+            for n, offset_m in enumerate(offsets_m):
+                part.setTranslation(offset_m)
+                found[n] = fcl.collide(part, self._fixed(fixed))
+            return found
 
         return crosses
 

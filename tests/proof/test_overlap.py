@@ -7,7 +7,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.proof.overlap import overlap_m
+from bimvox.proof.overlap import overlaps_m
 from bimvox.proof.solid import FINEST_M, solid_of
 from bimvox.proof.solid_queries import is_inside
 
@@ -34,7 +34,7 @@ def pair(one, other):
 
 def deep(one, other):
     """Whether two meshes overlap deeper than they may."""
-    return overlap_m(*pair(one, other), np.zeros(3)) is not None
+    return bool(np.isfinite(overlaps_m(*pair(one, other), np.zeros((1, 3)))).all())
 
 
 @pytest.mark.parametrize(("sunk_m", "expected"), [(-0.5, False), (0.0, False), (0.0098, False), (0.0105, True)])
@@ -49,8 +49,8 @@ def test_a_part_may_sink_by_the_tolerance(sunk_m, expected, rad):
 def test_the_point_that_is_returned_is_in_both():
     thick, thin = pair(box_mesh(*CUBE), box_mesh((0.4, 0.4, 0.9), (0.6, 0.6, 3.0)))
     offset_m = np.array([0.0, 0.0, -0.02])
-    point_m = overlap_m(thick, thin, offset_m)
-    assert point_m is not None
+    (point_m,) = overlaps_m(thick, thin, offset_m[None])
+    assert np.isfinite(point_m).all()
     assert TOLERANCE_M < 1.0 - point_m[2] <= 0.12
     assert is_inside(thick, point_m)
 
@@ -69,7 +69,7 @@ def test_boxes_overlap_as_intervals_do(size, other_size, place):
     core_low, core_high = thick.corners_m.min(axis=(0, 1)) + TOLERANCE_M, thick.corners_m.max(axis=(0, 1)) - TOLERANCE_M
     margins = np.minimum(core_high - thin.corners_m.min(axis=(0, 1)), thin.corners_m.max(axis=(0, 1)) - core_low)
     assume(np.abs(margins.min()) > 2.0 * FINEST_M)
-    assert (overlap_m(thick, thin, np.zeros(3)) is not None) == (margins.min() > 0.0)
+    assert np.isfinite(overlaps_m(thick, thin, np.zeros((1, 3)))).all() == (margins.min() > 0.0)
 
 
 def test_a_tongue_may_overlap_both_sides_of_its_groove():
@@ -132,3 +132,24 @@ def test_skins_follow_the_thickness_under_each_triangle():
     assert solid.skins_m[~plate] == pytest.approx(TOLERANCE_M, abs=1e-5)
     assert solid.skins_m[plate & flat] == pytest.approx(0.0045, abs=1e-5)
     assert solid.skins_m[plate & ~flat] == pytest.approx(TOLERANCE_M, abs=1e-5)
+
+
+def test_positions_searched_together_are_as_each_alone():
+    """On random ways past, into and through parts with skins of several depths."""
+    rng = np.random.default_rng(7)
+    profile = joined(
+        box_mesh((0, -0.1, 0), (2, 0.1, 0.01)),
+        box_mesh((0, -0.003, 0.01), (2, 0.003, 0.29)),
+        box_mesh((0, -0.1, 0.29), (2, 0.1, 0.3)),
+    )
+    seen = set()
+    for other in (box_mesh(*CUBE), turned(box_mesh((0.0, 0.0, 0.3), (1.0, 0.2, 0.5)), 0.2)):
+        thick, thin = pair(profile, other)
+        for _ in range(30):
+            ends = rng.normal(0.0, 0.3, (2, 3)) * rng.integers(0, 2, 3) + rng.normal(0.0, 0.005, 3)
+            way = ends[0] + np.linspace(0.0, 1.0, 23)[:, None] * (ends[1] - ends[0])
+            together = np.isfinite(overlaps_m(thick, thin, way)[:, 0])
+            alone = [np.isfinite(overlaps_m(thick, thin, offset[None])).all() for offset in way]
+            assert together.tolist() == alone
+            seen |= set(alone)
+    assert seen == {True, False}
