@@ -110,7 +110,7 @@ def crosses_surface(
 ) -> bool:
     """Return whether a triangle ((3, 3) metres), moved by any offset in a box, crosses the surface.
 
-    Touching does not count. For a single offset (``low`` equal to ``high``) the answer is exact. For a box, only "no" is.
+    Touching does not count. For one offset (``low`` equal to ``high``) the answer is exact. For a box, only "no" is.
     """
     waiting = np.empty(64, np.int64)
     waiting[0], left = 0, 1

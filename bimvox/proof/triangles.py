@@ -98,10 +98,11 @@ class TriangleCheck:
         bears = (part.thickness_m, -component.index) > (fixed.thickness_m, -other)
         boxes = (part.core_m, self._boxes[other]) if bears else (self._boxes[component.index], fixed.core_m)
 
-        def meets(moved_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+        def overlaps(moved_m: NDArray[np.float64]) -> NDArray[np.bool_]:
             points_m = overlaps_m(part, fixed, -moved_m) if bears else overlaps_m(fixed, part, moved_m)
             return ~np.isnan(points_m[:, 0])
 
+        meets: Callable[[NDArray[np.float64]], NDArray[np.bool_]] = overlaps
         if max(part.thickness_m, fixed.thickness_m) < _SHEET_M:
             boxes, meets = (self._boxes[component.index], self._boxes[other]), self._crosses(component.index, other)
         for offset_m in self._met(check, component, offsets_m, other, boxes, way_m, meets):
