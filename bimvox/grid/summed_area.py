@@ -27,35 +27,39 @@ def summed_area_table(occupied: NDArray[np.bool_]) -> NDArray[np.int32]:
 
 
 @kernel
-def update_table(
-    table: NDArray[np.int32], top: NDArray[np.int32], counts: NDArray[np.uint16], x0: int, y0: int, z0: int
-) -> None:
-    """Update a summed-area table and the height map of its columns, in place.
+def update_table(table: NDArray[np.int32], counts: NDArray[np.uint16], x0: int, y0: int, z0: int) -> None:
+    """Update a summed-area table in place.
 
     Only entries beyond the lowest changed cell change: the nearer it is to the grid's far corner, the fewer.
 
     Args:
         table: (X + 1, Y + 1, Z + 1) int32, correct for all cells below (x0, y0, z0).
-        top: (X, Y) int32, correct for all columns before x0 or before y0.
         counts: (X, Y, Z) uint16; a cell is occupied if its count is not 0.
         x0: No cell with a smaller x changed.
         y0: No cell with a smaller y changed.
         z0: No cell with a smaller z changed.
     """
     nx, ny, nz = counts.shape
+    # Sums over x and y first, layer by layer, then upwards: the first pass has no dependencies along a column.
+    layers = np.empty((ny + 1, nz - z0), np.int32)
+    for j in range(y0, ny + 1):
+        line = table[x0, j]
+        layers[j] = line[z0 + 1 :] - line[z0:-1]
+    row = np.empty(nz - z0, np.int32)
     for i in range(x0, nx):
+        line = table[i + 1, y0]
+        before = line[z0 + 1 :] - line[z0:-1]
+        row[:] = before - layers[y0]
+        layers[y0] = before
         for j in range(y0, ny):
-            run = table[i + 1, j + 1, z0] - table[i, j + 1, z0] - table[i + 1, j, z0] + table[i, j, z0]
-            highest = min(top[i, j], z0)
-            for k in range(z0, nz):
-                if counts[i, j, k]:
-                    run += np.int32(1)
-                    highest = k + 1
-                table[i + 1, j + 1, k + 1] = run + table[i, j + 1, k + 1] + table[i + 1, j, k + 1] - table[i, j, k + 1]
-            if highest == z0:
-                while highest > 0 and not counts[i, j, highest - 1]:
-                    highest -= 1
-            top[i, j] = highest
+            column, sums, above = counts[i, j, z0:], layers[j + 1], table[i + 1, j + 1, z0 + 1 :]
+            for k in range(nz - z0):
+                row[k] += np.int32(column[k] != 0)
+                sums[k] += row[k]
+            run = table[i + 1, j + 1, z0]
+            for k in range(nz - z0):
+                run += sums[k]
+                above[k] = run
 
 
 @leaf_kernel

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from bimvox.compiled import kernel
-from bimvox.grid.summed_area import summed_area_table, top_of_columns, update_table
+from bimvox.grid.summed_area import summed_area_table, update_table
 from bimvox.records.lift import YardPlace
 from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace
 from bimvox.site.component import Component, IntVec
@@ -30,25 +30,29 @@ class Occupancy:
     def __init__(self, site: Site, *, one_at_a_time: bool = False) -> None:
         self._site = site
         self._lowest: IntVec = (0, 0, 0)
-        self._kept: tuple[NDArray[np.int32], NDArray[np.int32]] | None = None
-        if one_at_a_time:
-            x, y, z = site.shape
-            self._kept = np.zeros((x + 1, y + 1, z + 1), np.int32), np.zeros((x, y), np.int32)
+        x, y, z = site.shape
+        self._kept: NDArray[np.int32] | None = np.zeros((x + 1, y + 1, z + 1), np.int32) if one_at_a_time else None
         self._counts: NDArray[np.uint16] = np.zeros(site.shape, np.uint16)
+        self._top: NDArray[np.int32] = np.zeros((x, y), np.int32)
         self._waiting: list[tuple[NDArray[np.int32], bool]] = []
         for blocker in site.blockers:
             self.add(blocker.cells)
 
     @property
     def counts(self) -> NDArray[np.uint16]:
-        """(X, Y, Z) uint16. Changes are counted on demand, because most stages never look."""
+        """(X, Y, Z) uint16."""
+        self._update_counts()
+        return self._counts
+
+    def _update_counts(self) -> None:
+        """Count the changes since the last time: on demand, because most stages never look."""
         if self._waiting:
             cells = np.concatenate([cells for cells, _ in self._waiting])
             until = np.cumsum([len(cells) for cells, _ in self._waiting])
-            low = _count(self._counts, cells, until, np.array([is_added for _, is_added in self._waiting]))
+            is_added = np.array([is_added for _, is_added in self._waiting])
+            low = _count(self._counts, self._top, cells, until, is_added)
             self._lowest = (min(self._lowest[0], low[0]), min(self._lowest[1], low[1]), min(self._lowest[2], low[2]))
             self._waiting.clear()
-        return self._counts
 
     def add(self, cells: NDArray[np.int32]) -> None:
         """Add an object on ``cells`` ((N, 3) int32, each once)."""
@@ -64,12 +68,16 @@ class Occupancy:
         inside = ((cells >= 0) & (cells < counts.shape)).all(axis=1)
         return bool(counts[tuple(cells[inside].T)].any())
 
+    def heights(self) -> NDArray[np.int32]:
+        """Return the (X, Y) height map: one above the highest occupied cell of each column, 0 if it is empty."""
+        self._update_counts()
+        return self._top.copy()
+
     def space(self, component: Component) -> CollisionSpace:
         """Return the collision rule for lifting ``component`` now."""
-        table, top = self._table_and_top()
-        room = hook_room(self._site, self._site.crane_of(component), top, component)
+        room = hook_room(self._site, self._site.crane_of(component), self.heights(), component)
         return CollisionSpace(
-            table,
+            self._table(),
             component.shape.boxes,
             np.array(component.hook_offset_vox, np.int32),
             room.floor,
@@ -82,28 +90,32 @@ class Occupancy:
         grown, rope = in_transit(space, margin_vox(self._site)), rope_margin_vox(self._site)
         if rope == 0 or not self._site.rules.rope:
             return grown
-        top = maximum_filter(self._table_and_top()[1], size=2 * rope + 1, mode="constant")
+        top = maximum_filter(self.heights(), size=2 * rope + 1, mode="constant")
         return grown._replace(hook_floor=hook_room(self._site, self._site.crane_of(component), top, component).floor)
 
-    def _table_and_top(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    def _table(self) -> NDArray[np.int32]:
         counts = self.counts
         if self._kept is None:
-            occupied = counts > 0
-            return summed_area_table(occupied), top_of_columns(occupied)
+            return summed_area_table(counts > 0)
         if self._lowest != self._site.shape:
-            update_table(*self._kept, counts, *self._lowest)
+            update_table(self._kept, counts, *self._lowest)
             self._lowest = self._site.shape
         return self._kept
 
 
 @kernel
 def _count(
-    counts: NDArray[np.uint16], cells: NDArray[np.int32], until: NDArray[np.int64], is_added: NDArray[np.bool_]
+    counts: NDArray[np.uint16],
+    top: NDArray[np.int32],
+    cells: NDArray[np.int32],
+    until: NDArray[np.int64],
+    is_added: NDArray[np.bool_],
 ) -> IntVec:
     """Add objects to the counts, or remove them, in place; return the lowest corner of their cells.
 
     Args:
         counts: (X, Y, Z) uint16.
+        top: (X, Y) int32, one above the highest occupied cell of each column; updated too.
         cells: (N, 3) int32 cells of one object after the other.
         until: (M,) int64 end of the cells of each object.
         is_added: (M,) whether the object is added.
@@ -117,6 +129,11 @@ def _count(
             if min(x, y, z) < 0 or x >= counts.shape[0] or y >= counts.shape[1] or z >= counts.shape[2]:
                 raise IndexError("a cell outside the grid")
             counts[x, y, z] += step
+            if counts[x, y, z]:
+                top[x, y] = max(top[x, y], z + 1)
+            elif top[x, y] == z + 1:
+                while top[x, y] > 0 and not counts[x, y, top[x, y] - 1]:
+                    top[x, y] -= 1
             low_x, low_y, low_z = min(low_x, x), min(low_y, y), min(low_z, z)
             n += 1
     return low_x, low_y, low_z
