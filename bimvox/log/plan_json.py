@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Collection, Iterable, Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ from bimvox.site.site import Blocker, Site
 from bimvox.site.sparse import names_to_write
 
 _VERSION = 1
+LIFTS_KEPT = 4096
+"""Number of lifts whose JSON is kept in memory."""
 _NO_ARRAYS = ArrayReader({})
 
 
@@ -38,14 +41,23 @@ def plan_to_json(plan: LiftPlan, context: Collection[Lift] = ()) -> bytes:
     }
     if plan.history:
         document["history"] = [_epoch_to_json(epoch) for epoch in plan.history]
-    lifts = [_lift_to_json(plan.site, lift, carried) for lift, carried in sorted(marked, key=_order)]
-    return lines_of("lifts", lifts, document)
+    lifts = []
+    for lift, carried in sorted(marked, key=_order):
+        component = plan.site.components[lift.component]
+        crane = plan.site.crane_of(component)
+        sling_m = None if crane is None else crane.sling_m
+        lifts.append(_lift_text(lift, component, sling_m, plan.site.frame.voxel_size_m, carried))
+    return _lines("lifts", lifts, document)
 
 
 def lines_of(name: str, entries: Iterable[Any], others: Mapping[str, Any] | None = None) -> bytes:
     """Return a JSON document with a list, one entry a line: readable, and quick to write."""
+    return _lines(name, map(_text, entries), others)
+
+
+def _lines(name: str, texts: Iterable[str], others: Mapping[str, Any] | None = None) -> bytes:
     values = {key: _text(value) for key, value in (others or {}).items()}
-    values[name] = "[\n" + ",\n".join(map(_text, entries)) + "\n]"
+    values[name] = "[\n" + ",\n".join(texts) + "\n]"
     return ("{\n" + ",\n".join(f'"{key}": {text}' for key, text in values.items()) + "\n}\n").encode()
 
 
@@ -142,8 +154,9 @@ def _order(entry: tuple[Lift, bool]) -> int:
     return entry[0].order
 
 
-def _lift_to_json(site: Site, lift: Lift, carried: bool) -> dict[str, Any]:
-    component = site.components[lift.component]
+@lru_cache(maxsize=2 * LIFTS_KEPT)
+def _lift_text(lift: Lift, component: Component, sling_m: float | None, voxel_size_m: float, carried: bool) -> str:
+    """Return the JSON of a lift; a watched plan writes most of its lifts again and again."""
     place = lift.place
     arrays = ArrayWriter()
     bare = {
@@ -156,7 +169,7 @@ def _lift_to_json(site: Site, lift: Lift, carried: bool) -> dict[str, Any]:
             {"path_vox": one.path_vox.tolist(), "contact_moves": one.contact_moves, "until_ns": one.until_ns}
             for one in lift.left
         ]
-    return {
+    record = {
         "id": component.id,
         "global_id": component.global_id,
         "carried": carried,
@@ -165,19 +178,15 @@ def _lift_to_json(site: Site, lift: Lift, carried: bool) -> dict[str, Any]:
         "place": place
         and {"delivery": place.delivery, "pose": place.pose.value, "cell_vox": [int(n) for n in place.cell_vox]}
         | ({"turn": place.turn, "rise_vox": place.rise_vox} if place.turn else {}),
-        "lifting": lifting_record(site, component),
+        # Where and how the part hangs: lifting points in site metres, and the hook's height above its top.
+        "lifting": {
+            "points_m": [list(point) for point in component.lifting.points_m],
+            "source": component.lifting.source,
+            "sling_m": None if sling_m is None else round(sling_m + component.lifting.sling_rise_vox * voxel_size_m, 6),
+            "sail_area_m2": component.sail_area_m2,
+        },
     }
-
-
-def lifting_record(site: Site, component: Component) -> dict[str, Any]:
-    """Return where and how a part hangs: lifting points in site metres, and the hook's height above its top."""
-    rise_m, crane = component.lifting.sling_rise_vox * site.frame.voxel_size_m, site.crane_of(component)
-    return {
-        "points_m": [list(point) for point in component.lifting.points_m],
-        "source": component.lifting.source,
-        "sling_m": None if crane is None else round(crane.sling_m + rise_m, 6),
-        "sail_area_m2": component.sail_area_m2,
-    }
+    return _text(record)
 
 
 def _lift_from_json(record: Any, site: Site, where: str) -> tuple[Lift, bool]:

@@ -11,7 +11,9 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Collection, Mapping, Sequence
+from functools import lru_cache
 
+from bimvox.log.plan_json import LIFTS_KEPT
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.motion.shift import chained
 from bimvox.records.lift import Lift, Status
@@ -58,8 +60,14 @@ def segment_of(
         motions=own,
         metadata={**whole.metadata, PENDING: json.dumps(sorted(pending))},
         events=(LogEvent(REPLAN_EVENT, start_ns, end_ns, event), *more),
-        context=tuple(dataclasses.replace(lift, path_vox=None) for lift in plan.lifts if lift.order not in made),
+        context=tuple(_without_path(lift) for lift in plan.lifts if lift.order not in made),
     )
+
+
+@lru_cache(maxsize=LIFTS_KEPT)
+def _without_path(lift: Lift) -> Lift:
+    """Return a lift as part of a context; the same object again, so that its JSON is made only once."""
+    return dataclasses.replace(lift, path_vox=None)
 
 
 def first_plan_of(log: PlanLog) -> str:

@@ -222,8 +222,9 @@ class Assembly:
         Empty for supported parts, and for the first part of a group that nothing supports.
         """
         relations, contacts = self._preparation.relations, self._preparation.contacts
-        holds_on_structure = any(n >= len(self._site.components) for n in contacts.neighbours[index])
-        if relations.supports[index] or relations.grounded[index] or holds_on_structure:
+        if relations.supports[index] or relations.grounded[index]:
+            return ()
+        if any(n >= len(self._site.components) for n in contacts.neighbours[index]):  # existing structure
             return ()
         return tuple(j for j in relations.holds[index] if self._position[j] < self._position[index])
 

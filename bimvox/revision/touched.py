@@ -56,8 +56,7 @@ class Touched:
         self._changed.add(target)
         if lift.place is not None:
             self._changed.add(stored_cells(lift.place))
-        neighbours = self._preparation.contacts.neighbours
-        self._lean_on |= {n for n in range(len(self._site.components)) if component.index in neighbours[n]}
+        self._lean_on.update(self._preparation.contacts.neighbours[component.index])
 
     def path_is_met(self, was: Lift, pending: Collection[int]) -> bool:
         """Return whether the change, or the new state of an earlier lift, may affect a planned lift's path.
