@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -11,11 +10,7 @@ from bimvox.planning.rounds import Refused, refusals
 from bimvox.proof.footprint import Footprint, motion_footprint, path_footprint
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.lift import Lift, LiftPlan
-from bimvox.records.motion import LiftMotion
 from bimvox.revision.draft import RevisionDraft
-
-_PROVEN_AT_ONCE = 20
-"""Lifts that are proven together: the proof keeps the positions of about as many for their footprints."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,32 +41,7 @@ def prove_new(plan: LiftPlan, draft: RevisionDraft, known_shapes: set[int]) -> P
     Raises:
         VerificationError: If the proof fails, and no lift is at fault.
     """
-    to_prove_paths, to_prove_motions = draft.paths_to_prove, draft.unproven_motions
-    orders = sorted(to_prove_paths | to_prove_motions)
-    # The motions of several cranes are proven against each other: all at once.
-    at_once = max(1, len(orders)) if plan.site.has_several_cranes else _PROVEN_AT_ONCE
-    refused: dict[str, str] = {}
-    paths: dict[int, Footprint] = {}
-    ways: dict[int, Footprint] = {}
-    stuck: set[str] = set()
-    for n in range(0, len(orders), at_once):
-        batch = set(orders[n : n + at_once])
-        found = _prove(plan, batch & to_prove_paths, batch & to_prove_motions, draft.motions, known_shapes)
-        refused |= found.refused
-        paths |= found.paths
-        ways |= found.ways
-        stuck |= found.stuck
-    return Proof(refused, paths, ways, frozenset(stuck))
-
-
-def _prove(
-    plan: LiftPlan,
-    paths: AbstractSet[int],
-    motions: AbstractSet[int],
-    timed: Mapping[int, LiftMotion],
-    known_shapes: set[int],
-) -> Proof:
-    """Return the proof of the paths and the motions of some lifts."""
+    paths, motions, timed = draft.paths_to_prove, draft.unproven_motions, draft.motions
     reasons: dict[str, str] = {}
     stuck: set[str] = set()
     for orders, verify in (
