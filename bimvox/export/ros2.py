@@ -37,11 +37,7 @@ _BAG_VERSION = 9
 
 
 def write_ros2_bag(log: PlanLog, folder: Path) -> int:
-    """Write a plan as a ROS 2 bag and return the number of messages.
-
-    Args:
-        log: The plan.
-        folder: The output; must not exist.
+    """Write a plan as a ROS 2 bag into a new folder and return the number of messages.
 
     Raises:
         InputError: If the package is not installed.

@@ -82,14 +82,7 @@ class Camera:
 def fitted_camera(
     view: View, points_m: ArrayLike, size_px: tuple[int, int], frame_px: tuple[float, float, float, float]
 ) -> Camera:
-    """Return the camera that shows all points as large as a frame allows.
-
-    Args:
-        view: The direction of view.
-        points_m: (N, 3) points that must be visible.
-        size_px: Width and height of the picture.
-        frame_px: ``x0 y0 x1 y1`` of the frame inside the picture, which the points fill in one direction.
-    """
+    """Return the camera that shows (N, 3) points as large as the frame ``x0 y0 x1 y1`` inside the picture allows."""
     points = np.asarray(points_m, np.float64)
     azimuth, elevation = math.radians(view.azimuth_deg), math.radians(view.elevation_deg)
     towards_eye = np.array(

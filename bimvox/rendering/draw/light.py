@@ -70,14 +70,9 @@ def face_light(light: Light) -> NDArray[np.float64]:
 
 
 def sky_density(solids: NDArray[np.unsignedinteger], voxel_size_m: float) -> tuple[NDArray[np.float32], int]:
-    """Return the density of solids, blurred over about a metre.
+    """Return the density of solids (X, Y, Z; 0 for none), blurred over about a metre.
 
-    Args:
-        solids: (X, Y, Z), 0 for none.
-        voxel_size_m: Edge of a cell.
-
-    Returns:
-        The density on a lattice coarser by an integer factor, with one empty row around it, and that factor.
+    The density is on a lattice coarser by an integer factor, with one empty row around it; the factor is returned too.
     """
     stride = max(1, round(_NEAR_M / voxel_size_m / 2.0))
     padded = tuple(-(-n // stride) * stride for n in solids.shape)

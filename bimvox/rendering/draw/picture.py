@@ -66,10 +66,7 @@ def camera_of(scene: Scene, options: PictureOptions) -> Camera:
 def picture_of(scene: Scene, options: PictureOptions | None = None, camera: Camera | None = None) -> NDArray[np.uint8]:
     """Return the picture of a scene: (height, width, 3) uint8 sRGB; deterministic.
 
-    Args:
-        scene: What is shown.
-        options: How it is shown.
-        camera: A fixed camera with the options' size and view, for an animation; None fits one to the scene.
+    An animation gives a fixed camera with the options' size and view; otherwise one is fitted to the scene.
 
     Raises:
         InputError: If the scene is empty.

@@ -92,15 +92,10 @@ class _Shading(NamedTuple):
 def cast(
     solids: NDArray[np.unsignedinteger], frame: GridFrame, camera: Camera, light: Light, samples: int, *, lines: float
 ) -> Buffers:
-    """Return what every sample of a picture sees.
+    """Return what every sample of a picture of solids (X, Y, Z; 0 for none) sees.
 
-    Args:
-        solids: (X, Y, Z), 0 for none.
-        frame: Metres to cells.
-        camera: With the samples as its pixels: ``samples`` times the picture's size.
-        light: The sun.
-        samples: Samples per pixel in each direction.
-        lines: Strength of the borders of cells, 0..1.
+    The camera's pixels are the samples, ``samples`` per pixel in each direction. ``lines`` is the strength of the
+    borders of cells, 0..1.
     """
     width, height = camera.size_px
     buffers = Buffers(

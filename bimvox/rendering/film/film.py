@@ -72,15 +72,9 @@ def write_film(
     file_format: FilmFormat,
     told: Callable[[str, int, int], None] | None = None,
 ) -> None:
-    """Write an animation.
+    """Write an animation with at least two frames, at ascending times.
 
-    Args:
-        stream: The output.
-        film: The plan over time.
-        times_ns: Times of the frames, ascending, at least two.
-        options: Its options.
-        file_format: ``gif`` or ``webp``.
-        told: Called as ``(stage, done, total)`` for every frame.
+    ``told`` is called as ``(stage, done, total)`` for every frame.
     """
     camera = camera_of(without(film.whole(times_ns), options.hidden), options.picture)
     frames = _frames(film, times_ns, options, camera, told)

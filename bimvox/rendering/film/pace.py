@@ -22,13 +22,10 @@ _MOST_FRAMES = 5000
 def frame_times_ns(tracks: Sequence[LoadTrack], motions: Sequence[LiftMotion], frames: int) -> list[int]:
     """Return the times of an animation's frames, ascending, from the first lift's start to the last lift's end.
 
-    Args:
-        tracks: Tracks of the lifts to show, in ascending order.
-        motions: Motions of those lifts; without any, on a site without a crane, the pace is constant.
-        frames: Number of frames, at least 2.
+    The tracks are those of the lifts to show, in ascending order. Without motions (no crane), the pace is constant.
 
     Raises:
-        InputError: If there are too few or too many of them, or no lifts.
+        InputError: If there are fewer than 2 or too many frames, or no lifts.
     """
     if not tracks:
         raise InputError("no lift of the plan has a time", hint="a picture (.png) shows the plan without times")

@@ -39,10 +39,10 @@ class Film:
     """The scenes of a plan over time; unchanging parts are painted once per lift.
 
     Args:
-        site: What was planned.
+        site: The planned site.
         lifts: All its lifts, in ascending order.
         motions: Motions of the planned ones; none without a crane.
-        tracks: Tracks of their loads, in ascending order.
+        tracks: Tracks of their loads.
 
     Raises:
         InputError: If no lift has a time.

@@ -34,13 +34,9 @@ GEOMETRY_BUDGET_BYTES = 1_900_000
 
 
 def document_of(source: PageSource) -> tuple[dict[str, Any], bytes]:
-    """Return the data of the page.
+    """Return the data of the page: plain values for JSON, and the block of numbers that they refer to.
 
-    Args:
-        source: Revisions of one site; their common values are taken from the last one.
-
-    Returns:
-        Plain values for JSON, and the block of numbers that they refer to.
+    Values that the revisions share are taken from the last one.
     """
     blob = Blob()
     last = source.revisions[-1]

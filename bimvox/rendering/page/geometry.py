@@ -59,12 +59,7 @@ class Shapes:
 
 
 def shapes_of(meshes: Sequence[TriangleMesh], budget_bytes: int) -> Shapes:
-    """Return meshes on the finest lattice whose compressed size is within a budget.
-
-    Args:
-        meshes: Any number.
-        budget_bytes: Maximum compressed size; only the coarsest lattice may exceed it.
-    """
+    """Return meshes on the finest lattice whose compressed size is within a budget; the coarsest may exceed it."""
     for times in _COARSER:
         made = [geometry_of(mesh, times * FINEST_M) for mesh in meshes]
         found: dict[tuple[float, bytes, bytes], int] = {}

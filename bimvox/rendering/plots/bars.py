@@ -32,17 +32,10 @@ class Bar:
     censored: bool = False
 
 
-def draw_bars(
-    bars: Sequence[Bar], *, axis: str, title: str = "", logarithmic: bool = False, file_format: Format = "png"
-) -> bytes:
-    """Return the picture of bars in groups.
+def draw_bars(bars: Sequence[Bar], *, axis: str, title: str = "", file_format: Format = "png") -> bytes:
+    """Return the picture of bars in groups; ``axis`` labels the height, with its unit.
 
-    Args:
-        bars: Groups and series appear in the order of their first bar.
-        axis: Label of the height, with its unit.
-        title: Above the axes.
-        logarithmic: Whether the scale of the height is logarithmic.
-        file_format: ``png`` or ``svg``.
+    Groups and series appear in the order of their first bar.
     """
     groups = list(dict.fromkeys(bar.group for bar in bars))
     series = list(dict.fromkeys(bar.series for bar in bars))
@@ -72,8 +65,6 @@ def draw_bars(
         axes.set_ylabel(axis)
         axes.set_title(title)
         axes.grid(False, axis="x")
-        if logarithmic:
-            axes.set_yscale("log")
         axes.margins(y=0.12)
         if any(series):
             axes.legend()

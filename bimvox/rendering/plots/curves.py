@@ -50,13 +50,7 @@ class Panel:
 
 
 def draw_success_curves(panels: Sequence[Panel], *, columns: int = 2, file_format: Format = "png") -> bytes:
-    """Return the picture of success rates against training steps.
-
-    Args:
-        panels: In reading order.
-        columns: Panels side by side.
-        file_format: ``png`` or ``svg``.
-    """
+    """Return the picture of success rates against training steps, with the panels in reading order."""
     labels = list(dict.fromkeys(curve.label for panel in panels for curve in panel.curves))
     looks = {label: LINES[n % len(LINES)] for n, label in enumerate(labels)}
     columns = min(columns, len(panels))

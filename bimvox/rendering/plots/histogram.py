@@ -71,15 +71,9 @@ def draw_histogram(
     marks: Sequence[Mark] = (),
     file_format: Format = "png",
 ) -> bytes:
-    """Return the picture of a distribution; series are stacked.
+    """Return the picture of a distribution; series are stacked, the first is the lowest.
 
-    Args:
-        series: The values, the lowest series first.
-        axis: The axis of the values.
-        counted: Label of the other axis: what is counted, such as ``lifts``.
-        title: Above the axes.
-        marks: Vertical lines.
-        file_format: ``png`` or ``svg``.
+    ``counted`` labels the other axis: what is counted, such as ``lifts``.
     """
     values = np.concatenate([one.values for one in series]) if series else np.zeros(0)
     edges = _edges(values, axis)

@@ -18,22 +18,13 @@ _STEPS_S = (10.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0
 
 
 def gantt_charts(lifts: Sequence[dict[str, Any]]) -> list[str]:
-    """Return charts of ``LIFTS_A_CHART`` lifts each, as SVG; each has the time axis of its own lifts.
-
-    Args:
-        lifts: Records of lifts; those without a time are left out.
-    """
+    """Return charts of ``LIFTS_A_CHART`` timed lifts each, as SVG, each with its own time axis."""
     timed = [lift for lift in lifts if lift["begins_s"] is not None]
     return [_chart(timed[first : first + LIFTS_A_CHART]) for first in range(0, len(timed), LIFTS_A_CHART)]
 
 
 def crane_chart(lifts: Sequence[dict[str, Any]], cranes: Sequence[str]) -> str:
-    """Return all lifts of several cranes, one row per crane, as SVG; empty if none has a time.
-
-    Args:
-        lifts: Records of lifts.
-        cranes: Names of the cranes, by index.
-    """
+    """Return all lifts of several cranes, one row per named crane, as SVG; empty if no lift has a time."""
     timed = [lift for lift in lifts if lift["begins_s"] is not None]
     if not timed:
         return ""

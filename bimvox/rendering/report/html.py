@@ -11,13 +11,7 @@ from html import escape
 
 
 def number(value: float | int | None, words: str, key: str = "") -> str:
-    """Return a number as people read it, with its exact value.
-
-    Args:
-        value: The value; None writes a dash.
-        words: The number as people read it.
-        key: Its name, for programs.
-    """
+    """Return a number as people read it, with its exact value and a key for programs; a dash if it is None."""
     if value is None:
         return '<span class="none">–</span>'
     marked = f' data-key="{escape(key)}"' if key else ""
@@ -50,12 +44,7 @@ def terms(pairs: Iterable[tuple[str, str]]) -> str:
 def table(columns: Sequence[str], rows: Iterable[str], *, class_: str = "", caption: str = "", id_: str = "") -> str:
     """Return a table; its head is repeated on every printed page.
 
-    Args:
-        columns: Headings, plain text; a line break is allowed.
-        rows: ``<tr>`` elements, already escaped.
-        class_: The table's class.
-        caption: Its caption, for screen readers.
-        id_: The table's id.
+    Headings are plain text with line breaks, rows are escaped ``<tr>`` elements, the caption is for screen readers.
     """
     head = "".join(f'<th scope="col">{escape(name).replace(chr(10), "<br>")}</th>' for name in columns)
     words = f'<caption class="unseen">{escape(caption)}</caption>' if caption else ""

@@ -61,11 +61,6 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
 
     It makes no network requests and runs no scripts; its content security policy forbids both. Content of the model or
     the log is only text. It contains the record as JSON (``<script type="application/json">``, which is data).
-
-    Args:
-        record: The record of the plan from ``record_of``.
-        cranes: The site's cranes, for their load charts.
-        figures: Pictures, if any.
     """
     figures = figures or Figures()
     style = (files(__package__) / "report.css").read_text(encoding="utf-8")

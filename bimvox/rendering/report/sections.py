@@ -81,12 +81,7 @@ def _method(found: dict[str, Any]) -> str:
 
 
 def infeasible(record: dict[str, Any], pictures: Sequence[tuple[tuple[int, ...], str]]) -> str:
-    """Return the infeasible parts with their reasons and blockers.
-
-    Args:
-        record: The record.
-        pictures: Orders of the lifts in a picture, and the picture as an element.
-    """
+    """Return the infeasible parts with their reasons and blockers; pictures come with the orders of their lifts."""
     by_order = {lift["order"]: lift for lift in record["lifts"]}
     chosen = [by_order[order] for order in record["infeasible"]]
     if not chosen:

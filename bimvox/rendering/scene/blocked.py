@@ -38,15 +38,9 @@ _NEAR = 3.0
 
 
 def scene_of_blocked(site: Site, lifts: Sequence[Lift], blocked: Sequence[Lift]) -> tuple[Scene, View]:
-    """Return the picture of infeasible lifts with the same blockers, and the view that shows most of them.
+    """Return the picture of one or more infeasible lifts with the same blockers, and the view that shows most of them.
 
-    Args:
-        site: The site.
-        lifts: All lifts of the plan.
-        blocked: Infeasible ones, at least one, in ascending order.
-
-    Returns:
-        The scene, cut to parts and blockers, and the view.
+    The scene is cut to parts and blockers. ``lifts`` are all lifts of the plan.
     """
     first = min(blocked, key=lambda lift: lift.order)
     parts = [site.components[lift.component] for lift in blocked]

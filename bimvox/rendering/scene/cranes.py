@@ -23,10 +23,7 @@ def site_cranes(
 ) -> CraneParts:
     """Return the lines and boxes of all cranes of a site.
 
-    Args:
-        site: The site.
-        poses: Poses by the crane's index; other cranes are parked.
-        loads_m: (N, 3) lifting points of the loads by the crane's index; other hooks are empty.
+    Poses and loads ((N, 3) lifting points) are given by the crane's index; other cranes are parked, other hooks empty.
     """
     poses, loads_m = poses or {}, loads_m or {}
     parts = [

@@ -73,13 +73,7 @@ def crane_strokes(
 ) -> tuple[Strokes, ...]:
     """Return the strokes of a crane: ties and ropes as thin lines, lacing and chords with a dark rim.
 
-    Args:
-        ties: Ties of jib and counter-jib.
-        lacing: Diagonals of mast and jib.
-        chords: Chords of mast and jib, and all else as thick as them.
-        ropes: Hoist rope and slings.
-        width: Width of the lattice, metres.
-        thick: Width of a chord, metres.
+    ``width`` is that of the lattice, ``thick`` that of a chord, metres.
     """
 
     def strokes(lines: Lines, rgb: Rgb, width_px: float, width_m: float, edge: Rgb | None = None) -> Strokes:

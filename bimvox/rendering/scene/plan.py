@@ -71,11 +71,11 @@ def scene_of_plan(
     """Return the picture of a plan.
 
     Args:
-        site: What was planned.
-        lifts: Its lifts, in ascending order. Planned lifts without a path (an extract does not carry them) show their
-            part only.
+        site: The planned site.
+        lifts: Its lifts, in ascending order. Of planned lifts without a path (not carried by an extract), only the part
+            is shown.
         motions: The motions of the planned ones; none without a crane.
-        moment: Which lift to show under way; None for the finished building.
+        moment: The lift to show under way; None for the finished building.
 
     Raises:
         InputError: If the moment's lift is not planned.

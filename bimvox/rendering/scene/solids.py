@@ -14,12 +14,7 @@ def index_type(count: int) -> type[np.unsignedinteger]:
 
 
 class Canvas:
-    """A volume that is painted solid by solid.
-
-    Args:
-        shape: (X, Y, Z).
-        count: Maximum number of solids.
-    """
+    """A volume of (X, Y, Z) cells that is painted solid by solid, ``count`` of them at most."""
 
     def __init__(self, shape: tuple[int, int, int], count: int) -> None:
         self.solids: NDArray[np.unsignedinteger] = np.zeros(shape, index_type(count + 1))
@@ -27,16 +22,13 @@ class Canvas:
         self._layers: list[str] = [""]
 
     def paint(self, cells: NDArray[np.integer], rgb: Rgb, *, over: bool = False, layer: str = "") -> int:
-        """Paint a solid.
+        """Paint a solid and return its number.
 
         Args:
             cells: (N, 3); those outside the volume are ignored.
             rgb: Its colour.
             over: Whether it overwrites other solids.
             layer: Its ``Layer``; empty if it is always drawn.
-
-        Returns:
-            Its number.
         """
         inside = ((cells >= 0) & (cells < self.solids.shape)).all(axis=1)
         at = tuple(cells[inside].T)

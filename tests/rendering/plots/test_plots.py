@@ -32,7 +32,7 @@ def test_equal_figures_give_equal_bytes(file_format):
     bars = [Bar("g", "s", 2.0, 1.0, 3.0), Bar("g", "t", 20.0, 20.0, 20.0, censored=True)]
     for draw in (
         lambda: draw_success_curves(panels, file_format=file_format),
-        lambda: draw_bars(bars, axis="steps", logarithmic=True, file_format=file_format),
+        lambda: draw_bars(bars, axis="steps", file_format=file_format),
     ):
         assert draw() == draw()
 
