@@ -122,22 +122,18 @@ def sha256_of(path: Path) -> str:
     return digest.hexdigest()
 
 
-def default_output(source: Path, suffix: str, folder: Path | None = None) -> Path:
-    """Return the default output of an input: its stem with a new suffix.
+def default_output(source: Path, suffix: str) -> Path:
+    """Return the default output of an input: its stem with a new suffix, in the current folder.
 
     Args:
         source: The input; ``.site.toml`` and ``.zarr.zip`` are dropped whole.
         suffix: With its dot, for example ``.zarr.zip``.
-        folder: Its folder; the current folder if None.
     """
     name = source.name
     for compound in (".site.toml", ".zarr.zip"):
         if name.lower().endswith(compound) and len(name) > len(compound):
-            stem = name[: -len(compound)]
-            break
-    else:
-        stem = source.stem
-    return (folder or Path()) / f"{stem}{suffix}"
+            return Path(f"{name[: -len(compound)]}{suffix}")
+    return Path(f"{source.stem}{suffix}")
 
 
 def reason_of(error: OSError) -> str:

@@ -1,7 +1,7 @@
-"""Processes that work for this one: a command run to its end, the environment of our workers, and their end.
+"""Starts and ends child processes: a command run to its end, the environment of workers, and their end.
 
-Used by everything that starts a process. Each user keeps only how it talks to its process: the geometry workers over a
-socket, the runs of a fleet over pipes, the paper's jobs and retraining through ``multiprocessing``.
+Used by everything that starts a process; each user has its own way of communicating: the geometry workers use a socket,
+the runs of a fleet use pipes, the paper's jobs and retraining use ``multiprocessing``.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ class Finished:
     Attributes:
         code: Its exit status, negative for the signal that ended it.
         out: What it wrote to stdout.
-        last_words: The last line that it wrote to stderr; empty if there is none.
+        last_line: The last line that it wrote to stderr; empty if there is none.
     """
 
     code: int
     out: bytes
-    last_words: str
+    last_line: str
 
 
 def python_module(name: str, *arguments: str) -> list[str]:
@@ -40,18 +40,13 @@ def python_module(name: str, *arguments: str) -> list[str]:
 
 
 def worker_environment() -> dict[str, str]:
-    """Return an environment in which a worker finds this bimvox, and no file of the current folder shadows a module."""
+    """Return an environment in which a worker imports this bimvox, and nothing from the current folder."""
     paths = [_ROOT, os.environ.get("PYTHONPATH")]
     return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths)), "PYTHONSAFEPATH": "1"}
 
 
 def run_to_end(command: Sequence[str], timeout_s: float) -> Finished | None:
-    """Run a command and return what it said; None if it did not end in time and was killed.
-
-    Args:
-        command: The program and its arguments.
-        timeout_s: Seconds that it may take.
-    """
+    """Run a command and return its output; None if it was killed after ``timeout_s``."""
     try:
         done = subprocess.run(command, capture_output=True, timeout=timeout_s, env=worker_environment(), check=False)
     except subprocess.TimeoutExpired:
@@ -61,11 +56,7 @@ def run_to_end(command: Sequence[str], timeout_s: float) -> Finished | None:
 
 
 def end_with(parent: int) -> None:
-    """From now on, end this process when its parent has ended, whatever ended it.
-
-    Args:
-        parent: Process id of the parent.
-    """
+    """From now on, end this process when the process with the id ``parent`` ends for any reason."""
     threading.Thread(target=_look, args=(parent,), name="parent", daemon=True).start()
 
 

@@ -142,4 +142,3 @@ def test_digest_is_of_the_bytes(tmp_path: Path) -> None:
 )
 def test_default_output_drops_our_suffixes(source: str, suffix: str, expected: str) -> None:
     assert default_output(Path(source), suffix) == Path(expected)
-    assert default_output(Path(source), suffix, Path("out")) == Path("out") / expected

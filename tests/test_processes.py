@@ -18,14 +18,14 @@ child.wait()
 CHILD = "import os, time; from bimvox.processes import end_with; end_with(os.getppid()); time.sleep(60)"
 
 
-def test_a_command_returns_what_it_wrote_and_its_last_words():
+def test_a_command_returns_what_it_wrote_and_its_last_line():
     program = "import sys; print('out'); sys.stderr.write('first\\nlast\\n'); sys.exit(3)"
     done = run_to_end([sys.executable, "-c", program], 60.0)
     assert done is not None
-    assert (done.code, done.out, done.last_words) == (3, b"out\n", "last")
+    assert (done.code, done.out, done.last_line) == (3, b"out\n", "last")
     killed = run_to_end([sys.executable, "-c", "import os; os.kill(os.getpid(), 9)"], 60.0)
     assert killed is not None
-    assert (killed.code, killed.last_words) == (-signal.SIGKILL, "")
+    assert (killed.code, killed.last_line) == (-signal.SIGKILL, "")
 
 
 def test_a_command_that_takes_too_long_is_killed():

@@ -34,11 +34,10 @@ class Result:
 
 def policy(problems: Problems, count: int) -> Result:
     """Our network, all lifts in one roll-out."""
-    from bimvox_pipeline.policy.store import general_network
-
     from bimvox.planning.rollout import roll_out_all
+    from bimvox.policy.generalist.weights import load_generalist
 
-    network = general_network()
+    network = load_generalist()
     lifts = problems.lifts[:count]
     roll_out_all(network, lifts[:2])
     started_s = time.perf_counter()

@@ -17,8 +17,8 @@ from bimvox.records.proof import Verification
 def verify(plan: Plan | Path | str, *, progress: Listener = None) -> Verification:
     """Return the verdict of a proof made now: one check after the other, with what failed.
 
-    Everything comes from the plan or the log itself; its site holds the triangles of all parts. The building model is
-    not read again. Of an extract, the lifts that it carries are proven.
+    The proof uses only the plan or the log, whose site holds the triangles of all parts; the building model is not
+    read. Of an extract, the lifts that it carries are proven.
 
     Args:
         plan: A plan, or the path of a log. Of a log, its digests and topics are checked as well.
@@ -52,8 +52,8 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
 
     Args:
         contents: The log's messages and attachments; of the topics at least ``USED_TOPICS``.
-        record: What they mean.
-        progress: Told of the stages.
+        record: Their meaning.
+        progress: Receives the stages.
     """
     checks = prove_plan(record, progress).checks
     progress.stage("log")
@@ -62,12 +62,7 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
 
 
 def prove_plan(record: PlanLog, progress: Progress) -> Verification:
-    """Prove a plan and its motions, whatever they were read from.
-
-    Args:
-        record: The plan.
-        progress: Told of the stages.
-    """
+    """Prove a plan and its motions."""
     progress.stage("plan")
     checks = verify_plan_over_time(record.plan, record.motions, record.context).checks
     progress.stage("motions")

@@ -80,7 +80,7 @@ def _described(error: BaseException) -> tuple[str, str, str | None, int, dict[st
     if isinstance(error, typer.TyperException):
         return "usage", _usage_message(error), _usage_hint(error), BAD_INPUT, {}
     if isinstance(error, KeyboardInterrupt):
-        return "interrupted", "interrupted; no output is half written", None, INTERRUPTED, {}
+        return "interrupted", "interrupted; every output file is complete or unchanged", None, INTERRUPTED, {}
     message = f"sorry, bimvox failed: {type(error).__name__}: {error}".splitlines()[0]
     return "fault", message, "this is a fault of bimvox; BIMVOX_DEBUG=1 shows where", FAULT, {}
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from bimvox_cli.options import Assemblies, Json, Model, Quiet, Select, Unit, Up, VoxelSize
+from bimvox_cli.options import Assemblies, Json, Model, Quiet, Select, Unit, Up, VoxelSize, read_options
 from bimvox_cli.output import facts, open_output
 
 
@@ -45,11 +45,8 @@ def init(
         document = run(
             model,
             out,
-            select=select,
-            unit=unit,
-            up=up,
+            options=read_options(select, unit, up, assemblies),
             voxel_size_m=voxel_size,
-            assemblies=assemblies,
             crane=crane,
             force=force,
             progress=output.progress,

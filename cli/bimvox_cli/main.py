@@ -83,7 +83,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         code = app(given, prog_name="bimvox", standalone_mode=False)
         sys.stdout.flush()
     except BrokenPipeError:
-        # The reader of our stdout has closed it (``bimvox ... | head``): there is nobody to report to.
+        # The reader of our stdout has closed it (``bimvox ... | head``), so nothing can be reported.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return failure.DONE
     except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001  (the last handler)

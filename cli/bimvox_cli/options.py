@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
+
+if TYPE_CHECKING:
+    from bimvox.bim.options import ReadOptions
+
+UpAxis = Literal["y", "z"]
+Grouping = Literal["whole", "parts"]
 
 HELP_NAMES = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 """Settings of every command: -h as well as --help, wider than the default if the terminal is."""
@@ -17,6 +23,16 @@ def positive_metres(value: float | None) -> float | None:
     if value is not None and not (math.isfinite(value) and value > 0):
         raise typer.BadParameter(f"{value:g} is not a positive length in metres")
     return value
+
+
+def read_options(
+    select: str | None, unit: str | None, up: UpAxis | None, assemblies: Grouping, processes: int | None = None
+) -> ReadOptions:
+    """Return the options of reading a model as one value."""
+    from bimvox.bim.options import ReadOptions, default_processes
+
+    processes = default_processes() if processes is None else processes
+    return ReadOptions(select=select, unit=unit, up=up, assemblies=assemblies, processes=processes)
 
 
 Model = Annotated[
@@ -87,7 +103,7 @@ Unit = Annotated[
     ),
 ]
 Up = Annotated[
-    Literal["y", "z"] | None,
+    UpAxis | None,
     typer.Option(
         "--up",
         envvar="BIMVOX_UP",
@@ -95,7 +111,7 @@ Up = Annotated[
     ),
 ]
 Assemblies = Annotated[
-    Literal["whole", "parts"],
+    Grouping,
     typer.Option(
         "--assemblies", envvar="BIMVOX_ASSEMBLIES", help="Lift an assembly as one load, or each of its parts."
     ),

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 _WIDE = 140
-"""A terminal this wide has room for all columns."""
+"""Width in characters from which all columns fit."""
 
 _Parts = Sequence[Mapping[str, Any]]
 

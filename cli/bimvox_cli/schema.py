@@ -12,7 +12,7 @@ from bimvox_cli.output import print_json
 
 def schema(
     name: Annotated[
-        Literal["site", "obstructions", "sweep", "grid", "log"], typer.Argument(metavar="FORMAT", help="Which.")
+        Literal["site", "obstructions", "sweep", "grid", "log"], typer.Argument(metavar="FORMAT", help="The format.")
     ],
     json: Json = False,
 ) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.options import Assemblies, Json, Model, Processes, Quiet, Select, Unit, Up, VoxelSize
+from bimvox_cli.options import Assemblies, Json, Model, Processes, Quiet, Select, Unit, Up, VoxelSize, read_options
 from bimvox_cli.output import fields, open_output, rows, spent
 from bimvox_cli.part_table import show_parts
 
@@ -46,13 +46,9 @@ def voxelize(
         document = run(
             model,
             out,
+            options=read_options(select, unit, up, assemblies, processes),
             voxel_size_m=voxel_size,
-            select=select,
-            unit=unit,
-            up=up,
-            assemblies=assemblies,
             threads=threads,
-            processes=processes,
             progress=output.progress,
         )
     code = output.result(document, _show)

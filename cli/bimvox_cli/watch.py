@@ -30,7 +30,7 @@ def watch(
         Path | None,
         typer.Option("--output", "-o", metavar="LOG.mcap", help="Log. Default: SITE.mcap in the current folder."),
     ] = None,
-    once: Annotated[bool, typer.Option("--once", help="Look once, replan if needed, and exit.")] = False,
+    once: Annotated[bool, typer.Option("--once", help="Read the file once, replan if needed, and exit.")] = False,
     poll: Annotated[
         float | None,
         typer.Option(
@@ -73,7 +73,7 @@ def watch(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Keep a plan true to an obstruction file.
+    """Keep a plan up to date with an obstruction file.
 
     A change of the file replans only the lifts that it affects. Each change writes LOG.rNNNN.mcap with the new lifts.
     LOG.mcap is the whole plan, written when the watch is idle and at the end. Ctrl-C ends the watch.
@@ -97,16 +97,16 @@ def watch(
             serve=serve,
             progress=output.progress,
         )
-        stands = False
+        planned = False
         try:
             for change in changes:
-                stands = True
+                planned = True
                 code = failure.exit_code_of(change)
                 if not shown.show(change, output):
                     output.line(change, _line(change))
         except KeyboardInterrupt:
             # Interrupted while a change was being shown: this ends the watch like any other interrupt.
-            if once or not stands:
+            if once or not planned:
                 raise
         finally:
             changes.close()

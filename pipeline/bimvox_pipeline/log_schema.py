@@ -18,7 +18,7 @@ _ATTACHMENTS = {
 
 
 def log_schema() -> str:
-    """Return the text: a .proto file with the layout in its comments."""
+    """Return a .proto file with the layout of the log in its comments."""
     lines = [
         f"bimvox log, schema version {topics.SCHEMA_VERSION}",
         "",
@@ -45,7 +45,7 @@ def log_schema() -> str:
 
 
 def log_schema_json() -> dict[str, object]:
-    """Return the same as plain values."""
+    """Return the content of :func:`log_schema` as plain values."""
     return {
         "schema_version": topics.SCHEMA_VERSION,
         "topics": [{"name": topic.name, "schema": topic.schema, "meaning": topic.meaning} for topic in topics.TOPICS],

@@ -27,20 +27,10 @@ def plan(
     retrain: int = 0,
     progress: Progress,
 ) -> dict[str, Any]:
-    """Plan a site with :func:`bimvox.plan` and write its log.
+    """Plan a site file with :func:`bimvox.plan`, write the log, and return the document of ``bimvox plan --json``.
 
-    Args:
-        site: The site file.
-        out: The log; default: the site's name with ``.mcap``, in the current folder.
-        obstructions: What is in the way: an obstruction file, an IFC, mesh or point file.
-        policy: As in :func:`bimvox.plan`.
-        seed: As in :func:`bimvox.plan`.
-        steps: As in :func:`bimvox.plan`.
-        retrain: As in :func:`bimvox.plan`.
-        progress: Told of the stages.
-
-    Returns:
-        The document of ``bimvox plan --json``.
+    ``out`` is the log; default: the site's name with ``.mcap``, in the current folder. The other arguments are those of
+    :func:`bimvox.plan`.
 
     Raises:
         NoPlanError: If no lift can be planned; nothing is written.

@@ -1,27 +1,24 @@
-"""``bimvox init``: a site file in which every value that can be guessed is filled in."""
+"""``bimvox init``: writes a site file with guesses for every value that can be guessed."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, cast
 
+from bimvox.bim.options import ReadOptions
 from bimvox.errors import FileError
 from bimvox.files import check_output, default_output, require_input, write_atomically
 from bimvox.library.building import say_notes
 from bimvox.progress import Progress
 
 
-# One parameter for each option of the command.
 def init(
     model: Path,
     out: Path | None = None,
     *,
-    select: str | None = None,
-    unit: str | None = None,
-    up: Literal["y", "z"] | None = None,
+    options: ReadOptions | None = None,
     voxel_size_m: float | None = None,
-    assemblies: str = "whole",
     crane: str | None = None,
     force: bool = False,
     progress: Progress,
@@ -31,11 +28,8 @@ def init(
     Args:
         model: IFC or mesh file.
         out: Site file; default: the model's name with ``.site.toml``, in the current folder.
-        select: What to lift; default: by class.
-        unit: Length unit of a mesh file.
-        up: Axis of a mesh file that points up.
+        options: How to read the model.
         voxel_size_m: Cell size for planning; default: guessed.
-        assemblies: ``whole`` or ``parts``.
         crane: A kind of crane or a built-in machine to propose; default: a hammerhead.
         force: Replace an existing site file, which may contain the planner's edits.
         progress: Receives the stages.
@@ -48,7 +42,7 @@ def init(
         InputError: If there is no built-in crane with that name.
     """
     from bimvox.bim.building import Role
-    from bimvox.bim.read import ReadOptions, read_building
+    from bimvox.bim.read import read_building
     from bimvox.crane.catalogue import machines_called
     from bimvox.site.config import ModelConfig
     from bimvox.site.guess import cranes_that_fit, guess_site
@@ -60,8 +54,7 @@ def init(
     check_output(target, inputs=[model])
     if target.exists() and not force:
         raise FileError(target, "exists already and may hold edits", hint="--force replaces it, -o names another file")
-    mode = cast("Literal['whole', 'parts']", assemblies)
-    options = ReadOptions(select=select, unit=unit, up=up, assemblies=mode)
+    options = options or ReadOptions()
     building = read_building(model, options, progress.report)
     say_notes(building, progress)
     progress.stage("guess")
@@ -69,10 +62,10 @@ def init(
         building,
         ModelConfig(
             path=Path(os.path.relpath(model.resolve(), target.resolve().parent)),
-            select=select,
-            unit=cast("Any", unit),
-            up=up,
-            assemblies=mode,
+            select=options.select,
+            unit=cast("Any", options.unit),
+            up=options.up,
+            assemblies=options.assemblies,
             voxel_size_m=voxel_size_m,
         ),
         name=model.stem,

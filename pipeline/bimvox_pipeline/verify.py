@@ -13,14 +13,7 @@ from bimvox.records.proof import Check
 
 
 def verify(log: Path, *, progress: Progress) -> dict[str, Any]:
-    """Prove a log again, as :func:`bimvox.verify` does.
-
-    Args:
-        log: The log.
-        progress: Receives the stages.
-
-    Returns:
-        The document of ``bimvox verify --json``.
+    """Prove a log again, as :func:`bimvox.verify` does, and return the document of ``bimvox verify --json``.
 
     Raises:
         LogFileError: If it is damaged or not a bimvox log.

@@ -3,32 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any
 
+from bimvox.bim.options import ReadOptions
 from bimvox.errors import FileError, InputError
 from bimvox.files import check_output, default_output, require_input, write_atomically
 from bimvox.library.building import say_notes
-
-if TYPE_CHECKING:
-    from bimvox.progress import Progress
+from bimvox.progress import Progress
 
 _MODEL_SUFFIXES = frozenset(
     {".ifc", ".ifczip", ".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".3mf", ".toml", ".json"}
 )
 
 
-# One parameter for each option of the command.
 def voxelize(
     model: Path,
     out: Path | None = None,
     *,
+    options: ReadOptions | None = None,
     voxel_size_m: float | None = None,
-    select: str | None = None,
-    unit: str | None = None,
-    up: Literal["y", "z"] | None = None,
-    assemblies: Literal["whole", "parts"] = "whole",
     threads: int = 1,
-    processes: int | None = None,
     progress: Progress,
 ) -> dict[str, Any]:
     """Voxelize a building model and write the grid.
@@ -36,13 +30,9 @@ def voxelize(
     Args:
         model: IFC or mesh file.
         out: Grid file; ``<model>.zarr.zip`` in the current folder if None.
+        options: How to read the model.
         voxel_size_m: Edge of a cell; a round size that keeps the model below 20 million cells if None.
-        select: What to lift; see ``bimvox.bim.read.ReadOptions``.
-        unit: Length unit of a mesh that does not state it.
-        up: Axis of a mesh that points up.
-        assemblies: ``whole`` or ``parts``.
         threads: Number of parts voxelized in parallel; it does not change the grid.
-        processes: Number of processes that mesh an IFC file, a few if None; it does not change the grid.
         progress: Receives stages and notes.
 
     Returns:
@@ -55,8 +45,7 @@ def voxelize(
     progress.stage("read")
     import numpy as np
 
-    from bimvox.bim.options import default_processes
-    from bimvox.bim.read import ReadOptions, read_building
+    from bimvox.bim.read import read_building
     from bimvox.grid.layout import SUFFIX
     from bimvox.grid.storage import write_grid
     from bimvox.units import metres_per
@@ -68,14 +57,12 @@ def voxelize(
     out = out or default_output(model, SUFFIX)
     check_output(out, inputs=[model])
     if out.suffix.lower() in _MODEL_SUFFIXES:
-        raise FileError(out, "a grid does not go by this name", hint=f"end it in {SUFFIX}")
-    if unit is not None:
-        metres_per(unit)
+        raise FileError(out, "a grid cannot have this name", hint=f"end it in {SUFFIX}")
+    options = options or ReadOptions()
+    if options.unit is not None:
+        metres_per(options.unit)
     if voxel_size_m is not None and not 0 < voxel_size_m < float("inf"):
-        raise InputError(f"a cell of {voxel_size_m:g} m cannot be", hint="give an edge above 0, in metres")
-
-    processes = default_processes() if processes is None else processes
-    options = ReadOptions(select=select, unit=unit, up=up, assemblies=assemblies, processes=processes)
+        raise InputError(f"a cell of {voxel_size_m:g} m is impossible", hint="give an edge above 0, in metres")
     building = read_building(model, options, progress.report)
     say_notes(building, progress)
     if voxel_size_m is None:

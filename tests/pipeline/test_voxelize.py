@@ -6,6 +6,7 @@ import pytest
 from bimvox_pipeline.voxelize import voxelize
 from grid_bytes import grid_from_bytes
 
+from bimvox.bim.options import ReadOptions
 from bimvox.errors import FileError, InputError, SelectionError
 from bimvox.progress import SilentProgress
 
@@ -66,7 +67,9 @@ def test_the_default_cell_size_is_printed_and_below_twenty_million_cells() -> No
 
 
 def test_a_selection_makes_the_rest_structure() -> None:
-    document = voxelize(SAMPLES / "frame.ifc", voxel_size_m=0.2, select="IfcBeam", progress=SilentProgress())
+    document = voxelize(
+        SAMPLES / "frame.ifc", voxel_size_m=0.2, options=ReadOptions(select="IfcBeam"), progress=SilentProgress()
+    )
     assert {part["ifc_class"] for part in document["components"]} == {"IfcBeam"}
     assert {part["role"] for part in document["others"]} == {"structure"}
 
@@ -74,7 +77,13 @@ def test_a_selection_makes_the_rest_structure() -> None:
 def test_a_mesh_with_y_up() -> None:
     Path("a.obj").write_text("v 0 0 0\nv 4 0 0\nv 0 9 0\nf 1 2 3\n")
     shapes = [
-        voxelize(Path("a.obj"), Path(f"{up}.zarr.zip"), voxel_size_m=1.0, up=up, progress=SilentProgress())["shape"]
+        voxelize(
+            Path("a.obj"),
+            Path(f"{up}.zarr.zip"),
+            voxel_size_m=1.0,
+            options=ReadOptions(up=up),
+            progress=SilentProgress(),
+        )["shape"]
         for up in ("z", "y")
     ]
     assert shapes == [[4, 9, 1], [4, 1, 9]]
@@ -94,13 +103,13 @@ def test_stage_times_name_the_stages() -> None:
 
 def test_nothing_is_written_where_something_is_wrong(tmp_path: Path) -> None:
     model = SAMPLES / "frame.ifc"
-    with pytest.raises(InputError, match="cannot be"):
+    with pytest.raises(InputError, match="is impossible"):
         voxelize(model, voxel_size_m=float("nan"), progress=SilentProgress())
     with pytest.raises(InputError, match="unknown unit"):
-        voxelize(model, unit="ell", progress=SilentProgress())
+        voxelize(model, options=ReadOptions(unit="ell"), progress=SilentProgress())
     with pytest.raises(SelectionError):
-        voxelize(model, select="IfcDoor", progress=SilentProgress())
-    with pytest.raises(FileError, match="does not go by this name"):
+        voxelize(model, options=ReadOptions(select="IfcDoor"), progress=SilentProgress())
+    with pytest.raises(FileError, match="cannot have this name"):
         voxelize(model, Path("frame.stl"), progress=SilentProgress())
     assert list(tmp_path.iterdir()) == []
 

@@ -103,7 +103,7 @@ def _unpacked(path: Path, header: _Header) -> NDArray[np.float64]:
     if done is None:
         raise FileError(path, f"LAZ file not decompressed within {_SECONDS:g} s")
     if done.code:
-        raise FileError(path, f"damaged LAZ file: {done.last_words or 'its decoder crashed'}")
+        raise FileError(path, f"damaged LAZ file: {done.last_line or 'its decoder crashed'}")
     points = np.frombuffer(done.out, np.float64).reshape(-1, 3)
     if len(points) < header.count:
         raise FileError(path, f"truncated: {len(points):,} of {header.count:,} points")

@@ -4,29 +4,20 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bimvox.errors import InputError
+from bimvox.export.formats import Format
 from bimvox.files import check_output, default_output, write_atomically
-
-if TYPE_CHECKING:
-    from bimvox.export.formats import Format
-    from bimvox.progress import Progress
+from bimvox.progress import Progress
 
 _THREADS = 2
 
 
 def export_grid(source: Path, wanted: Format, out: Path | None, progress: Progress) -> dict[str, Any]:
-    """Write a grid in another format.
+    """Write a grid in another format, and return the document of ``bimvox export --json``.
 
-    Args:
-        source: The grid file.
-        wanted: A format of grids.
-        out: The output; default: the grid's name with another suffix, in the current folder.
-        progress: Receives the stages.
-
-    Returns:
-        The document of ``bimvox export --json``.
+    ``out`` defaults to the grid's name with another suffix, in the current folder.
 
     Raises:
         InputError: If the grid or the output cannot be used; nothing is written then.

@@ -35,10 +35,6 @@ def parsed_begin(text: str | None) -> datetime:
 def model_bytes(log: PlanLog, model: Path) -> tuple[Path, bytes]:
     """Return the path and bytes of the IFC file that a plan was made from.
 
-    Args:
-        log: The log.
-        model: The file.
-
     Raises:
         InputError: If the plan was made from a mesh, or from another file.
     """

@@ -71,7 +71,7 @@ def fleet(
     A run is not planned again if the hash of its inputs and its log match its record. Failed runs are planned again.
 
     Args:
-        wishes: What to plan.
+        wishes: The runs to plan.
         folder: The output folder; created if it does not exist.
         backend: Name of the backend that executes the runs.
         jobs: Number of runs in parallel; default: one per processor core.

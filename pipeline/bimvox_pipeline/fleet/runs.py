@@ -110,6 +110,6 @@ def _name_of(wish: Wish) -> str:
 
 
 def _mark_of(wish: Wish) -> str:
-    """Give runs unique names if files in several folders have the same name, or policies differ."""
+    """Return a suffix that makes a run's name unique: files of several folders may have the same name."""
     plain = [str(wish.site), str(wish.obstructions), str(wish.seed), str(wish.policy), str(wish.steps)]
     return hashlib.sha256("\0".join(plain).encode()).hexdigest()[:8]

@@ -1,4 +1,4 @@
-"""The sweep file: which sites, seeds and what-ifs are planned. ``bimvox schema sweep`` prints it."""
+"""The sweep file: the sites, seeds and what-ifs to plan. ``bimvox schema sweep`` prints its schema."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from bimvox.site.validation import Table, Text, Whole, first_finding
 from bimvox_pipeline.fleet.runs import Wish
 
 AS_IT_IS = "none"
-"""Stands for the site without obstructions."""
+"""The site without obstructions."""
 
 Seed = Annotated[Whole, Field(ge=0)]
 Steps = Annotated[Whole, Field(ge=1)]
 
 
 class RunEntry(Table):
-    """One run, listed by itself."""
+    """One run, listed individually."""
 
     site: Text
     """Site file; a relative path starts at the sweep file's folder."""
     obstructions: Text = AS_IT_IS
-    """Obstruction, IFC or mesh file; ``none`` for the site as it is."""
+    """Obstruction, IFC or mesh file; ``none`` for the site without obstructions."""
     seed: Seed | None = None
     """Seed of the training. Default: the site file's."""
     policy: Text | None = None
-    """Id of a policy, or ``none`` for search alone. Default: the sweep's, else the site's."""
+    """Id of a policy, or ``none`` for search alone. Default: the sweep's, otherwise the site's."""
     steps: Steps | None = None
-    """Training budget in environment steps. Default: the sweep's, else the site's."""
+    """Training budget in environment steps. Default: the sweep's, otherwise the site's."""
 
 
 class SweepConfig(Table):
-    """A sweep: every site with every seed and every obstruction file, and runs listed one by one."""
+    """A sweep: every site with every seed and every obstruction file, and runs listed individually."""
 
     version: Literal[1] = 1
     """Version of this format."""
@@ -46,13 +46,13 @@ class SweepConfig(Table):
     seeds: tuple[Seed, ...] = ()
     """Seeds of the training. Default: the site files'."""
     obstructions: tuple[Text, ...] = (AS_IT_IS,)
-    """Obstruction, IFC or mesh files, or patterns; ``none`` for the site as it is."""
+    """Obstruction, IFC or mesh files, or patterns; ``none`` for the site without obstructions."""
     policy: Text | None = None
-    """Id of a policy for all runs, or ``none`` for search alone. Default: each site's."""
+    """Id of a policy for all runs, or ``none`` for search alone. Default: from each site file."""
     steps: Steps | None = None
-    """Training budget of all runs in environment steps. Default: each site's."""
+    """Training budget of all runs in environment steps. Default: from each site file."""
     run: tuple[RunEntry, ...] = ()
-    """Runs beside the cross product of the above."""
+    """Runs in addition to the combinations of sites, seeds and obstructions."""
 
 
 def load_sweep(path: Path) -> tuple[Wish, ...]:
@@ -65,8 +65,8 @@ def load_sweep(path: Path) -> tuple[Wish, ...]:
         What to plan: the cross product, sites outermost, then the runs listed individually.
 
     Raises:
-        ConfigError: If the file cannot be read, is not TOML, has an unknown key or an impossible value, a pattern fits
-            no file, or it asks for nothing.
+        ConfigError: If the file cannot be read, is not TOML, has an unknown key or an impossible value, a pattern
+            matches no file, or no run is named.
     """
     try:
         values = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
@@ -83,7 +83,7 @@ def load_sweep(path: Path) -> tuple[Wish, ...]:
         raise ConfigError(path, found.key or None, found.message, available=found.available, hint=found.hint) from None
     wishes = [*_crossed(config, path), *_listed(config, path)]
     if not wishes:
-        raise ConfigError(path, None, "asks for nothing", hint='name sites, as in sites = ["my.site.toml"]')
+        raise ConfigError(path, None, "names no runs", hint='name sites, as in sites = ["my.site.toml"]')
     return tuple(wishes)
 
 
@@ -121,7 +121,7 @@ def _files(name: str, path: Path, key: str) -> list[Path]:
         anchor = Path(name).anchor
         fitting = sorted((Path(anchor) if anchor else path.parent).glob(name.removeprefix(anchor)))
     except ValueError as error:
-        raise ConfigError(path, key, f"{name!r} is no pattern: {error}") from None
+        raise ConfigError(path, key, f"{name!r} is not a pattern: {error}") from None
     if not fitting:
-        raise ConfigError(path, key, f"no file fits {name!r}", hint="patterns start at the sweep file's folder")
+        raise ConfigError(path, key, f"no file matches {name!r}", hint="patterns start at the sweep file's folder")
     return fitting

@@ -97,8 +97,8 @@ def describe_part(grid: VoxelGrid, wanted: str) -> dict[str, Any]:
     size, origin = grid.frame.voxel_size_m, np.array(grid.frame.origin_m)
     _, cell = np.unique(grid.shared_cells, axis=0, return_inverse=True)
     cell = cell.reshape(-1)
-    beside = np.isin(cell, cell[grid.shared_parts == index]) & (grid.shared_parts != index)
-    others, counts = np.unique(grid.shared_parts[beside], return_counts=True)
+    sharing = np.isin(cell, cell[grid.shared_parts == index]) & (grid.shared_parts != index)
+    others, counts = np.unique(grid.shared_parts[sharing], return_counts=True)
     return describe_parts(grid)[index] | {
         "bounds_m": [(origin + corner * size).round(6).tolist() for corner in (low, high)],
         "box_cells": boxes.tolist(),

@@ -1,1 +1,1 @@
-"""``bimvox experiment paper``: the paper's experiments over many seeds, resumable, and what they come to."""
+"""``bimvox experiment paper``: the paper's experiments over many seeds, resumable, with a report."""

@@ -28,19 +28,19 @@ def run_paper(
     """Run the missing jobs of the paper's experiments, and write results, curves, pictures and the report.
 
     Args:
-        folder: Where to; created if missing, resumed if begun.
+        folder: The output folder; created if missing. Results of an earlier run in it are kept.
         seeds: Number of runs of everything.
         modes: ``paper``, ``ours``.
         processes: Number of jobs in parallel.
         quick: Use tiny budgets.
-        progress: Told of every job.
+        progress: Receives every job.
 
     Returns:
         The document of ``bimvox experiment paper --json``: the results, and ``out, report, pictures, seconds``.
 
     Raises:
-        InputError: The folder cannot be used.
-        BimvoxError: A process was killed.
+        InputError: If the folder cannot be used.
+        BimvoxError: If a process was killed.
     """
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is not a folder", hint="name a folder with -o")

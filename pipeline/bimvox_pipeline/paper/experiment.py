@@ -8,7 +8,7 @@ from pathlib import Path
 from bimvox.errors import FileError
 from bimvox.files import reason_of, write_atomically
 from bimvox.paper.experiment.document import curves_csv, document_of
-from bimvox.paper.experiment.jobs import Job, jobs_of
+from bimvox.paper.experiment.jobs import jobs_of
 from bimvox.paper.experiment.results import ExperimentResults
 from bimvox.paper.experiment.settings import PaperSettings
 from bimvox.progress import Progress
@@ -22,14 +22,14 @@ def run_experiment(
     """Run the missing jobs, and write ``results.json`` and ``curves.csv``.
 
     Args:
-        folder: Where to; created if missing. Results of an earlier run are kept.
-        settings: Of the experiment.
+        folder: The output folder; created if missing. Results of an earlier run in it are kept.
+        settings: The budgets and seeds of the experiment.
         processes: Number of jobs in parallel.
-        progress: Told of every job.
+        progress: Receives every job.
 
     Raises:
-        FileError: The folder cannot be written to.
-        BimvoxError: A process was killed.
+        FileError: If the folder cannot be written to.
+        BimvoxError: If a process was killed.
     """
     try:
         (folder / JOBS).mkdir(parents=True, exist_ok=True)
@@ -37,12 +37,8 @@ def run_experiment(
         raise FileError(folder, f"cannot be made: {reason_of(error)}", hint="choose another -o") from error
     jobs = jobs_of(settings)
     write_json(folder / MANIFEST, {"settings": settings.to_dict(), "jobs": [asdict(job) for job in jobs]})
-
-    def done(job: Job) -> None:
-        progress.advance()
-
     with progress.stage("paper", total=len(jobs)):
-        run_jobs(jobs, folder / JOBS, processes=processes, done=done)
+        run_jobs(jobs, folder / JOBS, processes=processes, done=lambda _: progress.advance())
     results = load_results(folder)
     write_json(folder / RESULTS_FILE, document_of(results))
     write_atomically(folder / CURVES_FILE, curves_csv(results).encode())

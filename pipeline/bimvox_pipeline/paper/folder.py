@@ -52,7 +52,7 @@ def load_results(folder: Path) -> ExperimentResults:
     """Read the results of an experiment so far.
 
     Raises:
-        FileError: The folder is not an experiment's.
+        FileError: If the folder is not an experiment's.
     """
     manifest = folder / MANIFEST
     if not manifest.exists():

@@ -18,19 +18,19 @@ from bimvox_pipeline.paper.work import do_job
 
 
 def run_jobs(jobs: Sequence[Job], folder: Path, *, processes: int, done: Callable[[Job], None]) -> None:
-    """Do every job whose result is missing, once the results that it needs exist.
+    """Do every job whose result is missing, after the jobs whose results it needs.
 
     The processes write the results as files, so finished jobs survive an interruption. Each process does one job after
     the other. Jobs share nothing, so results do not depend on which process does which.
 
     Args:
-        jobs: Each after the jobs that it needs.
-        folder: Of the results.
+        jobs: The jobs, each after those that it needs.
+        folder: The folder of the results.
         processes: Number of jobs in parallel.
         done: Called for every finished job, earlier ones included.
 
     Raises:
-        BimvoxError: A process was killed.
+        BimvoxError: If a process was killed.
     """
     there = {job.name for job in jobs if result_file(folder, job.name).exists()}
     for job in jobs:

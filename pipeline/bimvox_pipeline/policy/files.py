@@ -1,4 +1,4 @@
-"""Policies as single files: ours, to hand on; ONNX, for controllers; stable-baselines3's, for researchers."""
+"""Policies as single files: ours, to share; ONNX, for controllers; stable-baselines3's, for researchers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from bimvox.policy.store import StoredPolicy
 
 FORMATS = {"bimvox": ".policy.zip", "onnx": ".onnx", "sb3": ".sb3.zip"}
-"""Form of a file, and the default suffix of its name."""
+"""The formats, with the default suffix of their files."""
 
 _SB3_MEMBER = "policy.pth"
 
@@ -25,20 +25,20 @@ def export_policy(policy_id: str, *, to: str | None = None, out: Path | None = N
     Args:
         policy_id: Its id, or the beginning of it.
         to: A key of ``FORMATS``; default: by the suffix of ``out``, otherwise ``bimvox``.
-        out: Where to; by default the id in the current folder.
+        out: The file; default: the id, in the current folder.
 
     Returns:
         The document of ``bimvox policy export --json``.
 
     Raises:
-        PolicyError: If there is no such policy, it is damaged, or the form cannot be written here.
-        InputError: If the form is unknown or the file cannot be written.
+        PolicyError: If there is no such policy, it is damaged, or a package for the format is missing.
+        InputError: If the format is unknown or the file cannot be written.
     """
     from bimvox.policy import store
 
     form = to or _form_by_name(out)
     if form not in FORMATS:
-        raise InputError(f"--to {form}: there is no such form of a policy", hint=f"one of {', '.join(FORMATS)}")
+        raise InputError(f"--to {form}: there is no such format of a policy", hint=f"one of {', '.join(FORMATS)}")
     found = store.load(policy_id)
     target = out or Path(f"{found.manifest.id}{FORMATS[form]}")
     check_output(target)
@@ -51,7 +51,7 @@ def import_policy(source: Path, *, trust: bool = False) -> dict[str, Any]:
 
     Args:
         source: A file of :func:`export_policy`, or with ``trust`` a zip of stable-baselines3's DQN.
-        trust: Accept a file without a manifest. Nothing in it is run even then: only its tensors are read.
+        trust: Accept a file without a manifest; only its tensors are read, and no code in it runs.
 
     Returns:
         The document of ``bimvox policy import --json``.
@@ -120,8 +120,8 @@ def _is_sb3(content: bytes) -> bool:
 def _from_sb3(content: bytes, trust: bool) -> str:
     if not trust:
         raise PolicyError(
-            "this is a file of stable-baselines3, which comes without a manifest to check it against",
-            hint="add --trust if you know who made it; only its weights are read, nothing in it is run",
+            "this file is from stable-baselines3 and has no manifest to check it against",
+            hint="add --trust if you know who made it; only its weights are read, no code in it runs",
         )
     from bimvox.policy import store
     from bimvox.policy.config import DqnConfig

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bimvox.policy.manifest import PolicyManifest
-    from bimvox.policy.network import QNetwork
 
 
 def list_policies() -> dict[str, Any]:
@@ -22,7 +21,7 @@ def list_policies() -> dict[str, Any]:
 
 
 def show(policy_id: str) -> dict[str, Any]:
-    """Return all that a policy says about itself, its weights checked.
+    """Return the manifest of a policy, after checking its weights.
 
     Raises:
         PolicyError: If there is no such policy, or it is damaged.
@@ -41,17 +40,6 @@ def remove(policy_id: str) -> dict[str, Any]:
     from bimvox.policy import store
 
     return {"store": str(store.store_folder()), "removed": store.remove(policy_id)}
-
-
-def general_network() -> QNetwork:
-    """Return the network that ships with bimvox: it knows sites that it has never seen.
-
-    Raises:
-        PolicyError: If it is damaged.
-    """
-    from bimvox.policy.generalist.weights import load_generalist
-
-    return load_generalist()
 
 
 def _summary(manifest: PolicyManifest) -> dict[str, Any]:

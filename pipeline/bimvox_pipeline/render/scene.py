@@ -236,14 +236,13 @@ def _unknown(name: str, known: list[str]) -> SelectionError:
 
 
 def _voxelized(source: Path, voxel_size_m: float | None, progress: Progress) -> VoxelGrid:
-    from bimvox.bim.options import default_processes
-    from bimvox.bim.read import ReadOptions, read_building
+    from bimvox.bim.read import read_building
     from bimvox.library.building import say_notes
     from bimvox.voxelization.building import voxelize_building
     from bimvox.voxelization.limits import default_voxel_size_m
 
     progress.stage("read")
-    building = read_building(source, ReadOptions(processes=default_processes()), progress.report)
+    building = read_building(source, None, progress.report)
     say_notes(building, progress)
     if not building.elements:
         raise SelectionError(f"{source}: no element in it has a shape to draw")

@@ -1,4 +1,4 @@
-"""A page as PDF, printed by an installed browser; none is bundled or downloaded."""
+"""Prints a page as PDF with an installed browser; none is bundled or downloaded."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def pdf_of(page: bytes, browser: Path) -> bytes:
         if done is None:
             raise BimvoxError(f"{browser} did not print within {_PATIENCE_S} s", hint=hint)
         if not printed.is_file() or not printed.stat().st_size:
-            raise BimvoxError(f"{browser} did not print: {done.last_words or f'exit code {done.code}'}", hint=hint)
+            raise BimvoxError(f"{browser} did not print: {done.last_line or f'exit code {done.code}'}", hint=hint)
         return same_each_time(printed.read_bytes())
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bimvox.bim.options import ReadOptions
 from bimvox.progress import SilentProgress
 
 if TYPE_CHECKING:
@@ -41,7 +42,8 @@ def _stages(model: Path, voxel_size_m: float) -> list[BuildingStage]:
     progress = SilentProgress()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "building.site.toml"
-        init(model, file, unit="m" if model.suffix == ".stl" else None, voxel_size_m=voxel_size_m, progress=progress)
+        options = ReadOptions(unit="m" if model.suffix == ".stl" else None)
+        init(model, file, options=options, voxel_size_m=voxel_size_m, progress=progress)
         site = load_site(file, progress).site
     preparation = prepare(site)
     assembly = Assembly(site, preparation)

@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bimvox.files import write_atomically
 from bimvox.library.plan import seed_of
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
@@ -36,15 +37,13 @@ def train(
         seed: Seed; default: the site file's.
         start_from: ``default`` (the policy that ships with bimvox), ``none`` (from scratch), or the id of a policy.
         seconds: End the training at the first test after that.
-        curve: CSV file for the curve.
+        curve: CSV file for the curve: steps, success rate, mean path / shortest path.
         tensorboard: Folder for a TensorBoard log.
-        progress: Told of the stages, and of every test: rate, steps a second, time left.
+        progress: Receives the stages, and a note for every test: rate, steps a second, time left.
 
     Returns:
         The document of ``bimvox train --json``.
     """
-    from bimvox_pipeline.train.record import write_curve
-
     board = _board(tensorboard)
     loaded = load_site(site, progress)
     preparation = prepared(loaded.site, progress)
@@ -72,10 +71,11 @@ def train(
     asked = (DEFAULT_START, None, DEFAULT_STEPS if wanted.steps is None else wanted.steps, wanted.seed)
     if policy.steps > 0 and made != asked:
         progress.note(
-            f"a plan takes it where it is named (--policy {policy.id}): the site file asks for another training"
+            f"a plan uses this policy only if named (--policy {policy.id}): the site file asks for another training"
         )
     if curve is not None:
-        write_curve(curve, policy.curve)
+        rows = [f"{p.steps},{p.success_rate:.6f},{p.length_ratio:.6f}" for p in policy.curve]
+        write_atomically(curve, ("\n".join(["steps,success_rate,length_ratio", *rows]) + "\n").encode())
     return {
         "policy": policy.id,
         "from": policy.parent,
@@ -98,7 +98,7 @@ def _board(folder: Path | None) -> TensorBoard | None:
 
 
 class _Said:
-    """Turns tests into sentences."""
+    """Notes every test as a sentence."""
 
     def __init__(self, progress: Progress, budget: int) -> None:
         self._progress = progress

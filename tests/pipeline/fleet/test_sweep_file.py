@@ -53,8 +53,8 @@ def test_names_are_each_once(tmp_path: Path):
         ('sites = "a.toml"', "expected a list"),
         ("sites = [", "not TOML"),
         ("version = 2", "version"),
-        ('sites = ["no-*.toml"]', r"sites\[0\]: no file fits"),
-        ("seeds = [1]", "asks for nothing"),
+        ('sites = ["no-*.toml"]', r"sites\[0\]: no file matches"),
+        ("seeds = [1]", "names no runs"),
         ("[[run]]\nseed = 1", r"run\[0\].site is missing"),
     ],
 )

@@ -87,7 +87,7 @@ def test_a_stable_baselines3_file_goes_there_and_back(stored: str, tmp_path: Pat
     with torch.no_grad():
         values = dqn.q_net(torch.from_numpy(asked)).numpy()
     np.testing.assert_allclose(values, network()(asked), rtol=1e-4, atol=1e-4)
-    with pytest.raises(PolicyError, match=r"policy\.sb3\.zip: this is a file of stable-baselines3") as caught:
+    with pytest.raises(PolicyError, match=r"policy\.sb3\.zip: this file is from stable-baselines3") as caught:
         import_policy(out)
     assert "--trust" in (caught.value.hint or "")
     identity = import_policy(out, trust=True)["id"]
@@ -173,7 +173,7 @@ def test_other_files_are_no_stable_baselines3_files(content: bytes) -> None:
 
 
 def test_unknown_forms_and_missing_folders(stored: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such form"):
+    with pytest.raises(InputError, match="no such format"):
         export_policy(stored, to="pickle")
     with pytest.raises(InputError, match="does not exist"):
         export_policy(stored, out=tmp_path / "nowhere" / "x.onnx")
