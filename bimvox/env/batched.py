@@ -1,6 +1,6 @@
 """Thousands of lifts stepped in one compiled kernel, observations included.
 
-A lift that ends begins a new episode in the same step; its last observation is kept separately, for learners.
+A lift whose episode ends begins a new one in the same step; its last observation is kept separately for learners.
 """
 
 from __future__ import annotations
@@ -14,16 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.env.actions import ACTION_COUNT, checked_actions
-from bimvox.env.dynamics import has_arrived, transition
+from bimvox.env.dynamics import LiftState, StepLimit, has_arrived, initial_state, steps_allowed, transition
 from bimvox.env.guard import CALM, guarded_action
-from bimvox.env.limits import StepLimit, steps_allowed
 from bimvox.env.names import named
 from bimvox.env.observation import TRAIL_STEPS, VIEW_SIZE, look
 from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance, pooled_distance
 from bimvox.env.problem import LiftProblem, is_learnable
 from bimvox.env.reward import REWARDS, RewardWeights, reward
 from bimvox.env.starts import TRAINING_MIX, StartMix, draw_start, random_unit
-from bimvox.env.state import LiftState, initial_state
 from bimvox.site.collision import CollisionSpace
 
 MEMORY = TRAIL_STEPS[-1] + 1
@@ -31,7 +29,7 @@ MEMORY = TRAIL_STEPS[-1] + 1
 
 
 class BatchState(NamedTuple):
-    """Where N lifts are; a plain tuple of arrays that the kernels overwrite.
+    """Where N lifts are, as arrays that the kernels overwrite.
 
     Attributes:
         problem: (N,) int64 index into the pool.
@@ -53,13 +51,13 @@ class BatchState(NamedTuple):
 
 
 class EpisodeRules(NamedTuple):
-    """How episodes begin, end and pay; a plain tuple, so that kernels take it.
+    """How episodes begin and end and how actions are rewarded, as a tuple for kernels.
 
     Attributes:
         chances: (P,) float64 cumulative probability with which each problem is drawn.
         mix: Where episodes begin.
         limit: How many actions an episode may take.
-        weights: What an action earns.
+        weights: Coefficients of the reward.
         teacher_discount: Discount per step of the teacher's action values; 0: no teacher.
     """
 
@@ -71,13 +69,13 @@ class EpisodeRules(NamedTuple):
 
 
 class BatchStep(NamedTuple):
-    """Results of one step of N lifts. The arrays are the environment's: valid until the step after the next.
+    """The results of one step of N lifts. The arrays are the environment's own and hold until the step after the next.
 
     Attributes:
-        observations: (N, VIEW_SIZE) float32, of the new episode where the old one ended.
+        observations: (N, VIEW_SIZE) float32, of the new episode if the old one ended.
         rewards: (N,) float32.
         arrived: (N,) bool, the target was reached: terminated.
-        truncated: (N,) bool, the step limit was reached elsewhere.
+        truncated: (N,) bool, the step limit was reached first.
         final_observations: (N, VIEW_SIZE) float32; only the rows of ended episodes are valid.
         teacher: (N, 6) float32 value of each action before the step, by the distance field; empty without a teacher.
     """
@@ -99,12 +97,12 @@ class BatchedLiftEnv:
     """N lifts over a pool of problems.
 
     Args:
-        problems: What to draw episodes from; each learnable (:func:`bimvox.env.problem.is_learnable`).
+        problems: Episodes are drawn from these; all must be learnable (:func:`bimvox.env.problem.is_learnable`).
         lifts: N.
         reward_name: A key of ``REWARDS``.
         mix: Where episodes begin.
         limit: How many actions an episode may take, from its exact distance.
-        seed: Same seed, same actions: same everything, whatever the number of threads.
+        seed: The same seed and actions give the same results, whatever the number of threads.
         threads: Number of threads that step the lifts.
         teacher_discount: Discount per step of the action values from the distance field; 0: no teacher.
 
@@ -189,7 +187,7 @@ class BatchedLiftEnv:
         self.state.limit[lift] = steps_allowed(self._rules.limit, distance)
 
     def step(self, actions: ArrayLike) -> BatchStep:
-        """Take one action a lift, (N,) integers from 0 to 5.
+        """Take one action per lift, (N,) integers from 0 to 5.
 
         Raises:
             ActionError: If the actions are not N integers of that range.
@@ -215,7 +213,7 @@ class BatchedLiftEnv:
         return actions
 
     def _side_by_side(self, work: Callable[[int, int], None]) -> None:
-        """Call ``work`` for ranges of lifts, on several threads where there are some."""
+        """Call ``work`` for ranges of lifts, on all threads."""
         if self._executor is None:
             work(0, self.lifts)
             return
@@ -277,7 +275,7 @@ def _step_all(
     last: int,
     out: BatchStep,
 ) -> None:
-    """Step every lift of a range; begin anew where an episode ended."""
+    """Step every lift of a range; begin a new episode if one has ended."""
     for n in range(first, last):
         p = batch.problem[n]
         space = pooled_clearance(pool, p)
@@ -312,10 +310,11 @@ def _ask_teacher(
     state: LiftState,
     out: NDArray[np.float32],
 ) -> None:
-    """Write what each action is worth if all later ones follow a shortest path: its reward and the path's worth.
+    """Write the value of each action if all later ones follow a shortest path.
 
-    A path of d moves is worth w (1 - g^d) / (1 - g) + g^(d - 1) arrival, w = progress + step: a closed form, because
-    the reward of a move depends only on whether it gets nearer.
+    It is the action's reward plus the discounted value of the path. A path of d moves has the value
+    w (1 - g^d) / (1 - g) + g^(d - 1) arrival, w = progress + step, because the reward of a move depends only on whether
+    it gets nearer.
     """
     weights, discount = rules.weights, rules.teacher_discount
     here = pooled_distance(pool, p, state.x, state.y, state.z)

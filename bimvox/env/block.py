@@ -12,7 +12,7 @@ from bimvox.site.collision import CollisionSpace, hook_is_free
 Corner = tuple[int, int, int]
 
 SURELY_BLOCKED = (1, 0)
-"""What :func:`swept_fill` returns if no placement of the block is free."""
+"""Result of :func:`swept_fill` if no placement of the block is free."""
 
 
 @leaf_kernel

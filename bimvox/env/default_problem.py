@@ -1,4 +1,4 @@
-"""The site of Zhu, Pauwels and de Vries (2021): what ``gymnasium.make("bimvox/Lift-v0")`` shows without arguments."""
+"""The default lift of ``gymnasium.make("bimvox/Lift-v0")``: the site of Zhu, Pauwels and de Vries (2021)."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def default_problem(column_length_vox: int = 4, obstructions: tuple[tuple[IntVec
     """Return the paper's experiment: one column, upright, from anywhere in the yard to the middle; no crane, no rope.
 
     Args:
-        column_length_vox: Length of the column; it lies in the yard along +x or +y, is erected about its lowest-index
-            end and raised by one voxel, so it hangs at k = 2 there.
+        column_length_vox: Length of the column. It lies in the yard along +x or +y, is upended about its lowest-index
+            end and hoisted by one voxel, so it hangs at k = 2.
         obstructions: Half-open boxes (lowest corner, highest corner) of blocked cells.
     """
     occupied = np.zeros(SITE_SHAPE, np.bool_)

@@ -18,15 +18,9 @@ FARTHEST = 2**15 - 1
 
 @kernel
 def distance_field(space: CollisionSpace, target: NDArray[np.int32]) -> NDArray[np.int16]:
-    """Return the breadth-first field of one lift.
+    """Return the (X, Y, Z) int16 moves to a target, (3,) int32, by breadth-first search.
 
-    Args:
-        space: What decides whether a placement is free; its table gives the site's shape.
-        target: (3,) int32 reference cell of the target.
-
-    Returns:
-        (X, Y, Z) int16 moves to the target, ``UNREACHABLE`` if there is no path or the placement is not free;
-        everywhere if the target itself is not free.
+    ``UNREACHABLE`` if there is no path or the placement is not free; all cells are if the target is not free.
     """
     nx, ny, nz = space.table.shape[0] - 1, space.table.shape[1] - 1, space.table.shape[2] - 1
     unseen, blocked = np.int16(-3), np.int16(-2)

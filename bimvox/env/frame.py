@@ -2,7 +2,7 @@
 
 A site and its seven mirror images and quarter turns need the same decision. So the observation is written in a frame
 whose first axis is the horizontal axis along which the goal is farther, with the goal on its positive side; the action
-values are transformed back. One network learns all eight cases at once, and acts alike on a mirrored site.
+values are transformed back. One network learns all eight cases at once, and acts the same on a mirrored site.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import ACTION_COUNT, MOVES
-from bimvox.env.state import NO_ACTION
+from bimvox.env.dynamics import NO_ACTION
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
 VISIT_COST = 10.0
@@ -74,10 +74,10 @@ def guarded_action(
     guard: Guard,
     lost: bool,
 ) -> int:
-    """Return the move that the guard allows a lift, ``NO_ACTION`` if none is free.
+    """Return the move that the guard chooses for a lift; ``NO_ACTION`` if none is free.
 
     Args:
-        space: What decides whether a placement is free.
+        space: Decides whether a placement is free.
         target: (3,) int32 reference cell of the target.
         cells: (M, 3) int32 reference cells visited; step s is in row s % M, so the last M are remembered.
         steps: Moves made so far: the lift is at row ``steps % M``.

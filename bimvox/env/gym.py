@@ -1,6 +1,6 @@
 """The ids of all environments, registered with Gymnasium when this module is imported; it imports nothing heavy.
 
-After ``import bimvox`` Gymnasium knows the ids, and also without it if the id names the package::
+Gymnasium knows the ids after ``import bimvox``. Without it, the id must name the package::
 
     gymnasium.make("bimvox:bimvox/Lift-v0")
 

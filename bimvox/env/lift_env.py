@@ -13,15 +13,13 @@ from numpy.typing import NDArray
 from bimvox.env.actions import ACTION_COUNT, Action, checked_action
 from bimvox.env.batched import MEMORY
 from bimvox.env.default_problem import default_problem
-from bimvox.env.dynamics import has_arrived, transition
-from bimvox.env.limits import StepLimit, steps_allowed
+from bimvox.env.dynamics import NO_ACTION, LiftState, StepLimit, has_arrived, initial_state, steps_allowed, transition
 from bimvox.env.names import named
 from bimvox.env.observation import VIEW_SIZE, look
 from bimvox.env.pool import pool_of
 from bimvox.env.problem import LiftProblem, is_learnable
 from bimvox.env.reward import REWARDS, reward
 from bimvox.env.starts import YARD_ONLY, StartMix, draw_start
-from bimvox.env.state import NO_ACTION, LiftState, initial_state
 from bimvox.site.collision import placement_is_free
 
 
@@ -35,7 +33,7 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     ``bumped``, ``cell_vox`` and ``distance`` (moves to the target).
 
     Args:
-        problems: What to draw episodes from; default: the paper's site.
+        problems: Episodes are drawn from these; default: the paper's site.
         reward_name: A key of ``REWARDS``.
         mix: Where episodes begin; default: only at the problems' yard starts.
         limit: How many actions an episode may take.
@@ -129,7 +127,7 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         return self._observation(), earned, arrived, truncated, self._info(bumped=bumped)
 
     def render(self) -> str | None:
-        """Return the layer of the component's reference cell as text: C here, T target's column, # not free."""
+        """Return the layer of the reference cell as text: C the component, T the target's column, # not free."""
         if self.render_mode is None:
             return None
         nx, ny, _ = self.problem.grid_shape

@@ -1,6 +1,6 @@
 """The observation of the policy: one vector of fixed size for any site and component, with or without a hoist rope.
 
-It is computed from the summed-area table and the map of the hook. The distance field is for the teacher only. Offsets,
+It is computed from the summed-area table and the map of the hook. Only the teacher sees the distance field. Offsets,
 windows and actions are in the frame of :mod:`bimvox.env.frame`. In order:
 
 * **about the component**: whether each placement of a window of 9 x 9 x 5 is free (0) or blocked (1), then a window of
@@ -30,11 +30,11 @@ from numpy.typing import NDArray
 from bimvox.compiled import inline_kernel, leaf_kernel
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.block import Corner, bounding_box, swept_fill
+from bimvox.env.dynamics import LiftState
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT, frame_of, from_frame, to_frame
 from bimvox.env.goal import GOAL_SIZE as WAY_SIZE
 from bimvox.env.goal import LOG_FARTHEST, write_goal
 from bimvox.env.guard import visits_around
-from bimvox.env.state import LiftState
 from bimvox.grid.summed_area import box_sum
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
@@ -134,7 +134,7 @@ def look(
     """Write the observation of one lift.
 
     Args:
-        space: What decides whether a placement is free.
+        space: Decides whether a placement is free.
         target: (3,) int32 reference cell of the target.
         state: Where the component is.
         cells: (M, 3) int32 reference cells visited; step s is in row s % M, M above the longest of ``TRAIL_STEPS``.

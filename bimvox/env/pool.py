@@ -16,7 +16,7 @@ S = TypeVar("S", bound=np.generic)
 
 
 class ProblemPool(NamedTuple):
-    """P problems; a plain tuple, so that kernels take it. Tables and hook maps that problems share are held once.
+    """P problems, as a tuple for kernels. Tables and hook maps that problems share are held once.
 
     Attributes:
         tables: (sum of table sizes,) int32, the summed-area tables one after the other.
@@ -27,7 +27,7 @@ class ProblemPool(NamedTuple):
         hook_offset: (P, 3) int32.
         hook_floors: (sum of X * Y,) int32.
         hook_floor_start: (P,) int64.
-        hook_ceilings: (sum of X * Y,) int32; nothing of a problem that has no ceiling.
+        hook_ceilings: (sum of X * Y,) int32; empty for a problem without a ceiling.
         hook_ceiling_start: (P,) int64.
         hook_ceiling_shape: (P, 2) int64.
         cleared_low: (P, 3) int32.
@@ -37,7 +37,7 @@ class ProblemPool(NamedTuple):
         target: (P, 3) int32.
         starts: (sum of starts, 3) int32.
         starts_start: (P + 1,) int64.
-        distances: (sum of field sizes,) int16; empty where the problems have none.
+        distances: (sum of field sizes,) int16; empty if the problems have none.
         distance_start: (P,) int64.
     """
 
@@ -64,11 +64,11 @@ class ProblemPool(NamedTuple):
 
 
 def pool_of(problems: Sequence[LiftProblem], *, with_distances: bool) -> ProblemPool:
-    """Pack problems.
+    """Return problems as one pool.
 
     Args:
         problems: At least one.
-        with_distances: Whether to pack the distance fields too (training); every problem must have one then.
+        with_distances: Whether to include the distance fields, for training; then every problem must have one.
 
     Raises:
         ValueError: There is no problem, or one lacks the distance field that is needed.

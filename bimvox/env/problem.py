@@ -21,11 +21,11 @@ class LiftProblem:
     """One component to be brought from the yard to its place.
 
     Attributes:
-        space: What decides whether a placement is free. Problems of one stage of assembly share its table.
+        space: Decides whether a placement is free. Problems of one stage of assembly share its table.
         start_vox: Reference cell of the transit start.
         target_vox: Reference cell of the target.
         starts_vox: (S, 3) int32 all transit starts to learn from, ``start_vox`` among them.
-        distance: (X, Y, Z) int16 moves to the target, which the teacher knows; None if the problem is not for training.
+        distance: (X, Y, Z) int16 moves to the target, for the teacher. None if the problem is not for training.
     """
 
     space: CollisionSpace
@@ -59,14 +59,13 @@ def training_problem(
     """Return a problem for training, with its distance field.
 
     Args:
-        space: What decides whether a placement is free.
+        space: Decides whether a placement is free.
         start_vox: Reference cell of the transit start.
         target_vox: Reference cell of the target.
         starts_vox: (S, 3) further transit starts in the yard; those that cannot reach the target are left out.
 
     Returns:
-        The problem. If the target cannot be reached from ``start_vox``, ``starts_vox`` may be empty; see
-        :func:`is_learnable`.
+        The problem; ``starts_vox`` is empty if no start can reach the target (:func:`is_learnable`).
     """
     plain = plain_clearance(space)
     distance = distance_field(plain, np.asarray(target_vox, np.int32))

@@ -1,6 +1,6 @@
 """Registers the environments as soon as Gymnasium is imported, so that ``import bimvox`` need not import it.
 
-Gymnasium 1.0 removed its plugin entry points: it knows the ids of other packages only after these were imported.
+Gymnasium 1.0 removed its plugin entry points: it knows the ids of a package only after the package's import.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class _Gymnasium(MetaPathFinder):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return the usual spec of Gymnasium with a loader that registers; None for everything else."""
+        """Return the usual spec of Gymnasium with a loader that registers. None for all other modules."""
         if fullname != "gymnasium":
             return None
         sys.meta_path.remove(self)

@@ -1,4 +1,4 @@
-"""What a move earns: one formula, named sets of coefficients."""
+"""The reward of an action: one formula, and named sets of coefficients."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from bimvox.compiled import leaf_kernel
 
 
 class RewardWeights(NamedTuple):
-    """Coefficients of :func:`reward`; a plain tuple, so that kernels take it.
+    """Coefficients of :func:`reward`, as a tuple for kernels.
 
     Attributes:
-        progress: Per move that the distance-to-go shrinks (and lost per move that it grows).
-        step: Every action.
+        progress: Per move by which the distance-to-go shrinks; negative if it grows.
+        step: Of every action.
         late_step: Added to ``step`` once the step limit is reached.
         bump: Added when the move was blocked.
         arrival: Added at the target.
@@ -36,14 +36,14 @@ REWARDS: dict[str, RewardWeights] = {
 }
 """``shaped``: the exact distance-to-go of the training site is the teacher. It is 0.2 (d - d') rather than the
 potential form 0.2 (d - g d') of Ng, Harada and Russell 1999: a detour and its way back cost the same, so with the step
-cost no cycle pays.
-``sparse``: the paper's shape of reward for one component (every step costs the same, twice as much past the limit,
-blocked or not; arriving pays)."""
+cost every cycle loses.
+``sparse``: the shape of the paper's reward for one component: every step costs the same, blocked or not, and twice as
+much past the limit; only arriving has a positive reward."""
 
 
 @leaf_kernel
 def reward(weights: RewardWeights, distance: int, next_distance: int, bumped: bool, arrived: bool, late: bool) -> float:
-    """Return what one action earned.
+    """Return the reward of one action.
 
     Args:
         weights: Coefficients.

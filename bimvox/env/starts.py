@@ -12,12 +12,12 @@ from bimvox.env.pool import ProblemPool, pooled_distance
 
 
 class StartMix(NamedTuple):
-    """How starts are drawn; a plain tuple, so that kernels take it. The other episodes begin in the yard.
+    """How starts are drawn, as a tuple for kernels. The other episodes begin in the yard.
 
     Attributes:
         anywhere: Share of episodes that begin at any placement from which the target can be reached.
         near_target: Share that begins at such a placement within ``reach`` cells of the target: the last moves are the
-            hardest, and early in the training an episode from the yard seldom gets there.
+            hardest, and early in the training an episode from the yard seldom reaches them.
         reach: Half the edge of the cube about the target, cells.
     """
 

@@ -24,12 +24,11 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.env.actions import MOVES
+from bimvox.env.dynamics import NO_ACTION, LiftState, StepLimit, steps_allowed
 from bimvox.env.guard import CALM, GUARDS, Guard, guarded_action, is_lost
-from bimvox.env.limits import StepLimit, steps_allowed
 from bimvox.env.observation import VIEW_SIZE, look
 from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance
 from bimvox.env.problem import LiftProblem, lift_problem
-from bimvox.env.state import NO_ACTION, LiftState
 from bimvox.planning.propose import Propose, Transit
 from bimvox.planning.shorten_path import shortest_of_visited, straightened
 from bimvox.site.collision import placement_is_free

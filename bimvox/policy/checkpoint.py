@@ -17,13 +17,13 @@ from bimvox.policy.trained import TrainedPolicy
 class Checkpoint:
     """The best policy of a running training, kept next to the policy store until the training ends.
 
-    It belongs to one training: site, choices, seed, budget and initial policy. Another training does not find it.
+    Its name is a hash of the arguments, so another training does not find it.
 
     Args:
         geometry_key: Digest of the site.
         config: The choices.
         seed: The seed.
-        parent: Id of the initial policy; None from scratch.
+        parent: Id of the initial policy. None if the training starts from scratch.
         budget: Environment steps.
     """
 
@@ -35,7 +35,7 @@ class Checkpoint:
         self.folder = folder.with_name(f"{folder.name}-unfinished") / name
 
     def save(self, policy: TrainedPolicy) -> None:
-        """Replace the checkpoint, whole or not at all."""
+        """Replace the checkpoint, completely or not at all."""
         parent = self.folder.parent
         try:
             parent.mkdir(parents=True, exist_ok=True)
@@ -49,19 +49,15 @@ class Checkpoint:
             raise FileError(self.folder, f"the checkpoint could not be written: {error}") from error
 
     def load(self) -> TrainedPolicy | None:
-        """Return the checkpoint; None if there is none that this version can use."""
+        """Return the checkpoint. None if there is none that this version can use."""
         names = sorted(place.name for place in self.folder.iterdir()) if self.folder.is_dir() else []
         if len(names) != 1:
             return None
         try:
-            found = store.load(names[0], folder=self.folder)
+            return store.load(names[0], folder=self.folder).trained
         except PolicyError:
             return None
-        m = found.manifest
-        return TrainedPolicy(
-            found.network, m.curve, m.steps, m.success_rate, m.length_ratio, m.tested, m.config, m.seed, m.parent
-        )
 
     def remove(self) -> None:
-        """Remove it, at the end of the training."""
+        """Remove the checkpoint, at the end of the training."""
         shutil.rmtree(self.folder, ignore_errors=True)

@@ -1,4 +1,4 @@
-"""The policy that a site uses: the one named, the one trained for it before, or one trained now."""
+"""The policy for a site: the one named, one trained for it before, or one trained now."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ class PolicyInUse:
         steps: Environment steps of its training.
         success_rate: In its last test, 0..1.
         curve: Its tests.
-        network: Its weights; None if the plan is made by search alone.
+        network: Its weights. None if the plan is made by search alone.
         tested: Starts of its last test.
-        parent: Id of the policy that its training started from; None from scratch.
+        parent: Id of the policy that its training started from. None if it started from scratch.
     """
 
     id: str
@@ -81,22 +81,22 @@ class PolicyInUse:
 
 
 NO_POLICY = PolicyInUse("none", False, 0, 0.0, (), None)
-"""Planning by search alone: nothing is trained, loaded or asked."""
+"""Planning by search alone: nothing is trained or loaded."""
 
 
 @dataclass(frozen=True, slots=True)
 class PolicyRequest:
-    """Which policy is wanted, and how one is trained if there is none.
+    """Which policy is wanted, and how one is trained if the store has none.
 
     Attributes:
         seed: Seed of the training.
         required_success: Success rate at which the training stops, 0..1.
-        policy_id: Id of a stored policy, which is taken as it is; ``none``: search alone; ``nearest``: the policy of
-            the most similar site; None: the one that training would give.
+        policy_id: Id of a stored policy, used unchanged; ``none``: search alone; ``nearest``: the policy of the most
+            similar site. None takes the policy that training would give.
         steps: Training budget in environment steps.
         start_from: ``default`` (the policy that ships with bimvox), ``none`` (from scratch), or the id of a policy.
-        retrain: Train even if the store holds a policy.
-        seconds: Stop the training at the first test after this time; the result then depends on the machine.
+        retrain: Whether to train even if the store holds a policy.
+        seconds: The training stops at the first test after this time; the result then depends on the machine.
     """
 
     seed: int
@@ -128,15 +128,15 @@ def choose_policy(
 ) -> PolicyInUse:
     """Return the policy for a site; it is trained now if there is none.
 
-    Training starts from the policy that ships with bimvox, which knows sites that it has never seen; if that is good
-    enough here it is taken as it is. A stored policy is used without being named only if training now would give the
-    same one (:func:`_would_be`), so the content of a store changes only the time it takes.
+    Training starts from the policy that ships with bimvox; if that is good enough for the site, it is used unchanged. A
+    stored policy that is not named is used only if training now would give the same one (:func:`_would_be`), so the
+    content of a store changes only the time it takes.
 
     Args:
         site: The site.
         preparation: Its contacts, order and yard.
-        wanted: What is asked for.
-        progress: Told of the stages.
+        wanted: The request.
+        progress: Receives the stages.
         tested: Called with every test of a training.
 
     Raises:
@@ -179,7 +179,7 @@ def retrained(
     """Return a site's policy after more training on the site with its current obstructions.
 
     The old policy is tested first, on the same lifts; it is returned unchanged if it is good enough, or if no network
-    of this training is better. A better one is stored, but is never used unless it is named: it belongs to these
+    of this training is better. A better one is stored, but used only if it is named, because it was trained with these
     obstructions.
 
     Args:
@@ -189,7 +189,7 @@ def retrained(
         failed: Components whose lifts it failed; they are among the lessons.
         seed: Seed of the training.
         steps: Budget in environment steps: the same budget gives the same result.
-        progress: Told of the stages.
+        progress: Receives the stages.
     """
     if policy.network is None:
         return policy
@@ -218,7 +218,7 @@ def _would_be(manifest: PolicyManifest, training: _Training) -> bool:
 
 
 def _beginning(start_from: str) -> tuple[QNetwork | None, str | None]:
-    """Return the initial network and its id; None and None from scratch."""
+    """Return the initial network and its id. Both are None from scratch."""
     if start_from == "none":
         return None, None
     if start_from == DEFAULT_START:
@@ -236,27 +236,17 @@ def _nearest(site: Site, progress: Progress) -> PolicyInUse:
     near = store.nearest(outline_of(site))
     if not near:
         raise PolicyError(
-            f"{store.store_folder()}: there is no policy of any site in this store, so there is no nearest one",
-            hint="leave policy (--policy) out: the policy that ships with bimvox knows sites that it has never seen",
+            f"{store.store_folder()}: the store holds no policy of any site, so there is no nearest one",
+            hint="leave policy (--policy) out: the policy that ships with bimvox works on sites it was not trained on",
         )
     away, manifest = near[0]
-    progress.note(f"policy {manifest.id} is of the nearest site: {away:.2f} away (0: the same, 1: little in common)")
+    progress.note(f"policy {manifest.id} of the nearest site: distance {away:.2f} (0: the same, 1: little in common)")
     return _stored(manifest.id)
 
 
 def _stored(policy_id: str) -> PolicyInUse:
     found = store.load(policy_id)
-    manifest = found.manifest
-    return PolicyInUse(
-        manifest.id,
-        True,
-        manifest.steps,
-        manifest.success_rate,
-        tuple(manifest.curve),
-        found.network,
-        manifest.tested,
-        manifest.parent,
-    )
+    return _in_use(found.manifest.id, found.trained, loaded=True)
 
 
 def _trained(
@@ -292,10 +282,10 @@ def _trained(
     return policy
 
 
-def _in_use(policy_id: str, policy: TrainedPolicy) -> PolicyInUse:
+def _in_use(policy_id: str, policy: TrainedPolicy, *, loaded: bool = False) -> PolicyInUse:
     return PolicyInUse(
         policy_id,
-        False,
+        loaded,
         policy.steps,
         policy.success_rate,
         policy.curve,

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any, TypeVar
 
-from bimvox.env.limits import StepLimit
+from bimvox.env.dynamics import StepLimit
 from bimvox.env.names import named
 from bimvox.env.reward import REWARDS
 from bimvox.env.starts import TRAINING_MIX, StartMix

@@ -39,14 +39,17 @@ class LiftDqn(DQN):
         config: The choices.
         seed: The same seed, problems and device give the same weights.
         device: Device of the network and the replay memory, as torch names it.
-        seconds: Time limit over which the learning rate also falls; the weights then depend on the machine. None: the
-            budget alone.
-        half: Whether to multiply in bfloat16 (the weights stay in float32): three times as fast on a processor with
+        seconds: Time limit over which the learning rate also falls; the weights then depend on the machine. By default
+            it falls over the budget alone.
+        half: Whether to multiply in bfloat16; the weights stay in float32. Three times as fast on a processor with
             matrix units for it.
 
     Raises:
         PolicyError: The device is not available.
     """
+
+    q_net: FramedQNetwork
+    q_net_target: FramedQNetwork
 
     def __init__(
         self,
@@ -101,7 +104,7 @@ class LiftDqn(DQN):
 
     def _values(self, views: torch.Tensor) -> torch.Tensor:
         """Return (N, 6) values of the site's actions, very low if blocked."""
-        values = in_frame(self.q_net, views).masked_fill(blocked_in_frame(views), _NEVER)
+        values = self.q_net.in_frame(views).masked_fill(blocked_in_frame(views), _NEVER)
         return values.gather(1, frame_actions(views))
 
     def _sample_action(
@@ -163,9 +166,9 @@ class LiftDqn(DQN):
         batch = cast(ViewReplay, self.replay_buffer).sample(batch_size)
         with torch.no_grad():
             blocked = blocked_in_frame(batch.following)
-            following = in_frame(self.q_net_target, batch.following).masked_fill(blocked, _NEVER)
+            following = self.q_net_target.in_frame(batch.following).masked_fill(blocked, _NEVER)
             if self.config.double_q:
-                online = in_frame(self.q_net, batch.following).masked_fill(blocked, _NEVER)
+                online = self.q_net.in_frame(batch.following).masked_fill(blocked, _NEVER)
                 best = following.gather(1, online.argmax(dim=1, keepdim=True))
             else:
                 best = following.max(dim=1, keepdim=True).values
@@ -197,11 +200,6 @@ class LiftDqn(DQN):
         if self.config.averaging and self._n_updates:
             return self._average
         return [parameter.detach() for parameter in self.q_net.parameters()]
-
-
-def in_frame(q_net: torch.nn.Module, views: torch.Tensor) -> torch.Tensor:
-    """Return (N, 6) values of the actions in each view's frame."""
-    return cast(FramedQNetwork, q_net).in_frame(views)
 
 
 def network_of(dqn: LiftDqn) -> QNetwork:

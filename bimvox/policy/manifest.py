@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from bimvox.env.observation import VIEW_NAME as OBSERVATION_NAME
@@ -13,7 +15,7 @@ from bimvox.env.observation import VIEW_SIZE as OBSERVATION_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy.config import DqnConfig, config_from_dict
 from bimvox.policy.site_outline import SiteOutline, outline_from_dict
-from bimvox.policy.trained import CurvePoint
+from bimvox.policy.trained import CurvePoint, TrainedPolicy
 
 FORMAT_VERSION = 3
 """Increased when the meaning of a stored policy changes. 2: the outline of the site; 3: the training's budget. Older
@@ -68,6 +70,11 @@ class PolicyManifest:
     site: SiteOutline | None = None
     budget: int | None = None
 
+    @property
+    def fits(self) -> bool:
+        """Whether the policy has the observation of this version of bimvox."""
+        return (self.observation, self.observation_size) == (OBSERVATION_NAME, OBSERVATION_SIZE)
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         plain = asdict(self)
@@ -89,6 +96,48 @@ def canonical_json(plain: Mapping[str, Any]) -> str:
     return json.dumps(plain, sort_keys=True, indent=2, allow_nan=False) + "\n"
 
 
+def manifest_of(policy: TrainedPolicy, geometry_key: str, site: SiteOutline | None, weights: bytes) -> PolicyManifest:
+    """Return the manifest of a policy, a site and the bytes of its weights."""
+    manifest = PolicyManifest(
+        id="",
+        format_version=FORMAT_VERSION,
+        geometry_key=geometry_key,
+        observation=OBSERVATION_NAME,
+        observation_size=OBSERVATION_SIZE,
+        layer_sizes=policy.network.layer_sizes,
+        weights_sha256=hashlib.sha256(weights).hexdigest(),
+        config=policy.config,
+        seed=policy.seed,
+        steps=policy.steps,
+        success_rate=policy.success_rate,
+        length_ratio=policy.length_ratio,
+        tested=policy.tested,
+        curve=policy.curve,
+        parent=policy.parent,
+        versions=_versions(),
+        site=site,
+        budget=policy.budget,
+    )
+    return replace(manifest, id=id_of(manifest.to_dict()))
+
+
+def id_of(plain: Mapping[str, Any]) -> str:
+    """Return the hash of a manifest without its id; it covers the weights through their own hash."""
+    rest = {key: value for key, value in plain.items() if key != "id"}
+    return hashlib.sha256(canonical_json(rest).encode()).hexdigest()[:16]
+
+
+def _versions() -> dict[str, str]:
+    """Return the versions of the libraries on which a trained network depends."""
+    found = {}
+    for name in ("bimvox", "numpy", "stable-baselines3", "torch"):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
 def manifest_from_dict(plain: Any) -> PolicyManifest:
     """Return the manifest of :meth:`PolicyManifest.to_dict`.
 
@@ -97,13 +146,13 @@ def manifest_from_dict(plain: Any) -> PolicyManifest:
     """
     if not isinstance(plain, dict):
         raise PolicyError("the manifest is not a JSON object")
-    version = plain.get("format_version")
-    if not isinstance(version, int) or version not in range(1, FORMAT_VERSION + 1):
+    written = plain.get("format_version")
+    if not isinstance(written, int) or written not in range(1, FORMAT_VERSION + 1):
         raise PolicyError(
-            f"the policy has format version {plain.get('format_version')!r}; this version reads 1 to {FORMAT_VERSION}",
-            differs={"format_version": (plain.get("format_version"), FORMAT_VERSION)},
+            f"the policy has format version {written!r}; this version reads 1 to {FORMAT_VERSION}",
+            differs={"format_version": (written, FORMAT_VERSION)},
         )
-    names = {name for name in PolicyManifest.__dataclass_fields__ if version >= _SINCE.get(name, 1)}
+    names = {name for name in PolicyManifest.__dataclass_fields__ if written >= _SINCE.get(name, 1)}
     if set(plain) != names:
         raise PolicyError(
             "the manifest has other keys than this version's",

@@ -39,8 +39,8 @@ def training_problems(
         site: The site.
         preparation: Its contacts, order and yard.
         seed: Chooses the starts and the boxes.
-        progress: Told of the stage.
-        as_it_is: Keep the site's own obstructions, and add no others.
+        progress: Receives the stage.
+        as_it_is: Whether to keep the site's own obstructions, and add no others.
         surely: Components whose lifts must be among them, as far as memory allows.
     """
     clear = site if as_it_is else replace(site, blockers=tuple(b for b in site.blockers if b.kind != "obstruction"))
@@ -85,6 +85,6 @@ def _starts(site: Site, stage: Stage, rng: np.random.Generator) -> NDArray[np.in
 
 
 def _own_start_first(lift: LiftProblem) -> NDArray[np.int32]:
-    """Return the starts with the lift's own as the first, if it is among them: every test starts there too."""
+    """Return the starts with the lift's own first, if it is among them: every test includes the first start."""
     own = (lift.starts_vox == np.array(lift.start_vox)).all(axis=1)
     return np.concatenate([lift.starts_vox[own], lift.starts_vox[~own]])

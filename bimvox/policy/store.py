@@ -7,7 +7,7 @@
 
 The environment variable ``BIMVOX_POLICIES`` names the store's folder; default: ``policies`` in the user's data folder.
 Files are safetensors and JSON: reading one runs no code. A folder is written under another name and then renamed, so
-that it exists whole or not at all.
+that it is never incomplete.
 """
 
 from __future__ import annotations
@@ -18,26 +18,22 @@ import os
 import shutil
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from importlib.metadata import PackageNotFoundError, version
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import platformdirs
 from safetensors import SafetensorError
 from safetensors.numpy import load as arrays_from_bytes
 from safetensors.numpy import save as bytes_from_arrays
 
-from bimvox.env.observation import VIEW_NAME as OBSERVATION_NAME
-from bimvox.env.observation import VIEW_SIZE as OBSERVATION_SIZE
 from bimvox.errors import PolicyError
-from bimvox.policy.limited import read_limited
 from bimvox.policy.manifest import (
-    FORMAT_VERSION,
     PolicyManifest,
     canonical_json,
+    id_of,
     is_id,
     manifest_from_dict,
+    manifest_of,
     require_fit,
 )
 from bimvox.policy.network import QNetwork, network_from_arrays
@@ -56,15 +52,18 @@ _TEMPORARY = ".writing-"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StoredPolicy:
-    """A loaded policy.
-
-    Attributes:
-        manifest: Its manifest.
-        network: Its weights, ready for use.
-    """
+    """A loaded policy: its manifest, and its weights ready for use."""
 
     manifest: PolicyManifest
     network: QNetwork
+
+    @property
+    def trained(self) -> TrainedPolicy:
+        """The policy as its training returned it, without the budget."""
+        m = self.manifest
+        return TrainedPolicy(
+            self.network, m.curve, m.steps, m.success_rate, m.length_ratio, m.tested, m.config, m.seed, m.parent
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +92,7 @@ def save(
 
     Args:
         policy: The result of training.
-        geometry_key: Digest of the site's geometry; empty if it belongs to no site.
+        geometry_key: Digest of the site's geometry; empty if the policy belongs to no site.
         site: Outline of that site.
         folder: The store; default: the user's own.
 
@@ -101,7 +100,7 @@ def save(
         PolicyError: The folder cannot be written.
     """
     weights = bytes_from_arrays(policy.network.arrays())
-    manifest = _manifest_of(policy, geometry_key, site, weights)
+    manifest = manifest_of(policy, geometry_key, site, weights)
     files = {WEIGHTS_FILE: weights, MANIFEST_FILE: canonical_json(manifest.to_dict()).encode()}
     return _put(manifest.id, files, folder or store_folder())
 
@@ -114,7 +113,7 @@ def files_of(policy_id: str, *, folder: Path | None = None) -> dict[str, bytes]:
     """
     store = folder or store_folder()
     identity = load(policy_id, folder=store).manifest.id
-    return {name: read_limited(store / identity / name, LARGEST_FILE_BYTES) for name in (MANIFEST_FILE, WEIGHTS_FILE)}
+    return {name: _read(store / identity / name) for name in (MANIFEST_FILE, WEIGHTS_FILE)}
 
 
 def add(files: Mapping[str, bytes], *, folder: Path | None = None) -> str:
@@ -145,13 +144,13 @@ def add(files: Mapping[str, bytes], *, folder: Path | None = None) -> str:
 
 
 def _put(identity: str, files: Mapping[str, bytes], store: Path) -> str:
-    """Write a policy's folder, whole or not at all."""
+    """Write a policy's folder, completely or not at all."""
     place = store / identity
     if place.exists():
         try:
             load(identity, folder=store)
         except PolicyError:
-            shutil.rmtree(place, ignore_errors=True)  # damaged since; it is replaced
+            shutil.rmtree(place, ignore_errors=True)  # damaged; it is replaced
         else:
             return identity
     try:
@@ -179,10 +178,10 @@ def load(policy_id: str, *, folder: Path | None = None) -> StoredPolicy:
     store = folder or store_folder()
     place = _place_of(policy_id, store)
     manifest = _read_manifest(place)
-    weights = read_limited(place / WEIGHTS_FILE, LARGEST_FILE_BYTES)
+    weights = _read(place / WEIGHTS_FILE)
     if hashlib.sha256(weights).hexdigest() != manifest.weights_sha256:
         raise PolicyError(
-            f"{place / WEIGHTS_FILE}: the weights are not those that the manifest names",
+            f"{place / WEIGHTS_FILE}: checksum mismatch: these are not the weights that the manifest names",
             differs={"weights_sha256": (hashlib.sha256(weights).hexdigest(), manifest.weights_sha256)},
             hint=f"remove it with `bimvox policy remove {place.name}` and train again",
         )
@@ -205,7 +204,7 @@ def find(geometry_key: str, *, folder: Path | None = None) -> tuple[PolicyManife
     fitting = [
         manifest
         for manifest in scan(folder=folder).manifests
-        if manifest.geometry_key == geometry_key and _fits(manifest)
+        if manifest.geometry_key == geometry_key and manifest.fits
     ]
     return tuple(sorted(fitting, key=lambda m: (-m.success_rate, m.length_ratio, m.id)))
 
@@ -222,14 +221,9 @@ def nearest(site: SiteOutline, *, folder: Path | None = None) -> tuple[tuple[flo
     near = [
         (distance(site, manifest.site), manifest)
         for manifest in scan(folder=folder).manifests
-        if manifest.site is not None and _fits(manifest)
+        if manifest.site is not None and manifest.fits
     ]
     return tuple(sorted(near, key=lambda pair: (pair[0], -pair[1].success_rate, pair[1].length_ratio, pair[1].id)))
-
-
-def list_policies(*, folder: Path | None = None) -> tuple[PolicyManifest, ...]:
-    """Return the manifests of all readable policies, ascending id; :func:`scan` names the damaged ones too."""
-    return scan(folder=folder).manifests
 
 
 def scan(*, folder: Path | None = None) -> StoreScan:
@@ -261,51 +255,6 @@ def remove(policy_id: str, *, folder: Path | None = None) -> str:
     return place.name
 
 
-def _fits(manifest: PolicyManifest) -> bool:
-    return (manifest.observation, manifest.observation_size) == (OBSERVATION_NAME, OBSERVATION_SIZE)
-
-
-def _manifest_of(policy: TrainedPolicy, geometry_key: str, site: SiteOutline | None, weights: bytes) -> PolicyManifest:
-    manifest = PolicyManifest(
-        id="",
-        format_version=FORMAT_VERSION,
-        geometry_key=geometry_key,
-        observation=OBSERVATION_NAME,
-        observation_size=OBSERVATION_SIZE,
-        layer_sizes=policy.network.layer_sizes,
-        weights_sha256=hashlib.sha256(weights).hexdigest(),
-        config=policy.config,
-        seed=policy.seed,
-        steps=policy.steps,
-        success_rate=policy.success_rate,
-        length_ratio=policy.length_ratio,
-        tested=policy.tested,
-        curve=policy.curve,
-        parent=policy.parent,
-        versions=_versions(),
-        site=site,
-        budget=policy.budget,
-    )
-    return replace(manifest, id=_id_of(manifest.to_dict()))
-
-
-def _id_of(plain: Mapping[str, Any]) -> str:
-    """Return the hash of a manifest without its id; it covers the weights through their own hash."""
-    rest = {key: value for key, value in plain.items() if key != "id"}
-    return hashlib.sha256(canonical_json(rest).encode()).hexdigest()[:16]
-
-
-def _versions() -> dict[str, str]:
-    """Return the versions of the libraries on which a trained network depends."""
-    found = {}
-    for name in ("bimvox", "numpy", "stable-baselines3", "torch"):
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
-
-
 def _place_of(policy_id: str, store: Path) -> Path:
     """Return the folder of the only policy whose id begins with a text."""
     wanted = policy_id.lower()
@@ -326,12 +275,12 @@ def _read_manifest(place: Path) -> PolicyManifest:
     """Read a manifest and check it against its id and its folder's name."""
     file = place / MANIFEST_FILE
     try:
-        plain = json.loads(read_limited(file, LARGEST_FILE_BYTES).decode())
+        plain = json.loads(_read(file).decode())
     except (ValueError, RecursionError) as error:
         raise PolicyError(f"{file}: not JSON: {error}") from error
     try:
         manifest = manifest_from_dict(plain)
-        identity = _id_of(plain)
+        identity = id_of(plain)
     except (PolicyError, ValueError) as error:
         differs = error.differs if isinstance(error, PolicyError) else None
         raise PolicyError(f"{file}: {error}", differs=differs) from error
@@ -343,6 +292,20 @@ def _read_manifest(place: Path) -> PolicyManifest:
             hint="remove the policy and train again",
         )
     return manifest
+
+
+def _read(file: Path) -> bytes:
+    """Return a file's bytes.
+
+    Raises:
+        PolicyError: It cannot be read, or is too large for a policy.
+    """
+    try:
+        if file.stat().st_size > LARGEST_FILE_BYTES:
+            raise PolicyError(f"{file}: {file.stat().st_size:,} bytes, more than a policy can have")
+        return file.read_bytes()
+    except OSError as error:
+        raise PolicyError(f"{file}: it cannot be read: {error.strerror}") from error
 
 
 def _write(file: Path, content: bytes) -> None:

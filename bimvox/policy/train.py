@@ -5,7 +5,12 @@ A network to start from is tested before torch is imported; if it is good enough
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
 
 from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.problem import LiftProblem, is_learnable
@@ -14,6 +19,9 @@ from bimvox.policy.config import DqnConfig
 from bimvox.policy.evaluate import TEST_LIMIT, Evaluation, evaluate
 from bimvox.policy.network import QNetwork
 from bimvox.policy.trained import FROM_SCRATCH, CurvePoint, TrainedPolicy, TrainingStart
+
+HARD_PROBLEMS_FIRST = 4.0
+"""How much more often a problem is drawn that failed from every start in the last test than one that succeeded."""
 
 
 def train(
@@ -38,7 +46,7 @@ def train(
         seed: The same problems, config, seed and start give the same weights.
         steps: Budget in environment steps, summed over the lifts in parallel.
         start: Where training starts.
-        seconds: Time limit, checked at every test; the result then depends on the machine. None: no time limit.
+        seconds: Time limit, checked at every test; the result then depends on the machine. None for no limit.
         progress: Called with every test.
         checkpoint: Called with the best policy so far after every test; pass it as ``start.resumed`` to resume. A
             resumed run differs from an uninterrupted one, because the replay memory is not kept.
@@ -65,8 +73,8 @@ def train(
         return record.policy
     import torch
 
-    from bimvox.policy.dqn import LiftDqn, load_network
-    from bimvox.policy.train_callback import Tests
+    from bimvox.policy.dqn import LiftDqn, load_network, network_of
+    from bimvox.policy.train_callback import TestsAtIntervals
     from bimvox.policy.vec_env import LiftVecEnv
 
     torch.set_num_threads(1)  # more threads slow down layers this small
@@ -77,77 +85,82 @@ def train(
     if first is not None:
         load_network(dqn, first)
     dqn.num_timesteps = done
-    dqn.learn(steps - done, callback=Tests(record, batch, steps, done, seconds), reset_num_timesteps=False)
+    ends = None if seconds is None else time.monotonic() + seconds
+
+    def test(steps_done: int) -> bool:
+        if record.test(network_of(dqn), steps_done) or (ends is not None and time.monotonic() >= ends):
+            return True
+        batch.weigh_problems(record.weights())
+        return False
+
+    tests = TestsAtIntervals(test, config.test_every, steps, done)
+    dqn.learn(steps - done, callback=tests, reset_num_timesteps=False)
     return record.policy
 
 
+@dataclass(slots=True, eq=False)
 class Record:
-    """The tests so far and the best policy among them."""
+    """The tests so far and the best policy among them; the fields are arguments of :func:`train`."""
 
-    def __init__(
-        self,
-        problems: Sequence[LiftProblem],
-        config: DqnConfig,
-        seed: int,
-        parent: str | None,
-        budget: int | None,
-        progress: Callable[[CurvePoint], None] | None,
-        checkpoint: Callable[[TrainedPolicy], None] | None,
-    ) -> None:
-        self._problems = problems
-        self._config = config
-        self._seed = seed
-        self._parent = parent
-        self._budget = budget
-        self._progress = progress
-        self._checkpoint = checkpoint
-        self._curve: list[CurvePoint] = []
-        self._best: tuple[CurvePoint, QNetwork, int] | None = None
-        self.evaluation: Evaluation | None = None
+    problems: Sequence[LiftProblem]
+    config: DqnConfig
+    seed: int
+    parent: str | None
+    budget: int | None
+    progress: Callable[[CurvePoint], None] | None
+    checkpoint: Callable[[TrainedPolicy], None] | None
+    evaluation: Evaluation | None = None
+    curve: list[CurvePoint] = field(default_factory=list)
+    best: tuple[CurvePoint, QNetwork, int] | None = None
 
     @property
     def policy(self) -> TrainedPolicy:
         """The best policy tested so far."""
-        if self._best is None:
+        if self.best is None:
             raise RuntimeError("no network was tested yet")
-        point, network, tested = self._best
+        point, network, tested = self.best
         return TrainedPolicy(
             network,
-            tuple(self._curve),
-            self._curve[-1].steps,
+            tuple(self.curve),
+            self.curve[-1].steps,
             point.success_rate,
             point.length_ratio,
             tested,
-            self._config,
-            self._seed,
-            self._parent,
-            self._budget,
+            self.config,
+            self.seed,
+            self.parent,
+            self.budget,
         )
 
     def resume(self, checkpoint: TrainedPolicy) -> None:
         """Continue with the tests and the best policy of an interrupted training."""
-        self._curve = list(checkpoint.curve)
+        self.curve = list(checkpoint.curve)
         point = CurvePoint(checkpoint.steps, checkpoint.success_rate, checkpoint.length_ratio)
-        self._best = (point, checkpoint.network, checkpoint.tested)
+        self.best = (point, checkpoint.network, checkpoint.tested)
 
     def test(self, network: QNetwork, steps: int) -> bool:
         """Test a network and return whether it is good enough."""
-        config = self._config
-        if config.both_ways:
-            self.evaluation = evaluate(
-                network, self._problems, starts=config.test_starts, limit=TEST_LIMIT, both_ways=True
-            )
-        else:
-            self.evaluation = evaluate(network, self._problems, starts=config.test_starts, limit=config.limit)
+        config = self.config
+        limit = TEST_LIMIT if config.both_ways else config.limit
+        starts, both_ways = config.test_starts, config.both_ways
+        self.evaluation = evaluate(network, self.problems, starts=starts, limit=limit, both_ways=both_ways)
         point = CurvePoint(steps, self.evaluation.success_rate, self.evaluation.length_ratio)
-        self._curve.append(point)
-        if self._best is None or _rank(point) > _rank(self._best[0]):
-            self._best = (point, network, self.evaluation.arrived.size)
-        if self._progress is not None:
-            self._progress(point)
-        if self._checkpoint is not None:
-            self._checkpoint(self.policy)
-        return point.success_rate >= self._config.required_success and point.length_ratio <= self._config.required_ratio
+        self.curve.append(point)
+        if self.best is None or _rank(point) > _rank(self.best[0]):
+            self.best = (point, network, self.evaluation.arrived.size)
+        if self.progress is not None:
+            self.progress(point)
+        if self.checkpoint is not None:
+            self.checkpoint(self.policy)
+        return point.success_rate >= config.required_success and point.length_ratio <= config.required_ratio
+
+    def weights(self) -> NDArray[np.float64]:
+        """Return (P,) how often to draw each problem, by its failures in the last test."""
+        if self.evaluation is None:
+            raise RuntimeError("no network was tested yet")
+        tries = np.bincount(self.evaluation.problem)
+        failed = np.bincount(self.evaluation.problem, weights=~self.evaluation.arrived) / tries
+        return np.asarray(1.0 + (HARD_PROBLEMS_FIRST - 1.0) * failed, np.float64)
 
 
 def _rank(point: CurvePoint) -> tuple[float, float]:

@@ -17,11 +17,11 @@ from bimvox.env.observation import VIEW_SIZE
 
 
 class Step(Protocol):
-    """What the adapter reads of one step of N environments."""
+    """The parts of a step of N environments that the adapter reads."""
 
     @property
     def observations(self) -> NDArray[np.float32]:
-        """(N, *shape), of the new episode where the old one ended."""
+        """(N, *shape), of the new episode if the old one ended."""
 
     @property
     def rewards(self) -> NDArray[np.float32]:
@@ -37,7 +37,7 @@ class Step(Protocol):
 
     @property
     def final_observations(self) -> NDArray[np.float32]:
-        """(N, *shape), valid where an episode ended."""
+        """(N, *shape), valid for ended episodes only."""
 
 
 class BatchVecEnv(VecEnv):
@@ -57,7 +57,7 @@ class BatchVecEnv(VecEnv):
         super().__init__(count, observation_space, gymnasium.spaces.Discrete(ACTION_COUNT))
 
     def begin(self, seed: int | None) -> NDArray[np.float32]:
-        """Begin an episode everywhere, and return the observations."""
+        """Begin an episode in every environment, and return the observations."""
         raise NotImplementedError
 
     def take(self, actions: NDArray[np.int64]) -> tuple[Step, NDArray[np.float32]]:
@@ -69,7 +69,7 @@ class BatchVecEnv(VecEnv):
         raise NotImplementedError
 
     def reset(self) -> NDArray[np.float32]:
-        """Begin an episode everywhere; a seed set by ``seed`` takes effect here."""
+        """Begin an episode in every environment; a seed set by ``seed`` takes effect here."""
         seed = self._seeds[0]
         self._reset_seeds()
         self._reset_options()

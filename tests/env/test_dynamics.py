@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from lift_sites import clearance_of, random_occupancy
 
 from bimvox.env.actions import MOVES
-from bimvox.env.dynamics import has_arrived, transition
-from bimvox.env.state import NO_ACTION, initial_state
+from bimvox.env.dynamics import NO_ACTION, has_arrived, initial_state, transition
 
 
 def cells_are_free(occupied: np.ndarray, cell: np.ndarray, size: tuple[int, int, int]) -> bool:

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 from lift_sites import clearance_of
 
+from bimvox.env.dynamics import NO_ACTION
 from bimvox.env.guard import CALM, GUARDS, LEFT, LOW, RIGHT, Guard, guarded_action, is_lost, visits_around
-from bimvox.env.state import NO_ACTION
 
 VALUES = np.array([0.1, 0.2, 0.3, 0.9, 0.4, 0.5], np.float32)
 

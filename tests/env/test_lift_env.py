@@ -12,7 +12,7 @@ from stable_baselines3.common.env_checker import check_env as check_env_sb3
 import bimvox.env.lift_env as lift_env
 from bimvox.env import gym
 from bimvox.env.default_problem import default_problem
-from bimvox.env.limits import StepLimit
+from bimvox.env.dynamics import StepLimit
 from bimvox.env.problem import lift_problem, training_problem
 
 

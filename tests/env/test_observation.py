@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from lift_sites import clearance_of, random_occupancy
 
+from bimvox.env.dynamics import LiftState
 from bimvox.env.frame import frame_of, from_frame
 from bimvox.env.observation import (
     GOAL_SIZE,
@@ -21,7 +22,6 @@ from bimvox.env.observation import (
     WINDOW_SIZE,
     look,
 )
-from bimvox.env.state import LiftState
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
 TRAIL = np.zeros((256, 3), np.int32)

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from bimvox.env.limits import StepLimit
+from bimvox.env.dynamics import StepLimit
 from bimvox.errors import PolicyError
 from bimvox.policy.config import DqnConfig, config_from_dict
 

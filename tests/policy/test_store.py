@@ -15,6 +15,7 @@ from bimvox.errors import PolicyError
 from bimvox.policy import manifest as manifest_module
 from bimvox.policy import store
 from bimvox.policy.config import DqnConfig
+from bimvox.policy.manifest import id_of
 from bimvox.policy.network import QNetwork
 from bimvox.policy.site_outline import SiteOutline
 from bimvox.policy.trained import CurvePoint, TrainedPolicy
@@ -36,7 +37,7 @@ def rewrite(folder, change) -> None:
     file = folder / store.MANIFEST_FILE
     plain = json.loads(file.read_text())
     change(plain)
-    plain["id"] = store._id_of(plain)
+    plain["id"] = id_of(plain)
     file.write_text(json.dumps(plain))
     folder.rename(folder.with_name(plain["id"]))
 
@@ -70,17 +71,17 @@ def test_find_gives_the_best_first(tmp_path):
     store.save(policy(3), "site-b", folder=tmp_path)
     assert [m.id for m in store.find("site-a", folder=tmp_path)] == [better, worse]
     assert store.find("site-c", folder=tmp_path) == ()
-    assert len(store.list_policies(folder=tmp_path)) == 3
+    assert len(store.scan(folder=tmp_path).manifests) == 3
 
 
 def test_the_variable_names_the_store(tmp_path, monkeypatch):
     monkeypatch.setenv(store.STORE_VARIABLE, str(tmp_path / "mine"))
-    assert store.list_policies() == ()
+    assert store.scan().manifests == ()
     policy_id = store.save(policy(), "site-a")
     assert (tmp_path / "mine" / policy_id / "manifest.json").is_file()
     assert store.load(policy_id[:6]).manifest.id == policy_id
     assert store.remove(policy_id[:6]) == policy_id
-    assert store.list_policies() == ()
+    assert store.scan().manifests == ()
 
 
 @pytest.mark.parametrize("wanted", ["", "no-such", "../../etc"])
@@ -97,7 +98,7 @@ def test_changed_weights_are_noticed(tmp_path):
     weights = bytearray((place / store.WEIGHTS_FILE).read_bytes())
     weights[-1] ^= 1
     (place / store.WEIGHTS_FILE).write_bytes(weights)
-    with pytest.raises(PolicyError, match="not those that the manifest names") as caught:
+    with pytest.raises(PolicyError, match="checksum mismatch: these are not the weights") as caught:
         store.load(place.name, folder=tmp_path)
     assert "weights_sha256" in caught.value.differs
     assert store.save(policy(), "site-a", folder=tmp_path) == place.name  # mends it
@@ -141,7 +142,7 @@ def test_a_manifest_that_was_edited_is_refused(tmp_path):
 def test_a_policy_that_does_not_fit_says_in_what(tmp_path, key, value):
     place = tmp_path / store.save(policy(), "site-a", folder=tmp_path)
     rewrite(place, lambda plain: plain.update({key: value}))
-    (changed,) = store.list_policies(folder=tmp_path)
+    (changed,) = store.scan(folder=tmp_path).manifests
     with pytest.raises(PolicyError) as caught:
         store.load(changed.id, folder=tmp_path)
     assert key in caught.value.differs
@@ -163,7 +164,7 @@ def test_a_pickle_in_place_of_weights_is_never_run(tmp_path):
     import hashlib
 
     rewrite(place, lambda plain: plain.update({"weights_sha256": hashlib.sha256(bomb).hexdigest()}))
-    (changed,) = store.list_policies(folder=tmp_path)
+    (changed,) = store.scan(folder=tmp_path).manifests
     with pytest.raises(PolicyError, match="not a safetensors file"):
         store.load(changed.id, folder=tmp_path)
     assert not (tmp_path / "ran").exists()
@@ -233,7 +234,7 @@ def test_older_versions_are_read_without_what_came_later(tmp_path, version, with
             del plain[key]
 
     rewrite(tmp_path / policy_id, older)
-    (manifest,) = store.list_policies(folder=tmp_path)
+    (manifest,) = store.scan(folder=tmp_path).manifests
     assert manifest.site is None
     assert manifest.budget is None
     assert manifest.format_version == version

@@ -5,7 +5,7 @@ import pytest
 
 from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.default_problem import default_problem
-from bimvox.env.limits import StepLimit
+from bimvox.env.dynamics import StepLimit
 from bimvox.policy.vec_env import LiftVecEnv
 
 

@@ -47,7 +47,7 @@ class BatchedPaperSite:
         sites: N.
         observation: A key of ``OBSERVATIONS``.
         reward: A key of ``PAPER_REWARDS``.
-        layouts: Episodes are drawn from these. None draws every layout anew, as ``spec`` says.
+        layouts: Episodes are drawn from these. None draws a new layout for each, as ``spec`` says.
         seed: The same seed and actions give the same episodes.
         threads: Number of threads. None takes one per core, but fewer for few sites.
         turns: Number of arrays of observations that take turns: the one that a step or ``reset`` returns holds for so
@@ -147,7 +147,7 @@ class BatchedPaperSite:
         """Begin N new episodes and return their (N, *shape) float32 observations.
 
         Raises:
-            PlanningError: The yard has no room, or there is no way to the targets.
+            PlanningError: The yard has no room, or a component has no path to its target.
         """
         self._take_turn()
         if self._shares(lambda first, last: int(settle_rows(self._batch, self._sites, self._out, first, last, True))):

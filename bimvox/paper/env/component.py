@@ -103,6 +103,11 @@ def beam(
     return PaperComponent(ComponentKind.BEAM, length_vox, target_vox, axis, after, start)
 
 
+def above_slab(box: Box, shape: IntVec) -> bool:
+    """Return whether a box is inside a site and above its slab."""
+    return all(box[0][a] >= (0, 0, 1)[a] and box[1][a] <= shape[a] for a in range(3))
+
+
 def overlap(first: Box, second: Box) -> bool:
     """Return whether two boxes share a cell."""
     return all(first[0][a] < second[1][a] and second[0][a] < first[1][a] for a in range(3))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import PlanningError
-from bimvox.paper.env.component import AXES, HUNG_LAYER, Box, ComponentKind, YardPose, overlap
+from bimvox.paper.env.component import AXES, HUNG_LAYER, Box, ComponentKind, YardPose, above_slab, overlap
 from bimvox.paper.env.draw import draw_layout, may_lie
 from bimvox.paper.env.dynamics import paint_fixed
 from bimvox.paper.env.rules import Drawing, drawing_of, empty_site, rules_of
@@ -146,7 +146,7 @@ def check_layout(spec: PaperSpec, layout: PaperLayout) -> None:
         boxes = [(f"starts[{i}]", place.box(part.length_vox)), (f"targets[{i}]", part.box_at(target))]
         hung = part.box_at((place.x, place.y, HUNG_LAYER))
         for name, box in [*boxes, (f"starts[{i}]", hung)]:
-            if any(box[0][a] < (0, 0, 1)[a] or box[1][a] > spec.shape[a] for a in range(3)):
+            if not above_slab(box, spec.shape):
                 raise ValueError(f"{name}: {box} is not above the slab and inside {spec.shape}")
             hit = next((other for other, there in taken if overlap(box, there)), None)
             if hit and not (box is hung and not hit.startswith("obstructions")):

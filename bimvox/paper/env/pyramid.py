@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.block import Corner, bounding_box, swept_fill
+from bimvox.env.dynamics import LiftState
 from bimvox.env.goal import GOAL_SIZE, write_goal
-from bimvox.env.state import LiftState
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
 WINDOW = (7, 7, 5)

@@ -13,7 +13,7 @@ from bimvox.paper.env.state import SiteState
 
 
 class SpecArrays(NamedTuple):
-    """What every step reads and nothing changes, as a tuple for kernels. n components.
+    """The constants of a site with n components, as a tuple for kernels.
 
     Attributes:
         boxes: (n, 6) int32 half-open box of each component in transit, relative to its reference cell: 0 0 0, edges.
@@ -35,7 +35,7 @@ class SpecArrays(NamedTuple):
 
 
 class Drawing(NamedTuple):
-    """What the drawing of a layout reads, as a tuple for kernels. At most M obstructions.
+    """How layouts with at most M obstructions are drawn, as a tuple for kernels.
 
     Attributes:
         axis: (n,) int32 the only axis along which it may lie in the yard, 0 or 1; -1 for either.
@@ -89,11 +89,9 @@ def rules_of(spec: PaperSpec) -> SpecArrays:
 
 
 def drawing_of(spec: PaperSpec, *, room_for: int = 0) -> Drawing:
-    """Return how layouts of a site are drawn.
+    """Return how layouts are drawn on a site whose components are in the order of building.
 
-    Args:
-        spec: The site, its components in the order of building.
-        room_for: Least number of obstructions for which a layout has room.
+    A layout has room for at least ``room_for`` obstructions.
     """
     parts = spec.components
     fixed = np.array([(*low, *high) for low, high in spec.obstructions], np.int32).reshape(-1, 6)

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from bimvox.env.actions import ACTION_COUNT, checked_action
 from bimvox.env.distance import distance_field
+from bimvox.env.dynamics import NO_ACTION
 from bimvox.env.names import named
-from bimvox.env.state import NO_ACTION
 from bimvox.paper.env.ansi import ansi_picture
 from bimvox.paper.env.draw import draw_layout
 from bimvox.paper.env.dynamics import (
@@ -184,7 +184,7 @@ class PaperSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
     def distance_field(self) -> NDArray[np.int16]:
         """Return (X, Y, Z) int16: the fewest moves of the component in transit to its target from each cell.
 
-        -1 if there is no path. Only the teacher knows it: no observation holds it.
+        -1 if there is no path. Only the teacher uses it; no observation holds it.
         """
         i = min(self._state.component, self.site_spec.count - 1)
         return distance_field(clearance_of(self._rules, self._site, i), self._site.target[i])

@@ -1,4 +1,4 @@
-"""A site and its components: every choice of the environment."""
+"""A site and its components."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from bimvox.site.component import IntVec
 
 @dataclass(frozen=True, slots=True)
 class RandomObstructions:
-    """Obstructions drawn anew for every episode: one cell wide, along x or y, standing on the slab.
+    """Obstructions drawn for every episode: one cell wide, along x or y, on the slab.
 
-    They never overlap one another, a stored component or a target, and leave every component a path: a layout that does
-    not is drawn again.
+    They never overlap one another, a stored component or a target, and leave every component a path; otherwise the
+    layout is drawn again.
 
     Attributes:
         fewest: Least number of them.

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import leaf_kernel
-from bimvox.env.state import LiftState
+from bimvox.env.dynamics import LiftState
 
 AIR, GROUND, OBSTRUCTION, FIRST_COMPONENT = 0, 1, 2, 3
 """Values of ``SiteState.cells``; component i (from 0) is ``FIRST_COMPONENT + i``."""

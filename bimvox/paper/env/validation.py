@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from bimvox.paper.env.component import AXES, HUNG_LAYER, Box, ComponentKind, PaperComponent, YardPose, overlap
+from bimvox.paper.env.component import AXES, HUNG_LAYER, ComponentKind, PaperComponent, YardPose, above_slab, overlap
 
 if TYPE_CHECKING:
     from bimvox.paper.env.spec import PaperSpec
@@ -26,7 +26,11 @@ def check_spec(spec: PaperSpec) -> None:
     for (i, first), (j, second) in combinations(enumerate(spec.components), 2):
         if overlap(first.box_at(first.target_vox), second.box_at(second.target_vox)):
             raise ValueError(f"components[{j}].target_vox: shares a cell with components[{i}]")
-        if first.start and second.start and overlap(_lying(first, first.start), _lying(second, second.start)):
+        if (
+            first.start
+            and second.start
+            and overlap(first.start.box(first.length_vox), second.start.box(second.length_vox))
+        ):
             raise ValueError(f"components[{j}].start: lies on components[{i}]")
     spec.building_order()
     for name in ("step_limit", "max_steps"):
@@ -52,7 +56,7 @@ def _check_obstructions(spec: PaperSpec) -> None:
         low, high = box
         if any(low[a] >= high[a] for a in range(3)):
             raise ValueError(f"obstructions[{index}]: the box {box} is empty")
-        if not _inside(box, spec) or low[2] < 1:
+        if not above_slab(box, spec.shape):
             raise ValueError(f"obstructions[{index}]: the box {box} is not above the slab and inside {spec.shape}")
     drawn = spec.random_obstructions
     if drawn is None:
@@ -61,7 +65,8 @@ def _check_obstructions(spec: PaperSpec) -> None:
         raise ValueError(f"random_obstructions: from {drawn.fewest} to {drawn.most} is not a range of numbers")
     if not (1 <= drawn.length_vox <= min(spec.shape[:2]) and 1 <= drawn.height_vox < spec.shape[2]):
         raise ValueError(
-            f"random_obstructions: {drawn.length_vox} long and {drawn.height_vox} high does not fit into {spec.shape}"
+            f"random_obstructions: {drawn.length_vox} cells long and {drawn.height_vox} high do not fit into"
+            f" {spec.shape}"
         )
 
 
@@ -72,11 +77,11 @@ def _check_component(spec: PaperSpec, name: str, part: PaperComponent) -> None:
         raise ValueError(f"{name}.axis: {part.axis!r} is neither 'x' nor 'y'")
     if HUNG_LAYER + part.size_vox[2] > spec.shape[2]:
         raise ValueError(
-            f"{name}.length_vox: a column of {part.length_vox} cells, erected and lifted by one, does not fit under"
+            f"{name}.length_vox: a column of {part.length_vox} cells, upended and hoisted by one, does not fit under"
             f" the height of {spec.shape[2]} cells"
         )
     target = part.box_at(part.target_vox)
-    if not _inside(target, spec) or part.target_vox[2] < 1:
+    if not above_slab(target, spec.shape):
         raise ValueError(f"{name}.target_vox: {part.target_vox} is not above the slab and inside {spec.shape}")
     x0, y0, x1, y1 = spec.construction_area
     (low_x, low_y, _), (high_x, high_y, _) = target
@@ -107,19 +112,11 @@ def _why_not(spec: PaperSpec, part: PaperComponent, place: YardPose) -> str:
         return f"has an axis {place.axis!r}, which is neither 'x' nor 'y'"
     if part.kind is ComponentKind.BEAM and place.axis != part.axis:
         return f"lies along {place.axis}, but this beam is built in along {part.axis} and is never turned"
-    lying = _lying(part, place)
+    lying = place.box(part.length_vox)
     (x0, y0, _), (x1, y1, _) = lying
     if not all(spec.in_yard(x, y) for x in range(x0, x1) for y in range(y0, y1)):
         return "is not in the yard"
     hung = part.box_at((place.x, place.y, HUNG_LAYER))
     if any(overlap(lying, box) or overlap(hung, box) for box in spec.obstructions):
-        return "is where an obstruction is, or hangs in one"
+        return "shares a cell with an obstruction, stored or hoisted by one cell"
     return ""
-
-
-def _lying(part: PaperComponent, place: YardPose) -> Box:
-    return place.box(part.length_vox)
-
-
-def _inside(box: Box, spec: PaperSpec) -> bool:
-    return all(box[0][a] >= 0 and box[1][a] <= spec.shape[a] for a in range(3))

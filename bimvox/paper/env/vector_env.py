@@ -35,11 +35,11 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
         site: The site, or a key of ``PRESETS``; default: the paper's experiment.
         observation: A key of ``OBSERVATIONS``.
         reward: A key of ``PAPER_REWARDS``.
-        layouts: Episodes are drawn from these. None draws every layout anew.
+        layouts: Episodes are drawn from these. None draws a new layout for each.
         render_mode: None, ``rgb_array`` or ``ansi``: one picture per site.
         copy: Whether ``reset`` and ``step`` return copies. Otherwise they return the environment's own arrays, which
             the next step overwrites: read or copy them before. Copying the paper's map takes longer than stepping.
-        threads: Number of threads. None takes one per core, fewer for few sites.
+        threads: Number of threads. None takes one per core, but fewer for few sites.
         **changes: Fields of ``PaperSpec`` that replace those of ``site``.
 
     Raises:
@@ -90,7 +90,7 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begin an episode everywhere; a seed determines everything drawn from here on. There are no options."""
+        """Begin an episode on every site; a seed determines everything drawn from here on. It takes no options."""
         super().reset(seed=seed)
         if seed is not None or self._np_random is None:
             self.batch.seed(int(self.np_random.integers(2**63)))
@@ -102,7 +102,7 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
     def step(
         self, actions: NDArray[np.int64]
     ) -> tuple[NDArray[np.float32], NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
-        """Take one action everywhere; see Gymnasium.
+        """Take one action on every site; see Gymnasium.
 
         Raises:
             ActionError: The actions are not N integers from 0 to 5.

@@ -84,11 +84,9 @@ def _scenario(runs: Sequence[ScenarioRun], layers: Sequence[LearningRun]) -> dic
 
 
 def _scenario_seed(run: ScenarioRun) -> dict[str, Any]:
+    same = ("seed", "steps_to_success", "retrained", "success_rate", "shortest_moves", "random_success")
     return {
-        "seed": run.seed,
-        "steps_to_success": run.steps_to_success,
-        "retrained": run.retrained,
-        "success_rate": run.success_rate,
+        **{name: getattr(run, name) for name in (*same, "tabular_steps", "seconds")},
         "curve": [[row.steps, row.success_rate] for row in run.curve],
         "start": [*run.start, run.axis],
         "target": list(run.target),
@@ -96,10 +94,6 @@ def _scenario_seed(run: ScenarioRun) -> dict[str, Any]:
         "planned_cells": [list(cell) for cell in run.planned_cells],
         "path_cells": [list(cell) for cell in run.path_cells],
         "moves": max(0, len(run.path_cells) - 1),
-        "shortest_moves": run.shortest_moves,
-        "random_success": run.random_success,
-        "tabular_steps": run.tabular_steps,
-        "seconds": run.seconds,
     }
 
 

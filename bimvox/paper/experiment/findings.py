@@ -26,6 +26,7 @@ from bimvox.paper.experiment.statistics import PairedTest, paired_test
 
 SIGNIFICANCE = 0.05
 TRIALS_NEEDED = 0.8
+_NEAR_THE_TARGET = "an obstruction close to the target needs fewer steps than one close to the start"
 
 
 class Verdict(StrEnum):
@@ -61,23 +62,13 @@ class Finding:
 def findings_of(runs: Sequence[ScenarioRun], *, test_every: int, seeds: Sequence[int]) -> tuple[Finding, ...]:
     """Return the three findings for the runs of one mode.
 
-    Args:
-        runs: Of one mode.
-        test_every: Steps between two tests.
-        seeds: All seeds that were run; one without a planned path has learned nothing.
+    ``seeds`` are all seeds that were run; one without a planned path has learned nothing.
     """
     if not runs:
         return ()
     return (
         _learned(runs, seeds),
-        _compared(
-            runs,
-            2,
-            "an obstruction close to the target needs fewer steps than one close to the start",
-            "b",
-            "d",
-            test_every,
-        ),
+        _compared(runs, 2, _NEAR_THE_TARGET, "b", "d", test_every),
         _compared(runs, 3, "two obstructions need more steps than one", "c", "b", test_every),
     )
 

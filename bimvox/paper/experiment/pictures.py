@@ -18,9 +18,7 @@ _BY_THE_LOADED_POLICY = "no retraining in any seed:\nthe loaded policy gets by"
 def pictures_of(results: ExperimentResults, document: dict[str, Any]) -> dict[str, bytes]:
     """Return the pictures of an experiment as PNG files by name; parts that were not run have none.
 
-    Args:
-        results: Of the experiment.
-        document: ``document_of`` these results.
+    ``document`` is ``document_of`` the results.
     """
     pictures = {"curves.png": success_curves(document["modes"])}
     if document["ablation"]:
@@ -36,12 +34,7 @@ def pictures_of(results: ExperimentResults, document: dict[str, Any]) -> dict[st
 
 
 def success_curves(modes: dict[str, Any], file_format: Literal["png", "svg"] = "png") -> bytes:
-    """Return the success curves of every mode, one panel per scenario, as a PNG or SVG file.
-
-    Args:
-        modes: ``modes`` of the document.
-        file_format: Of the file.
-    """
+    """Return the success curves of the modes of a document, one panel per scenario, as a PNG or SVG file."""
     from bimvox.rendering.plots.curves import Panel, draw_success_curves
 
     panels = []
@@ -99,14 +92,14 @@ def _policies(runs: Sequence[ScenarioRun]) -> list[Scene]:
         site.reset(options={"layout": layout})
         moves = len(run.path_cells) - 1
         how = "retrained" if run.retrained else "loaded policy"
-        said = f"{how}, {moves} moves of at least {run.shortest_moves}" if moves > 0 else "not learned in the budget"
+        outcome = f"{how}, {moves} moves of at least {run.shortest_moves}" if moves > 0 else "not learned in the budget"
         scenes.append(
             scene_of_paths(
                 site.picture(),
                 before_vox=run.planned_cells,
                 after_vox=run.path_cells,
                 title=TITLES[scenario],
-                caption=f"seed {run.seed}: {said}",
+                caption=f"seed {run.seed}: {outcome}",
             )
         )
     return scenes

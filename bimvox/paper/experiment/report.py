@@ -25,12 +25,7 @@ _VERDICTS = {
 
 
 def report_of(document: Mapping[str, Any], pictures: Iterable[str]) -> str:
-    """Return the report.
-
-    Args:
-        document: As ``document_of`` gives it.
-        pictures: File names of the pictures in the same folder.
-    """
+    """Return the report of a document of ``document_of``, with the pictures of these file names in the same folder."""
     drawn = set(pictures)
     parts = [
         _head(document),

@@ -21,7 +21,6 @@ class LearningRun:
 
     Attributes:
         mode: ``paper`` or ``ours``; ablation: ``observation-reward``; beyond the paper: ``targets`` or ``frame``.
-        seed: The seed.
         reached: Whether it was good enough within the budget.
         steps: Steps taken.
         budget: Steps allowed.
@@ -53,14 +52,13 @@ class ScenarioRun:
 
     Attributes:
         mode: ``paper`` or ``ours``.
-        seed: The seed.
         scenario: ``a`` to ``d``.
         start: Reference cell of the column in the yard: x, y.
         axis: Axis along which it lies there.
         target: Its reference cell when set.
         obstructions: Half-open boxes of cells.
         planned_cells: Reference cells of the path that the basic policy planned.
-        path_cells: And of the final path; empty if nothing was learned within the budget.
+        path_cells: The same of the final path; empty if nothing was learned within the budget.
         retrained: Whether the network was retrained.
         succeeded: Whether there is a final path.
         steps: Steps of retraining.
@@ -107,7 +105,6 @@ class BaselineRun:
     """The baselines of the initialization layer for one seed.
 
     Attributes:
-        seed: The seed.
         starts: Number of distinct starts.
         random_success: Success rate of random actions.
         teacher_success: Success rate of descending the exact distance field.
@@ -160,13 +157,7 @@ class ExperimentResults:
 def results_of(
     settings: dict[str, Any], jobs: Sequence[Job], documents: Mapping[str, dict[str, Any]]
 ) -> ExperimentResults:
-    """Return the results so far.
-
-    Args:
-        settings: As ``PaperSettings.to_dict`` gives them.
-        jobs: Of the experiment.
-        documents: The finished jobs' JSON values, by the name of the job.
-    """
+    """Return the results so far from the JSON values of the finished jobs, by the name of the job."""
 
     def of(part: str) -> list[dict[str, Any]]:
         return [documents[job.name] for job in jobs if job.part == part and job.name in documents]

@@ -1,4 +1,4 @@
-"""What each kind of job does: the results that it needs in, its result out."""
+"""The work of each kind of job, from the results that it needs to its own."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bimvox.paper.env.layout import PaperLayout, random_layouts, yard_layouts
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, PAPER
 from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.experiment.jobs import Job
-from bimvox.paper.policy.application import AppliedPolicy, adapt, apply_layout
+from bimvox.paper.policy.application import adapt, apply_layout
 from bimvox.paper.policy.baselines import Requirement, field_seconds, random_policy, tabular_q, teacher_moves
 from bimvox.paper.policy.config import PaperDqnConfig, paper_config_from_dict
 from bimvox.paper.policy.curve import Curve
@@ -24,11 +24,11 @@ from bimvox.paper.policy.scenarios import make_scenarios
 from bimvox.policy.learner.network import ValueNetwork
 
 FRESH_SEED = 2_000_003
-"""Seed of layouts that no test uses, plus the seed of the run. Tests decide when training stops and which network is
-kept, so their success rates are too optimistic."""
+"""Added to the seed of a run, the seed of layouts that no test uses. Tests decide when training stops and which network
+is kept, so their success rates are too optimistic."""
 
 LAYOUTS_TRIED = 50
-"""Starts drawn until the scenarios have room on the planned path."""
+"""Most starts drawn until the scenarios have room on the planned path."""
 
 Checkpoint = Callable[[ValueNetwork], None]
 
@@ -58,12 +58,9 @@ class JobResult:
 
 
 def result_of(job: Job, needs: Mapping[str, JobResult], checkpoint: Checkpoint) -> JobResult:
-    """Return the result of a job.
+    """Return the result of a job from the results that it needs, by role.
 
-    Args:
-        job: The job.
-        needs: Results of the jobs that it needs, by role.
-        checkpoint: Receives the network at every test of a training run.
+    ``checkpoint`` receives the network at every test of a training run.
     """
     if job.part in ("initialize", "ablation"):
         return _learn_basic(job, PAPER, checkpoint)
@@ -136,8 +133,7 @@ def _adapt(job: Job, network: ValueNetwork, applied: dict[str, Any]) -> JobResul
     planned = replay(PAPER, layout, np.array(applied["moves"], np.int64), reward=config.reward)
     boxes = applied["scenarios"][job.options["scenario"]]["obstructions"]
     changed = replace(layout, obstructions=tuple((tuple(low), tuple(high)) for low, high in boxes))
-    policy = AppliedPolicy(planned, applied["trial_success"], layout)
-    adapted = adapt(network, policy, PAPER, config, changed, seed=job.seed)
+    adapted = adapt(network, planned, PAPER, config, changed, seed=job.seed)
     document = {
         "planned": True,
         "scenario": job.options["scenario"],

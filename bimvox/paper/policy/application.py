@@ -18,17 +18,10 @@ from bimvox.policy.learner.network import ValueNetwork
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AppliedPolicy:
-    """A layout's policy.
-
-    Attributes:
-        episode: The trial episode with the highest reward: the plan.
-        success_rate: Of the trial episodes.
-        layout: The layout, without obstructions.
-    """
+    """A layout's policy: the plan, which is the trial episode with the highest reward, and the trial's success rate."""
 
     episode: Episode
     success_rate: float
-    layout: PaperLayout
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,48 +52,32 @@ class AdaptedPolicy:
 def apply_layout(
     network: ValueNetwork, spec: PaperSpec, config: PaperDqnConfig, layout: PaperLayout, *, seed: int
 ) -> AppliedPolicy:
-    """Run the trial episodes on a layout without obstructions, and keep the one with the highest reward.
+    """Run the trial episodes on a layout without its obstructions, and keep the one with the highest reward.
 
-    Args:
-        network: The basic policy, or the site's current one.
-        spec: The site.
-        config: The choices; ``trials`` episodes with ``test_exploration`` random actions.
-        layout: Its obstructions, if any, are ignored.
-        seed: Of the random actions.
+    There are ``config.trials`` episodes with the share ``config.test_exploration`` of random actions.
     """
     bare = replace(layout, obstructions=())
     episodes = _episodes(network, spec, config, bare, config.trials, seed)
-    return AppliedPolicy(best_of(episodes), success_rate(episodes), bare)
+    return AppliedPolicy(best_of(episodes), success_rate(episodes))
 
 
 def adapt(
     network: ValueNetwork,
-    applied: AppliedPolicy,
+    planned: Episode,
     spec: PaperSpec,
     config: PaperDqnConfig,
     changed: PaperLayout,
     *,
     seed: int,
-    budget: int | None = None,
     progress: Callable[[CurvePoint], None] | None = None,
 ) -> AdaptedPolicy:
-    """Keep the planned path if nothing blocks it; otherwise retrain the loaded network on the changed site.
+    """Keep the planned episode if nothing blocks its path; otherwise retrain the network on the changed layout.
 
-    Training stops when ``retrain_successes`` of ``retrain_episodes`` test episodes succeed. The one with the highest
-    reward is the new plan, and the network is the site's new policy.
-
-    Args:
-        network: The loaded network.
-        applied: The layout's policy.
-        spec: The site.
-        config: The choices.
-        changed: The same layout with the new obstructions: the practice environment.
-        seed: The same arguments give the same weights.
-        budget: Steps. None takes the configuration's.
-        progress: Called with every test.
+    Training stops when ``config.retrain_successes`` of ``config.retrain_episodes`` test episodes succeed, or after
+    ``config.retrain_budget`` steps. The episode with the highest reward is the new plan, and the network is the site's
+    new policy. The same arguments give the same weights. ``progress`` receives every test.
     """
-    budget = config.retrain_budget if budget is None else budget
-    planned = applied.episode
+    budget = config.retrain_budget
     collision = collision_of(spec, changed, planned)
     if collision is None and planned.succeeded:
         return AdaptedPolicy(network, planned, False, True, 0, (), None, 1.0)

@@ -87,13 +87,7 @@ class TabularResult:
 
 
 class Requirement(NamedTuple):
-    """When learning is good enough.
-
-    Attributes:
-        episodes: Episodes of a test.
-        successes: How many of them must succeed.
-        test_every: Steps between two tests.
-    """
+    """When learning is good enough: ``successes`` of the ``episodes`` of a test succeed."""
 
     episodes: int
     successes: int
@@ -105,14 +99,9 @@ def tabular_q(
 ) -> TabularResult:
     """Learn a table (Watkins 1989) from the paper's reward; steps and tests count as for the networks.
 
-    The share of random actions falls from 1 to ``EXPLORATION_LAST`` over the first tenth of the budget.
-
-    Args:
-        spec: A site with one component.
-        layouts: Episodes are drawn from these, in training and in tests; all must have the same target.
-        seed: The same arguments give the same table.
-        budget: Steps.
-        required: Which test ends the learning; its episodes have ``EXPLORATION_LAST`` random actions.
+    Episodes are drawn from ``layouts``, in training and in tests. The share of random actions falls from 1 to
+    ``EXPLORATION_LAST`` over the first tenth of the budget, and stays there in tests. The same arguments give the same
+    table.
 
     Raises:
         ValueError: The site has several components, or the layouts have different targets.

@@ -186,7 +186,7 @@ FRAME_CHANGES: dict[str, Any] = {
     "gradient_steps": 32,
     "test_every": 1_000,
 }
-"""What the frame of four columns and four beams changes in ``OUR_MODE``. An episode of eight components fails at one
+"""Changes of ``OUR_MODE`` for the frame of four columns and four beams. An episode of eight components fails at one
 wrong choice in a hundred, at rarely visited places. So half of the sites act by the policy alone and get there;
 transitions with large errors are drawn more often, as eight images; and an average at a falling learning rate is
 tested, because it varies less from test to test."""

@@ -67,14 +67,14 @@ def run_episodes(
     exploration: float,
     seed: int,
 ) -> tuple[Episode, ...]:
-    """Run one episode of every layout.
+    """Run one episode of every layout, and judge it by a reward.
 
     Args:
         values: The policy, from observations to action values. None acts at random.
         spec: The site.
-        layouts: One episode each.
-        observation: The observation that the policy takes.
-        reward: The reward that judges the episodes.
+        layouts: One per episode.
+        observation: Name of the observation that the policy takes.
+        reward: Name of the reward.
         exploration: Share of random actions; every episode draws its own.
         seed: Of the random actions.
     """
@@ -120,14 +120,7 @@ def run_episodes(
 
 
 def replay(spec: PaperSpec, layout: PaperLayout, actions: NDArray[np.int64], *, reward: str = "paper") -> Episode:
-    """Take given actions on a layout, and stop at the first collision or at the end of the episode.
-
-    Args:
-        spec: The site.
-        layout: Where everything is.
-        actions: (T,) integers.
-        reward: The reward that judges the episode.
-    """
+    """Take given actions, (T,) integers, on a layout until the first collision or the end of the episode."""
     batch = BatchedPaperSite(spec, 1, observation="window", reward=reward, layouts=[layout], threads=1)
     batch.reset()
     places = [batch.states[0, :4].copy()]

@@ -49,15 +49,8 @@ def initialize(
 
     A test has ``config.test_episodes`` episodes from random starts with ``config.test_exploration`` random actions.
     With ``config.greedy_too``, the same rate is required without random actions from every start
-    (:func:`greedy_layouts`).
-
-    Args:
-        spec: The site, with any obstructions that it describes.
-        config: The choices.
-        seed: The same arguments give the same weights.
-        budget: Steps. None takes the configuration's.
-        progress: Called with every test.
-        checkpoint: Called with the network before every test.
+    (:func:`greedy_layouts`). ``budget`` replaces the configuration's. ``checkpoint`` receives the network and the steps
+    before every test, ``progress`` the test. The same arguments give the same weights.
     """
     budget = config.budget if budget is None else budget
     everywhere = greedy_layouts(spec, config)

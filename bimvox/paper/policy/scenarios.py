@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from bimvox.errors import PlanningError
-from bimvox.paper.env.component import Box, overlap
+from bimvox.paper.env.component import Box, above_slab, overlap
 from bimvox.paper.env.layout import PaperLayout, check_layout
 from bimvox.paper.env.presets import obstruction
 from bimvox.paper.env.spec import PaperSpec
@@ -31,10 +31,8 @@ LEAST_PLAN_MOVES = 6
 def make_scenarios(spec: PaperSpec, layout: PaperLayout, path_cells: Sequence[IntVec]) -> dict[str, PaperLayout]:
     """Return the layouts of the four experiments on a planned path, by name.
 
-    Args:
-        spec: A site with one component.
-        layout: The layout, without obstructions.
-        path_cells: Reference cells of the planned path, from the start to the target.
+    ``path_cells`` are the reference cells of the path on ``layout``, from the start to the target. The site must have
+    one component, and the layout no obstructions.
 
     Raises:
         PlanningError: The path is too short, or there is no room for an obstruction on it.
@@ -90,12 +88,10 @@ def _rows(cell: IntVec, axis: str, count: int) -> Iterator[tuple[Box, ...]]:
 def _may_be(spec: PaperSpec, changed: PaperLayout, path_cells: Sequence[IntVec]) -> bool:
     """Return whether obstructions are inside the site, on the path, and touch neither of its ends."""
     part = spec.components[0]
-    for low, high in changed.obstructions:
-        if min(low) < 0 or any(high[a] > spec.shape[a] for a in range(3)):
-            return False
-    on_path = any(overlap(part.box_at(cell), box) for cell in path_cells for box in changed.obstructions)
+    if not all(above_slab(box, spec.shape) for box in changed.obstructions):
+        return False
     try:
         check_layout(spec, changed)
     except ValueError:
         return False
-    return on_path
+    return any(overlap(part.box_at(cell), box) for cell in path_cells for box in changed.obstructions)

@@ -1,4 +1,4 @@
-"""The Q-network as torch knows it: stable-baselines3's, with a second stream if it is dueling.
+"""The Q-network in torch: stable-baselines3's, with a second stream if it is dueling.
 
 Stable-baselines3 has no dueling network. This one is the original stable-baselines': two perceptrons with the same
 hidden layers in parallel, each from the whole observation, with no layer in common.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.callbacks import BaseCallback
 
 from bimvox.env.batched import BatchedLiftEnv
-from bimvox.env.limits import StepLimit
+from bimvox.env.dynamics import StepLimit
 from bimvox.env.problem import LiftProblem
 from bimvox.env.starts import StartMix
 from bimvox.planning.rollout import Values
@@ -110,7 +110,7 @@ class Run:
     Attributes:
         seed: The same lessons, config, seed and device give the same weights, unless ``seconds`` is set.
         steps: Budget in environment steps.
-        seconds: Time limit; the learning rate falls towards whichever end comes first. None: no time limit.
+        seconds: Time limit; the learning rate falls towards whichever end comes first. None for no limit.
         device: As torch names it.
         threads: For stepping the lifts.
         half: Whether to multiply in bfloat16.

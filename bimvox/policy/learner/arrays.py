@@ -90,7 +90,7 @@ class Streams(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """What stays the same in every gradient step.
+    """The choices that stay the same in every gradient step.
 
     Attributes:
         dueling: Whether the state has a stream of its own.

@@ -54,8 +54,8 @@ def main(arguments: list[str] | None = None) -> int:
 def _train(chosen: argparse.Namespace) -> None:
     from bimvox.policy.device import device_named
     from bimvox.policy.generalist import recipe
-    from bimvox.policy.generalist.lessons import VALIDATION_DOMAIN, lessons
     from bimvox.policy.generalist.occupancies import FAMILIES
+    from bimvox.policy.generalist.problems import VALIDATION_DOMAIN, lessons
     from bimvox.policy.generalist.stages import building_lifts, load_stages
     from bimvox.policy.generalist.weights import generalist_record, load_generalist, save_generalist
 

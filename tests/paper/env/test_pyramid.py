@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from lift_sites import clearance_of, random_occupancy
 
+from bimvox.env.dynamics import LiftState
 from bimvox.env.goal import GOAL_SIZE
-from bimvox.env.state import LiftState
 from bimvox.paper.env.pyramid import OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE, observe
 from bimvox.site.collision import CollisionSpace, placement_is_free
 

@@ -17,9 +17,9 @@ from bimvox.log.reader import read_log
 from bimvox.policy import store as policies
 from bimvox.policy.config import DqnConfig, adapting
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
+from bimvox.policy.manifest import id_of
 from bimvox.policy.network import QNetwork
 from bimvox.policy.site_outline import outline_of
-from bimvox.policy.store import _id_of
 from bimvox.policy.trained import TrainedPolicy
 from bimvox.progress import SilentProgress
 
@@ -68,7 +68,7 @@ def test_a_plan_takes_the_shipped_policy_without_training_and_without_torch(site
     steps, parent, by_policy = done.stdout.split()
     assert (int(steps), parent) == (0, generalist_record()["id"])
     assert int(by_policy) >= 7  # of 8
-    (manifest,) = policies.list_policies()
+    (manifest,) = policies.scan().manifests
     assert manifest.site is not None
 
 
@@ -87,7 +87,7 @@ def test_a_policy_that_sees_something_else_is_refused_by_name_and_replaced_unask
     manifest = json.loads((old / policies.MANIFEST_FILE).read_text())
     manifest["observation"], manifest["observation_size"] = "window-7x7x5-v1", 263
     del manifest["config"]["both_ways"]
-    manifest["id"] = _id_of(manifest)
+    manifest["id"] = id_of(manifest)
     (old / policies.MANIFEST_FILE).write_text(json.dumps(manifest, sort_keys=True, indent=2) + "\n")
     old = old.rename(own_store / manifest["id"])
     with pytest.raises(PolicyError, match="does not fit: observation 'window-7x7x5-v1' instead of") as refusal:
@@ -180,4 +180,4 @@ def test_the_old_policy_is_kept_where_none_is_better(site, own_store):
     preparation = prepared(built, progress)
     policy = choose_policy(built, preparation, PolicyRequest(0, 1.0, policy_id=weak), progress)
     assert retrained(built, preparation, policy, seed=0, steps=0, progress=progress) is policy
-    assert [manifest.id for manifest in policies.list_policies()] == [weak]
+    assert [manifest.id for manifest in policies.scan().manifests] == [weak]

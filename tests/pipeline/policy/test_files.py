@@ -137,7 +137,7 @@ def test_damaged_files_are_refused_and_nothing_is_stored(stored: str, tmp_path: 
     cases = {
         "changed since": pack(changed),
         "not 16 hexadecimal digits": pack(escaping),
-        "weights are not those": pack(weights),
+        "not the weights that the manifest names": pack(weights),
         "holds .*, not manifest": pack({**files, "more": b""}),
         "not a manifest": pack({**files, store.MANIFEST_FILE: b"[" * 100_000}),
         "not a whole zip": whole[:-10],
@@ -147,7 +147,7 @@ def test_damaged_files_are_refused_and_nothing_is_stored(stored: str, tmp_path: 
         out.write_bytes(content)
         with pytest.raises(PolicyError, match=f"(?s)mine.*{said}"):
             import_policy(out)
-    assert store.list_policies() == ()
+    assert store.scan().manifests == ()
     assert not (tmp_path / "evil").exists()
 
 

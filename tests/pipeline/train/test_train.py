@@ -68,8 +68,8 @@ def test_a_killed_training_goes_on_where_it_was(site_folder, own_store):
     finally:
         running.send_signal(signal.SIGKILL)
         running.wait()
-    assert policies.list_policies() == ()
-    kept = max(m.steps for place in unfinished.iterdir() for m in policies.list_policies(folder=place))
+    assert policies.scan().manifests == ()
+    kept = max(m.steps for place in unfinished.iterdir() for m in policies.scan(folder=place).manifests)
 
     progress = SilentProgress()
     document = train(site, start_from="none", steps=steps, seed=5, seconds=0.0, progress=progress)

@@ -3,15 +3,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.held_out_suite import held_out, unsolvable, wide_trap
 from bimvox.env.distance import UNREACHABLE
 from bimvox.env.problem import is_learnable
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.planning.search import shortest_path
-from bimvox.policy.generalist.lessons import HELD_OUT_DOMAIN, LESSON_DOMAIN, VALIDATION_DOMAIN, lesson, lessons
 from bimvox.policy.generalist.occupancies import FAMILIES
-from bimvox.policy.generalist.problems import occupancy_of, random_problem, with_boxes
+from bimvox.policy.generalist.problems import (
+    HELD_OUT_DOMAIN,
+    LESSON_DOMAIN,
+    VALIDATION_DOMAIN,
+    lesson,
+    lessons,
+    occupancy_of,
+    random_problem,
+    with_boxes,
+)
 from bimvox.policy.generalist.stages import BuildingStage, building_lifts, load_stages, save_stages
-from bimvox.policy.generalist.suite import held_out, unsolvable, wide_trap
 from bimvox.site.collision import HOOK_FORBIDDEN, placement_is_free
 
 SMALL, LARGE = (15, 15, 6), (40, 30, 14)

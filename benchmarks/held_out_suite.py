@@ -9,9 +9,18 @@ import numpy as np
 from bimvox.env.distance import UNREACHABLE
 from bimvox.env.observation import WIDEST_WINDOW_VOX
 from bimvox.env.problem import LiftProblem, training_problem
-from bimvox.policy.generalist.lessons import HELD_OUT_DOMAIN, SMALLEST
+from bimvox.grid.summed_area import summed_area_table
 from bimvox.policy.generalist.occupancies import FAMILIES, u_trap
-from bimvox.policy.generalist.problems import clearance_on, random_boxes, random_clearance, random_problem, random_shape
+from bimvox.policy.generalist.problems import (
+    HELD_OUT_DOMAIN,
+    SMALLEST,
+    clearance_on,
+    occupancy_of,
+    random_boxes,
+    random_clearance,
+    random_problem,
+    random_shape,
+)
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import IntVec
 
@@ -124,9 +133,6 @@ def _free(rng: np.random.Generator, space: CollisionSpace) -> IntVec | None:
 
 def _closed_in(space: CollisionSpace, cell: IntVec, room: int) -> CollisionSpace:
     """Return the rule with a shell of walls, one cell thick, ``room`` cells away from the component at a cell."""
-    from bimvox.grid.summed_area import summed_area_table
-    from bimvox.policy.generalist.problems import occupancy_of
-
     occupied = occupancy_of(space)
     low = np.maximum(np.array(cell) + space.boxes[:, :3].min(axis=0) - room - 1, 0)
     high = np.array(cell) + space.boxes[:, 3:].max(axis=0) + room + 1
