@@ -79,7 +79,7 @@ def test_the_nearest_policy_is_taken_where_it_is_asked_for(site, own_store):
     near = stored(load_generalist(), site, key="a little different")
     progress = SilentProgress()
     assert made(site, policy="nearest", progress=progress)["policy"]["id"] == near
-    assert any("nearest site: 0.00 away" in note for note in progress.notes)
+    assert any("nearest site: distance 0.00" in note for note in progress.notes)
 
 
 def test_a_policy_that_sees_something_else_is_refused_by_name_and_replaced_unasked(site, own_store):
