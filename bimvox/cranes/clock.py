@@ -164,7 +164,7 @@ class CraneClock:
 
 
 def standing_at(row: NDArray[np.float64], from_ns: int) -> CraneTrack:
-    """Return the track of a crane that stands still from a time on; ``row`` as in ``CraneTrack``."""
+    """Return the track of a crane at rest from a time on; ``row`` as in ``CraneTrack``."""
     return CraneTrack(from_ns, row[None, :], row, row)
 
 

@@ -66,11 +66,7 @@ class LastLift:
 
 
 def crane_lifts(plan: LiftPlan, clearances: Iterable[tuple[Lift, CollisionSpace]]) -> tuple[CraneLift, ...]:
-    """Return the cranes' lifts, for every planned lift, in order.
-
-    Args:
-        plan: The plan, of a site with several cranes.
-        clearances: As for ``time_plan``.
+    """Return the lifts of several cranes, for every planned lift, in order; ``clearances`` as for ``time_plan``.
 
     Raises:
         MotionError: If a path is not free or cannot be driven, or the empty hook has no free path to a part.
@@ -178,7 +174,7 @@ class CraneLiftMaker:
             if len(parkings) == _KEPT:
                 break
         if before is not None and early is None and late is None and not parkings:
-            raise HookError(self.component.id, "the empty hook has no free way to it from its crane's lift before")
+            raise HookError(self.component.id, "the empty hook has no free path to it from its crane's previous lift")
         free = placement_is_free(now, *(int(n) for n in pick_vox))
         return replace(self.with_legs(space, early, late, parkings, slew_rad), starts_there=free)
 
@@ -204,7 +200,7 @@ class CraneLiftMaker:
     def hook_rule(
         self, space: CollisionSpace, left_vox: NDArray[np.int32] = NO_CELLS, above: Sequence[NDArray[np.int32]] = ()
     ) -> CollisionSpace:
-        """Return the collision rule of the empty hook on its way to the part; see ``empty_hook_clearance``."""
+        """Return the collision rule of the empty hook before it is over the part; see ``empty_hook_clearance``."""
         return empty_hook_clearance(self.site, self.crane, space, self.place, left_vox, above)
 
     def carried(self, space: CollisionSpace, slew_rad: float) -> CraneLift:

@@ -1,7 +1,7 @@
 """The remaining lifts of several cranes, for a plan that is being carried out.
 
-A crane whose last part is set moves to its next one as in a plan. If its hook is elsewhere, stopped on its way or
-waiting, it continues from there: *early*, while no more parts are set than now; or *late*, when all parts that come
+A crane whose last part is set moves to its next one as in a plan. If its hook is elsewhere, stopped between two parts
+or waiting, it continues from there: *early*, while no more parts are set than now; or *late*, when all parts that come
 before the next lift in the sequence may be in place or still in the yard.
 """
 
@@ -125,7 +125,7 @@ def _from_there(
         if len(parkings) == _KEPT:
             break
     if not there and early is None and late is None and not parkings:
-        raise HookError(component.id, "the empty hook finds no free way to it from where it is")
+        raise HookError(component.id, "the empty hook has no free path to it from where it is")
     return maker.with_legs(space, early, late, parkings, pose.slew_rad, stays=there)
 
 

@@ -27,13 +27,7 @@ def _top(site: Site, rule: CollisionSpace) -> NDArray[np.int32]:
 
 
 def parking_cells(site: Site, number: int, rule: CollisionSpace) -> list[NDArray[np.int32]]:
-    """Return cells of the slings' lower end at which a crane can wait, in every direction, with the hook raised.
-
-    Args:
-        site: The site, with all its cranes.
-        number: Index of the crane.
-        rule: The collision rule of its empty hook (``empty_hook_clearance``).
-    """
+    """Return cells of the slings' lower end at which a crane can wait, in every direction, with the hook raised."""
     top = _top(site, rule)
     columns = np.argwhere((rule.hook_floor < HOOK_FORBIDDEN) & (rule.hook_floor <= top))
     base_m = np.array(site.cranes[number].base_m[:2])

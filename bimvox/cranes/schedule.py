@@ -113,7 +113,7 @@ class _Schedule:
             if motion.order not in on_the_hook:
                 self.set_ns[motion.order], self.released_ns[motion.order] = motion.set_ns, motion.released_ns
         self.begun = {order for one in self.cranes for order in one.motions}
-        # Later parts are set only after hooks that are on their way have passed.
+        # Later parts are set only after the hooks under way have passed.
         passed_ns = max([leg.end_ns for one in self.cranes for leg in one.legs.get(one.begun, ())], default=0)
         self.not_set_before_ns |= {one.lift.order: passed_ns for one in lifts if passed_ns}
 
@@ -353,15 +353,15 @@ class _Schedule:
 
     def _never(self, crane: CraneClock, lift: Lift) -> MotionError:
         component = self.site.components[lift.component]
-        words, cranes = "", self.site.cranes
+        reason, cranes = "", self.site.cranes
         if self.conflict is not None:
             own, other, found = self.conflict
-            words = (
+            reason = (
                 f": the {found.parts[0]} of {cranes[own].name} would come within {found.distance_m:.1f} m of the "
                 f"{found.parts[1]} of {cranes[other].name}, {found.needed_m:g} m are needed"
             )
         return MotionError(
             component.id,
-            f"{cranes[crane.number].name} finds no time for it beside the other cranes{words}",
+            f"{cranes[crane.number].name} has no free time slot for it alongside the other cranes{reason}",
             hint="put the cranes further apart or at other heights, or give it to another one ([[component]] crane)",
         )

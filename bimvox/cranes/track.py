@@ -41,7 +41,7 @@ from bimvox.records.trajectory import Trajectory
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site, SwingRule
-from bimvox.stop.braking import braking_ways
+from bimvox.stop.braking import braking_distances
 
 REACTION_S = 1.0
 """From the order to stop until the brakes act; until then the crane continues."""
@@ -66,14 +66,7 @@ class _Hung(NamedTuple):
 
 
 def approach_track(site: Site, crane: TowerCrane, approach: Trajectory, start_ns: int) -> CraneTrack:
-    """Return where a crane may be while its empty hook moves to a part.
-
-    Args:
-        site: The site.
-        crane: The crane.
-        approach: The move of the hook; its times count from ``start_ns``.
-        start_ns: On the site's clock.
-    """
+    """Return where a crane may be while its empty hook moves to a part, from ``start_ns`` on the site's clock."""
     return _track(
         crane_for(site, crane, None), _empty(site, crane), approach.time_ns + np.int64(start_ns), approach.axes
     )
@@ -168,14 +161,14 @@ def _track(crane: TowerCrane, hung: _Hung, time_ns: NDArray[np.int64], axes: NDA
     for axis, limits in enumerate((crane.slewing, crane.trolley, crane.hoist)):
         x, v = axes[:, axis], rate[:, axis]
         a = np.clip(acceleration[:, axis], -limits.acceleration, limits.acceleration)
-        gone = v * REACTION_S
-        for first, ways in (
-            (x, braking_ways(v, _around(a, np.minimum), limits)),
-            (x, braking_ways(v, _around(a, np.maximum), limits)),
-            (x + gone, braking_ways(v, np.zeros_like(v), limits)),
+        reacted = v * REACTION_S
+        for first, distances in (
+            (x, braking_distances(v, _around(a, np.minimum), limits)),
+            (x, braking_distances(v, _around(a, np.maximum), limits)),
+            (x + reacted, braking_distances(v, np.zeros_like(v), limits)),
         ):
-            low[:, axis] = np.minimum(low[:, axis], first + ways[0])
-            high[:, axis] = np.maximum(high[:, axis], first + ways[1])
+            low[:, axis] = np.minimum(low[:, axis], first + distances[0])
+            high[:, axis] = np.maximum(high[:, axis], first + distances[1])
     swing_m = _swing_m(crane, hung, time_s, axes, rate)
     rows = np.empty((len(time_ns), COLUMNS))
     rows[:, SLEW_LOW], rows[:, SLEW_HIGH] = low[:, 0], high[:, 0]

@@ -44,31 +44,32 @@ def cancelled(swings: Sequence[bool], residual_m: Residual) -> tuple[Calm, ...] 
     Returns:
         One shaping per move; None if none was found that leaves the load at rest, or if plain shaping already does.
     """
-    adjusted = [n for n, does in enumerate(swings) if does][-_MOVES:]
+    adjusted = [n for n, swings_load in enumerate(swings) if swings_load][-_MOVES:]
     if not adjusted:
         return None
 
-    def calms(screws: NDArray[np.float64]) -> tuple[Calm, ...]:
+    def calms(parameters: NDArray[np.float64]) -> tuple[Calm, ...]:
         given = [Calm()] * len(swings)
-        for n, (share, stretch) in zip(adjusted, screws.reshape(-1, 2).tolist(), strict=True):
+        for n, (share, stretch) in zip(adjusted, parameters.reshape(-1, 2).tolist(), strict=True):
             given[n] = Calm((share, round(1.0 - share, _DIGITS)), stretch)
         return tuple(given)
 
     low, high = (np.tile([_SHARE[side], STRETCH[side]], len(adjusted)) for side in (0, 1))
-    screws = np.tile([0.5, 1.0], len(adjusted))
-    left_m = residual_m(calms(screws))
+    parameters = np.tile([0.5, 1.0], len(adjusted))
+    left_m = residual_m(calms(parameters))
     if np.linalg.norm(left_m) <= _ENOUGH_M:
         return None
     for _ in range(_ROUNDS):
-        slopes = np.array([residual_m(calms(screws + step)) - left_m for step in _STEP * np.eye(len(screws))]).T / _STEP
+        steps = _STEP * np.eye(len(parameters))
+        slopes = np.array([residual_m(calms(parameters + step)) - left_m for step in steps]).T / _STEP
         step, *_ = np.linalg.lstsq(slopes, -left_m, rcond=1e-3)
         if np.linalg.norm(left_m + slopes @ step) > _HOPEFUL_M:
             return None
-        tried = np.round(np.clip(screws + step, low, high), _DIGITS)
+        tried = np.round(np.clip(parameters + step, low, high), _DIGITS)
         tried_m = residual_m(calms(tried))
         if np.linalg.norm(tried_m) >= np.linalg.norm(left_m):
             break
-        screws, left_m = tried, tried_m
+        parameters, left_m = tried, tried_m
         if np.linalg.norm(left_m) <= _ENOUGH_M:
             break
-    return calms(screws) if np.linalg.norm(left_m) <= _AT_REST_M else None
+    return calms(parameters) if np.linalg.norm(left_m) <= _AT_REST_M else None

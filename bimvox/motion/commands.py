@@ -115,10 +115,6 @@ def commands(motion: LiftMotion, period_s: float) -> Commands:
 
     The last one, at its end, has zero rates.
 
-    Args:
-        motion: The motion of a lift.
-        period_s: Time between commands.
-
     Raises:
         InputError: If the period is not positive.
     """

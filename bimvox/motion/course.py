@@ -29,14 +29,14 @@ class Moves:
         crane: The crane.
         moves: The moves.
         ends: (N, 2, 3) float64 slew, radius and height where each starts and ends.
-        way_m: Upper bound of the hook's travel in each.
+        travel_m: Upper bound of the hook's travel in each.
         runs: Runs of moves along joint lines, or along other lines: first move, one after the last, and which.
     """
 
     def __init__(self, crane: TowerCrane, moves: Sequence[Move]) -> None:
         self.crane, self.moves = crane, tuple(moves)
         self.ends = np.array([[axes_of(move.start), axes_of(move.end)] for move in moves])
-        self.way_m = tuple(_way_m(move) for move in moves)
+        self.travel_m = tuple(_travel_m(move) for move in moves)
         self.runs: list[tuple[int, int, bool]] = []
         for is_joint, run in groupby(enumerate(moves), key=lambda one: one[1].line is Line.JOINT):
             numbers = [n for n, _ in run]
@@ -68,10 +68,6 @@ class _Packed(NamedTuple):
 class Course:
     """Moves with their profiles, whenever each begins. Neither moves nor profiles change.
 
-    Args:
-        moves: The moves.
-        profiles: One per move.
-
     Attributes:
         profiles: One per move.
         duration_s: How long each move takes.
@@ -83,7 +79,7 @@ class Course:
         self.profiles = tuple(profiles)
         self.duration_s = tuple(profile.duration_s for profile in profiles)
         self.top_speed_m_s = tuple(
-            way_m * profile.top_rate for way_m, profile in zip(moves.way_m, profiles, strict=True)
+            travel_m * profile.top_rate for travel_m, profile in zip(moves.travel_m, profiles, strict=True)
         )
         pieces = [profile.pieces for profile in profiles]
         self._packed = _Packed(
@@ -133,9 +129,9 @@ class Course:
         return axes
 
     def _add_curve(self, axes: NDArray[np.float64], since_s: NDArray[np.float64], n: int) -> None:
-        """Add the way of a move along a line that is not a joint line."""
+        """Add the movement of a move along a line that is not a joint line."""
         crane, move, origin = self._moves.crane, self._moves.moves[n], self._moves.ends[n, 0]
-        # Before the move begins it adds nothing; after its end it adds its whole way.
+        # Before the move begins it adds nothing; after its end it adds its whole movement.
         low, high = np.searchsorted(since_s, (0.0, self.duration_s[n])).tolist()
         if low < high:
             axes[low:high] += axes_along(crane, move, self.profiles[n].share_at(since_s[low:high])) - origin
@@ -144,7 +140,7 @@ class Course:
         axes[high:] += after
 
 
-def _way_m(move: Move) -> float:
+def _travel_m(move: Move) -> float:
     slew, radius, height = move.difference
     reach = max(move.start.radius_m, move.end.radius_m)
     # 2: an arc is at most pi / 2 times its chord, and no line is longer.
@@ -161,7 +157,7 @@ def _add_lines(
     begin: int,
     end: int,
 ) -> None:
-    """Add to axes ((N, 3), in place) the way along joint lines, from move ``begin`` to the one before ``end``."""
+    """Add to axes ((N, 3), in place) the movement along joint lines, from move ``begin`` to the one before ``end``."""
     count = time_s.shape[0]
     for n in range(begin, end):
         first, last = packed.ends[n, 0], packed.ends[n, 1]

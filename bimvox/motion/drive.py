@@ -126,13 +126,6 @@ def drive_free(
 
     The hook goes over the top if that is free, otherwise along a path found by search.
 
-    Args:
-        rigged: The crane with its empty hook.
-        space: The collision rule.
-        start_vox: (3,) reference cell to start from.
-        end_vox: (3,) reference cell to end at, another one.
-        slew_rad: Slewing angle before, including full turns.
-
     Returns:
         The motion, and the height that the hook has to reach.
 

@@ -117,8 +117,8 @@ def _clock_s(motions: Sequence[LiftMotion]) -> float:
 def hook_travel_m(site: Site, motion: LiftMotion) -> float:
     """Return the travel of the hook in a lift, along the chords between its samples."""
     _, axes = motion.samples()
-    way_m = hook_of(site.cranes[motion.crane], *axes.T)
-    return float(np.linalg.norm(np.diff(way_m, axis=0), axis=1).sum())
+    points_m = hook_of(site.cranes[motion.crane], *axes.T)
+    return float(np.linalg.norm(np.diff(points_m, axis=0), axis=1).sum())
 
 
 def capacity_used(site: Site, motion: LiftMotion) -> float:

@@ -75,12 +75,7 @@ class Move:
 
 
 def axes_along(crane: TowerCrane, move: Move, share: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the axes at shares of a move.
-
-    Args:
-        crane: The crane.
-        move: The move.
-        share: (N,) 0 at the start, 1 at the end; its measure depends on the line (for an arc, the angle).
+    """Return the axes at (N,) shares of a move, 0 at its start and 1 at its end; for an arc the share of the angle.
 
     Returns:
         (N, 3) float64 slew (rad, unwrapped), radius (m), height (m).

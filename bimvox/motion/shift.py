@@ -48,7 +48,7 @@ def joined_on(motion: LiftMotion, before: LiftMotion | None) -> LiftMotion:
 
 
 def waiting(motion: LiftMotion, wait_ns: int) -> LiftMotion:
-    """Return a motion that begins with a stop in which the crane stands still."""
+    """Return a motion that begins with a stop at rest."""
     start_ns = motion.start_ns
     return replace(
         motion,
@@ -61,7 +61,7 @@ def waiting(motion: LiftMotion, wait_ns: int) -> LiftMotion:
 
 
 def held_longer(motion: LiftMotion, at_ns: int, by_ns: int) -> LiftMotion:
-    """Return a motion whose crane stands still for longer at a moment at which it rests; what came before stays.
+    """Return a motion that is held longer at a moment at which the crane rests; what came before stays.
 
     Args:
         motion: The motion.

@@ -59,8 +59,8 @@ def over_the_top(
 ) -> Route | None:
     """Return a route up, across and down between two placements, at the lowest free height.
 
-    Across: straight in (slew, radius) the short way round; if that is free at no height, trolley and slewing one after
-    the other, then with the trolley drawn in while slewing, then the same the long way round.
+    Across: straight in (slew, radius) by the smaller angle; if that is free at no height, trolley and slewing one after
+    the other, then with the trolley drawn in while slewing, then the same by the larger angle.
 
     Args:
         rigged: The crane with its load.

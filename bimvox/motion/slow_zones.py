@@ -21,8 +21,8 @@ def slow_share(crane: TowerCrane, move: Move) -> float:
     if not crane.slow_zones:
         return 1.0
     slew, radius, _ = (abs(difference) for difference in move.difference)
-    way_m = slew * max(move.start.radius_m, move.end.radius_m) + radius
-    count = 2 + int(np.ceil(way_m * 2.0 / _SPACING_M))
+    travel_m = slew * max(move.start.radius_m, move.end.radius_m) + radius
+    count = 2 + int(np.ceil(travel_m * 2.0 / _SPACING_M))
     axes = axes_along(crane, move, np.linspace(0.0, 1.0, count))
     points_m = hook_of(crane, *axes.T)[:, :2]
     shares = [

@@ -65,13 +65,7 @@ class Swaying:
 
 
 def swaying(timeline: Timeline, pendulum: Pendulum, spacing_m: float) -> Swaying:
-    """Return a timeline with the swing of its load.
-
-    Args:
-        timeline: The moves over time.
-        pendulum: What hangs on the hook.
-        spacing_m: Largest travel of the hook from one time to the next.
-    """
+    """Return a timeline with the swing of its load; the hook moves at most ``spacing_m`` from one time to the next."""
     duration_s = timeline.duration_s
     steps = int(np.ceil(max(duration_s / STEP_S, duration_s * timeline.top_speed_m_s / spacing_m))) + 1
     time_s = evenly_s(0.0, duration_s, steps)
@@ -89,7 +83,7 @@ class SwingRules:
         blend: Rounds the corners of a timeline.
         fault_s: When a timeline's load first swings too far; None if it never does.
         spacing_m: Largest travel of the hook between two times at which the load is checked.
-        limit_s: A motion that takes this long or longer is of no use.
+        limit_s: A motion that takes this long or longer is discarded.
     """
 
     blend: Callable[[Timeline], Timeline]
@@ -149,7 +143,7 @@ def _fitted(pacer: Pacer, timeline: Timeline, pendulum: Pendulum) -> Timeline | 
 def _slower(
     pacer: Pacer, timeline: Timeline, sway: Swaying, at_s: float | None, pendulum: Pendulum, rules: SwingRules
 ) -> Timeline | None:
-    """Climb the ladder of stronger shaping and slower rates, until the load nowhere swings too far."""
+    """Return the timeline with stronger shaping and slower rates, until the load nowhere swings too far."""
     moves = timeline.moves
     rungs = [0] * len(moves)
     while at_s is not None:
@@ -209,21 +203,21 @@ def swing_fault_s(
     timeline: Timeline,
     sway: Swaying,
     load: LoadFrame,
-    way: CollisionSpace,
+    transit: CollisionSpace,
     last: CollisionSpace,
     tail_moves: int,
     straight_below_m: float,
 ) -> float | None:
     """Return when a load first swings into something, or is not at rest where it must be; None if it never does.
 
-    On the way the load may be anywhere within its swing, to either side. In last moves straight down it hangs at rest;
+    In transit the load may be anywhere within its swing, to either side. In last moves straight down it hangs at rest;
     in last moves sideways it stays on their line, between its rest position and its swing.
 
     Args:
         timeline: The moves over time.
         sway: The same with the swing of its load.
         load: How hook poses and reference cells correspond.
-        way: The rule up to the last moves.
+        transit: The rule up to the last moves.
         last: The rule for them.
         tail_moves: Number of last moves.
         straight_below_m: Height of the hook at which they begin.
@@ -235,11 +229,12 @@ def swing_fault_s(
     tail_s = timeline.end_s[swings[-1]] if swings else 0.0
     if is_sideways:
         tail_s, straight_below_m = timeline.start_s[first_last], np.inf
-    on_way, in_tail, ways, tails = _swinging(beyond_m, time_s, sway.axes, tail_s, straight_below_m)
+    in_transit, in_tail, first_transit, first_tail = _swinging(beyond_m, time_s, sway.axes, tail_s, straight_below_m)
     faults = [float(time_s[-1])] if sway.swing.amplitude_m[-1] > PLANNED_RESIDUAL_M else []
-    if not is_sideways and tails >= 0:
-        faults.append(float(time_s[tails]))
-    for part, first, rule, both in ((on_way, ways, way, True), (in_tail, tails, last, False)):
+    if not is_sideways and first_tail >= 0:
+        faults.append(float(time_s[first_tail]))
+    parts = ((in_transit, first_transit, transit, True), (in_tail, first_tail, last, False))
+    for part, first, rule, both in parts:
         if first >= 0:
             hit = swaying_is_free(rule, load, sway.axes, beyond_m / load.voxel_size_m, part, both)
             if hit >= 0:
@@ -255,20 +250,20 @@ def _swinging(
     tail_s: float,
     tail_below_m: float,
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], int, int]:
-    """Return at which samples the load swings on its way, at which in its last moves, and the first of each or -1.
+    """Return at which samples the load swings in transit, at which in its last moves, and the first of each or -1.
 
     The last moves are the samples from a time on with the hook at or below a height.
     """
     count = time_s.shape[0]
-    on_way, in_tail = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
-    ways, tails = -1, -1
+    in_transit, in_tail = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    first_transit, first_tail = -1, -1
     for i in range(count):
         if beyond_m[i, 0] == 0.0 and beyond_m[i, 1] == 0.0:
             continue
         if time_s[i] >= tail_s and axes[i, 2] <= tail_below_m:
             in_tail[i] = True
-            tails = i if tails < 0 else tails
+            first_tail = i if first_tail < 0 else first_tail
         else:
-            on_way[i] = True
-            ways = i if ways < 0 else ways
-    return on_way, in_tail, ways, tails
+            in_transit[i] = True
+            first_transit = i if first_transit < 0 else first_transit
+    return in_transit, in_tail, first_transit, first_tail

@@ -57,13 +57,7 @@ class Swing:
 
 
 def pendulum_of(site: Site, crane: TowerCrane, component: Component | None) -> Pendulum | None:
-    """Return what hangs on a crane's hook as a pendulum; None if swing is off.
-
-    Args:
-        site: The site.
-        crane: One of its cranes.
-        component: The load; None for the empty hook.
-    """
+    """Return a load (None for the empty hook) on a crane's hook as a pendulum; None if swing is off."""
     if site.rules.swing is SwingRule.OFF:
         return None
     half_m = 0.0 if component is None else 0.5 * component.shape.size_vox[2] * site.frame.voxel_size_m
@@ -71,14 +65,7 @@ def pendulum_of(site: Site, crane: TowerCrane, component: Component | None) -> P
 
 
 def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendulum: Pendulum) -> Swing:
-    """Return the swing of a load that is at rest at the start.
-
-    Args:
-        crane: The crane.
-        axes: (N, 3) slew (rad), radius (m), height (m), evenly spaced in time.
-        step_s: Time between them, ``STEP_S`` at most.
-        pendulum: What hangs on the hook.
-    """
+    """Return the swing of a load that is at rest at the start, for (N, 3) axes ``step_s`` apart, ``STEP_S`` at most."""
     length_m = pendulum_lengths_m(crane, axes, pendulum.below_hook_m)
     return Swing(*_swing(axes, crane.base_m[0], crane.base_m[1], length_m, step_s, GRAVITY_M_S2))
 

@@ -149,14 +149,7 @@ def empty_hook_move(
     end_vox: NDArray[np.int32],
     slew_rad: float,
 ) -> Trajectory:
-    """Return the trajectory of the empty hook between two cells of the slings' lower end.
-
-    Args:
-        empty: The crane with its empty hook.
-        rule: From ``empty_hook_clearance``.
-        start_vox: (3,) where it starts.
-        end_vox: (3,) where it ends.
-        slew_rad: Slewing angle before, including full turns.
+    """Return the trajectory of the empty hook between two cells of the slings' lower end (``empty_hook_clearance``).
 
     Raises:
         PlanningError: If there is no free route.

@@ -37,7 +37,7 @@ def turned_to(part: Trajectory, slew_rad: float | None) -> Trajectory:
 
 
 def one_after_another(parts: Sequence[Trajectory]) -> Trajectory:
-    """Return trajectories that follow each other on one clock joined into one; between them the hook stands still."""
+    """Return trajectories that follow each other on one clock joined into one; between them the hook is at rest."""
     if len(parts) == 1:
         return parts[0]
     before = np.cumsum([0, *(len(part.time_ns) for part in parts)])

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.errors import VerificationError
 from bimvox.planning.contact.pairs import Contacts
-from bimvox.planning.insertion import Insertion, NoInsertion, find_insertion
+from bimvox.planning.insertion import Insertion, NoInsertion, PartToInsert, find_insertion
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
 from bimvox.planning.order.order_and_yard import order_and_yard
 from bimvox.planning.order.relations import Precedence, precedence
@@ -128,7 +128,7 @@ class Assembly:
         self._margin = margin_vox(site)
         count = len(site.components)
         self._present: dict[str, NDArray[np.int32]] = {b.id: b.cells for b in site.blockers}
-        self._standing = set(range(count, len(preparation.contacts.solids)))
+        self._in_place = set(range(count, len(preparation.contacts.solids)))
         self._delivery = -1
         self._position = {index: n for n, index in enumerate(preparation.sequence.order)}
         self._stored: dict[int, NDArray[np.int32]] = {}
@@ -158,12 +158,12 @@ class Assembly:
         if self._preparation.places[index] is None:
             return self._no_place(self._site.components[index])
         relations = self._preparation.relations
-        missing = [j for j in relations.supports[index] if j not in self._standing]
+        missing = [j for j in relations.supports[index] if j not in self._in_place]
         if missing:
             names = tuple(self._site.components[j].id for j in missing)
             return Obstacle("the parts that support it are not in place", names)
         held_by = self._touched_before(index)
-        if held_by and self._standing.isdisjoint(held_by):
+        if held_by and self._in_place.isdisjoint(held_by):
             names = tuple(self._site.components[j].id for j in held_by)
             return Obstacle("nothing below supports it, and no part that it touches is in place", names)
         return None
@@ -180,7 +180,7 @@ class Assembly:
         component = self._site.components[index]
         if placed:
             cells = target_cells(component)
-            self._standing.add(index)
+            self._in_place.add(index)
         else:
             place = self._preparation.places[index]
             if place is None:
@@ -203,9 +203,9 @@ class Assembly:
         component, place = self._site.components[index], self._preparation.places[index]
         free = self._occupancy.space(component)
         transit = self._occupancy.transit(component, free)
-        return (
-            transit if place is None else with_cleared(transit, _departure(free, transit, place.transit_start_vox)[0])
-        )
+        if place is None:
+            return transit
+        return with_cleared(transit, _departure(free, transit, place.transit_start_vox)[0])
 
     def who_is_at(self, cells: NDArray[np.int32]) -> tuple[str, ...]:
         """Return the ids of everything that occupies one of the cells now."""
@@ -255,7 +255,7 @@ class Assembly:
     def on_the_way(self, index: int, last_vox: NDArray[np.int32]) -> tuple[Stage, Obstacle | None]:
         """Return the stage for the rest of the lift of component ``index``, which is already under way.
 
-        Anything in the way at or above its place in the yard no longer counts.
+        What is in the way at or above its place in the yard no longer counts.
 
         Args:
             index: The component.
@@ -280,15 +280,9 @@ class Assembly:
         return Stage(component, place, rule, place.transit_start_vox, last), blocked
 
     def _insertion(self, component: Component, space: CollisionSpace, transit: CollisionSpace) -> Insertion | Obstacle:
-        found = find_insertion(
-            self._site,
-            self._preparation.contacts,
-            self._occupancy.counts,
-            component,
-            space,
-            self._standing,
-            transit,
-        )
+        contacts, counts = self._preparation.contacts, self._occupancy.counts
+        part = PartToInsert(self._site, contacts, counts, component, self._in_place, space, transit)
+        found = find_insertion(part)
         return self._blocked_target(found) if isinstance(found, NoInsertion) else found
 
     def _blocked_start(self, component: Component, space: CollisionSpace, start: IntVec) -> Obstacle:
@@ -351,11 +345,6 @@ def _departure(free: CollisionSpace, transit: CollisionSpace, start: IntVec) -> 
 
 def replay(site: Site, preparation: Preparation, plan: LiftPlan) -> Iterator[tuple[Lift, CollisionSpace]]:
     """Yield every planned lift of a plan with the collision rule of its stage, last moves cleared.
-
-    Args:
-        site: The planned site.
-        preparation: Its preparation.
-        plan: The plan.
 
     Yields:
         Planned lifts in order; only one stage's tables are in memory at a time.

@@ -7,11 +7,11 @@ the pair is allowed (exact, not sampled). Straight down is tried first, then the
 
 If cells block the path, they may be too coarse: the rim of an opening above the place, somewhat larger than the part,
 lies in cells that the part needs. For such a lift the true triangles decide about everything that has triangles.
-Neighbours may be touched by the tolerance as usual; the part keeps the tolerance as a distance to everything else.
-Objects without triangles (obstructions, the ground, parts in the yard) stay cells.
+Neighbours may overlap it by the tolerance as usual; it keeps the tolerance as a distance to everything else. Objects
+without triangles (obstructions, the ground, parts in the yard) are checked by cells.
 
 A placement that is free by cells may lie in a pocket: a room enclosed by neighbours whose cells are too coarse to show
-the way out. The last moves then continue through the pocket to a gate from which the load can be raised to the top.
+the exit. The last moves then continue through the pocket to a gate from which the load can be raised to the top.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,48 +84,45 @@ class NoInsertion:
     cells: tuple[IntVec, ...] = ()
 
 
-def find_insertion(
-    site: Site,
-    contacts: Contacts,
-    counts: NDArray[np.uint16],
-    component: Component,
-    space: CollisionSpace,
-    present: Collection[int],
-    transit: CollisionSpace | None = None,
-) -> Insertion | NoInsertion:
-    """Return the last moves of a component, or why there are none.
+class PartToInsert(NamedTuple):
+    """A part and everything around it before its lift.
 
-    Args:
+    Attributes:
         site: The site.
         contacts: Its contacts.
         counts: (X, Y, Z) how many objects occupy each cell now.
         component: The part.
-        space: The collision rule for it now, nothing cleared.
         present: Numbers of the solids in place now.
-        transit: The rule up to the gate, if it differs (see ``bimvox.site.margin``).
+        space: The collision rule for it now, nothing cleared.
+        transit: The rule up to the gate (see ``bimvox.site.margin``).
     """
-    by_cells = _Inserter(site, contacts, counts, component, space, present, transit or space)
+
+    site: Site
+    contacts: Contacts
+    counts: NDArray[np.uint16]
+    component: Component
+    present: Collection[int]
+    space: CollisionSpace
+    transit: CollisionSpace
+
+
+def find_insertion(part: PartToInsert) -> Insertion | NoInsertion:
+    """Return the last moves of a part, or why there are none."""
+    by_cells = _Inserter(part, by_shapes=False)
     found = by_cells.find()
-    if isinstance(found, Insertion) and not found.enclosed:
+    if (isinstance(found, Insertion) and not found.enclosed) or not by_cells.met_cells:
         return found
-    if not by_cells.met_cells:
-        return found
-    refined = _Inserter(site, contacts, counts, component, space, present, transit or space, by_shapes=True).find()
+    refined = _Inserter(part, by_shapes=True).find()
     if isinstance(refined, Insertion) and not refined.enclosed:
         return refined
     if isinstance(found, Insertion):
         return found
-    size_m = site.frame.voxel_size_m
+    size_m = part.site.frame.voxel_size_m
     return replace(found, reason=f"{found.reason}; checked with cells of {size_m:g} m and the true shapes around it")
 
 
 class _Entangled:
-    """A neighbour that no move separates from the part: they may share no more cells than in the finished building.
-
-    Args:
-        cells: (N, 3) of the neighbour.
-        own: (M, 3) of the part at its place.
-    """
+    """A neighbour that no move separates from the part: they may share no more cells than in the finished building."""
 
     def __init__(self, cells: NDArray[np.int32], own: NDArray[np.int32]) -> None:
         self._low = cells.min(axis=0)
@@ -143,18 +141,10 @@ class _Entangled:
 
 
 class _Inserter:
-    def __init__(
-        self,
-        site: Site,
-        contacts: Contacts,
-        counts: NDArray[np.uint16],
-        component: Component,
-        space: CollisionSpace,
-        present: Collection[int],
-        transit: CollisionSpace,
-        *,
-        by_shapes: bool = False,
-    ) -> None:
+    """Searches the last moves of a part; by shapes, true triangles also decide about solids that are not neighbours."""
+
+    def __init__(self, part: PartToInsert, *, by_shapes: bool) -> None:
+        site, contacts, counts, component, present, space, transit = part
         self.contacts, self.component, self.space, self.transit = contacts, component, space, transit
         self.step_m = site.frame.voxel_size_m
         self.target = np.array(component.target_vox)
@@ -195,7 +185,7 @@ class _Inserter:
         straight = self._straight_down()
         if isinstance(straight, Insertion) and not straight.enclosed:
             return straight
-        return self._round_about() or straight
+        return self._detour() or straight
 
     def _straight_down(self) -> Insertion | NoInsertion:
         """Return the moves straight down from the lowest gate; without a gate, from an enclosed room.
@@ -221,18 +211,16 @@ class _Inserter:
                     "no path leads into its place, straight down or from the side: it would hit its neighbours", hit
                 )
             if free:
-                way = self._insertion([(x, y, z) for z in range(place[2], bottom - 1, -1)])
+                descent = self._insertion([(x, y, z) for z in range(place[2], bottom - 1, -1)])
                 if self._is_gate(place):
-                    return way
-                enclosed = enclosed or replace(way, enclosed=True)
-            else:
-                wrong = self._wrong_at(place)
-                if wrong is not None:
-                    return enclosed or wrong
+                    return descent
+                enclosed = enclosed or replace(descent, enclosed=True)
+            elif (wrong := self._wrong_at(place)) is not None:
+                return enclosed or wrong
             was_free = free
         return enclosed or NoInsertion("there is no room above its place to lower it from", self.near)
 
-    def _round_about(self) -> Insertion | None:
+    def _detour(self) -> Insertion | None:
         """Search breadth-first from the target outward; a move out is the move in, reversed."""
         start = (int(self.target[0]), int(self.target[1]), int(self.target[2]))
         if self._wrong_at(start) is not None:
@@ -250,10 +238,12 @@ class _Inserter:
             free_here = self._is_free(here)
             for action, (x, y, z) in enumerate(MOVES.tolist()):
                 there = (here[0] + x, here[1] + y, here[2] + z)
-                if there in came_from or there[2] > self.highest or there[2] < 1 or not self._is_inside(there):
+                inside = all(0 <= n < size for n, size in zip(there, self.rooms.shape, strict=True))
+                if there in came_from or there[2] > self.highest or there[2] < 1 or not inside:
                     continue
                 free_there = self._is_free(there)
-                if not free_there and (not self._is_near(there) or self._wrong_at(there) is not None):
+                aside = max(abs(there[0] - start[0]), abs(there[1] - start[1]))
+                if not free_there and (aside > SIDEWAYS_VOX or self._wrong_at(there) is not None):
                     continue
                 if not (free_here and free_there) and self._met_on(here, action):
                     continue
@@ -264,12 +254,6 @@ class _Inserter:
 
     def _insertion(self, places: list[IntVec]) -> Insertion:
         return Insertion(np.array(places, np.int32).reshape(-1, 3))
-
-    def _is_inside(self, place: IntVec) -> bool:
-        return all(0 <= n < size for n, size in zip(place, self.rooms.shape, strict=True))
-
-    def _is_near(self, place: IntVec) -> bool:
-        return max(abs(place[0] - int(self.target[0])), abs(place[1] - int(self.target[1]))) <= SIDEWAYS_VOX
 
     def _is_free(self, place: IntVec) -> bool:
         """Whether a placement is free by cells, enclosed or not."""

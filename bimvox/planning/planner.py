@@ -52,7 +52,7 @@ def plan_lifts(
         retrained: The policy after more training on this site; asked if the first one fails.
         previous: A plan of the same geometry with other obstructions; a lift whose path is still valid is kept.
         refused: Components whose lift was planned but not proven, with the reason: they are infeasible.
-        kept: Lifts by component that stay as they are whatever is in the way, from a plan in execution.
+        kept: Lifts by component that do not change whatever is in the way, from a plan in execution.
         progress: Called with (stage, done, total).
 
     Returns:
@@ -80,8 +80,8 @@ def plan_lifts(
         if policies and isinstance(stage, Stage) and lift.path_vox is not None and lift is not before.get(index):
             asked.append((stage, lift))
         if len(asked) == lifts_at_once(site.shape) or number == len(order) - 1:
-            for better in _proposed(asked, policies):
-                lifts[better.order] = better
+            for proposed in _proposed(asked, policies):
+                lifts[proposed.order] = proposed
             asked.clear()
         if progress is not None:
             progress("lifts", number + 1 - len(asked), len(order))
@@ -117,13 +117,7 @@ def plan_lift(
 
 
 def proposed_again(stage: Stage, lift: Lift, retrained: Propose) -> Lift:
-    """Return a planned lift with the path of a retrained policy; the lift itself if that is invalid or longer.
-
-    Args:
-        stage: Its stage now.
-        lift: The lift; its path is assumed to be free.
-        retrained: The policy.
-    """
+    """Return a planned lift with the path of a retrained policy; the lift itself if that is invalid or longer."""
     (found,) = _proposed([(stage, lift)], [(retrained, Method.RETRAINED)])
     if found.path_vox is None or lift.path_vox is None or len(found.path_vox) > len(lift.path_vox):
         return lift
@@ -148,7 +142,7 @@ def _searched(
     place = preparation.places[index]
     if isinstance(stage, Obstacle):
         return Lift(index, order, place, Status.INFEASIBLE, reason=stage.reason, blocked_by=stage.blocked_by)
-    if before is not None and before.path_vox is not None and _still_holds(before.path_vox, stage):
+    if before is not None and before.path_vox is not None and _is_still_valid(before.path_vox, stage):
         return before
     shortest = shortest_path(stage.space, stage.start_vox, stage.insertion.gate_vox).path_vox
     if shortest is None:
@@ -173,12 +167,12 @@ def _proposed(searched: Sequence[tuple[Stage, Lift]], policies: Sequence[tuple[P
     for ask, method in policies:
         if not left:
             break
-        ways = ask([_transit(*searched[n]) for n in left])
+        paths_vox = ask([_transit(*searched[n]) for n in left])
         failed = []
-        for n, way in zip(left, ways, strict=True):
+        for n, path_vox in zip(left, paths_vox, strict=True):
             stage = searched[n][0]
-            if way is not None and is_valid_transit(stage, way):
-                lifts[n] = replace(lifts[n], method=method, path_vox=_whole_path(way, stage))
+            if path_vox is not None and is_valid_transit(stage, path_vox):
+                lifts[n] = replace(lifts[n], method=method, path_vox=_whole_path(path_vox, stage))
             else:
                 failed.append(n)
         left = failed
@@ -209,7 +203,7 @@ def is_valid_transit(stage: Stage, path_vox: NDArray[np.int32]) -> bool:
     )
 
 
-def _still_holds(path_vox: NDArray[np.int32], stage: Stage) -> bool:
+def _is_still_valid(path_vox: NDArray[np.int32], stage: Stage) -> bool:
     """Return whether an earlier path ends in the same last moves and its transit is still free."""
     last = stage.insertion.path_vox
     transit = path_vox[: len(path_vox) - len(last) + 1]

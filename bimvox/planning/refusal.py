@@ -18,12 +18,7 @@ _SLACK_M = 1e-6
 
 
 def refused_by_crane(site: Site, component: Component) -> str | None:
-    """Return why the crane cannot lift a part to its place whatever the path; None if it can.
-
-    Args:
-        site: The site.
-        component: The part.
-    """
+    """Return why the crane cannot lift a part to its place whatever the path; None if it can."""
     crane = site.crane_of(component)
     if crane is None:
         return None

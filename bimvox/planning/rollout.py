@@ -3,9 +3,9 @@
 The guard (:mod:`bimvox.env.guard`): of the free moves, those to the reference cells visited least often come first;
 among these the policy's value decides. Its only memory is the path. So a move is never blocked, a lift never circles,
 and a policy that would dither at a wall is pushed along it. It is not a search: at most ``ROLLOUT_LIMIT`` moves a try,
-and it goes back only by moving back.
+and it returns to a cell only by moving there.
 
-There are four guards (``GUARDS``); the last three lean down, to the left and to the right. A lift tries them in turn,
+There are four guards (``GUARDS``); the last three prefer down, left and right. A lift tries them in turn,
 each from its start and with its own memory, until three arrive, or one arrives by a path known to be shortest. The
 shortest path is used. If none arrives, the same is tried from the target to the start, because moves can be reversed.
 
@@ -81,12 +81,7 @@ class Rollout:
 
 
 _RUNNING, _ARRIVED, _STEP_LIMIT, _ENCLOSED, _START_NOT_FREE = range(5)
-_OUTCOMES = {
-    _ARRIVED: Outcome.ARRIVED,
-    _STEP_LIMIT: Outcome.STEP_LIMIT,
-    _ENCLOSED: Outcome.ENCLOSED,
-    _START_NOT_FREE: Outcome.START_NOT_FREE,
-}
+_OUTCOMES = dict(enumerate(Outcome, _ARRIVED))
 
 
 def roll_out(values: Values, problem: LiftProblem, *, limit: StepLimit = ROLLOUT_LIMIT) -> Rollout:
@@ -136,13 +131,13 @@ def _tried(
     values: Values, problems: Sequence[LiftProblem], least: Sequence[int], limit: StepLimit, from_target: bool
 ) -> list[Rollout]:
     """Roll out under one guard after the other; if none arrives, from the other end."""
-    best = _one_way(values, problems, least, limit)
+    best = _from_starts(values, problems, least, limit)
     lost = [n for n, rollout in enumerate(best) if rollout.outcome is Outcome.STEP_LIMIT]
     if from_target and lost:
         turned = [
             replace(problems[n], start_vox=problems[n].target_vox, target_vox=problems[n].start_vox) for n in lost
         ]
-        for n, back in zip(lost, _one_way(values, turned, [least[n] for n in lost], limit), strict=True):
+        for n, back in zip(lost, _from_starts(values, turned, [least[n] for n in lost], limit), strict=True):
             steps = best[n].steps + back.steps
             if back.arrived:
                 best[n] = Rollout(np.ascontiguousarray(back.path_vox[::-1]), back.outcome, steps)
@@ -151,9 +146,11 @@ def _tried(
     return best
 
 
-def _one_way(values: Values, problems: Sequence[LiftProblem], least: Sequence[int], limit: StepLimit) -> list[Rollout]:
+def _from_starts(
+    values: Values, problems: Sequence[LiftProblem], least: Sequence[int], limit: StepLimit
+) -> list[Rollout]:
     """Roll out from the starts, each lift under one guard after the other until it has arrived often enough."""
-    best = list(_forth(values, problems, limit, GUARDS[0]))
+    best = list(_under_guard(values, problems, limit, GUARDS[0]))
     arrivals = [int(rollout.arrived) for rollout in best]
     for guard in GUARDS[1:]:
         again = [
@@ -162,7 +159,7 @@ def _one_way(values: Values, problems: Sequence[LiftProblem], least: Sequence[in
             if rollout.outcome is Outcome.STEP_LIMIT
             or (rollout.arrived and arrivals[n] < ARRIVALS and len(rollout.path_vox) - 1 > least[n])
         ]
-        for n, other in zip(again, _forth(values, [problems[n] for n in again], limit, guard), strict=True):
+        for n, other in zip(again, _under_guard(values, [problems[n] for n in again], limit, guard), strict=True):
             arrivals[n] += other.arrived
             shorter = len(other.path_vox) < len(best[n].path_vox)
             taken = other if other.arrived and (shorter or not best[n].arrived) else best[n]
@@ -170,7 +167,7 @@ def _one_way(values: Values, problems: Sequence[LiftProblem], least: Sequence[in
     return best
 
 
-def _forth(values: Values, problems: Sequence[LiftProblem], limit: StepLimit, guard: Guard) -> list[Rollout]:
+def _under_guard(values: Values, problems: Sequence[LiftProblem], limit: StepLimit, guard: Guard) -> list[Rollout]:
     starts = np.array([problem.start_vox for problem in problems], np.int32).reshape(-1, 3)
     rollouts = roll_out_starts(values, problems, np.arange(len(problems)), starts, limit=limit, guard=guard)
     return [

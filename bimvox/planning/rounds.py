@@ -51,8 +51,8 @@ def refusals(proof: Verification) -> dict[str, str]:
     reasons: dict[str, str] = {}
     for check in proof.checks:
         for component in sorted(check.culprits):
-            said = next((f for f in check.failures if component in f), check.failures[0])
-            reasons.setdefault(component, f"its lift could not be proven: {check.name}: {said}")
+            failure = next((f for f in check.failures if component in f), check.failures[0])
+            reasons.setdefault(component, f"its lift could not be proven: {check.name}: {failure}")
     if not proof.verified and not reasons:
         raise VerificationError(
             f"the plan could not be proven, so it was not written: {proof.failures[0]}",

@@ -38,15 +38,10 @@ class SearchResult:
 
 
 def shortest_path(space: CollisionSpace, start: IntVec, goal: IntVec) -> SearchResult:
-    """Return a shortest path of unit moves, or the result that there is none; deterministic.
+    """Return a shortest path of unit moves between two reference cells; the search is deterministic.
 
     There is no path if all placements reachable from the start, or all reachable from the goal, are known. The goal is
     checked after a while: a room around it is usually small, and the site around the start is large.
-
-    Args:
-        space: The collision rule.
-        start: Reference cell of the start; must be free.
-        goal: Reference cell of the goal.
     """
     path, expanded = _a_star(space, np.array(start, np.int64), np.array(goal, np.int64), MOVES)
     return SearchResult(path if len(path) else None, int(expanded))

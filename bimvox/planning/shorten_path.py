@@ -114,9 +114,9 @@ def _three_legs(
         count = 0
         free = True
         for axis in (first, second, third):
-            way = goal[axis] - start[axis]
-            step = 1 if way > 0 else -1
-            for _ in range(abs(way)):
+            gap = goal[axis] - start[axis]
+            step = 1 if gap > 0 else -1
+            for _ in range(abs(gap)):
                 if axis == 0:
                     x += step
                 elif axis == 1:

@@ -1,10 +1,10 @@
 """Yard allocation: the place of each part in the yard, by deliveries (truckloads).
 
 Parts are placed in the order in which they are needed. A place keeps a gap to its neighbours, is clear of structures,
-and lies within the crane's reach for the part's mass. Of these the one with the least travel time is used, including
-the travel from the part before; of equally good ones the first.
+and lies within the crane's reach for the part's mass. The place with the least travel time is used, including the
+travel from the part before; of equally good places the first.
 
-A new delivery begins if the next part finds no room or would overload the truck. It arrives when every earlier lift is
+A new delivery begins if the next part does not fit or would overload the truck. It arrives when every earlier lift is
 finished. By then the yard is empty except for places that the site file gives to later parts, so an earlier arrival
 could bring no more. Parts of an earlier delivery that could not be lifted go back with the truck.
 
@@ -55,7 +55,7 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
     given = [index for index in order if site.components[index].start_vox is not None]
     places: list[YardPlace | None] = [None] * len(site.components)
     free, delivery, load_kg = _without_given(site, empty, given), 0, list[float]()
-    ways = [_Ways(site, travel) for travel in travels]
+    times = [_YardTimes(site, travel) for travel in travels]
     before: dict[int, Component] = {}
     for index in order:
         component = site.components[index]
@@ -72,7 +72,7 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
         tries = [(free, _preferred(component)), (fresh, _preferred(component))]
         tries += [(free, _turned(component)), (fresh, _turned(component))]
         for yard, choices in tries if load_kg else tries[::2]:
-            own = ways[component.crane] if ways else None
+            own = times[component.crane] if times else None
             found = _find(site, component, yard, own, before.get(component.crane), choices)
             if found is not None:
                 if yard is not free:
@@ -168,7 +168,7 @@ def _take(free: NDArray[np.bool_], cell: IntVec, footprint: tuple[int, int]) -> 
     ] = False
 
 
-class _Ways:
+class _YardTimes:
     """Travel times of the crane to each column of the yard."""
 
     def __init__(self, site: Site, travel: Travel) -> None:
@@ -198,7 +198,7 @@ def _find(
     site: Site,
     component: Component,
     free: NDArray[np.bool_],
-    ways: _Ways | None,
+    times: _YardTimes | None,
     before: Component | None,
     choices: tuple[Lying, ...],
 ) -> tuple[Lying, IntVec] | None:
@@ -226,9 +226,9 @@ def _find(
             continue
         cells = _on_its_side(site, component, cells, offset)
         best = 0
-        if ways is not None:
-            # Rounded to a few seconds, the first of each: parts lie close together, the rest stays in one piece.
-            seconds = ways.seconds(component, before, cells + offset, size_z + 1)
+        if times is not None:
+            # The first of equally good places: parts lie close together, and the free part of the yard stays connected.
+            seconds = times.seconds(component, before, cells + offset, size_z + 1)
             best = int(np.argmin(np.floor(seconds / _SAME_S)))
         x, y = (int(n) for n in cells[best])
         return (pose, turn), (x, y, 1)

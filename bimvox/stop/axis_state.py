@@ -35,11 +35,7 @@ class AxisState:
 
 
 def state_at(motion: LiftMotion, time_ns: int) -> tuple[int, AxisState]:
-    """Return the state of the axes at the first sample at or after a time at which it is known exactly.
-
-    Args:
-        motion: The lift.
-        time_ns: On the site's clock.
+    """Return the state of the axes at the first sample from a time on at which it is known exactly.
 
     Returns:
         The time of that sample on the site's clock, and the state there.
@@ -93,9 +89,9 @@ def _state_from_rest(
     if at - rest < _FROM_REST:
         return None
     since = ((time_ns[rest + 1 : at + 1] - time_ns[rest]) / NS_PER_S)[:, None]
-    gone = axes[rest + 1 : at + 1] - axes[rest]
-    per_cube = gone[-1] / since[-1] ** 3
-    if np.abs(gone - per_cube * since**3).max() > _SAME:
+    moved = axes[rest + 1 : at + 1] - axes[rest]
+    per_cube = moved[-1] / since[-1] ** 3
+    if np.abs(moved - per_cube * since**3).max() > _SAME:
         return None
     return AxisState(axes[at], 3.0 * per_cube * since[-1] ** 2, 6.0 * per_cube * since[-1])
 

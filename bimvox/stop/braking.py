@@ -68,7 +68,7 @@ def brake(position: float, rate: float, acceleration: float, limits: AxisLimits)
 
     Args:
         position: Where it is, in the axis's unit.
-        rate: How fast it goes, unit/s.
+        rate: Its rate, unit/s.
         acceleration: Its acceleration, unit/s^2; clipped to the limit.
         limits: The axis's limits.
     """
@@ -90,20 +90,20 @@ def brake(position: float, rate: float, acceleration: float, limits: AxisLimits)
     return AxisBraking(np.array(starts), np.array(states), at, p)
 
 
-def braking_ways(
+def braking_distances(
     rate: NDArray[np.float64], acceleration: NDArray[np.float64], limits: AxisLimits
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return how far an axis moves back and ahead while it brakes, for many states.
 
     Args:
-        rate: (N,) how fast it goes, unit/s.
+        rate: (N,) its rate, unit/s.
         acceleration: (N,) its acceleration, unit/s^2.
         limits: The axis's limits.
 
     Returns:
         (N,) the lowest (0 or less) and (N,) the highest (0 or more) position while braking, relative to the start.
     """
-    return _ways(rate, acceleration, limits.acceleration, limits.jerk)
+    return _distances(rate, acceleration, limits.acceleration, limits.jerk)
 
 
 @kernel
@@ -114,16 +114,16 @@ def _pieces(
     acceleration = min(max(acceleration, -most), most)
     # The rate that is left once the acceleration is reduced to zero decides in which direction to brake.
     left = rate + acceleration * abs(acceleration) / (2.0 * jerk)
-    way = -copysign(1.0, left)
-    now, needed = way * acceleration, -way * rate
+    sign = -copysign(1.0, left)
+    now, needed = sign * acceleration, -sign * rate
     peak = min(most, sqrt(max(0.0, jerk * needed + now * now / 2.0)))
     peak = max(peak, now)
     held = max(0.0, (needed - (2.0 * peak * peak - now * now) / (2.0 * jerk)) / peak) if peak > 0.0 else 0.0
-    return ((peak - now) / jerk, held, peak / jerk), (way * jerk, 0.0, -way * jerk), acceleration
+    return ((peak - now) / jerk, held, peak / jerk), (sign * jerk, 0.0, -sign * jerk), acceleration
 
 
 @kernel
-def _ways(
+def _distances(
     rate: NDArray[np.float64], acceleration: NDArray[np.float64], most: float, jerk: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the extremes; they are at ends of pieces, or where the rate is zero within one."""

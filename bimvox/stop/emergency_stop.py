@@ -74,11 +74,6 @@ def stop_at(rigged: RiggedCrane, motion: LiftMotion, time_ns: int) -> EmergencyS
     first sample after the command at which the state is known exactly (the samples before it lie on one piece of
     constant jerk), within two seconds.
 
-    Args:
-        rigged: The crane with its load.
-        motion: The lift.
-        time_ns: When the stop is commanded, on the site's clock.
-
     Raises:
         InputError: If the lift is not under way then.
     """
@@ -128,12 +123,6 @@ def brake_radius(crane: TowerCrane, radius_m: float, rate: float, acceleration: 
 
     The limits of a luffing jib depend on the radius. It brakes within the limits that hold between its radius and the
     one at which it comes to rest; that range is widened until it suffices. Its hoist has its own share of the winch.
-
-    Args:
-        crane: The crane, in the gear of its load.
-        radius_m: Radius of the hook.
-        rate: m/s.
-        acceleration: m/s^2.
     """
     jib = crane.luffing
     if jib is None:

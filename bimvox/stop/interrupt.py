@@ -79,7 +79,7 @@ def cut_short(motion: LiftMotion, stop: EmergencyStop | None) -> LiftMotion:
 
 
 def spliced(part: Trajectory, stop: EmergencyStop, later: Trajectory, told_ns: int, again_ns: int) -> Trajectory:
-    """Return a trajectory that is stopped on its way: the part before, stop, hold, and the part after.
+    """Return a trajectory that is stopped and resumed: the part before, stop, hold, and the part after.
 
     Args:
         part: The trajectory as planned; times from the start of its lift, as are the two times below.

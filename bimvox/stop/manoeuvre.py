@@ -2,8 +2,8 @@
 
 Braking at once is tried first. If the load would hit something while it brakes, or within the swing that follows
 (``bimvox.stop.swing``), other manoeuvres are tried, each checked along its whole length by the same rule: braking while
-the load is hoisted, and going on as planned to a place from which braking is free. If none is free, the result says so,
-and the crane brakes at once, which leaves the least energy.
+the load is hoisted, and continuing as planned to a place from which braking is free. If none is free, the result says
+so, and the crane brakes at once, which leaves the least energy.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from bimvox.stop.swing import swing_through
 
 STOPPED = "stopped"
 HOISTED = "hoisted while braking"
-WENT_ON = "went on to a place from which braking is free"
-UNSAFE = "braked, though the load meets something on the way: no manoeuvre is free"
-SWUNG = "braked, though the load swings into something: no manoeuvre is free"
+CONTINUED = "continued to a place from which braking is free"
+UNSAFE = "braked, although the load hits something meanwhile: no manoeuvre is free"
+SWUNG = "braked, although the load swings into something: no manoeuvre is free"
 _RISES_VOX = (2, 4, 8, 16)
 _LATER_S = 0.5
 """Time between the places from which braking is tried."""
@@ -90,7 +90,7 @@ def manoeuvre(
             break
         stop = stop_at(rigged, motion, later_ns)
         if stop.start_ns < end_ns and (tried := _tried(under, stop)).swings_free:
-            return Manoeuvre(tried.stop, WENT_ON, True)
+            return Manoeuvre(tried.stop, CONTINUED, True)
     return Manoeuvre(at_once.stop, SWUNG if at_once.hangs_free else UNSAFE, False)
 
 

@@ -35,7 +35,7 @@ from bimvox.stop.resume import resume, resume_cells
 
 HOLD_S = 10.0
 """Shortest hold of a stopped load before it continues: a nominal value for a check."""
-_NO_PATH = "no way leads on from where it is"
+_NO_PATH = "no free path leads from where it is to its place"
 NOT_CARRIED = "its load was not carried yet"
 _AFTER_THE_LOAD = (PhaseName.SET, PhaseName.RELEASE)
 
@@ -215,7 +215,7 @@ def _approached(
         told_ns = found.stop.start_ns - motion.start_ns
         other = spliced(approach, found.stop, later, told_ns, again_ns - motion.start_ns)
         return _with_approach(motion, other, found.stop.start_ns, again_ns)
-    return "its empty hook was stopped, and finds no way to it"
+    return "its empty hook was stopped, and has no free path to it"
 
 
 def _with_approach(motion: LiftMotion, approach: Trajectory, stopped_ns: int, again_ns: int) -> LiftMotion:

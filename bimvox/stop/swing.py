@@ -1,7 +1,7 @@
 """The swing of a load during and after an emergency stop.
 
 Braking is not shaped, so the load still swings when the crane is at rest. The pendulum is simulated from where the load
-last hung at rest: over the driven part, the braking, and one whole period with the crane standing still. The load may
+last hung at rest: over the driven part, the braking, and one whole period with the crane at rest. The load may
 be anywhere within that swing, to either side. Tag lines bring it to rest before the crane resumes.
 """
 
@@ -56,14 +56,7 @@ class StopSwing:
 
 
 def swing_through(motion: LiftMotion, part: Trajectory, stop: EmergencyStop, pendulum: Pendulum) -> StopSwing:
-    """Return the swing of a load before a stop, while the crane brakes, and for a period after.
-
-    Args:
-        motion: The lift under way.
-        part: Its trajectory that is being driven.
-        stop: The stop.
-        pendulum: What hangs on the hook.
-    """
+    """Return the swing of a load before a stop, while the crane brakes, and for a period after."""
     driven_ns = part.time_ns + np.int64(motion.start_ns)
     driven = (driven_ns < stop.start_ns) & (driven_ns >= hangs_still_ns(motion, part, stop.start_ns))
     axes = np.concatenate([part.axes[driven], stop.trajectory.axes])

@@ -121,5 +121,5 @@ def test_a_crane_without_parts_is_no_obstacle():
 def test_cranes_that_are_always_in_each_others_way_are_told_of():
     with pytest.raises(MotionError) as caught:
         planned(two_crane_site(crane_separation_m=15.0))
-    assert "beside the other cranes" in str(caught.value)
+    assert "no free time slot for it alongside the other cranes" in str(caught.value)
     assert "crane" in str(caught.value.hint)

@@ -30,7 +30,7 @@ from bimvox.proof.turns import check_turns
 from bimvox.records.motion import PhaseName
 from bimvox.records.proof import Check
 from bimvox.stop.axis_state import state_at
-from bimvox.stop.braking import brake, braking_ways
+from bimvox.stop.braking import brake, braking_distances
 
 S = 1_000_000_000
 
@@ -190,7 +190,7 @@ def test_ways_of_braking_agree_with_braking():
     rng = np.random.default_rng(1)
     rate = rng.uniform(-limits.rate, limits.rate, 200)
     acceleration = rng.uniform(-limits.acceleration, limits.acceleration, 200)
-    low, high = braking_ways(rate, acceleration, limits)
+    low, high = braking_distances(rate, acceleration, limits)
     for n in range(200):
         stop = brake(0.0, float(rate[n]), float(acceleration[n]), limits)
         way = stop.at(np.linspace(0.0, stop.duration_s, 2000))

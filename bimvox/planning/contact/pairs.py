@@ -54,9 +54,6 @@ class Contacts:
     Solids are numbered: components by their index, then structures. Everything here depends on the finished building
     alone, not on obstructions, so the replanner keeps it.
 
-    Args:
-        site: The site.
-
     Attributes:
         solids: Components first, in the order of ``site.components``.
         neighbours: Per component, the numbers of the solids that share or touch cells with it in the finished building.

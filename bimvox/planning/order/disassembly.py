@@ -12,7 +12,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from bimvox.planning.contact.pairs import Contacts
-from bimvox.planning.insertion import Insertion, find_insertion
+from bimvox.planning.insertion import Insertion, PartToInsert, find_insertion
 from bimvox.planning.occupancy import Occupancy, target_cells
 from bimvox.planning.order.relations import Precedence
 from bimvox.site.site import Site
@@ -38,30 +38,24 @@ class TakenApart:
 
 
 class Disassembly:
-    """Takes groups of a site apart.
-
-    Args:
-        site: The site; its obstructions are ignored because they come and go.
-        contacts: Its contacts.
-        relations: Its precedence relations.
-    """
+    """Takes groups of a site apart. Its obstructions are ignored because they come and go."""
 
     def __init__(self, site: Site, contacts: Contacts, relations: Precedence) -> None:
         self._site = replace(site, blockers=tuple(b for b in site.blockers if b.kind != "obstruction"))
         self._contacts, self._relations = contacts, relations
 
-    def take_apart(self, group: Sequence[int], firm: Sequence[Collection[int]], gone: Collection[int]) -> TakenApart:
+    def take_apart(self, group: Sequence[int], firm: Sequence[Collection[int]], later: Collection[int]) -> TakenApart:
         """Return the erection order of a group.
 
         Args:
             group: Its components.
             firm: Per component of the site, those that must come after it whatever the path.
-            gone: Components that must come after the group, so they are not in place yet.
+            later: Components that must come after the group, so they are not in place yet.
         """
-        components = self._site.components
+        components, descent = self._site.components, self._relations.descent
         occupancy = Occupancy(self._site)
-        standing = {i for i in range(len(components)) if i not in gone}
-        for i in standing:
+        in_place = {i for i in range(len(components)) if i not in later}
+        for i in in_place:
             occupancy.add(target_cells(components[i]))
         left, reverse, sideways = set(group), [], []
         stuck: tuple[int, ...] = ()
@@ -69,16 +63,16 @@ class Disassembly:
         refused: dict[int, int] = {}
         while left:
             loose = sorted(i for i in left if left.isdisjoint(firm[i]))
-            free = [i for i in loose if left.isdisjoint(self._relations.descent[i])]
+            free = [i for i in loose if left.isdisjoint(descent[i])]
             if free:
                 chosen = max(free, key=lambda i: (components[i].target_vox[2], i))
             else:
                 chosen = -1
-                for i in sorted(loose, key=lambda i: (len(left.intersection(self._relations.descent[i])), i)):
+                for i in sorted(loose, key=lambda i: (len(left.intersection(descent[i])), i)):
                     if refused.get(i) == len(left) or tries >= _TRIES:
                         continue
                     tries += 1
-                    if self._comes_out(occupancy, i, standing):
+                    if self._comes_out(occupancy, i, in_place):
                         chosen = i
                         sideways.append(i)
                         break
@@ -86,31 +80,24 @@ class Disassembly:
                 if chosen < 0:
                     stuck = max(stuck, tuple(sorted(left)), key=len)
                     chosen = min(
-                        loose or sorted(left), key=lambda i: (len(self._relying(i)), len(left & self._in_way(i)), i)
+                        loose or sorted(left),
+                        key=lambda i: (len(self._relying(i)), len(left.intersection(descent[i])), i),
                     )
             reverse.append(chosen)
             left.remove(chosen)
-            standing.discard(chosen)
+            in_place.discard(chosen)
             occupancy.remove(target_cells(components[chosen]))
         return TakenApart(tuple(reversed(reverse)), stuck, self._notes(group, sideways, stuck))
 
-    def _comes_out(self, occupancy: Occupancy, index: int, standing: set[int]) -> bool:
+    def _comes_out(self, occupancy: Occupancy, index: int, in_place: set[int]) -> bool:
         component = self._site.components[index]
         occupancy.remove(target_cells(component))
         fixed = range(len(self._site.components), len(self._contacts.solids))
-        found = find_insertion(
-            self._site,
-            self._contacts,
-            occupancy.counts,
-            component,
-            occupancy.space(component),
-            (standing - {index}) | set(fixed),
-        )
+        present, space = (in_place - {index}) | set(fixed), occupancy.space(component)
+        part = PartToInsert(self._site, self._contacts, occupancy.counts, component, present, space, space)
+        found = find_insertion(part)
         occupancy.add(target_cells(component))
         return isinstance(found, Insertion) and not found.enclosed
-
-    def _in_way(self, index: int) -> set[int]:
-        return set(self._relations.descent[index])
 
     def _relying(self, index: int) -> set[int]:
         """Return the parts that rest on a part, directly or through others."""

@@ -57,11 +57,6 @@ class OrderGraph:
 def order_graph(site: Site, relations: Precedence, contacts: Contacts) -> OrderGraph:
     """Return the precedence graph of a site.
 
-    Args:
-        site: The site.
-        relations: Its precedence relations.
-        contacts: Its contacts.
-
     Raises:
         SequenceError: If no order satisfies the site file's ``before`` and ``after``; names the cycle.
     """
@@ -70,17 +65,16 @@ def order_graph(site: Site, relations: Precedence, contacts: Contacts) -> OrderG
     for i in range(count):
         for j in (*relations.supports[i], *relations.wanted[i]):
             firm[j].add(i)
-    for group in _circles(firm):
+    for group in _cycles(firm):
         raise _no_order(site, relations, firm, group)
     edges: Edges = [firm[i] | set(relations.descent[i]) for i in range(count)]
     notes: list[str] = []
-    groups = list(_circles(edges))
+    groups = list(_cycles(edges))
     disassembly = Disassembly(site, contacts, relations) if groups else None
     for group in groups:
         assert disassembly is not None
         inside = frozenset(group)
-        gone = _reached(edges, inside)
-        taken = disassembly.take_apart(group, firm, gone)
+        taken = disassembly.take_apart(group, firm, _reached(edges, inside))
         if taken.stuck and any(set(relations.wanted[i]) & inside for i in inside):
             raise _no_order(site, relations, edges, taken.stuck)
         notes += taken.notes
@@ -95,7 +89,7 @@ def order_graph(site: Site, relations: Precedence, contacts: Contacts) -> OrderG
     return OrderGraph(tuple(map(frozenset, earlier)), tuple(map(frozenset, edges)), tuple(notes))
 
 
-def _circles(edges: Edges) -> Iterable[tuple[int, ...]]:
+def _cycles(edges: Edges) -> Iterable[tuple[int, ...]]:
     """Yield the groups of components that form cycles, lowest index first."""
     pairs = np.array([(i, j) for i, later in enumerate(edges) for j in sorted(later)], np.int64).reshape(-1, 2)
     graph = coo_array((np.ones(len(pairs), np.int8), (pairs[:, 0], pairs[:, 1])), shape=(len(edges), len(edges)))
@@ -121,12 +115,12 @@ def _reached(edges: Edges, group: frozenset[int]) -> frozenset[int]:
 
 
 def _no_order(site: Site, relations: Precedence, edges: Edges, group: Sequence[int]) -> SequenceError:
-    circle = _shortest_circle(edges, group, relations)
-    ids = [site.components[i].id for i in circle]
-    names = [site.components[i].label for i in circle]
+    cycle = _shortest_cycle(edges, group, relations)
+    ids = [site.components[i].id for i in cycle]
+    names = [site.components[i].label for i in cycle]
     reasons = [
-        f"{names[n]} before {names[(n + 1) % len(ids)]} ({_reason(relations, i, circle[(n + 1) % len(circle)])})"
-        for n, i in enumerate(circle)
+        f"{names[n]} before {names[(n + 1) % len(ids)]} ({_reason(relations, i, cycle[(n + 1) % len(cycle)])})"
+        for n, i in enumerate(cycle)
     ]
     return SequenceError(
         f"no erection sequence is possible: {', '.join(reasons)}",
@@ -135,12 +129,12 @@ def _no_order(site: Site, relations: Precedence, edges: Edges, group: Sequence[i
     )
 
 
-def _shortest_circle(edges: Edges, group: Sequence[int], relations: Precedence) -> list[int]:
-    """Return a shortest cycle within a group, through one of the site file's wishes if there is one."""
+def _shortest_cycle(edges: Edges, group: Sequence[int], relations: Precedence) -> list[int]:
+    """Return a shortest cycle within a group, through a ``before`` or ``after`` of the site file if there is one."""
     inside = set(group)
-    wished = [(j, i) for i in sorted(inside) for j in relations.wanted[i] if j in inside]
+    required = [(j, i) for i in sorted(inside) for j in relations.wanted[i] if j in inside]
     best: list[int] = []
-    for start, then in wished or [(i, j) for i in sorted(inside) for j in sorted(edges[i] & inside)]:
+    for start, then in required or [(i, j) for i in sorted(inside) for j in sorted(edges[i] & inside)]:
         back = {then: then}
         queue = deque([then])
         while queue and start not in back:
@@ -151,11 +145,11 @@ def _shortest_circle(edges: Edges, group: Sequence[int], relations: Precedence) 
                     queue.append(there)
         if start not in back:
             continue
-        circle = [start]
-        while circle[-1] != then:
-            circle.append(back[circle[-1]])
-        if not best or len(circle) < len(best):
-            best = circle[::-1]
+        cycle = [start]
+        while cycle[-1] != then:
+            cycle.append(back[cycle[-1]])
+        if not best or len(cycle) < len(best):
+            best = cycle[::-1]
     return [best[-1], *best[:-1]] if best else list(group)
 
 

@@ -29,12 +29,7 @@ Places = tuple[YardPlace | None, ...]
 
 
 def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, Places]:
-    """Return an erection sequence and its places in the yard.
-
-    Args:
-        site: The site.
-        sequencer: Makes its sequences.
-    """
+    """Return an erection sequence and its places in the yard."""
     sequence = sequencer.lowest_first()
     if not site.cranes:
         return sequence, allocate_yard(site, sequence.order)
@@ -47,8 +42,8 @@ def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, 
         prefer: Prefer
         if site.has_several_cranes:
             places = rounds[-1][1]
-            ways = [(_target_axes(site, travel), _pick_axes(site, travel, places), travel) for travel in travels]
-            prefer = Shared(site, ways)
+            travel_axes = [(_target_axes(site, travel), _pick_axes(site, travel, places), travel) for travel in travels]
+            prefer = Shared(site, travel_axes)
         else:
             prefer = _Quickest(site, travels[0], rounds[-1][1])
         sequence = sequencer.order(prefer)

@@ -52,11 +52,6 @@ class Precedence:
 def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], None] | None = None) -> Precedence:
     """Return the precedence relations of a site.
 
-    Args:
-        site: The site.
-        contacts: Its contacts.
-        progress: Called with (done, total) components.
-
     Raises:
         InputError: If a ``before`` or ``after`` names a component that does not exist.
     """
@@ -72,9 +67,13 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
         below = np.flatnonzero(over & (boxes[:, 0, 2] < low[2] + gap_m) & (boxes[:, 1, 2] > low[2] - gap_m))
         foot_m = _hook_foot_m(site, i)
         descent.append(tuple(int(j) for j in above if j < count and _blocks(site, contacts, i, int(j), foot_m)))
-        held = [int(j) for j in _near_below(boxes, i, over, gap_m) if _met(contacts, i, int(j), -1, gap_m)]
+        # Solids under the outline whose top may be near one of the part's undersides.
+        near_below = np.flatnonzero(over & (boxes[:, 0, 2] < high[2]) & (boxes[:, 1, 2] > low[2] - gap_m))
+        held = [int(j) for j in near_below if _met(contacts, i, int(j), -1, gap_m)]
         supports.append(tuple(j for j in held if j < count))
-        grounded.append(bool(low[2] <= gap_m) or any(j >= count for j in held) or _stands_on_drawn(contacts, i, below))
+        # If a part runs right through something below it in the model, no gap can be measured.
+        overlaps = any(contacts.way_out_m(i, int(j)) is None for j in below)
+        grounded.append(bool(low[2] <= gap_m) or any(j >= count for j in held) or overlaps)
         if progress is not None:
             progress(i + 1, count)
     touching = tuple(tuple(j for j in contacts.neighbours[i] if j < count) for i in range(count))
@@ -110,16 +109,6 @@ def _hook_foot_m(site: Site, i: int) -> NDArray[np.float64]:
     foot = np.add(component.target_vox, component.hook_offset_vox) + np.array([0.5, 0.5, 0.0])
     foot_m: NDArray[np.float64] = np.array(site.frame.origin_m) + site.frame.voxel_size_m * foot
     return foot_m
-
-
-def _near_below(boxes: NDArray[np.float64], i: int, over: NDArray[np.bool_], gap_m: float) -> NDArray[np.int64]:
-    """Return the solids under part i's outline whose top may be near one of its undersides."""
-    return np.flatnonzero(over & (boxes[:, 0, 2] < boxes[i, 1, 2]) & (boxes[:, 1, 2] > boxes[i, 0, 2] - gap_m))
-
-
-def _stands_on_drawn(contacts: Contacts, i: int, below: NDArray[np.int64]) -> bool:
-    """Return whether a part runs right through something below it in the model, so that no gap can be measured."""
-    return any(contacts.way_out_m(i, int(j)) is None for j in below)
 
 
 def _wanted(site: Site) -> tuple[tuple[int, ...], ...]:

@@ -1,4 +1,4 @@
-"""The erection sequence: it satisfies the precedence relations and keeps the wishes as far as possible.
+"""The erection sequence: it satisfies the precedence relations and keeps the preferred stages as far as possible.
 
 Of the parts that may come next, those of the earliest stage count, and of these the ones whose foot is not much higher
 than the lowest: a building grows level by level. Among the rest the choice is free: the lowest first, or the part that
@@ -29,7 +29,7 @@ class ErectionSequence:
 
     Attributes:
         order: Component indices, first lift first.
-        notes: Relations and wishes that the order could not keep, and parts without support, one sentence each.
+        notes: Relations and preferences that the order could not keep, and parts without support, one sentence each.
         unheld: Components that had to come before any part that could hold them.
     """
 
@@ -41,11 +41,6 @@ class ErectionSequence:
 class Sequencer:
     """Makes erection sequences of a site.
 
-    Args:
-        site: The site.
-        relations: Its precedence relations.
-        contacts: Its contacts.
-
     Raises:
         SequenceError: If no order satisfies the site file's ``before`` and ``after``; names the cycle.
     """
@@ -53,7 +48,7 @@ class Sequencer:
     def __init__(self, site: Site, relations: Precedence, contacts: Contacts) -> None:
         self._site, self._relations = site, relations
         self._graph = order_graph(site, relations, contacts)
-        self._stages, self._wish_notes = stages(site.components, self._graph)
+        self._stages, self._stage_notes = stages(site.components, self._graph)
         self._foot_m = [float(c.mesh.bounds_m[0, 2]) for c in site.components]
         self._rank = [(c.target_vox[2], c.target_vox[:2], c.index) for c in site.components]
 
@@ -74,7 +69,7 @@ class Sequencer:
         open_parts = {i for i, n in enumerate(missing) if n == 0}
         order: list[int] = []
         unheld: list[int] = []
-        notes = [*self._floating_notes(), *graph.notes, *self._wish_notes]
+        notes = [*self._floating_notes(), *graph.notes, *self._stage_notes]
         while open_parts:
             ready = [i for i in open_parts if self._is_held(i, placed)]
             if not ready:

@@ -26,19 +26,19 @@ class Shared:
 
     Args:
         site: The site.
-        ways: Per crane the hook's axes at the targets and at the picks of all parts, and its travel times.
+        travel_axes: Per crane the hook's axes at the targets and at the picks of all parts, and its travel times.
     """
 
-    def __init__(self, site: Site, ways: Sequence[tuple[Axes, Axes, Travel]]) -> None:
+    def __init__(self, site: Site, travel_axes: Sequence[tuple[Axes, Axes, Travel]]) -> None:
         self._crane = np.array([component.crane for component in site.components])
         self._assembly = [component.hints.assembly for component in site.components]
         self._empty_s: list[NDArray[np.float64]] = []
         self._loaded_s: list[NDArray[np.float64]] = []
-        for targets, picks, travel in ways:
+        for targets, picks, travel in travel_axes:
             self._empty_s.append(np.round(travel.between_s(at(targets, COLUMN), at(picks, ROW))))
             self._loaded_s.append(travel.between_s(picks, targets))
         self._crew_s = HANDLING_S + site.rules.bracing_s + site.rules.release_s
-        self._worked_s = np.zeros(len(ways))
+        self._worked_s = np.zeros(len(travel_axes))
         self._last: dict[int, int] = {}
         self._counted = 0
 

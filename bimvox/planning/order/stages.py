@@ -1,8 +1,8 @@
-"""Erection stages: the wishes about the order, as far as geometry permits.
+"""Erection stages: the preferred order of the parts, as far as geometry permits.
 
-Wishes rank: ``first`` in the site file, its assembly zones, the schedule in the building file, storeys. Every part has
-a stage. A part that another one needs comes no later than that one's stage. So a wish never contradicts geometry: if
-it would, the part comes earlier, and a note names both.
+Preferences rank: ``first`` in the site file, its assembly zones, the schedule in the building file, storeys. Every part
+has a stage. A part that another one needs comes no later than that one's stage. So a preference never contradicts
+geometry: if it would, the part comes earlier, and a note names both.
 """
 
 from __future__ import annotations
@@ -22,23 +22,18 @@ Stage = tuple[int, int, int, int]
 
 
 def stages(components: Sequence[Component], graph: OrderGraph) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
-    """Return the stage of every component, and notes on the wishes that were not kept.
-
-    Args:
-        components: The components.
-        graph: The precedence graph.
-    """
-    wished = _wished(components)
-    kept = list(wished)
-    because = list(range(len(components)))
+    """Return the stage of every component, and notes on the preferences that were not kept."""
+    preferred = _preferred(components)
+    kept = list(preferred)
+    cause = list(range(len(components)))
     for i in reversed(graph.topological()):
         for j in sorted(graph.later[i]):
             if kept[j] < kept[i]:
-                kept[i], because[i] = kept[j], because[j]
-    return tuple(kept), _notes(components, wished, kept, because)
+                kept[i], cause[i] = kept[j], cause[j]
+    return tuple(kept), _notes(components, preferred, kept, cause)
 
 
-def _wished(components: Sequence[Component]) -> list[Stage]:
+def _preferred(components: Sequence[Component]) -> list[Stage]:
     zones = 1 + max((c.hints.zone for c in components if c.hints.zone is not None), default=-1)
     tasks = 1 + max((c.hints.task_rank for c in components if c.hints.task_rank is not None), default=-1)
     storeys = _storeys(components)
@@ -73,19 +68,19 @@ def _storeys(components: Sequence[Component]) -> list[int]:
 
 
 def _notes(
-    components: Sequence[Component], wished: Sequence[Stage], kept: Sequence[Stage], because: Sequence[int]
+    components: Sequence[Component], preferred: Sequence[Stage], kept: Sequence[Stage], cause: Sequence[int]
 ) -> tuple[str, ...]:
     found: dict[str, list[str]] = {kind: [] for kind in _KINDS}
-    for i, (wish, stage) in enumerate(zip(wished, kept, strict=True)):
-        if stage >= wish:
+    for i, (own_stage, stage) in enumerate(zip(preferred, kept, strict=True)):
+        if stage >= own_stage:
             continue
-        kind = _KINDS[next(n for n in range(len(wish)) if stage[n] != wish[n])]
-        own, other = components[i], components[because[i]]
+        kind = _KINDS[next(n for n in range(len(own_stage)) if stage[n] != own_stage[n])]
+        own, other = components[i], components[cause[i]]
         if kind == "zone":
             where = f"is set with {other.hints.zone_name}, not with {own.hints.zone_name or 'parts outside all zones'}"
         elif kind == "task":
-            told = f"task {own.hints.task!r}" if own.hints.task is not None else "no task"
-            where = f"({told}) is set before task {other.hints.task!r}, against the schedule in the building file"
+            task = f"task {own.hints.task!r}" if own.hints.task is not None else "no task"
+            where = f"({task}) is set before task {other.hints.task!r}, against the schedule in the building file"
         else:
             where = f"(storey {own.storey!r}) is set with storey {other.storey!r}"
         found[kind].append(f"{own.label} {where}: {other.label} needs it")

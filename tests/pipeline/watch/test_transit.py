@@ -35,7 +35,7 @@ from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, Ob
 from bimvox.site.site import SwingRule
 from bimvox.stop.emergency_stop import stop_at
 from bimvox.stop.interrupt import spliced
-from bimvox.stop.manoeuvre import HOISTED, STOPPED, SWUNG, UNSAFE, WENT_ON
+from bimvox.stop.manoeuvre import CONTINUED, HOISTED, STOPPED, SWUNG, UNSAFE
 from bimvox.stop.redirect import Redirected
 from bimvox.stop.swing import swing_through
 
@@ -104,7 +104,7 @@ def test_a_load_in_the_air_is_stopped_and_goes_on_from_where_it_is(frame, order,
         assert after.plan.lifts[done] is current.plan.lifts[done]
     assert redirected(first) is not None, after.held_loads
     assert now is not None
-    assert redirected(first).how in (STOPPED, HOISTED, WENT_ON)
+    assert redirected(first).how in (STOPPED, HOISTED, CONTINUED)
     assert PhaseName.STOP in [phase.name for phase in now.phases]
     driven = was.loaded.time_ns + was.start_ns < redirected(first).stop.start_ns
     assert np.array_equal(now.loaded.slew_rad[: driven.sum()], was.loaded.slew_rad[driven])
