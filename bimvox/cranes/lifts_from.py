@@ -88,14 +88,7 @@ def crane_lifts_from(
 def _from_there(
     maker: CraneLiftMaker, space: CollisionSpace, axes: NDArray[np.float64], last: list[tuple[Lift, CollisionSpace]]
 ) -> CraneLift:
-    """Return the crane's next lift with its hook at any pose.
-
-    Args:
-        maker: Makes the lift.
-        space: The rule of its stage.
-        axes: (3,) the pose.
-        last: The last lift of any crane that is hooked on, and the rule of its stage; empty if there is none.
-    """
+    """Return the crane's next lift with its hook at any pose; ``last`` is the last lift that is hooked on, if any."""
     site, place, component = maker.site, maker.place, maker.component
     pose = CranePose(*(float(n) for n in axes))
     pick_vox = hook_on_cell(component, place, space)

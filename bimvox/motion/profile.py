@@ -132,7 +132,7 @@ def profile_of(limits: AxisLimits) -> Profile:
 
 def _ruckig(scaled: AxisLimits, limits: AxisLimits) -> Any:
     """Return ruckig's trajectory of length 1 under ``scaled`` limits."""
-    # If a piece of the profile has almost no duration (a move of 2 a^3 / j^2), rounding can keep ruckig from finding it.
+    # If a piece of the profile has no duration (a move of 2 a^3 / j^2), rounding can keep ruckig from finding it.
     # With slightly less acceleration, which the limits allow, it succeeds.
     for less in (0.0, 1e-6, 1e-4):
         state, trajectory = InputParameter(1), RuckigTrajectory(1)

@@ -57,17 +57,11 @@ def over_the_top(
     end_vox: NDArray[np.int32],
     slew_rad: float,
 ) -> Route | None:
-    """Return a route up, across and down between two placements, at the lowest free height.
+    """Return a route up, across and down between two placements ((3,) cells), at the lowest free height.
 
-    Across: straight in (slew, radius) by the smaller angle; if that is free at no height, trolley and slewing one after
-    the other, then with the trolley drawn in while slewing, then the same by the larger angle.
-
-    Args:
-        rigged: The crane with its load.
-        space: The collision rule.
-        start_vox: (3,) reference cell to start from.
-        end_vox: (3,) reference cell to end at.
-        slew_rad: Slewing angle at the start, including full turns.
+    ``slew_rad`` is the angle at the start, including full turns. Across: straight in (slew, radius) by the smaller
+    angle; if that is free at no height, trolley and slewing one after the other, then with the trolley drawn in while
+    slewing, then the same by the larger angle.
 
     Returns:
         The route; None if there is none of this form.
@@ -115,13 +109,9 @@ def _stops_across(crane: TowerCrane, start: CranePose, end: CranePose) -> Iterat
 
 
 def along_the_path(rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray[np.int32], slew_rad: float) -> Route:
-    """Return the fastest chain of moves between corners of a voxel path; the crane rests at each corner that it keeps.
+    """Return the fastest chain of moves between corners of a voxel path, every placement of which must be free.
 
-    Args:
-        rigged: The crane with its load.
-        space: The collision rule; every placement of the path must be free.
-        path_vox: (N, 3) reference cells, one unit move between neighbours.
-        slew_rad: Slewing angle at the start, including full turns.
+    The crane rests at each corner that it keeps. ``slew_rad`` is its angle before, including full turns.
     """
     crane, load = rigged.crane, rigged.load
     every = poses_of_path(load, path_vox, slew_rad)

@@ -77,17 +77,7 @@ def _rests_s(timeline: Timeline) -> list[float]:
 
 
 def sample_times(motion: Motion, end_ns: int, must_ns: NDArray[np.int64], rigged: RiggedCrane) -> NDArray[np.int64]:
-    """Return the sample times of a motion from 0 to ``end_ns``, neighbours at most half a cell apart.
-
-    Args:
-        motion: The motion; it starts at 0.
-        end_ns: When it ends.
-        must_ns: (M,) int64 other required sample times.
-        rigged: The crane.
-
-    Returns:
-        (N,) int64, ascending.
-    """
+    """Return (N,) int64 ascending sample times from 0 to ``end_ns``, with ``must_ns``, at most half a cell apart."""
     voxel_size_m = rigged.load.voxel_size_m
     must = _ascending(np.array([0, end_ns]), must_ns)
     period_ns = max(1, round(rigged.sample_period_s * NS_PER_S))

@@ -99,17 +99,7 @@ def plan_lift(
     before: Lift | None,
     propose: Propose | None,
 ) -> Lift:
-    """Plan one lift.
-
-    Args:
-        assembly: The state of the site now; ``begin`` was called for this lift.
-        stage: The result of ``begin``.
-        order: Position in the erection sequence.
-        index: The component.
-        preparation: The site's preparation.
-        before: An earlier lift of the component, kept if its path is still valid.
-        propose: The policy; None for search alone.
-    """
+    """Return one lift, planned; ``stage`` is the result of ``assembly.begin``, ``before`` is kept if still valid."""
     lift = _searched(assembly, stage, order, index, preparation, before)
     if lift is before or lift.path_vox is None or isinstance(stage, Obstacle):
         return lift

@@ -41,12 +41,7 @@ Lying = tuple[StoredPose, int]
 
 
 def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple[YardPlace | None, ...]:
-    """Return the place of every component in the yard.
-
-    Args:
-        site: The site.
-        order: Component indices in erection order.
-        travels: Travel times of each of the site's cranes; without them the first free place is used.
+    """Return the place of every component in the yard, for an order; without travel times the first free place.
 
     Returns:
         Per component (by index) its place; None if it does not fit into the empty yard, turned or not.

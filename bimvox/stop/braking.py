@@ -64,14 +64,7 @@ class AxisBraking:
 
 
 def brake(position: float, rate: float, acceleration: float, limits: AxisLimits) -> AxisBraking:
-    """Return the fastest braking of an axis.
-
-    Args:
-        position: Where it is, in the axis's unit.
-        rate: Its rate, unit/s.
-        acceleration: Its acceleration, unit/s^2; clipped to the limit.
-        limits: The axis's limits.
-    """
+    """Return the fastest braking of an axis; its initial acceleration is clipped to the limit."""
     lengths, jerks, acceleration = _pieces(rate, acceleration, limits.acceleration, limits.jerk)
     pieces = zip(lengths, jerks, strict=True)
     starts, states, at = [], [], 0.0

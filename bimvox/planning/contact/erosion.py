@@ -34,13 +34,8 @@ def pair_depths_m(
 ) -> tuple[float, float]:
     """Return how far the surfaces of two numbered solids are moved inward to test their contact.
 
-    Symmetric in the two solids; of equally thick ones, the lower number is eroded first.
-
-    Args:
-        first: One solid.
-        second: The other.
-        thicknesses_m: Thickness by solid number, see :func:`thickness_m`.
-        tolerance_m: How deep the two may overlap.
+    Symmetric in the two solids; of equally thick ones, the lower number is eroded first. They may overlap by
+    ``tolerance_m``.
     """
     if (thicknesses_m[first], -first) < (thicknesses_m[second], -second):
         other_m, own_m = pair_depths_m(second, first, thicknesses_m, tolerance_m)
