@@ -77,8 +77,8 @@ def carrying_track(
 ) -> CraneTrack:
     """Return where a crane may be from hook-on until the slings are off; its approach and any wait are left out.
 
-    If the load was stopped and held, it hangs at rest when it continues. If ``since_ns`` is given, the track begins then;
-    the crane is at rest.
+    If the load was stopped and held, it hangs at rest when it continues. If ``since_ns`` is given, the track begins
+    then, with the crane at rest.
     """
     component, time_ns, axes = site.components[lift.component], *motion.samples()
     raised_ns, carried_ns = (motion.start_ns + int(part.time_ns[0]) for part in (motion.raising, motion.loaded))
