@@ -14,7 +14,8 @@ from benchmarks.voxelize.office import office
 from benchmarks.voxelize.solids import blob, cube, terrain
 from bimvox.bim.building import Building, Element, Role, Source, TriangleMesh
 from bimvox.bim.read import read_building
-from bimvox.voxelization.building import building_range
+from bimvox.voxelization.lattice import cell_range
+from bimvox.voxelization.meshes import Meshes
 
 SAMPLE = Path(__file__).parents[2] / "sample_models" / "prefab.ifc"
 
@@ -113,7 +114,8 @@ class Scene:
         meshes = [element.mesh for element in building.elements]
         first = np.cumsum([0, *(len(mesh.vertices_m) for mesh in meshes)])
         faces = [mesh.faces + n for mesh, n in zip(meshes, first, strict=False)]
-        low, high = building_range(building, voxel_size_m)
+        bounds = Meshes.of(meshes).bounds(voxel_size_m, np.zeros(3))
+        low, high = cell_range(bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0), voxel_size_m)
         return cls(
             vertices_m=np.concatenate([mesh.vertices_m for mesh in meshes]),
             faces=np.concatenate(faces).astype(np.int32),

@@ -7,7 +7,6 @@ left (open meshes, inverted shells, too large, unusable coordinates): these go o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -28,9 +27,8 @@ from bimvox.voxelization.sweep import FULL
 _LARGE_WORDS = 1 << 17
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Batch:
-    """The cells of several parts: their ``PartVoxels`` in one set of arrays.
+class Batch(NamedTuple):
+    """The cells of several parts, their ``PartVoxels`` in one set of arrays; a named tuple, so that kernels accept it.
 
     Attributes:
         done: (P,) bool, whether the part is here; otherwise its rows mean nothing.
@@ -57,10 +55,6 @@ class Batch:
     shares: NDArray[np.uint16]
     boxes: NDArray[np.int32]
     box_starts: NDArray[np.int64]
-
-    def boxes_of(self, part: int) -> NDArray[np.int32]:
-        """Return the (B, 6) boxes of a part, in cells from its lowest corner."""
-        return self.boxes[self.box_starts[part] : self.box_starts[part + 1]]
 
 
 class _Lattice(NamedTuple):
@@ -97,18 +91,6 @@ class _PartBox(NamedTuple):
     kept_low: NDArray[np.int64]
     kept_high: NDArray[np.int64]
     top: NDArray[np.int64]
-
-
-class _PartRows(NamedTuple):
-    """The arrays of a ``Batch`` with a row for each part; see there."""
-
-    done: NDArray[np.bool_]
-    lows: NDArray[np.int64]
-    shapes: NDArray[np.int64]
-    counts: NDArray[np.int64]
-    volumes: NDArray[np.float64]
-    column_starts: NDArray[np.int64]
-    box_starts: NDArray[np.int64]
 
 
 @leaf_kernel
@@ -173,14 +155,15 @@ def _wind_batch(
     lattice: _Lattice,
     samples: NDArray[np.float64],
     planes: NDArray[np.uint64],
-    rows: _PartRows,
+    batch: Batch,
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.uint16], NDArray[np.int32]]:
-    """Fill the rows of the parts; returns the columns, runs, shares and boxes of a ``Batch``.
+    """Fill the arrays of ``batch`` with a row for each part; return its columns, runs, shares and boxes.
 
     ``planes`` (3, A, B, W) are zeros for the planes of the only part, or empty.
     """
     vertices_m, faces, vertex_starts, face_starts = meshes
-    done, lows, shapes, counts, volumes, column_starts, box_starts = rows
+    done, lows, shapes, counts, volumes = batch.done, batch.lows, batch.shapes, batch.counts, batch.volumes
+    column_starts, box_starts = batch.column_starts, batch.box_starts
     columns = np.empty((1 << 12, 2), np.int32)
     boxes = np.empty((1 << 10, 6), np.int32)
     sums = np.zeros(3, np.int64)
@@ -279,15 +262,19 @@ def wind_batch(
     tolerance = tolerance_vox(voxel_size_m)
     clip_box = np.stack(clip).astype(np.int64)
     lattice = _Lattice(float(voxel_size_m), origin_m, tolerance, clip_box, float(cell_limit))
-    rows = _PartRows(
+    batch = Batch(
         done=np.empty(parts, np.bool_),
         lows=np.empty((parts, 3), np.int64),
         shapes=np.empty((parts, 3), np.int64),
         counts=np.empty(parts, np.int64),
         volumes=np.empty(parts, np.float64),
+        columns=np.empty((0, 2), np.int32),
         column_starts=np.zeros(parts + 1, np.int64),
+        runs=np.empty((0, 3), np.int32),
+        shares=np.empty(0, np.uint16),
+        boxes=np.empty((0, 6), np.int32),
         box_starts=np.zeros(parts + 1, np.int64),
     )
     planes = _planes_for(bounds, tolerance, clip)
-    columns, runs, shares, boxes = _wind_batch(meshes, bounds, lattice, sample_lines(), planes, rows)
-    return Batch(**rows._asdict(), columns=columns, runs=runs, shares=shares, boxes=boxes)
+    columns, runs, shares, boxes = _wind_batch(meshes, bounds, lattice, sample_lines(), planes, batch)
+    return batch._replace(columns=columns, runs=runs, shares=shares, boxes=boxes)

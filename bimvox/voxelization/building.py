@@ -16,11 +16,11 @@ from bimvox.grid.labels import Label
 from bimvox.grid.limits import CELL_LIMIT
 from bimvox.grid.voxel_grid import Part, VoxelGrid
 from bimvox.voxelization.batch import Batch, wind_batch
-from bimvox.voxelization.lattice import cell_range, require_size
+from bimvox.voxelization.lattice import cell_range, lattice_triangles, require_size
 from bimvox.voxelization.limits import require_fit
 from bimvox.voxelization.meshes import Meshes, batches_of
 from bimvox.voxelization.ownership import Ownership
-from bimvox.voxelization.part import PartVoxels, lattice_bounds, voxelize_mesh
+from bimvox.voxelization.part import PartVoxels, voxelize_mesh
 from bimvox.voxelization.repeats import grouped, kinds_of, part_keys
 from bimvox.voxelization.solid import Fill
 
@@ -161,17 +161,6 @@ def voxelize_building(
     )
 
 
-def building_range(building: Building, voxel_size_m: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the half-open range of lattice cells that covers every element: two (3,) int64.
-
-    Raises:
-        InputError: If the mesh of an element cannot be used; the error names the element.
-    """
-    bounds, _ = _bounds_of(building, voxel_size_m)
-    low, high = cell_range(bounds[:, 0], bounds[:, 1], voxel_size_m)
-    return low.min(axis=0), high.max(axis=0)
-
-
 def _bounds_of(building: Building, voxel_size_m: float) -> tuple[NDArray[np.float64], NDArray[np.uint64]]:
     """Return (P, 2, 3) float64, the box around each element in cells; and (P, 2) uint64, the keys of ``part_keys``."""
     require_size(voxel_size_m)
@@ -184,24 +173,15 @@ def _bounds_of(building: Building, voxel_size_m: float) -> tuple[NDArray[np.floa
         for n in np.flatnonzero(np.isnan(bounds[:, 0, 0])).tolist():
             _refuse(building.elements[numbers[n]], voxel_size_m)
         found.append(bounds)
-        keys.append(
-            part_keys(
-                meshes.vertices_m,
-                meshes.faces,
-                meshes.vertex_starts,
-                meshes.face_starts,
-                float(voxel_size_m),
-                _ANCHOR,
-                cell_range(bounds[:, 0], bounds[:, 1], voxel_size_m)[0],
-            )
-        )
+        lows = cell_range(bounds[:, 0], bounds[:, 1], voxel_size_m)[0]
+        keys.append(part_keys(meshes, float(voxel_size_m), _ANCHOR, lows))
     return np.concatenate(found), np.concatenate(keys)
 
 
 def _refuse(element: Element, voxel_size_m: float) -> None:
     """Raise the error of an unusable mesh, with the element's name."""
     try:
-        lattice_bounds(element.mesh, voxel_size_m, _ANCHOR)
+        lattice_triangles(element.mesh.vertices_m, element.mesh.faces, voxel_size_m, _ANCHOR)
     except InputError as error:
         raise InputError(f"element {element.label}: {error.message}", hint=error.hint) from error
 

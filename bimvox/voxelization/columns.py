@@ -120,14 +120,6 @@ def _count_met(met: NDArray[np.uint64], i_low: int, i_high: int) -> int:
 
 
 @kernel
-def _reset(head: NDArray[np.int32], plain: NDArray[np.bool_]) -> None:
-    for n in range(head.size):
-        head[n] = -1
-    for j in range(plain.shape[1]):
-        plain[0, j] = plain[1, j] = False
-
-
-@kernel
 def _with_room(records: Records, used: int, size: int) -> Records:
     """Return room for ``size`` records, with the ``used`` ones so far."""
     return Records(
@@ -251,7 +243,8 @@ def fill_columns(
     for number in range(slab_starts.size - 2):
         i_low, i_high = number * slab_rows, min((number + 1) * slab_rows, rows)
         slab = Slab(samples, sources, plain, i_low, i_high, width)
-        _reset(records.head, plain)
+        records.head[:] = -1
+        plain[:] = False
         records = _record_faces(faces, slab_faces[slab_starts[number] : slab_starts[number + 1]], slab, cut, records)
         more = _count_met(cells.met, i_low, i_high)
         if sums[0] + more > shares.size:

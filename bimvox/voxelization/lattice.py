@@ -36,9 +36,10 @@ def rounded(point_m: float, origin_m: float, voxel_size_m: float) -> float:
 
 
 @kernel
-def _all_rounded(
+def all_rounded(
     points_m: NDArray[np.float64], origin_m: NDArray[np.float64], voxel_size_m: float
 ) -> NDArray[np.float64]:
+    """Return (N, 3) points in cells, each coordinate as by `rounded`."""
     points = np.empty(points_m.shape, np.float64)
     for n in range(points_m.shape[0]):
         for axis in range(3):
@@ -52,61 +53,6 @@ def require_size(voxel_size_m: float) -> None:
         raise InputError(f"the voxel size must be a positive number of metres, not {voxel_size_m}", hint="try 0.1")
 
 
-def _refuse(voxel_size_m: float) -> InputError:
-    return InputError(
-        f"a vertex is not finite, or is more than {_LARGEST_VOX:,.0f} cells of {voxel_size_m:g} m from the origin",
-        hint="move the model near its origin, or choose a larger cell",
-    )
-
-
-def to_lattice(points_m: ArrayLike, voxel_size_m: float, origin_m: ArrayLike) -> NDArray[np.float64]:
-    """Return points in lattice coordinates (cells): (..., 3) metres -> (..., 3) float64, rounded to 2^-24 of a cell.
-
-    Raises:
-        InputError: If the cell size is not a positive number, or a coordinate is not finite or more than 2^28 cells
-            from the origin.
-    """
-    require_size(voxel_size_m)
-    points = np.ascontiguousarray(points_m, np.float64)
-    found = _all_rounded(points.reshape(-1, 3), np.array(origin_m, np.float64), float(voxel_size_m))
-    if np.isnan(found).any():
-        raise _refuse(voxel_size_m)
-    return found.reshape(points.shape)
-
-
-@kernel
-def lattice_bounds_of(
-    vertices_m: NDArray[np.float64],
-    faces: NDArray[np.int32],
-    vertex_starts: NDArray[np.int64],
-    face_starts: NDArray[np.int64],
-    voxel_size_m: float,
-    origin_m: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Return the (P, 2, 3) boxes around the triangles of several meshes in cells; NaN for an unusable mesh.
-
-    The arguments are those of ``meshes.Meshes``.
-    """
-    bounds = np.empty((face_starts.size - 1, 2, 3), np.float64)
-    for mesh in range(bounds.shape[0]):
-        points = _all_rounded(vertices_m[vertex_starts[mesh] : vertex_starts[mesh + 1]], origin_m, voxel_size_m)
-        for axis in range(3):
-            bounds[mesh, 0, axis], bounds[mesh, 1, axis] = np.inf, -np.inf
-        usable = face_starts[mesh] < face_starts[mesh + 1]
-        for f in range(face_starts[mesh], face_starts[mesh + 1]):
-            for corner in range(3):
-                vertex = faces[f, corner]
-                for axis in range(3):
-                    at = points[vertex, axis]
-                    bounds[mesh, 0, axis] = min(bounds[mesh, 0, axis], at)
-                    bounds[mesh, 1, axis] = max(bounds[mesh, 1, axis], at)
-                    usable = usable and at == at
-        for axis in range(3):
-            if not usable:
-                bounds[mesh, 0, axis] = bounds[mesh, 1, axis] = np.nan
-    return bounds
-
-
 @kernel
 def part_triangles(
     vertices_m: NDArray[np.float64],
@@ -116,7 +62,7 @@ def part_triangles(
     low: NDArray[np.int64],
 ) -> NDArray[np.float64]:
     """Return triangles in lattice coordinates, (F, 3, 3), relative to the cell ``low``."""
-    points = _all_rounded(vertices_m, origin_m, voxel_size_m)
+    points = all_rounded(vertices_m, origin_m, voxel_size_m)
     for n in range(points.shape[0]):
         for axis in range(3):
             points[n, axis] -= low[axis]
@@ -141,48 +87,26 @@ def cell_of_middle(
     return cell[0], cell[1], cell[2]
 
 
-@kernel
-def _triangles(
-    vertices_m: NDArray[np.float64], faces: NDArray[np.int32], voxel_size_m: float, origin_m: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    triangles = np.empty((faces.shape[0], 3, 3), np.float64)
-    bounds = np.empty((2, 3), np.float64)
-    for axis in range(3):
-        bounds[0, axis], bounds[1, axis] = np.inf, -np.inf
-    points = _all_rounded(vertices_m, origin_m, voxel_size_m)
-    for f in range(faces.shape[0]):
-        for corner in range(3):
-            vertex = faces[f, corner]
-            for axis in range(3):
-                at = points[vertex, axis]
-                triangles[f, corner, axis] = at
-                bounds[0, axis] = min(bounds[0, axis], at)
-                bounds[1, axis] = max(bounds[1, axis], at)
-                if at != at:
-                    bounds[0, 0] = np.nan
-                    return triangles, bounds
-    return triangles, bounds
-
-
 def lattice_triangles(
     vertices_m: NDArray[np.float64], faces: NDArray[np.int32], voxel_size_m: float, origin_m: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return triangles in lattice coordinates, (F, 3, 3), and the (2, 3) box around them; see ``to_lattice``.
+    """Return triangles in lattice coordinates (cells), (F, 3, 3) float64, and the (2, 3) box around them.
 
     Raises:
-        InputError: If there are no triangles, or as ``to_lattice`` does.
+        InputError: If there are no triangles, the cell size is not a positive number, or a coordinate is not finite or
+            more than 2^28 cells from the origin.
     """
     if len(faces) == 0:
         raise InputError("a mesh without triangles cannot be voxelized", hint="select elements with a body")
     require_size(voxel_size_m)
-    triangles, bounds = _triangles(
-        np.ascontiguousarray(vertices_m, np.float64),
-        np.ascontiguousarray(faces, np.int32),
-        float(voxel_size_m),
-        np.array(origin_m, np.float64),
-    )
-    if bounds[0, 0] != bounds[0, 0]:
-        raise _refuse(voxel_size_m)
+    vertices = np.ascontiguousarray(vertices_m, np.float64)
+    triangles = all_rounded(vertices, np.array(origin_m, np.float64), float(voxel_size_m))[faces]
+    bounds = np.stack([triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))])
+    if np.isnan(bounds).any():
+        raise InputError(
+            f"a vertex is not finite, or is more than {_LARGEST_VOX:,.0f} cells of {voxel_size_m:g} m from the origin",
+            hint="move the model near its origin, or choose a larger cell",
+        )
     return triangles, bounds
 
 

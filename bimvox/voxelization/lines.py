@@ -120,17 +120,7 @@ def _record_triangle(
     records: Records,
     count: int,
 ) -> tuple[int, int]:
-    """Record which lines of the columns (row..stop_row, 0..width) triangle ``f`` crosses.
-
-    Args:
-        faces: The part's triangles.
-        f: Index of the triangle.
-        slab: The rows to sweep.
-        row: First row of columns.
-        stop_row: One past the last row.
-        scratch: Scratch.
-        records: Room for records, changed in place.
-        count: Records so far.
+    """Record which lines of the columns (row..stop_row, 0..width) triangle ``f`` crosses; see ``record_faces``.
 
     Returns:
         The row to continue with when there is more room (``stop_row`` if done), and the number of records.

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.voxelization.lattice import lattice_bounds_of
+from bimvox.compiled import kernel
+from bimvox.voxelization.lattice import all_rounded
 
 # A batch is full when it has so many triangles, so many columns of cells in its parts' boxes (repeats left out of
 # both), or so many parts (repeats included).
@@ -50,9 +51,32 @@ class Meshes(NamedTuple):
 
     def bounds(self, voxel_size_m: float, origin_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (P, 2, 3) float64 boxes around the meshes' triangles in cells; NaN for a mesh that cannot be used."""
-        return lattice_bounds_of(
-            self.vertices_m, self.faces, self.vertex_starts, self.face_starts, float(voxel_size_m), origin_m
-        )
+        bounds: NDArray[np.float64] = _bounds_of(self, float(voxel_size_m), origin_m)
+        return bounds
+
+
+@kernel
+def _bounds_of(meshes: Meshes, voxel_size_m: float, origin_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the boxes of `Meshes.bounds`."""
+    vertices_m, faces, vertex_starts, face_starts = meshes
+    bounds = np.empty((face_starts.size - 1, 2, 3), np.float64)
+    for mesh in range(bounds.shape[0]):
+        points = all_rounded(vertices_m[vertex_starts[mesh] : vertex_starts[mesh + 1]], origin_m, voxel_size_m)
+        for axis in range(3):
+            bounds[mesh, 0, axis], bounds[mesh, 1, axis] = np.inf, -np.inf
+        usable = face_starts[mesh] < face_starts[mesh + 1]
+        for f in range(face_starts[mesh], face_starts[mesh + 1]):
+            for corner in range(3):
+                vertex = faces[f, corner]
+                for axis in range(3):
+                    at = points[vertex, axis]
+                    bounds[mesh, 0, axis] = min(bounds[mesh, 0, axis], at)
+                    bounds[mesh, 1, axis] = max(bounds[mesh, 1, axis], at)
+                    usable = usable and at == at
+        for axis in range(3):
+            if not usable:
+                bounds[mesh, 0, axis] = bounds[mesh, 1, axis] = np.nan
+    return bounds
 
 
 def batches_of(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, kernel, leaf_kernel
 from bimvox.grid.bricks import BRICK
+from bimvox.voxelization.batch import Batch
 from bimvox.voxelization.bits import NONE
 from bimvox.voxelization.sweep import FULL
 
@@ -98,12 +99,7 @@ class PartQueue(NamedTuple):
         low: (3,) int64 lattice cell of the grid's cell (0, 0, 0).
         places: (P,) int64, the part of the batch that each part is like.
         lows: (P, 3) int64 lattice cell of the lowest corner of each part's box.
-        shapes: (B, 3) int64; this and what follows as in ``Batch``.
-        counts: (B,) int64.
-        columns: (N, 2) int32.
-        column_starts: (B + 1,) int64.
-        runs: (R, 3) int32.
-        shares: (S,) uint16.
+        batch: The voxels of the parts.
     """
 
     first_index: int
@@ -111,12 +107,7 @@ class PartQueue(NamedTuple):
     low: NDArray[np.int64]
     places: NDArray[np.int64]
     lows: NDArray[np.int64]
-    shapes: NDArray[np.int64]
-    counts: NDArray[np.int64]
-    columns: NDArray[np.int32]
-    column_starts: NDArray[np.int64]
-    runs: NDArray[np.int32]
-    shares: NDArray[np.uint16]
+    batch: Batch
 
 
 class _Alike(NamedTuple):
@@ -360,14 +351,15 @@ def enter_batch(
         The part and the stack to continue with when there is more room (``queue.stop`` if done), the bricks used and
         the rows used.
     """
-    low, lows, shapes, starts = queue.low, queue.lows, queue.shapes, queue.column_starts
+    low, lows, batch = queue.low, queue.lows, queue.batch
+    shapes, starts = batch.shapes, batch.column_starts
     while part < queue.stop:
         place = queue.places[part]
-        if queue.counts[place] > 0:
+        if batch.counts[place] > 0:
             x, y, z = lows[part, 0] - low[0], lows[part, 1] - low[1], lows[part, 2] - low[2]
             a, b, c = shapes[place, 0], shapes[place, 1], shapes[place, 2]
-            columns = queue.columns[starts[place] : starts[place + 1]]
-            voxels = PartRuns((x, y, z), (a, b, c), columns, queue.runs, queue.shares)
+            columns = batch.columns[starts[place] : starts[place + 1]]
+            voxels = PartRuns((x, y, z), (a, b, c), columns, batch.runs, batch.shares)
             stacks = ((x + a - 1) // BRICK - x // BRICK + 1) * ((y + b - 1) // BRICK - y // BRICK + 1)
             index = queue.first_index + part
             stack, used, rows = enter(bricks, shared, scratch, voxels, index, stack, used, rows)

@@ -95,19 +95,7 @@ class Ownership:
         """
         heights = batch.shapes[places[first:stop], 2]
         scratch = self._scratch(int(heights.max(initial=0)))
-        queue = PartQueue(
-            first_index=first_index,
-            stop=stop,
-            low=self._low,
-            places=places,
-            lows=lows,
-            shapes=batch.shapes,
-            counts=batch.counts,
-            columns=batch.columns,
-            column_starts=batch.column_starts,
-            runs=batch.runs,
-            shares=batch.shares,
-        )
+        queue = PartQueue(first_index, stop, self._low, places, lows, batch)
         part, stack = first, 0
         while part < stop:
             part, stack, self._used, self._rows = enter_batch(

@@ -68,15 +68,6 @@ class PartVoxels:
         return boxes_of_runs(self.columns, self.runs, self.shape[0], self.shape[1])
 
 
-def lattice_bounds(mesh: TriangleMesh, voxel_size_m: float, origin_m: ArrayLike) -> NDArray[np.float64]:
-    """Return (2, 3) float64: lowest and highest corner of the mesh's triangles in lattice coordinates (cells).
-
-    Raises:
-        InputError: If the mesh has no triangles, or a coordinate cannot be used.
-    """
-    return lattice_triangles(mesh.vertices_m, mesh.faces, voxel_size_m, origin_m)[1]
-
-
 def voxelize_mesh(
     mesh: TriangleMesh,
     voxel_size_m: float,

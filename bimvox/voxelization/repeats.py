@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, kernel
 from bimvox.voxelization.lattice import STEPS_PER_CELL, rounded
+from bimvox.voxelization.meshes import Meshes
 
 # Odd numbers: the fractions of the golden ratio, sqrt(2) and sqrt(3), and the mixers of MurmurHash3.
 _BY_A = np.uint64(0x9E3779B97F4A7C15)
@@ -33,19 +34,14 @@ def _mixed(one: np.uint64, two: np.uint64, value: np.uint64) -> tuple[np.uint64,
 
 @kernel
 def part_keys(
-    vertices_m: NDArray[np.float64],
-    faces: NDArray[np.int32],
-    vertex_starts: NDArray[np.int64],
-    face_starts: NDArray[np.int64],
-    voxel_size_m: float,
-    origin_m: NDArray[np.float64],
-    lows: NDArray[np.int64],
+    meshes: Meshes, voxel_size_m: float, origin_m: NDArray[np.float64], lows: NDArray[np.int64]
 ) -> NDArray[np.uint64]:
     """Return a 128-bit key of each mesh, (P, 2) uint64, from its triangles relative to the cell ``lows`` (P, 3).
 
     Meshes with equal keys are the same, moved by whole cells (with an error probability of about 2^-128 per pair). The
-    key is 0, 0 if a vertex is unusable. The first four arguments are those of ``meshes.Meshes``.
+    key is 0, 0 if a vertex is unusable.
     """
+    vertices_m, faces, vertex_starts, face_starts = meshes
     keys = np.zeros((lows.shape[0], 2), np.uint64)
     for mesh in range(lows.shape[0]):
         one, two = _mixed(_BY_A, _BY_B, np.uint64(vertex_starts[mesh + 1] - vertex_starts[mesh]))

@@ -70,43 +70,17 @@ def _signed_volume(triangles: NDArray[np.float64], inverted: NDArray[np.bool_]) 
     return six_fold / 6.0
 
 
-@kernel
 def _reach_from_outside(barrier: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the cells that a 6-connected walk from the faces of the grid reaches without entering the barrier."""
-    nx, ny, nz = barrier.shape
-    reached = np.zeros((nx, ny, nz), np.bool_)
-    stack = np.empty(2 * (nx * ny + ny * nz + nz * nx) + 8, np.int64)
-    size = 0
-    for i in range(nx):
-        for j in range(ny):
-            for k in range(nz):
-                outer = i == 0 or j == 0 or k == 0 or i == nx - 1 or j == ny - 1 or k == nz - 1
-                if outer and not barrier[i, j, k]:
-                    reached[i, j, k] = True
-                    stack[size] = (i * ny + j) * nz + k
-                    size += 1
-    while size > 0:
-        size -= 1
-        at = stack[size]
-        k = at % nz
-        j = at // nz % ny
-        i = at // nz // ny
-        if size + 6 > stack.size:
-            longer = np.empty(2 * stack.size, np.int64)
-            for n in range(size):
-                longer[n] = stack[n]
-            stack = longer
-        for axis in range(3):
-            for step in (-1, 1):
-                x = i + step if axis == 0 else i
-                y = j + step if axis == 1 else j
-                z = k + step if axis == 2 else k
-                if x < 0 or y < 0 or z < 0 or x >= nx or y >= ny or z >= nz:
-                    continue
-                if not reached[x, y, z] and not barrier[x, y, z]:
-                    reached[x, y, z] = True
-                    stack[size] = (x * ny + y) * nz + z
-                    size += 1
+    from scipy.ndimage import label  # imported only for the few parts that need it
+
+    pieces, count = label(~barrier)
+    is_outer = np.zeros(count + 1, np.bool_)
+    for axis in range(3):
+        layers = np.moveaxis(pieces, axis, 0)
+        is_outer[layers[:1]] = is_outer[layers[-1:]] = True
+    is_outer[0] = False  # the barrier
+    reached: NDArray[np.bool_] = is_outer[pieces]
     return reached
 
 

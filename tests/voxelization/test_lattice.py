@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bimvox.errors import InputError
-from bimvox.voxelization.lattice import TOLERANCE_M, cell_range, to_lattice, tolerance_vox
+from bimvox.voxelization.lattice import TOLERANCE_M, cell_range, lattice_triangles, rounded, tolerance_vox
 
 
 def test_the_tolerance_is_a_tenth_of_a_millimetre_but_small_beside_a_cell() -> None:
@@ -16,7 +16,7 @@ def test_the_tolerance_is_a_tenth_of_a_millimetre_but_small_beside_a_cell() -> N
 
 @given(st.integers(-(10**6), 10**6), st.sampled_from([0.05, 0.1, 0.2, 0.25, 0.3, 0.5]))
 def test_multiples_of_the_cell_lie_exactly_on_borders(n: int, h: float) -> None:
-    assert to_lattice([n * h, 0.0, 0.0], h, (0.0, 0.0, 0.0)).tolist() == [n, 0.0, 0.0]
+    assert rounded(n * h, 0.0, h) == n
 
 
 @pytest.mark.parametrize(
@@ -40,4 +40,4 @@ def test_ranges_do_not_spill_and_are_never_empty(low: float, high: float, expect
 @pytest.mark.parametrize("value", [np.nan, np.inf, 1e12])
 def test_coordinates_that_cannot_be_counted_are_refused(value: float) -> None:
     with pytest.raises(InputError, match="vertex"):
-        to_lattice([value, 0.0, 0.0], 0.1, (0.0, 0.0, 0.0))
+        lattice_triangles(np.array([[value, 0.0, 0.0]]), np.zeros((1, 3), np.int32), 0.1, (0.0, 0.0, 0.0))

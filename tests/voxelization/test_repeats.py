@@ -21,7 +21,7 @@ def keys_of(*meshes: TriangleMesh) -> np.ndarray:
     together = Meshes.of(meshes)
     bounds = together.bounds(H, ZERO)
     lows = cell_range(bounds[:, 0], bounds[:, 1], H)[0]
-    return part_keys(together.vertices_m, together.faces, together.vertex_starts, together.face_starts, H, ZERO, lows)
+    return part_keys(together, H, ZERO, lows)
 
 
 def repeating_building(seed: int) -> Building:

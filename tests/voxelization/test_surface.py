@@ -8,18 +8,18 @@ from reference import box_mesh, cell_set, rotation, surface_cells
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.voxelization.bits import empty_planes, unpack
-from bimvox.voxelization.lattice import TOLERANCE_M, cell_range, to_lattice, tolerance_vox
-from bimvox.voxelization.part import lattice_bounds, voxelize_mesh
+from bimvox.voxelization.lattice import TOLERANCE_M, cell_range, lattice_triangles, tolerance_vox
+from bimvox.voxelization.part import voxelize_mesh
 from bimvox.voxelization.surface import mark_surface
 
 H = 0.25
 
 
 def met_cells(mesh: TriangleMesh, h: float) -> set[tuple[int, int, int]]:
-    bounds = lattice_bounds(mesh, h, (0, 0, 0))
+    triangles, bounds = lattice_triangles(mesh.vertices_m, mesh.faces, h, (0, 0, 0))
     low, high = cell_range(bounds[0], bounds[1], h)
     cells = empty_planes(*(int(n) for n in high - low))
-    mark_surface(cells, to_lattice(mesh.vertices_m, h, (0, 0, 0))[mesh.faces] - low, tolerance_vox(h))
+    mark_surface(cells, triangles - low, tolerance_vox(h))
     return set(map(tuple, (np.argwhere(unpack(cells.met, cells.height)) + low).tolist()))
 
 
