@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -43,6 +43,15 @@ class TriangleMesh:
 
     def __repr__(self) -> str:
         return f"<TriangleMesh: {len(self.faces):,} triangles>"
+
+    @classmethod
+    def joined(cls, meshes: Sequence[TriangleMesh]) -> TriangleMesh:
+        """Return meshes concatenated; each keeps its own vertices."""
+        if len(meshes) == 1:
+            return meshes[0]
+        offsets = np.cumsum([0] + [len(mesh.vertices_m) for mesh in meshes[:-1]])
+        faces = [mesh.faces + offset for mesh, offset in zip(meshes, offsets, strict=True)]
+        return cls(np.concatenate([mesh.vertices_m for mesh in meshes]), np.concatenate(faces).astype(np.int32))
 
     @property
     def triangles_m(self) -> NDArray[np.float64]:

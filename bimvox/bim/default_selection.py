@@ -31,12 +31,12 @@ def by_default(elements: list[Element], notes: list[str]) -> list[Element]:
     """
     elements = _promoted(elements, notes)
     elements = _fitted(
-        elements, notes, _is_insulation, f"insulation and air (under {INSULATION_KG_M3:g} kg/m3) taken for fittings"
+        elements, notes, _is_insulation, f"insulation and air (under {INSULATION_KG_M3:g} kg/m3), treated as fittings"
     )
-    elements = _fitted(elements, notes, _is_light, f"parts under {HAND_CARRIED_KG:g} kg taken for fittings")
+    elements = _fitted(elements, notes, _is_light, f"parts under {HAND_CARRIED_KG:g} kg, treated as fittings")
     cast = sum(element.role is Role.COMPONENT and is_cast_in_place(element) for element in elements)
     if cast:
-        notes.append(f"lifted although their material or type says cast in place: {cast}; select what is precast")
+        notes.append(f"parts lifted although their material or type says cast in place: {cast}; select what is precast")
     return elements
 
 
@@ -51,13 +51,13 @@ def _promoted(elements: list[Element], notes: list[str]) -> list[Element]:
     if any(element.role is Role.COMPONENT for element in elements):
         if any(unknown):
             notes.append(
-                f"elements of unknown class (proxies) taken for fittings: {sum(unknown)}; select them to lift them"
+                f"elements of unknown class (proxies), treated as fittings: {sum(unknown)}; select them to lift them"
             )
         return elements
     if not any(unknown):
-        notes.append("no element is of a class that is lifted: select what to lift")
+        notes.append("no element has a class that is lifted: select what to lift")
         return elements
-    notes.append(f"no element is of a class that is lifted; of unknown class (proxies), so lifted: {sum(unknown)}")
+    notes.append(f"no element has a class that is lifted, so those of unknown class (proxies) are: {sum(unknown)}")
     return [
         replace(element, role=Role.COMPONENT) if is_unknown else element
         for element, is_unknown in zip(elements, unknown, strict=True)

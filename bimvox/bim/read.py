@@ -31,7 +31,7 @@ def read_building(path: Path, options: ReadOptions | None = None, progress: Repo
         SelectionError: If ``options.select`` is malformed or matches nothing.
         InputError: If ``options.unit`` or ``options.up`` is unknown or contradicts the file.
     """
-    path, options, report = Path(path), options or ReadOptions(), progress or _silent
+    path, options, report = Path(path), options or ReadOptions(), progress or (lambda stage, done, total: None)
     suffix = path.suffix.lower()
     if suffix not in IFC_SUFFIXES + MESH_SUFFIXES:
         accepted = ", ".join(IFC_SUFFIXES + MESH_SUFFIXES)
@@ -40,7 +40,7 @@ def read_building(path: Path, options: ReadOptions | None = None, progress: Repo
     digest = hashlib.sha256(data).hexdigest()
     if suffix in IFC_SUFFIXES:
         if options.up == "y":
-            raise InputError(f"{path}: y up is asked for, and IFC has z up", hint="leave up out")
+            raise InputError(f"{path}: y up is requested, but IFC has z up", hint="leave up out")
         check_frame(path, step_bytes(path, data))
         # The worker imports IfcOpenShell and opens the file while this process does the same.
         with GeometryPool(path, timeout_s=options.timeout_s, processes=options.processes) as pool:
@@ -69,7 +69,3 @@ def _bytes_of(path: Path) -> bytes:
     if not data:
         raise FileError(path, "is empty", hint="export or copy the model again")
     return data
-
-
-def _silent(stage: str, done: int, total: int) -> None:
-    """Report nothing."""

@@ -38,9 +38,9 @@ def _in_shared(grid: VoxelGrid) -> str | None:
         return "shared_cells: a cell with one row is not shared"
     owns = parts == grid.owners.at(cells)
     if not np.all(np.add.reduceat(owns, first) == 1):
-        return "shared_parts: the owner of a shared cell is none of its parts"
+        return "shared_parts: the owner of a shared cell is not one of its parts"
     if np.any(np.maximum.reduceat(fractions, first) > fractions[owns]):
-        return "shared_fractions: a part that does not own the cell fills more of it"
+        return "shared_fractions: a part that does not own a cell fills more of it than its owner"
     return None
 
 
@@ -58,7 +58,7 @@ def _in_boxes(grid: VoxelGrid, owned: NDArray[np.int64]) -> str | None:
     lent_parts, lent_cells = grid.shared_parts[lent], grid.shared_cells[lent]
     met = owned + np.bincount(lent_parts, minlength=len(grid.parts))
     for index in np.flatnonzero(held != met)[:1]:
-        return f"boxes: those of part {index} hold {held[index]:,.0f} cells, it meets {met[index]:,}"
+        return f"boxes: those of part {index} hold {held[index]:,.0f} cells, but it meets {met[index]:,}"
     found = np.zeros(len(grid.parts), np.int64)
     others, places = np.empty_like(lent_parts), np.empty(len(lent_parts), np.int64)
     index, cells = grid.owners.index, grid.owners.cells
@@ -73,7 +73,7 @@ def _in_boxes(grid: VoxelGrid, owned: NDArray[np.int64]) -> str | None:
     ):
         return "boxes: they do not hold the cells that the parts own and share"
     for index in np.flatnonzero(met != [part.cells for part in grid.parts])[:1]:
-        return f"parts[{index}].cells: {grid.parts[index].cells:,}, it meets {met[index]:,}"
+        return f"parts[{index}].cells: {grid.parts[index].cells:,}, but it meets {met[index]:,}"
     return None
 
 
@@ -81,7 +81,7 @@ def _in_parts(grid: VoxelGrid) -> str | None:
     seen: set[str] = set()
     for index, part in enumerate(grid.parts):
         if part.id in seen:
-            return f"parts[{index}].id: {part.id!r} twice"
+            return f"parts[{index}].id: {part.id!r} occurs twice"
         if not part.solid_volume_m3 >= 0.0 or not part.mass_kg >= 0.0:
             return f"parts[{index}]: a volume or mass below 0"
         seen.add(part.id)

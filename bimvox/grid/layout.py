@@ -232,7 +232,7 @@ def _check_chunks(archive: Archive, key: str, shape: tuple[int, ...], name: str)
     present = [member for member in archive if member.startswith(prefix)]
     # The archive limits the number of members; the number of chunks is only declared. Compare before listing chunks.
     if ARRAYS[key].fill is None and len(present) != expected:
-        raise GridFileError(name, f"{key}: {len(present):,} of {expected:,} chunks are there")
+        raise GridFileError(name, f"{key}: {len(present):,} of {expected:,} chunks are present")
     known = {member for member, _ in chunk_keys(key, shape)}
     for member in present:
         if member not in known:

@@ -259,7 +259,7 @@ def _ground(shape: IntVec) -> Blocker:
 def _mast(
     crane: TowerCrane, rules: Rules, frame: GridFrame, shape: IntVec, rasterise: Rasterise, *, several: bool
 ) -> Blocker | None:
-    """Return the mast from its foot to the top of the grid; None if it stands outside the grid.
+    """Return the mast from its foot to the top of the grid; None if it is outside the grid.
 
     With several cranes it ends at the crane's highest point, because another crane's jib may turn above it.
     """

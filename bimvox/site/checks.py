@@ -44,7 +44,7 @@ def check_mast(config: SiteConfig, key: str, mast: Blocker, components: Sequence
     there[tuple(mast.cells.T)] = True
     for component in components:
         if there[tuple((component.shape.cells + np.array(component.target_vox)).T)].any():
-            raise config.error(f"{key}.base_m", f"the mast stands at the place of component {component.label}")
+            raise config.error(f"{key}.base_m", f"the mast is at the place of component {component.label}")
 
 
 def check_yard(config: SiteConfig, yard: NDArray[np.bool_], components: Sequence[Component], shape: IntVec) -> None:

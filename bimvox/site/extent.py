@@ -82,7 +82,7 @@ def _explicit(config: SiteConfig, size_m: float) -> tuple[NDArray[np.float64], N
     if len(low) == 3 and abs(low[2] + size_m) > 1e-6 * size_m:
         raise config.error(
             "grid.low_m",
-            f"its third value is {low[2]:g}, but the slab reaches from z = 0 one cell down, to {-size_m:g}",
+            f"its third value is {low[2]:g}, but the slab reaches one cell down from z = 0, to {-size_m:g}",
             hint=f"write low_m = [{low[0]:g}, {low[1]:g}, {-size_m:g}], or leave the third value out",
         )
     corner = np.floor(np.array(low[:2]) / size_m + 1e-6) * size_m

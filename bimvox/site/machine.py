@@ -34,7 +34,7 @@ def cranes_of(config: SiteConfig) -> tuple[TowerCrane, ...]:
     if len(config.cranes) < 2:
         crane = crane_of(config)
         return () if crane is None else (crane,)
-    made = []
+    cranes = []
     for number, given in enumerate(config.cranes):
         try:
             crane = crane_of(config.model_copy(update={"crane": given}))
@@ -43,8 +43,8 @@ def cranes_of(config: SiteConfig) -> tuple[TowerCrane, ...]:
             key = f"crane[{number}]{(error.key or '').removeprefix('crane')}"
             raise config.error(key, own, available=error.available, hint=error.hint) from None
         assert crane is not None
-        made.append(crane)
-    return tuple(made)
+        cranes.append(crane)
+    return tuple(cranes)
 
 
 def crane_of(config: SiteConfig) -> TowerCrane | None:

@@ -124,7 +124,7 @@ def _side(cell: int, plane: int, size: int) -> tuple[int, int]:
 
 
 @inline_kernel
-def _mark_beside(cells: CellPlanes, i: int, j: int, low: int, high: int, plane: NDArray[np.int64]) -> None:
+def _mark_unless_adjacent(cells: CellPlanes, i: int, j: int, low: int, high: int, plane: NDArray[np.int64]) -> None:
     """Mark the cells low..high of a column, except those next to a cell that is in the part already."""
     met, inside, border = cells.met, cells.inside, cells.border
     i0, i1 = _side(i, plane[0], met.shape[0])
@@ -184,7 +184,7 @@ def mark_triangle(
         for k in range(k0, k1 + 1):
             bit = ONE << np.uint64(k & 63)
             if alone:
-                # As in _mark_beside, for the border below or above only.
+                # As in _mark_unless_adjacent, for the border below or above only.
                 first, stop = _side(k, plane[2], height)
                 for j in range(j0, j1 + 1):
                     for i in range(runs[2, j], runs[3, j] + 1):
@@ -197,7 +197,7 @@ def mark_triangle(
             for j in range(j0, j1 + 1):
                 for i in range(runs[2, j], runs[3, j] + 1):
                     if on_border:
-                        _mark_beside(cells, i, j, k, k, plane)
+                        _mark_unless_adjacent(cells, i, j, k, k, plane)
                     else:
                         met[i, j, k >> 6] |= bit
         return
@@ -208,7 +208,7 @@ def mark_triangle(
             for j in range(j0, j1 + 1):
                 if runs[4, j] <= runs[5, j]:
                     if on_border:
-                        _mark_beside(cells, i, j, int(np.int64(runs[4, j])), int(np.int64(runs[5, j])), plane)
+                        _mark_unless_adjacent(cells, i, j, int(np.int64(runs[4, j])), int(np.int64(runs[5, j])), plane)
                     else:
                         set_run(met, i, j, int(np.int64(runs[4, j])), int(np.int64(runs[5, j])))
         return
@@ -219,7 +219,7 @@ def mark_triangle(
             for j in range(j0, j1 + 1):
                 if runs[0, i] <= runs[1, i]:
                     if on_border:
-                        _mark_beside(cells, i, j, int(np.int64(runs[0, i])), int(np.int64(runs[1, i])), plane)
+                        _mark_unless_adjacent(cells, i, j, int(np.int64(runs[0, i])), int(np.int64(runs[1, i])), plane)
                     else:
                         set_run(met, i, j, int(np.int64(runs[0, i])), int(np.int64(runs[1, i])))
         return
@@ -256,7 +256,7 @@ def mark_triangle(
             if low > high:
                 continue
             if on_border:
-                _mark_beside(cells, i, j, low, high, plane)
+                _mark_unless_adjacent(cells, i, j, low, high, plane)
             else:
                 set_run(met, i, j, low, high)
 

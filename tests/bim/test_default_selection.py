@@ -32,7 +32,7 @@ def roles(elements: list[Element]) -> tuple[dict[str, Role], str]:
 def test_insulation_is_laid_by_hand() -> None:
     found, said = roles([element("slab"), element("EPS", 40.0), element("studs", 100.0)])
     assert found == {"slab": Role.COMPONENT, "EPS": Role.FITTING, "studs": Role.COMPONENT}
-    assert "insulation and air (under 60 kg/m3) taken for fittings: 1" in said
+    assert "insulation and air (under 60 kg/m3), treated as fittings: 1" in said
 
 
 @pytest.mark.parametrize("source", ["quantity", "default"])

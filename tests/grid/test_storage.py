@@ -265,7 +265,7 @@ def test_a_table_without_its_chunks_is_refused_before_it_is_listed() -> None:
         declare([90_000_000, 6], [65_536, 6], "boxes")(members)
         declare([90_000_000], [65_536], "box_parts")(members)
 
-    with pytest.raises(GridFileError, match="boxes: 1 of 1,374 chunks are there"):
+    with pytest.raises(GridFileError, match="boxes: 1 of 1,374 chunks are present"):
         grid_from_bytes(changed(edit), "f")
 
 
@@ -291,7 +291,11 @@ def two_boxes() -> VoxelGrid:
         ("shared_fractions", [0.6, 0.5], "shared_fractions: a part that does not own"),
         ("boxes", [[0, 0, 0, 5, 1, 1], [4, 0, 0, 9, 1, 1]], "boxes: outside the grid"),
         ("boxes", [[0, 0, 0, 5, 1, 1], [8, 0, 0, 4, 1, 1]], "boxes: outside the grid, or empty"),
-        ("boxes", [[0, 0, 0, 4, 1, 1], [4, 0, 0, 8, 1, 1]], "boxes: those of part 0 hold 4 cells, it meets 5"),
+        (
+            "boxes",
+            [[0, 0, 0, 4, 1, 1], [4, 0, 0, 8, 1, 1]],
+            "boxes: those of part 0 hold 4 cells, but it meets 5",
+        ),
         ("boxes", [[3, 0, 0, 8, 1, 1], [4, 0, 0, 8, 1, 1]], "boxes: they do not hold"),
         ("box_parts", [1, 0], "box_parts: must ascend"),
         ("box_parts", [0, 2], "box_parts: must ascend"),
@@ -309,7 +313,7 @@ def test_the_owner_of_a_shared_cell_must_be_one_of_its_parts() -> None:
     shares = np.ones((3, 1, 1, 1), np.float32)
     grid = grid_of(list(shares))
     wrong = replace(grid, owners=Bricks.of(np.full((1, 1, 1), -1, np.int32)))
-    with pytest.raises(GridFileError, match="the owner of a shared cell is none of its parts"):
+    with pytest.raises(GridFileError, match="the owner of a shared cell is not one of its parts"):
         grid_from_bytes(grid_to_bytes(wrong), "f")
 
 

@@ -14,7 +14,7 @@ from bimvox.bim.ifc.anchors import anchors_without_mesh, points_of_group
 from bimvox.bim.ifc.assembly import Aggregation, Extent, Group
 from bimvox.bim.ifc.open import OpenedIfc
 from bimvox.bim.ifc.properties import Properties, weakest
-from bimvox.bim.ifc.relations import Storeys, connected_products, element_pairs
+from bimvox.bim.ifc.relations import connected_products, element_pairs, storey_height, storey_of
 from bimvox.bim.ifc.roles import CURTAIN_TYPES, UNKNOWN, role_of_class
 from bimvox.bim.ifc.tasks import ProductTask, tasks_of_products
 from bimvox.bim.name_roles import is_existing_by_name, role_by_name
@@ -54,7 +54,6 @@ class ElementBuilder:
         self._guessed = 0
         self._refused: list[str] = []
         self._odd: list[str] = []
-        self._storeys = Storeys(opened.file)
         self._tasks, self._task_notes = tasks_of_products(opened.file)
         self._element_of: dict[int, str] = {}
         self._anchors = anchors_without_mesh(opened.file, parts, opened.metres_per_unit, origin_m)
@@ -82,7 +81,7 @@ class ElementBuilder:
         whole = group.members != (group.owner,)
         element_id = self._unique(owner)
         self._element_of.update(dict.fromkeys((group.owner, *group.members), element_id))
-        height = self._storeys.height_of(owner)
+        storey = storey_of(owner)
         task = self._task(group)
         opened = next((a for a in reversed(group.ancestors) if self._file.by_id(a).is_a("IfcElementAssembly")), None)
         return Element(
@@ -90,15 +89,15 @@ class ElementBuilder:
             global_id=str(owner.GlobalId),
             ifc_class=str(owner.is_a()),
             name=str(owner.Name or ""),
-            mesh=_joined([self._parts[step_id].mesh for step_id in group.members]),
+            mesh=TriangleMesh.joined([self._parts[step_id].mesh for step_id in group.members]),
             role=self._planned_role(owner, group),
             mass_kg=sum(mass.kg for mass in masses),
             mass_source=weakest([mass.source for mass in masses]),
             type_name=self._properties.type_name(owner),
-            storey=self._properties.storey(owner),
+            storey=None if storey is None else str(storey.Name or storey.GlobalId),
             material=material,
             members=tuple(str(self._file.by_id(step_id).GlobalId) for step_id in group.members) if whole else (),
-            storey_height_m=None if height is None else round(height * self._metres_per_unit, 6),
+            storey_height_m=None if storey is None else round(storey_height(storey) * self._metres_per_unit, 6),
             assembly=None if opened is None else str(self._file.by_id(opened).GlobalId),
             task=None if task is None else task.name,
             task_rank=None if task is None else task.rank,
@@ -117,15 +116,15 @@ class ElementBuilder:
             more = f" and {len(self._made_unique) - _SHOWN} more" if len(self._made_unique) > _SHOWN else ""
             notes.append(f"GlobalIds that occur more than once were made unique: {shown}{more}")
         if self._guessed:
-            notes.append(f"parts that are not closed, whose mass is a guess unless stated: {self._guessed}")
+            notes.append(f"parts that are not closed, so their mass is a guess unless stated: {self._guessed}")
         if self._refused:
             notes.append(
-                "stated weights that cannot be, given the volume of the part, and were not used: "
+                "stated weights that are impossible for the volume of the part, so not used: "
                 f"{len(self._refused)} ({_some(self._refused)})"
             )
         if self._odd:
             notes.append(
-                "stated weights that are odd for the volume of the part (under 50 or over 12,000 kg/m3), yet used: "
+                "stated weights that are unusual for the volume of the part (under 50 or over 12,000 kg/m3), but used: "
                 f"{len(self._odd)} ({_some(self._odd)})"
             )
         return notes
@@ -185,12 +184,3 @@ def _some(names: list[str], most: int = 3) -> str:
     """Return the first few distinct names as text."""
     different = list(dict.fromkeys(names))
     return ", ".join(different[:most]) + (", ..." if len(different) > most else "")
-
-
-def _joined(meshes: list[TriangleMesh]) -> TriangleMesh:
-    """Return meshes concatenated; each keeps its own vertices."""
-    if len(meshes) == 1:
-        return meshes[0]
-    offsets = np.cumsum([0] + [len(mesh.vertices_m) for mesh in meshes[:-1]])
-    faces = [mesh.faces + offset for mesh, offset in zip(meshes, offsets, strict=True)]
-    return TriangleMesh(np.concatenate([mesh.vertices_m for mesh in meshes]), np.concatenate(faces).astype(np.int32))

@@ -68,7 +68,7 @@ def open_ifc(path: Path, data: bytes) -> OpenedIfc:
         raise IfcError(
             path,
             f"holds {len(projects)} IfcProject instances, not exactly one",
-            hint="export the model again; a file without its project has no units and is most likely cut off",
+            hint="export the model again; a file without its project has no units and is most likely truncated",
         )
     unit, metres = _length_unit(path, projects[0])
     return OpenedIfc(file, schema, unit, metres, tuple(notes))
@@ -110,7 +110,7 @@ def _check_complete(path: Path, step: bytes, file: Any) -> list[str]:
             hint="export or copy the model again",
         )
     classes = ", ".join(f"{count} {name}" for name, count in sorted(unknown.items()))
-    return [f"left out what {file.schema_identifier} does not know: {classes}"]
+    return [f"left out, because {file.schema_identifier} does not define them: {classes}"]
 
 
 def _unread(step: bytes, file: Any) -> list[tuple[int, str, int]]:

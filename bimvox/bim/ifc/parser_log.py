@@ -47,10 +47,10 @@ def judge_log(path: Path, text: str, file: Any, log: str, stated: str) -> list[s
     if unfit := {int(step_id): int(found) - int(expected) for expected, found, step_id in _COUNT.findall(log)}:
         notes.append(_unfit(path, file, unfit, stated))
     if lost := _LOST.findall(log):
-        notes.append(f"references to instances that are not there: {len(lost)}, the first to #{lost[0][0]}")
+        notes.append(f"references to missing instances: {len(lost)}, the first to #{lost[0][0]}")
     if literals := Counter(f"{literal} ({enumeration})" for literal, enumeration in _LITERAL.findall(log)):
         shown = ", ".join(literal for literal, _ in literals.most_common(3))
-        notes.append(f"values that {file.schema_identifier} does not know: {literals.total()}, such as {shown}")
+        notes.append(f"values that {file.schema_identifier} does not define: {literals.total()}, such as {shown}")
     return notes
 
 

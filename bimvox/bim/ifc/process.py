@@ -34,7 +34,7 @@ class GeometryServer:
     def __init__(self, path: Path, command: Sequence[str]) -> None:
         self._path = path
         self._ready = False
-        self._said = tempfile.TemporaryFile()  # noqa: SIM115 (lives as long as the process that writes to it)
+        self._output = tempfile.TemporaryFile()  # noqa: SIM115 (lives as long as the process that writes to it)
         # Threads do not survive a fork, and nothing here needs them.
         environment = {**worker_environment(), "OPENBLAS_NUM_THREADS": "1"}
         here, there = socket.socketpair()
@@ -43,8 +43,8 @@ class GeometryServer:
             self._process = subprocess.Popen(
                 [*command, str(there.fileno()), str(path)],
                 stdin=subprocess.DEVNULL,
-                stdout=self._said,
-                stderr=self._said,
+                stdout=self._output,
+                stderr=self._output,
                 env=environment,
                 pass_fds=[there.fileno()],
                 start_new_session=True,  # Ctrl-C goes to this process, which ends the server
@@ -91,7 +91,7 @@ class GeometryServer:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        self._said.close()
+        self._output.close()
 
     def _lost(self, why: str = "") -> IfcError:
         """Return the error for a server that has ended, with the end of its output."""
@@ -100,10 +100,10 @@ class GeometryServer:
         except subprocess.TimeoutExpired:
             self._process.kill()
         code = self._process.wait()
-        self._said.seek(0)
-        said = self._said.read()[-2000:].decode("utf-8", "replace").strip()
+        self._output.seek(0)
+        output = self._output.read()[-2000:].decode("utf-8", "replace").strip()
         return IfcError(
-            self._path, f"the geometry process did not start: {why or said or code}", hint="check the install"
+            self._path, f"the geometry process did not start: {why or output or code}", hint="check the install"
         )
 
 

@@ -59,17 +59,6 @@ class Properties:
         kind = element_util.get_type(product)
         return str(kind.Name) if kind is not None and kind.Name else None
 
-    def storey(self, product: Any) -> str | None:
-        """Return the name of the storey that contains it; None if there is none."""
-        place = element_util.get_container(product)
-        seen = set()
-        while place is not None and place.id() not in seen:
-            seen.add(place.id())
-            if place.is_a("IfcBuildingStorey"):
-                return str(place.Name or place.GlobalId)
-            place = element_util.get_aggregate(place)
-        return None
-
     def material(self, product: Any) -> str | None:
         """Return the name of its material, or of its thickest layer's material; None if it has none."""
         layers = self._layers(product)
@@ -159,12 +148,12 @@ class Properties:
             constituents = material.MaterialConstituents or ()
             layers = [(constituent.Material, float(constituent.Fraction or 0.0)) for constituent in constituents]
             if not any(share for _, share in layers):
-                layers = [(made_of, 1.0) for made_of, _ in layers][:1]
+                layers = [(part, 1.0) for part, _ in layers][:1]
         elif material.is_a("IfcMaterialList"):
-            layers = [(made_of, 1.0) for made_of in material.Materials][:1]
+            layers = [(part, 1.0) for part in material.Materials][:1]
         else:
             return []
-        return [(made_of, weight) for made_of, weight in layers if made_of is not None]
+        return [(part, weight) for part, weight in layers if part is not None]
 
 
 def weakest(sources: Sequence[str]) -> str:

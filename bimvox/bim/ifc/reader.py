@@ -49,7 +49,7 @@ def read_ifc(
     report("open", 0, 1)
     opened = open_ifc(path, data)
     if options.unit is not None and options.unit != opened.unit:
-        raise InputError(f"{path}: states its unit itself ({opened.unit}), not {options.unit}", hint="leave unit out")
+        raise InputError(f"{path}: states its own unit ({opened.unit}), not {options.unit}", hint="leave unit out")
     selected = _selected(opened, options)
     report("open", 1, 1)
 
@@ -89,7 +89,7 @@ def read_ifc(
             hint="select columns, beams, walls, slabs or other elements with a body",
         )
     for index in stray([element.mesh.bounds_m for element in elements]):
-        notes.append(f"{elements[index].id} ({elements[index].ifc_class}) lies over {FAR_M:g} m from the rest")
+        notes.append(f"{elements[index].id} ({elements[index].ifc_class}) lies more than {FAR_M:g} m from the rest")
     return Building(
         elements=tuple(elements),
         skipped=tuple(_skipped(opened.file, skipped)),
@@ -128,7 +128,7 @@ def _sort_out(opened: OpenedIfc, selected: frozenset[int] | None, notes: list[st
             skipped[step_id] = reason
     small = [step_id for step_id, reason in skipped.items() if reason in TOO_SMALL.values()]
     if small and not wanted:
-        notes.append(f"nothing but what comes inside or on other parts, so that was read: {len(small)} products")
+        notes.append(f"only products that come inside or on other parts, so these were read: {len(small)} products")
         wanted, skipped = small, {step_id: why for step_id, why in skipped.items() if why not in TOO_SMALL.values()}
     return sorted(wanted), skipped
 

@@ -43,33 +43,20 @@ def element_pairs(pairs: Iterator[tuple[int, int]], element_of: Mapping[int, str
     return tuple(sorted(found))
 
 
-class Storeys:
-    """The heights of the storeys that contain products.
+def storey_of(product: Any) -> Any | None:
+    """Return the ``IfcBuildingStorey`` that contains a product; None if there is none."""
+    place = element_util.get_container(product)
+    seen: set[int] = set()
+    while place is not None and place.id() not in seen:
+        seen.add(place.id())
+        if place.is_a("IfcBuildingStorey"):
+            return place
+        place = element_util.get_aggregate(place)
+    return None
 
-    Args:
-        file: The ``ifcopenshell.file``.
-    """
 
-    def __init__(self, file: Any) -> None:
-        self._file = file
-        self._height: dict[int, float] = {}
-
-    def height_of(self, product: Any) -> float | None:
-        """Return the height of the storey that contains a product, in the file's length unit; None if there is none."""
-        place = element_util.get_container(product)
-        seen: set[int] = set()
-        while place is not None and place.id() not in seen:
-            seen.add(place.id())
-            if place.is_a("IfcBuildingStorey"):
-                return self._height_of(place)
-            place = element_util.get_aggregate(place)
-        return None
-
-    def _height_of(self, storey: Any) -> float:
-        if storey.id() not in self._height:
-            if storey.ObjectPlacement is not None:
-                height = float(placement_util.get_local_placement(storey.ObjectPlacement)[2, 3])
-            else:
-                height = float(storey.Elevation or 0.0)
-            self._height[storey.id()] = height
-        return self._height[storey.id()]
+def storey_height(storey: Any) -> float:
+    """Return the height of an ``IfcBuildingStorey``, in the file's length unit."""
+    if storey.ObjectPlacement is not None:
+        return float(placement_util.get_local_placement(storey.ObjectPlacement)[2, 3])
+    return float(storey.Elevation or 0.0)

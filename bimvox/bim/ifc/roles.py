@@ -31,39 +31,25 @@ TOO_SMALL: dict[str, str] = {
 }
 """Products left out unless a query selects them: they arrive with their host, and thousands of them cost minutes."""
 
-ROLES: dict[str, Role] = {
+_CLASSES: dict[Role, tuple[str, ...]] = {
     # Lifted from the yard.
-    "IfcColumn": Role.COMPONENT,
-    "IfcBeam": Role.COMPONENT,
-    "IfcSlab": Role.COMPONENT,
-    "IfcWall": Role.COMPONENT,
-    "IfcMember": Role.COMPONENT,
-    "IfcPlate": Role.COMPONENT,
-    "IfcStair": Role.COMPONENT,
-    "IfcStairFlight": Role.COMPONENT,
-    "IfcRamp": Role.COMPONENT,
-    "IfcRampFlight": Role.COMPONENT,
-    "IfcRoof": Role.COMPONENT,
-    "IfcChimney": Role.COMPONENT,
-    "IfcElementAssembly": Role.COMPONENT,
-    "IfcBuildingElementPart": Role.COMPONENT,
-    "IfcBuildingElementComponent": Role.COMPONENT,
+    Role.COMPONENT: (
+        *("IfcColumn", "IfcBeam", "IfcSlab", "IfcWall", "IfcMember", "IfcPlate", "IfcStair", "IfcStairFlight"),
+        *("IfcRamp", "IfcRampFlight", "IfcRoof", "IfcChimney", "IfcElementAssembly", "IfcBuildingElementPart"),
+        "IfcBuildingElementComponent",
+    ),
     # Cast or driven in place before the first lift.
-    "IfcFooting": Role.STRUCTURE,
-    "IfcPile": Role.STRUCTURE,
-    "IfcDeepFoundation": Role.STRUCTURE,
+    Role.STRUCTURE: ("IfcFooting", "IfcPile", "IfcDeepFoundation"),
     # Terrain.
-    "IfcSite": Role.GROUND,
-    "IfcGeographicElement": Role.GROUND,
-    "IfcGeotechnicalElement": Role.GROUND,
-    "IfcEarthworksElement": Role.GROUND,
-    "IfcCourse": Role.GROUND,
-    "IfcPavement": Role.GROUND,
+    Role.GROUND: (
+        *("IfcSite", "IfcGeographicElement", "IfcGeotechnicalElement", "IfcEarthworksElement", "IfcCourse"),
+        "IfcPavement",
+    ),
     # All other elements are installed after the lifts: doors, windows, coverings, railings, curtain walls,
     # furniture, services, lifts and escalators.
-    "IfcElement": Role.FITTING,
-    "IfcProxy": Role.FITTING,
+    Role.FITTING: ("IfcElement", "IfcProxy"),
 }
+ROLES: dict[str, Role] = {ifc_class: role for role, classes in _CLASSES.items() for ifc_class in classes}
 """Role by class; an unlisted class has the role of its nearest listed supertype."""
 
 UNKNOWN = frozenset({"IfcBuildingElementProxy", "IfcProxy", "IfcCivilElement", "IfcBuiltElement"})

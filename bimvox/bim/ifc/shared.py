@@ -36,12 +36,12 @@ def shape_groups(file: Any, step_ids: Sequence[int]) -> list[tuple[int, ...]]:
 
 def _shape_key(product: Any) -> Hashable:
     """Return what determines its shape; the class is included, since it affects which representation a kernel uses."""
-    made_of = []
+    content = []
     for representation in product.Representation.Representations:
         items = tuple(_item_key(item) for item in representation.Items)
         context = representation.ContextOfItems
-        made_of.append((context.id() if context else 0, representation.RepresentationIdentifier, items))
-    return product.is_a(), tuple(made_of)
+        content.append((context.id() if context else 0, representation.RepresentationIdentifier, items))
+    return product.is_a(), tuple(content)
 
 
 def _item_key(item: Any) -> Hashable:

@@ -104,7 +104,7 @@ def _ranks(file: Any, tasks: list[int]) -> tuple[dict[int, int], tuple[str, ...]
     notes: tuple[str, ...] = ()
     if circular:
         names = sorted({str(file.by_id(tasks[n // 2]).Name or file.by_id(tasks[n // 2]).GlobalId) for n in circular})
-        notes = (f"tasks that wait for each other in a circle, taken as going on together: {', '.join(names[:5])}",)
+        notes = (f"tasks that wait for each other in a circle, treated as parallel: {', '.join(names[:5])}",)
     _, rank = np.unique(level[starts], return_inverse=True)
     return {task: int(rank[n]) for task, n in number.items()}, notes
 

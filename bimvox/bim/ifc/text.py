@@ -8,32 +8,16 @@ from pathlib import Path
 from bimvox.bim.ifc.step_file import stated_schema
 from bimvox.errors import IfcError
 
-REWRITES: dict[str, str] = {
-    "IFC2X": "IFC2X3",
-    "IFC2X_FINAL": "IFC2X3",
-    "IFC2X2": "IFC2X3",
-    "IFC2X2_FINAL": "IFC2X3",
-    "IFC2X2_ADD1": "IFC2X3",
-    "IFC2X3_FINAL": "IFC2X3",
-    "IFC2X3_TC1": "IFC2X3",
-    "IFC4RC4": "IFC4",
-    "IFC4_ADD1": "IFC4",
-    "IFC4_ADD2": "IFC4",
-    "IFC4_ADD2_TC1": "IFC4",
-    "IFC4X3": "IFC4X3_ADD2",
-    "IFC4X3_TC1": "IFC4X3_ADD2",
-    "IFC4X3_ADD1": "IFC4X3_ADD2",
-    "IFC4X3_RC1": "IFC4X3_ADD2",
-    "IFC4X3_RC2": "IFC4X3_ADD2",
-    "IFC4X3_RC3": "IFC4X3_ADD2",
-    "IFC4X3_RC4": "IFC4X3_ADD2",
-    "IFC4X1": "IFC4",
-    "IFC4X2": "IFC4",
+_SAME_CLASSES = {
+    "IFC2X3": "IFC2X IFC2X_FINAL IFC2X2 IFC2X2_FINAL IFC2X2_ADD1 IFC2X3_FINAL IFC2X3_TC1",
+    "IFC4": "IFC4RC4 IFC4_ADD1 IFC4_ADD2 IFC4_ADD2_TC1 IFC4X1 IFC4X2",
+    "IFC4X3_ADD2": "IFC4X3 IFC4X3_TC1 IFC4X3_ADD1 IFC4X3_RC1 IFC4X3_RC2 IFC4X3_RC3 IFC4X3_RC4",
 }
+REWRITES: dict[str, str] = {name: schema for schema, names in _SAME_CLASSES.items() for name in names.split()}
 """Schema names that IfcOpenShell refuses, and the schema whose building classes they share. Instances that do not fit
 that schema give a note; geometry that does not fit is refused (``parser_log``)."""
 
-READABLE = ("IFC2X3", "IFC4", "IFC4X3_ADD2")
+READABLE = tuple(_SAME_CLASSES)
 
 _HEADER = (
     "ISO-10303-21;HEADER;FILE_DESCRIPTION((''),'2;1');FILE_NAME('','',(''),(''),'','','');FILE_SCHEMA(('{}'));ENDSEC;"

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.mesh.polygons import triangulated
+from bimvox.errors import MeshError
 
 REPEATED_MOST = 20_000_000
 """A file whose instances expand to more triangles or vertices than this is refused."""
+
+
+def damaged(path: Path, what: str) -> MeshError:
+    """Return the error for a file that is damaged or truncated; ``what`` says what is wrong in it."""
+    return MeshError(path, what, hint="the file is damaged or truncated: export it again")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +50,7 @@ class MeshContents:
         up: Axis that points up by the format's standard; None if the standard does not fix it.
         left_out: (name, reason) of what the file contains that is not a surface.
         notes: What the user should know, one sentence each.
-        beside: Bytes of the external files that it references, in the order of their use.
+        external: Bytes of the external files that it references, in the order of their use.
     """
 
     bodies: tuple[RawBody, ...]
@@ -51,7 +58,7 @@ class MeshContents:
     up: Literal["y", "z"] | None = None
     left_out: tuple[tuple[str, str], ...] = ()
     notes: tuple[str, ...] = ()
-    beside: tuple[bytes, ...] = ()
+    external: tuple[bytes, ...] = ()
 
 
 def body_of_polygons(

@@ -77,7 +77,7 @@ def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, r
     meshes = cleaned.meshes
     notes = [*contents.notes, *scale.notes]
     if cleaned.dropped:
-        notes.append(f"triangles without area, or with a corner that is no number, dropped: {cleaned.dropped:,}")
+        notes.append(f"dropped triangles without area or with an invalid corner: {cleaned.dropped:,}")
     boxes = [mesh.bounds_m for mesh in meshes.values()]
     origin_m = local_origin(boxes)
     size_m = float((np.max([box[1] for box in boxes], axis=0) - np.min([box[0] for box in boxes], axis=0)).max())
@@ -98,12 +98,12 @@ def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, r
     if flipped:
         notes.append(f"inside-out bodies turned outward: {flipped}")
     if guessed:
-        notes.append(f"bodies that are not closed, whose mass is a guess: {some(guessed)}")
+        notes.append(f"bodies that are not closed, so their mass is a guess: {some(guessed)}")
     far = [elements[index].name for index in stray(boxes)] if len(boxes) > 1 else []
     if far:
-        notes.append(f"bodies over {FAR_M:g} m from the rest: {some(far)}")
-    if contents.beside:
-        parts = [sha256, *(hashlib.sha256(part).hexdigest() for part in contents.beside)]
+        notes.append(f"bodies more than {FAR_M:g} m from the rest: {some(far)}")
+    if contents.external:
+        parts = [sha256, *(hashlib.sha256(part).hexdigest() for part in contents.external)]
         sha256 = hashlib.sha256("".join(parts).encode()).hexdigest()
     source = Source(path.name, sha256, suffix[1:].upper(), scale.unit, scale.assumed)
     return Building(tuple(elements), cleaned.skipped, source, origin_m, notes=tuple(notes))
@@ -130,7 +130,7 @@ def _cleaned(contents: MeshContents, scale: Scale) -> _Cleaned:
         SkippedProduct(name, MESH_CLASS, name, f"{reason}: no surface" if "support" not in reason else reason)
         for name, reason in contents.left_out
     ]
-    dropped = lumps = 0
+    dropped = unnamed = 0
     used: dict[str, int] = {}
     for body in sorted(contents.bodies, key=lambda body: _natural(body.name)):
         clean, bad = drop_bad_faces(TriangleMesh(scale.vertices_m(body), body.faces))
@@ -143,8 +143,8 @@ def _cleaned(contents: MeshContents, scale: Scale) -> _Cleaned:
             continue
         if not body.name:
             pieces = bodies_of(clean)
-            meshes |= {f"body-{lumps + index}": piece for index, piece in enumerate(pieces)}
-            lumps += len(pieces)
+            meshes |= {f"body-{unnamed + index}": piece for index, piece in enumerate(pieces)}
+            unnamed += len(pieces)
             continue
         name, number = body.name, used.get(body.name, 1)
         while name in meshes:
@@ -162,10 +162,10 @@ def _nothing(path: Path, contents: MeshContents) -> MeshError:
         if "points" in held:
             return MeshError(
                 path,
-                f"holds {held} and no faces: a scan, or a drawing, not a building",
+                f"holds {held} but no faces: it is a scan or a drawing, not a building",
                 hint=f'use it as an obstruction: {{"id": "scan", "points": "{path.name}"}} in an obstruction file',
             )
-        return MeshError(path, f"holds {held} and no faces", hint="export it as a triangle mesh")
+        return MeshError(path, f"holds {held} but no faces", hint="export it as a triangle mesh")
     return MeshError(path, "holds no triangle with an area", hint="export it as a triangle mesh")
 
 

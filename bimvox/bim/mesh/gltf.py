@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.mesh.contents import REPEATED_MOST, MeshContents, RawBody
+from bimvox.bim.mesh.contents import REPEATED_MOST, MeshContents, RawBody, damaged
 from bimvox.bim.mesh.gltf_data import GltfData
 from bimvox.bim.mesh.stl import single_rounding
 from bimvox.errors import MeshError
@@ -25,7 +25,6 @@ _PACKED = {
     "EXT_meshopt_compression": "meshopt",
     "KHR_meshopt_compression": "meshopt",
 }
-_AGAIN = "the file is damaged: export it again"
 
 _Shape = tuple[NDArray[np.float64], NDArray[np.int32]]
 
@@ -63,7 +62,7 @@ class _Reader:
             index, parent_to_world = todo.pop()
             node = self._file.item("nodes", index)
             if index in seen:
-                raise MeshError(self._file.path, f"nodes[{index}] has two parents, or is its own", hint=_AGAIN)
+                raise damaged(self._file.path, f"nodes[{index}] has two parents, or is its own parent")
             seen.add(index)
             to_world = parent_to_world @ self._placement(node, index)
             if "mesh" in node:
@@ -73,7 +72,7 @@ class _Reader:
         if len(self._bodies) == 1 and not self._named:
             self._bodies = [replace(self._bodies[0], name="")]
         return MeshContents(
-            tuple(self._bodies), "m", "y", left_out=tuple(self._left_out), beside=tuple(self._file.beside)
+            tuple(self._bodies), "m", "y", left_out=tuple(self._left_out), external=tuple(self._file.external)
         )
 
     def _roots(self) -> list[Any]:
@@ -101,7 +100,7 @@ class _Reader:
             placement[:3, :3] = np.array(turn) * scale
             placement[:3, 3] = np.array(node.get("translation", (0.0, 0.0, 0.0)), dtype=np.float64).reshape(3)
         except (TypeError, ValueError, OverflowError):
-            raise MeshError(self._file.path, f"nodes[{index}]: its placement is damaged", hint=_AGAIN) from None
+            raise damaged(self._file.path, f"nodes[{index}]: its placement is damaged") from None
         return placement
 
     def _place(self, index: int, node: dict[str, Any], to_world: NDArray[np.float64]) -> None:
@@ -110,7 +109,7 @@ class _Reader:
             raise MeshError(
                 self._file.path,
                 f"nodes[{index}] is repeated by EXT_mesh_gpu_instancing, which is not read",
-                hint="export it without",
+                hint="export it without that extension",
             )
         mesh_index = node["mesh"]
         mesh = self._file.item("meshes", mesh_index)
@@ -140,7 +139,7 @@ class _Reader:
         """Return the triangles of a mesh; None if it has only points and lines."""
         primitives = mesh.get("primitives", [])
         if not isinstance(primitives, list) or not all(isinstance(item, dict) for item in primitives):
-            raise MeshError(self._file.path, f"meshes[{index}]: its primitives are damaged", hint=_AGAIN)
+            raise damaged(self._file.path, f"meshes[{index}]: its primitives are damaged")
         vertices: list[NDArray[np.float64]] = []
         faces: list[NDArray[np.int64]] = []
         for primitive in primitives:

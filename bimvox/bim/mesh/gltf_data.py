@@ -12,12 +12,12 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.bim.mesh.contents import damaged
 from bimvox.errors import MeshError
 
 _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-_AGAIN = "the file is damaged or cut off: export it again"
 
 
 class GltfData:
@@ -35,7 +35,7 @@ class GltfData:
         self.path = path
         self._binary: bytes | None = None
         self._buffers: dict[int, bytes] = {}
-        self.beside: list[bytes] = []
+        self.external: list[bytes] = []
         """Contents of the external buffers."""
         self.json = self._parsed(self._glb(data) if data.startswith(_MAGIC) else data)
         version = str(self._of(self.json, "asset", dict).get("version", ""))
@@ -46,14 +46,14 @@ class GltfData:
         """Return one of the file's lists of objects; empty if the file does not have it."""
         found = self.json.get(key, [])
         if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
-            raise MeshError(self.path, f"{key}: is no list of objects", hint=_AGAIN)
+            raise damaged(self.path, f"{key} is not a list of objects")
         return found
 
     def item(self, key: str, index: Any) -> dict[str, Any]:
         """Return one object of a list."""
         items = self.items(key)
         if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(items):
-            raise MeshError(self.path, f"{key}[{index}] is referred to, and there are {len(items)}", hint=_AGAIN)
+            raise damaged(self.path, f"{key}[{index}] is referenced, but there are only {len(items)}")
         return items[index]
 
     def array(self, index: Any, kind: str) -> NDArray[np.float64] | NDArray[np.int64]:
@@ -67,7 +67,7 @@ class GltfData:
         where = f"accessors[{index}]"
         stored = _COMPONENTS.get(accessor.get("componentType", 0))
         if accessor.get("type") != kind or stored is None:
-            raise MeshError(self.path, f"{where}: is no {kind} of a known type", hint=_AGAIN)
+            raise damaged(self.path, f"{where} is not a {kind} of a known type")
         count, width = self._count(accessor, "count", where), _WIDTHS[kind]
         if "bufferView" in accessor:
             values = self._view(
@@ -76,7 +76,7 @@ class GltfData:
         elif "sparse" in accessor and count <= len(self._view_bytes(accessor["sparse"], where)):
             values = np.zeros((count, width), dtype=stored)
         else:
-            raise MeshError(self.path, f"{where}: its numbers are not in the file", hint=_AGAIN)
+            raise damaged(self.path, f"{where}: its numbers are not in the file")
         if "sparse" in accessor:
             values = self._with_sparse(values, accessor["sparse"], where)
         if kind == "SCALAR":
@@ -93,11 +93,11 @@ class GltfData:
         count = self._count(sparse, "count", where)
         stored = _COMPONENTS.get(places.get("componentType", 0))
         if stored not in ("<u1", "<u2", "<u4"):
-            raise MeshError(self.path, f"{where}: its indices are of no known type", hint=_AGAIN)
+            raise damaged(self.path, f"{where}: its indices have an unknown type")
         offsets = [self._count(part, "byteOffset", where) for part in (places, news)]
         at = self._view(places.get("bufferView"), offsets[0], count, 1, stored).reshape(-1)
         if count and int(at.max()) >= len(values):
-            raise MeshError(self.path, f"{where}: an index is out of range", hint=_AGAIN)
+            raise damaged(self.path, f"{where}: an index is out of range")
         replaced = values.copy()
         replaced[at] = self._view(news.get("bufferView"), offsets[1], count, values.shape[1], values.dtype.str)
         return replaced
@@ -117,7 +117,7 @@ class GltfData:
         stride = self._count(view, "byteStride", where) or row
         needed = offset + (count - 1) * stride + row if count else 0
         if start + length > len(content) or needed > length or stride < row:
-            raise MeshError(self.path, f"{where}: reaches beyond its buffer, or is used beyond its end", hint=_AGAIN)
+            raise damaged(self.path, f"{where} reaches beyond its buffer, or is used beyond its end")
         if not count:
             return np.zeros((0, width), dtype=stored)
         return np.ndarray((count, width), stored, content, start + offset, (stride, np.dtype(stored).itemsize))
@@ -129,44 +129,42 @@ class GltfData:
             uri, where = buffer.get("uri"), f"buffers[{index}]"
             if uri is None:
                 if index != 0 or self._binary is None:
-                    raise MeshError(self.path, f"{where}: has no data", hint=_AGAIN)
+                    raise damaged(self.path, f"{where} has no data")
                 content = self._binary
             elif isinstance(uri, str) and uri.startswith("data:"):
                 content = self._inline(uri, where)
             else:
-                content = self._beside(str(uri), where)
+                content = self._external(str(uri), where)
             needed = self._count(buffer, "byteLength", where)
             if len(content) < needed:
-                raise MeshError(
-                    self.path, f"{where}: should have {needed:,} bytes and has {len(content):,}", hint=_AGAIN
-                )
+                raise damaged(self.path, f"{where} should have {needed:,} bytes but has {len(content):,}")
             self._buffers[index] = content
         return self._buffers[index]
 
     def _inline(self, uri: str, where: str) -> bytes:
         kind, _, coded = uri.partition(",")
         if not kind.endswith(";base64"):
-            raise MeshError(self.path, f"{where}: its data URI is not base64", hint=_AGAIN)
+            raise damaged(self.path, f"{where}: its data URI is not base64")
         try:
             return base64.b64decode(coded)
         except (binascii.Error, ValueError) as error:
-            raise MeshError(self.path, f"{where}: its data URI cannot be read ({error})", hint=_AGAIN) from error
+            raise damaged(self.path, f"{where}: its data URI cannot be read ({error})") from error
 
-    def _beside(self, uri: str, where: str) -> bytes:
+    def _external(self, uri: str, where: str) -> bytes:
         """Return the contents of an external buffer, which must be in this file's folder or below."""
         folder = self.path.resolve().parent
         try:
             place = (folder / unquote(uri)).resolve()
             if not place.is_relative_to(folder):
                 raise MeshError(
-                    self.path, f"{where}: {uri!r} is not in the file's folder", hint="put all files of it in one folder"
+                    self.path, f"{where}: {uri!r} is not in the file's folder", hint="put all its files in one folder"
                 )
-            self.beside.append(place.read_bytes())
-            return self.beside[-1]
+            self.external.append(place.read_bytes())
+            return self.external[-1]
         except (OSError, ValueError) as error:
             why = "is missing" if isinstance(error, FileNotFoundError) else "cannot be read"
             raise MeshError(
-                self.path, f"{where}: its file {uri[:200]!r} {why}", hint="put it beside the file, or export a GLB"
+                self.path, f"{where}: its file {uri[:200]!r} {why}", hint="put it in the same folder, or export a GLB"
             ) from error
 
     def _glb(self, data: bytes) -> bytes:
@@ -176,40 +174,40 @@ class GltfData:
         if version != 2:
             raise MeshError(self.path, f"is binary glTF {version}, not 2", hint="export it as glTF 2.0")
         if length > len(data):
-            raise MeshError(self.path, f"is cut off: {len(data):,} of {length:,} bytes", hint=_AGAIN)
+            raise damaged(self.path, f"is truncated: {len(data):,} of {length:,} bytes")
         at = 12
         while at + 8 <= length:
             size, kind = int.from_bytes(data[at : at + 4], "little"), data[at + 4 : at + 8]
             if at + 8 + size > length:
-                raise MeshError(self.path, "a chunk of it reaches beyond its end", hint=_AGAIN)
+                raise damaged(self.path, "a chunk reaches beyond the end of the file")
             chunks.setdefault(kind, data[at + 8 : at + 8 + size])
             at += 8 + size
         self._binary = chunks.get(_BIN)
         if _JSON not in chunks:
-            raise MeshError(self.path, "has no JSON chunk", hint=_AGAIN)
+            raise damaged(self.path, "has no JSON chunk")
         return chunks[_JSON]
 
     def _parsed(self, text: bytes) -> dict[str, Any]:
         try:
             found = json.loads(text.decode("utf-8-sig"))
         except (ValueError, RecursionError) as error:
-            raise MeshError(self.path, f"its JSON cannot be read ({error})", hint=_AGAIN) from error
+            raise damaged(self.path, f"its JSON cannot be read ({error})") from error
         return self._object(found, "the JSON")
 
     def _object(self, value: Any, where: str) -> dict[str, Any]:
         if not isinstance(value, dict):
-            raise MeshError(self.path, f"{where}: is no object", hint=_AGAIN)
+            raise damaged(self.path, f"{where} is not an object")
         return value
 
     def _of(self, value: dict[str, Any], key: str, kind: type) -> Any:
         found = value.get(key, kind())
         if not isinstance(found, kind):
-            raise MeshError(self.path, f"{key}: is not what it should be", hint=_AGAIN)
+            raise damaged(self.path, f"{key} has the wrong type")
         return found
 
     def _count(self, value: dict[str, Any], key: str, where: str) -> int:
         """Return an integer of at least 0; 0 if it is left out."""
         found = value.get(key, 0)
         if not isinstance(found, int) or isinstance(found, bool) or not 0 <= found < 2**48:
-            raise MeshError(self.path, f"{where}.{key}: is no count", hint=_AGAIN)
+            raise damaged(self.path, f"{where}.{key} is not a count: a whole number from 0 up")
         return found

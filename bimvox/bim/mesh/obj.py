@@ -10,11 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from bimvox.bim.mesh.contents import MeshContents, RawBody, body_of_polygons
+from bimvox.bim.mesh.contents import MeshContents, RawBody, body_of_polygons, damaged
 from bimvox.bim.mesh.text import rows_of_numbers, text_of
 from bimvox.errors import MeshError
 
-_AGAIN = "the file is damaged or cut off: export it again"
 _CURVED = ("curv", "curv2", "surf")
 _NO_NAME = ("", "default", "off", "(null)")
 
@@ -48,7 +47,7 @@ def read_obj(path: Path, data: bytes) -> MeshContents:
         elif word in ("l", "p") or word in _CURVED:
             left_out[{"l": "lines", "p": "points"}.get(word, "curved surfaces")] += 1
     if not rows:
-        raise MeshError(path, "has no vertex: it is empty, or no OBJ file", hint="check the suffix, or export it again")
+        raise MeshError(path, "has no vertices: it is empty or not OBJ", hint="check the suffix, or export it again")
     vertices = rows_of_numbers(path, rows, 3, "a vertex")
     named = _bodies({key: polygons for key, polygons in faces.items() if polygons})
     bodies: list[RawBody] = [body_of_polygons(name, vertices, polygons) for name, polygons in named]
@@ -76,5 +75,5 @@ def _corners(path: Path, number: int, rest: str, vertices: int) -> list[int]:
     try:
         corners = [int(word.split("/", 1)[0]) for word in rest.split()]
     except ValueError:
-        raise MeshError(path, f"line {number}: the face {rest.strip()[:40]!r} is not understood", hint=_AGAIN) from None
+        raise damaged(path, f"line {number}: the face {rest.strip()[:40]!r} is not understood") from None
     return [corner - 1 if corner > 0 else corner + vertices if corner < 0 else -1 for corner in corners]

@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from bimvox.bim.mesh.contents import MeshContents, body_of_polygons
+from bimvox.bim.mesh.contents import MeshContents, body_of_polygons, damaged
 from bimvox.bim.mesh.text import numbers, rows_of_numbers, text_of
 from bimvox.errors import MeshError
 
 _KEYWORD = re.compile(r"\s*(ST)?C?N?(4)?(n)?OFF(?![a-z])[ \t]*(BINARY)?", re.IGNORECASE)
-_AGAIN = "the file is damaged or cut off: export it again"
 
 
 def read_off(path: Path, data: bytes) -> MeshContents:
@@ -29,13 +28,12 @@ def read_off(path: Path, data: bytes) -> MeshContents:
     lines = [line for line in text[keyword.end() :].splitlines() if line.strip()]
     counts = numbers(path, lines[0], "its second line") if lines else ()
     if len(counts) < 2 or any(count < 0 or count != int(count) for count in counts[:2]):
-        raise MeshError(path, "its second line does not count vertices and faces", hint=_AGAIN)
+        raise damaged(path, "its second line does not count vertices and faces")
     vertex_count, face_count = (int(count) for count in counts[:2])
     if 1 + vertex_count + face_count > len(lines):
-        raise MeshError(
+        raise damaged(
             path,
-            f"announces {vertex_count:,} vertices and {face_count:,} faces, and has {len(lines) - 1:,} lines for them",
-            hint=_AGAIN,
+            f"declares {vertex_count:,} vertices and {face_count:,} faces, but has {len(lines) - 1:,} lines",
         )
     vertices = rows_of_numbers(path, lines[1 : 1 + vertex_count], 3, "a vertex")
     polygons = [_corners(path, line) for line in lines[1 + vertex_count : 1 + vertex_count + face_count]]
@@ -51,7 +49,7 @@ def _corners(path: Path, line: str) -> list[int]:
         count = int(words[0])
         corners = [int(word) for word in words[1 : count + 1]]
     except ValueError:
-        raise MeshError(path, f"the face {line.strip()[:40]!r} has a corner that is no number", hint=_AGAIN) from None
+        raise damaged(path, f"the face {line.strip()[:40]!r} has a corner that is not a number") from None
     if count < 0 or len(corners) < count:
-        raise MeshError(path, f"the face {line.strip()[:40]!r} has fewer corners than it says", hint=_AGAIN)
+        raise damaged(path, f"the face {line.strip()[:40]!r} has fewer corners than it declares")
     return corners

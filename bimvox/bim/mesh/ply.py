@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.mesh.contents import MeshContents, RawBody, body_of_polygons
+from bimvox.bim.mesh.contents import MeshContents, RawBody, body_of_polygons, damaged
 from bimvox.bim.mesh.stl import single_rounding
 from bimvox.bim.mesh.text import numbers
 from bimvox.errors import MeshError
@@ -26,14 +26,13 @@ _TYPES = {
 }
 _ORDER = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
 _CORNERS = ("vertex_indices", "vertex_index")
-_AGAIN = "the file is damaged or cut off: export it again"
 
 Columns = dict[str, Any]
 """By property: an (n,) array; for lists of equal length an (n, k) array, otherwise a list of arrays."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Property:
+class PlyProperty:
     """A property: ``type`` of its value and, if it is a list, of its count, as numpy type strings."""
 
     name: str
@@ -42,13 +41,16 @@ class _Property:
 
 
 @dataclass(frozen=True, slots=True)
-class _Element:
+class PlyElement:
+    """An element that a header declares."""
+
     name: str
     count: int
-    properties: tuple[_Property, ...]
+    properties: tuple[PlyProperty, ...]
 
     @property
     def lists(self) -> int:
+        """Number of properties that are lists."""
         return sum(item.count_type is not None for item in self.properties)
 
 
@@ -58,7 +60,7 @@ def read_ply(path: Path, data: bytes) -> MeshContents:
     Raises:
         MeshError: If it is truncated, or not PLY.
     """
-    is_text, elements, start = _header(path, data)
+    is_text, elements, start = ply_header(path, data)
     if not is_text:
         read, _ = _elements(path, data, start, elements, is_text=False)
     else:
@@ -78,43 +80,43 @@ def read_ply(path: Path, data: bytes) -> MeshContents:
     polygons = _polygons(read)
     if not len(polygons):
         return MeshContents((), left_out=(("", f"{len(vertices):,} points"),) if len(vertices) else ())
-    made = body_of_polygons("", vertices, polygons)
+    soup = body_of_polygons("", vertices, polygons)
     of_x = next(item.type for element in elements if element.name == "vertex" for item in element.properties)
     rounding = single_rounding(vertices) if not is_text and of_x.endswith(("f4", "f2")) else 0.0
-    return MeshContents((RawBody("", made.vertices, made.faces, rounding),))
+    return MeshContents((RawBody("", soup.vertices, soup.faces, rounding),))
 
 
-def _header(path: Path, data: bytes) -> tuple[bool, list[_Element], int]:
+def ply_header(path: Path, data: bytes) -> tuple[bool, list[PlyElement], int]:
     """Return whether the body is text, the elements, and the offset of the body."""
     head, mark, _ = data[:_HEADER_MOST].partition(b"end_header")
     if not head.startswith(b"ply") or not mark:
-        raise MeshError(path, "has no PLY header, or not all of it", hint=_AGAIN)
+        raise damaged(path, "is not a PLY file, or its header is incomplete")
     newline = data.find(b"\n", len(head))
     # Very old files end their lines with only a carriage return.
     start = 1 + (newline if newline >= 0 and b"\n" in head else data.find(b"\r", len(head)))
     order: str | None = None
-    elements: list[_Element] = []
+    elements: list[PlyElement] = []
     for line in head.decode("latin-1").replace("\r", "\n").split("\n")[1:]:
         words = line.split()
         try:
             if words[:1] == ["format"]:
                 order = _ORDER[words[1]]
             elif words[:1] == ["element"]:
-                elements.append(_Element(words[1], int(words[2]), ()))
+                elements.append(PlyElement(words[1], int(words[2]), ()))
             elif words[:1] == ["property"]:
                 last = elements[-1]
                 types = [(order or "=") + _TYPES[word] for word in words[2 if words[1] == "list" else 1 : -1]]
-                item = _Property(words[-1], types[-1], types[0] if words[1] == "list" else None)
-                elements[-1] = _Element(last.name, last.count, (*last.properties, item))
+                item = PlyProperty(words[-1], types[-1], types[0] if words[1] == "list" else None)
+                elements[-1] = PlyElement(last.name, last.count, (*last.properties, item))
         except (KeyError, IndexError, ValueError):
-            raise MeshError(path, f"header: {line.strip()[:60]!r} is not understood", hint=_AGAIN) from None
+            raise damaged(path, f"header: {line.strip()[:60]!r} is not understood") from None
     if order is None or start == 0 or any(element.count < 0 for element in elements):
-        raise MeshError(path, "its header states no format, or a count below zero", hint=_AGAIN)
+        raise damaged(path, "its header states no format, or a count below zero")
     return order == "=", elements, start
 
 
 def _elements(
-    path: Path, body: Any, at: int, elements: list[_Element], *, is_text: bool
+    path: Path, body: Any, at: int, elements: list[PlyElement], *, is_text: bool
 ) -> tuple[dict[str, Columns], int]:
     """Return the values of all elements, and where they end."""
     read: dict[str, Columns] = {}
@@ -124,7 +126,7 @@ def _elements(
     return read, at
 
 
-def _announced(path: Path, text: str, elements: list[_Element]) -> NDArray[np.float64]:
+def _announced(path: Path, text: str, elements: list[PlyElement]) -> NDArray[np.float64]:
     """Return the numbers of a text; of every line only those that the header declares."""
     lines = (line.split() for line in text.splitlines() if line.strip())
     kept: list[str] = []
@@ -137,26 +139,18 @@ def _announced(path: Path, text: str, elements: list[_Element]) -> NDArray[np.fl
                     length = 1 + (int(float(words[used])) if used < len(words) else 0)
                 used += max(length, 1)
             if used > len(words):
-                raise MeshError(
-                    path,
-                    f"ends, or is damaged, in row {row:,} of the {element.count:,} of {element.name!r}",
-                    hint=_AGAIN,
-                )
+                raise damaged(path, f"is truncated or damaged in row {row:,} of {element.count:,} of {element.name!r}")
             kept += words[:used]
     return numbers(path, " ".join(kept), "its body")
 
 
-def _columns(path: Path, body: Any, at: int, element: _Element, is_text: bool) -> tuple[Columns, int]:
+def _columns(path: Path, body: Any, at: int, element: PlyElement, is_text: bool) -> tuple[Columns, int]:
     """Return the values of an element from ``body`` (bytes, or numbers of a text), and where the next one begins."""
     if not element.count or not element.properties:
         return {item.name: np.zeros(0) for item in element.properties}, at
     least = sum(_size(item.count_type or item.type, is_text) for item in element.properties)
     if element.count * least > len(body) - at:
-        raise MeshError(
-            path,
-            f"announces {element.count:,} of {element.name!r}, for which the file is too short",
-            hint=_AGAIN,
-        )
+        raise damaged(path, f"declares {element.count:,} of {element.name!r}, but the file is too short for them")
     even = _even(body, at, element, is_text)
     return even if even is not None else _uneven(path, body, at, element, is_text)
 
@@ -169,7 +163,7 @@ def _value(body: Any, at: int, kind: str, is_text: bool) -> float:
     return float(body[at] if is_text else np.frombuffer(body, kind, 1, at)[0])
 
 
-def _even(body: Any, at: int, element: _Element, is_text: bool) -> tuple[Columns, int] | None:
+def _even(body: Any, at: int, element: PlyElement, is_text: bool) -> tuple[Columns, int] | None:
     """Return an element read at once, and where it ends; None if its lists differ in length from the first row's."""
     lengths, here = [], at
     for item in element.properties:
@@ -210,7 +204,7 @@ def _even(body: Any, at: int, element: _Element, is_text: bool) -> tuple[Columns
     return columns, end
 
 
-def _uneven(path: Path, body: Any, at: int, element: _Element, is_text: bool) -> tuple[Columns, int]:
+def _uneven(path: Path, body: Any, at: int, element: PlyElement, is_text: bool) -> tuple[Columns, int]:
     """Return an element read row by row, because its lists differ in length, and where it ends."""
     columns: Columns = {item.name: [] for item in element.properties}
     sizes = [(item, _size(item.type, is_text)) for item in element.properties]
@@ -224,11 +218,7 @@ def _uneven(path: Path, body: Any, at: int, element: _Element, is_text: bool) ->
             except (ValueError, OverflowError, IndexError):
                 length = -1
             if length < 0 or at + length * size > len(body):
-                raise MeshError(
-                    path,
-                    f"ends, or is damaged, in row {row:,} of the {element.count:,} of {element.name!r}",
-                    hint=_AGAIN,
-                )
+                raise damaged(path, f"is truncated or damaged in row {row:,} of {element.count:,} of {element.name!r}")
             values = body[at : at + length] if is_text else np.frombuffer(body, item.type, length, at)
             columns[item.name].append(values)
             at += length * size

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.mesh.contents import MeshContents, RawBody
+from bimvox.bim.mesh.contents import MeshContents, RawBody, damaged
 from bimvox.bim.mesh.text import numbers, text_of
-from bimvox.errors import MeshError
 
 _HEADER_BYTES = 84
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -19,7 +18,6 @@ _VERTEX = re.compile(r"\bvertex\s+(\S+\s+\S+\s+\S+)", re.IGNORECASE)
 _END_LOOP = re.compile(r"\bend\s*loop\b", re.IGNORECASE)
 _END_SOLID = re.compile(r"\bend\s*solid\b", re.IGNORECASE)
 _LARGEST = 1e37
-_AGAIN = "the file is damaged or cut off: export or copy it again"
 
 
 def read_stl(path: Path, data: bytes) -> MeshContents:
@@ -40,12 +38,11 @@ def read_stl(path: Path, data: bytes) -> MeshContents:
         contents = _binary(data, count)
         return MeshContents(contents.bodies, notes=(f"{rest:,} bytes after the last triangle were not read",))
     if count < 0:
-        raise MeshError(path, "is too short to be an STL file", hint=_AGAIN)
-    raise MeshError(
+        raise damaged(path, "is too short to be an STL file")
+    raise damaged(
         path,
-        f"is no STL, or cut off: as a binary one it announces {count:,} triangles "
-        f"({_HEADER_BYTES + count * _RECORD.itemsize:,} bytes), and it has {len(data):,} bytes",
-        hint=_AGAIN,
+        f"is not an STL file, or is truncated: as binary STL it declares {count:,} triangles "
+        f"({_HEADER_BYTES + count * _RECORD.itemsize:,} bytes), but it has {len(data):,} bytes",
     )
 
 
@@ -58,7 +55,7 @@ def _binary(data: bytes, count: int) -> MeshContents:
 def _text(path: Path, text: str) -> MeshContents:
     starts = list(_SOLID.finditer(text))
     if not starts or not _END_SOLID.search(text, starts[-1].start() + len("solid")):
-        raise MeshError(path, "ends before its last solid does (no 'endsolid')", hint=_AGAIN)
+        raise damaged(path, "is truncated: its last solid has no 'endsolid'")
     ends = [match.start() for match in starts[1:]] + [len(text)]
     bodies = []
     for match, end in zip(starts, ends, strict=True):
@@ -67,7 +64,7 @@ def _text(path: Path, text: str) -> MeshContents:
         where = f"solid {name!r}" if name else "the solid"
         found = numbers(path, " ".join(_VERTEX.findall(solid)), where)
         if len(found) != 9 * len(_END_LOOP.findall(solid)):
-            raise MeshError(path, f"{where}: has facets with other than three corners", hint=_AGAIN)
+            raise damaged(path, f"{where}: has facets with other than three corners")
         vertices = found.reshape(-1, 3)
         if len(vertices):
             bodies.append(RawBody(name if len(starts) > 1 else "", vertices, _in_threes(len(vertices))))

@@ -42,7 +42,7 @@ def numbers(path: Path, words: str, where: str) -> NDArray[np.float64]:
             float(word)
         except ValueError:
             raise MeshError(
-                path, f"{where}: {word[:40]!r} is no number", hint="the file is damaged: export it again"
+                path, f"{where}: {word[:40]!r} is not a number", hint="the file is damaged: export it again"
             ) from None
     return np.array(words.split(), dtype=np.float64)
 

@@ -18,7 +18,7 @@ from xml.parsers import expat
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.mesh.contents import REPEATED_MOST, MeshContents, RawBody
+from bimvox.bim.mesh.contents import REPEATED_MOST, MeshContents, RawBody, damaged
 from bimvox.errors import MeshError
 
 _UNITS = {"micron": "µm", "millimeter": "mm", "centimeter": "cm", "inch": "in", "foot": "ft", "meter": "m"}
@@ -29,7 +29,6 @@ _DEPTH_MOST = 64
 _LEAST = 100
 """Cost of placing an object in addition to its triangles, in triangles."""
 _NO_NAME = "object-"
-_AGAIN = "the file is damaged: export it again"
 
 _Key = tuple[str, str]
 """Identifies an object: its part of the zip, and its id."""
@@ -78,12 +77,12 @@ def read_3mf(path: Path, data: bytes) -> MeshContents:
                     continue
                 done.add(part)
                 if part not in parts:
-                    raise MeshError(path, f"its part {part!r} is missing", hint=_AGAIN)
+                    raise damaged(path, f"its part {part!r} is missing")
                 todo += _read_part(path, archive, parts[part], part, package, is_root=part == root)
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, OSError) as error:
-        raise MeshError(path, f"its zip is damaged: {error}", hint=_AGAIN) from error
+        raise damaged(path, f"its zip is damaged: {error}") from error
     if package.unit not in _UNITS:
-        raise MeshError(path, f"states the unit {package.unit!r}, which 3MF does not know", hint=_AGAIN)
+        raise damaged(path, f"states the unknown unit {package.unit!r}")
     return _placed(path, package)
 
 
@@ -108,7 +107,7 @@ def _root(path: Path, archive: zipfile.ZipFile, parts: dict[str, zipfile.ZipInfo
     usual = [name for name in sorted(parts) if name.endswith(".model")]
     named = [name for name in found if name in parts]
     if not named and not usual:
-        raise MeshError(path, "has no 3D model in it", hint=_AGAIN)
+        raise damaged(path, "has no 3D model")
     return named[0] if named else next((name for name in usual if name == "3d/3dmodel.model"), usual[0])
 
 
@@ -155,7 +154,7 @@ def _parse(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, start: _
     """Run the XML parser over a part, piece by piece; refuse a document type, which allows XML bombs."""
 
     def refuse(*_: object) -> None:
-        raise MeshError(path, f"{info.filename}: has a document type, which 3MF forbids", hint=_AGAIN)
+        raise damaged(path, f"{info.filename}: has a document type, which 3MF forbids")
 
     parser = expat.ParserCreate(namespace_separator=" ")
     parser.StartElementHandler, parser.EndElementHandler, parser.StartDoctypeDeclHandler = start, end, refuse
@@ -166,7 +165,7 @@ def _parse(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, start: _
             parser.Parse(b"", True)
     except (expat.ExpatError, KeyError, ValueError, OverflowError) as error:
         what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
-        raise MeshError(path, f"{info.filename}: line {parser.CurrentLineNumber}: {what}", hint=_AGAIN) from error
+        raise damaged(path, f"{info.filename}: line {parser.CurrentLineNumber}: {what}") from error
 
 
 def _transform(attributes: dict[str, str]) -> NDArray[np.float64]:
@@ -203,9 +202,9 @@ def _placed(path: Path, package: _Package) -> MeshContents:
 def _size(path: Path, package: _Package, key: _Key, sizes: dict[_Key, int], depth: int) -> int:
     """Return how many triangles or vertices one placement of an object makes; ``sizes`` caches the results."""
     if key not in package.objects:
-        raise MeshError(path, f"object {key[1]!r} is placed, and not in the file", hint=_AGAIN)
+        raise damaged(path, f"object {key[1]!r} is placed but not defined")
     if depth > _DEPTH_MOST:
-        raise MeshError(path, f"object {key[1]!r} is in itself, or too deep in others", hint=_AGAIN)
+        raise damaged(path, f"object {key[1]!r} contains itself, or is nested too deep")
     if key not in sizes:
         item = package.objects[key]
         own = max(len(item.corners), len(item.coordinates)) // 3

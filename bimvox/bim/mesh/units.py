@@ -58,9 +58,9 @@ def scale_of(contents: MeshContents, options: ReadOptions) -> Scale:
     """
     notes = []
     if options.unit is not None and contents.unit not in (None, options.unit):
-        notes.append(f"read in {options.unit} as asked, although the file is in {contents.unit}")
+        notes.append(f"read in {options.unit} as requested, although the file is in {contents.unit}")
     if options.up is not None and contents.up not in (None, options.up):
-        notes.append(f"read with {options.up} up as asked, although the standard of the format is {contents.up} up")
+        notes.append(f"read with {options.up} up as requested, although the standard of the format is {contents.up} up")
     unit, up = options.unit or contents.unit, options.up or contents.up
     if unit is None and up is None:
         notes.append("the file states no unit: metres and z up are assumed; set unit and up (--unit, --up) otherwise")

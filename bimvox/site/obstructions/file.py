@@ -8,7 +8,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-import numpy as np
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from bimvox.bim.building import TriangleMesh
@@ -127,13 +126,8 @@ def obstructions_json_schema() -> dict[str, Any]:
 def read_mesh_file(path: Path, unit: str) -> TriangleMesh:
     """Return all bodies of a mesh file as one mesh; a :data:`ReadMesh`."""
     building = read_building(path, ReadOptions(unit=unit))
-    counts = np.cumsum([0, *(len(element.mesh.vertices_m) for element in building.elements)])
-    return TriangleMesh(
-        np.concatenate([element.mesh.vertices_m for element in building.elements]) + building.origin_m,
-        np.concatenate(
-            [element.mesh.faces + first for element, first in zip(building.elements, counts, strict=False)]
-        ).astype(np.int32),
-    )
+    mesh = TriangleMesh.joined([element.mesh for element in building.elements])
+    return TriangleMesh(mesh.vertices_m + building.origin_m, mesh.faces)
 
 
 def parse_obstructions(data: bytes, name: str, folder: Path, *, read_mesh: ReadMesh = read_mesh_file) -> ObstructionSet:

@@ -8,15 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.bim.mesh.ply import ply_header
 from bimvox.errors import FileError
 from bimvox.site.obstructions.las_file import read_las
 
-_PLY_TYPES = {
-    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
-    "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4",
-    "double": "f8", "float64": "f8",
-}  # fmt: skip
-_PLY_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
 _LAS = (".las", ".laz")
 SCAN_SUFFIXES = (".xyz", ".pts", ".asc", *_LAS)
 """Suffixes of files that hold only a point cloud; a PLY file may also hold one."""
@@ -70,33 +65,23 @@ def _checked(path: Path, points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _ply(path: Path, data: bytes) -> NDArray[np.float64]:
-    head, found, body = data.partition(b"end_header")
-    if not data.startswith(b"ply") or not found:
-        raise FileError(path, "not a PLY file (no header)")
-    body = body.partition(b"\n")[2]
-    lines = [line.split() for line in head.decode("ascii", "replace").splitlines()]
-    order = next((_PLY_ORDERS.get(line[1]) for line in lines if line[:1] == ["format"] and len(line) > 1), None)
-    elements = [n for n, line in enumerate(lines) if line[:1] == ["element"] and len(line) == 3]
-    if order is None or not elements or lines[elements[0]][1] != "vertex" or not lines[elements[0]][2].isdigit():
+    is_text, elements, start = ply_header(path, data)
+    if not elements or elements[0].name != "vertex":
         raise FileError(path, "not a PLY file of points (its first element must be vertex)")
-    last = elements[1] if len(elements) > 1 else len(lines)
-    columns = [line for line in lines[elements[0] + 1 : last] if line[:1] == ["property"]]
-    names = [line[-1] for line in columns]
-    known = all(len(line) == 3 and line[1] in _PLY_TYPES for line in columns) and len(set(names)) == len(names)
-    if not known or not {"x", "y", "z"} <= set(names):
-        raise FileError(path, "its vertices lack x, y, z, or have a property of an unknown type")
-    count = int(lines[elements[0]][2])
-    if order:
-        dtype = np.dtype([(name, order + _PLY_TYPES[line[1]]) for name, line in zip(names, columns, strict=True)])
-        if len(body) < count * dtype.itemsize:
-            raise FileError(path, f"truncated: {len(body) // dtype.itemsize} of {count} points")
-        rows = np.frombuffer(body, dtype, count)
-        return np.stack([rows[axis].astype(np.float64) for axis in "xyz"], axis=1)
-    text = body.splitlines()[:count]
-    if len(text) < count:
-        raise FileError(path, f"truncated: {len(text)} of {count} points")
-    at = [names.index(axis) for axis in "xyz"]
-    return _numbers(path, b"\n".join(text), at)
+    vertex, count = elements[0], elements[0].count
+    names = [item.name for item in vertex.properties]
+    if not {"x", "y", "z"} <= set(names) or len(set(names)) < len(names) or vertex.lists:
+        raise FileError(path, "its vertices lack x, y, z, or have a list or two properties of one name")
+    if is_text:
+        text = data[start:].splitlines()[:count]
+        if len(text) < count:
+            raise FileError(path, f"truncated: {len(text)} of {count} points")
+        return _numbers(path, b"\n".join(text), [names.index(axis) for axis in "xyz"])
+    dtype = np.dtype([(item.name, item.type) for item in vertex.properties])
+    if len(data) - start < count * dtype.itemsize:
+        raise FileError(path, f"truncated: {(len(data) - start) // dtype.itemsize} of {count} points")
+    rows = np.frombuffer(data, dtype, count, start)
+    return np.stack([rows[axis].astype(np.float64) for axis in "xyz"], axis=1)
 
 
 def _table(path: Path, data: bytes) -> NDArray[np.float64]:

@@ -138,7 +138,7 @@ def test_dangling_references_and_unknown_values_are_noted(frame_file: Path, tmp_
     path = tmp_path / "a.ifc"
     path.write_text(text.replace(column, lost).replace(".METRE.", ".METRE.", 1).replace(".AREA.", ".AREAS.", 1))
     notes = " ".join(opened(path).notes)
-    assert "references to instances that are not there: 1, the first to #99999" in notes
+    assert "references to missing instances: 1, the first to #99999" in notes
     assert "AREAS (IfcProfileTypeEnum)" in notes
 
 

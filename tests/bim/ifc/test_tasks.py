@@ -2,7 +2,7 @@ import ifcopenshell
 import ifcopenshell.guid
 import pytest
 
-from bimvox.bim.ifc.relations import Storeys, connected_products, element_pairs
+from bimvox.bim.ifc.relations import connected_products, element_pairs, storey_height, storey_of
 from bimvox.bim.ifc.tasks import tasks_of_products
 
 
@@ -123,5 +123,5 @@ def test_a_storeys_height_is_its_place_not_its_label():
     storey = made.rooted("IfcBuildingStorey", Name="First", Elevation=0.0, ObjectPlacement=place)
     beam = made.beam()
     made.rooted("IfcRelContainedInSpatialStructure", RelatedElements=[beam], RelatingStructure=storey)
-    assert Storeys(file).height_of(beam) == 3.5
-    assert Storeys(file).height_of(made.beam()) is None
+    assert storey_height(storey_of(beam)) == 3.5
+    assert storey_of(made.beam()) is None

@@ -138,7 +138,7 @@ def test_a_buffer_beside_the_file(tmp_path: Path) -> None:
     document["buffers"][0]["uri"] = "my%20buffer.bin"
     assert len(read(document, tmp_path / "model.gltf").bodies) == 3
     (tmp_path / "my buffer.bin").write_bytes(b"short")
-    with pytest.raises(MeshError, match=r"should have .* and has 5"):
+    with pytest.raises(MeshError, match=r"should have .* but has 5"):
         read(document, tmp_path / "model.gltf")
     (tmp_path / "my buffer.bin").unlink()
     with pytest.raises(MeshError, match=r"'my%20buffer\.bin' is missing"):
@@ -226,9 +226,9 @@ def test_repeating_a_mesh_beyond_use_is_refused() -> None:
     ("place", "value", "message"),
     [
         (("accessors", 0, "count"), 10**12, "beyond its end"),
-        (("accessors", 0, "count"), -1, "no count"),
-        (("accessors", 0, "count"), 1.5, "no count"),
-        (("accessors", 0, "type"), "VEC2", "no VEC3"),
+        (("accessors", 0, "count"), -1, "not a count"),
+        (("accessors", 0, "count"), 1.5, "not a count"),
+        (("accessors", 0, "type"), "VEC2", "not a VEC3"),
         (("accessors", 0, "bufferView"), 7, r"bufferViews\[7\]"),
         (("bufferViews", 0, "byteLength"), 10**9, "beyond its buffer"),
         (("buffers", 0, "byteLength"), 10**9, "should have 1,000,000,000 bytes"),

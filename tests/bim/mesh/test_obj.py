@@ -61,10 +61,10 @@ def test_lines_and_points_are_told() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "has no vertex"),
-        ("hello\n", "has no vertex"),
+        ("", "has no vertices"),
+        ("hello\n", "has no vertices"),
         ("v 0 0\nf 1 1 1\n", "fewer than 3 numbers"),
-        ("v 0 0 x\n", "'x' is no number"),
+        ("v 0 0 x\n", "'x' is not a number"),
         (SQUARE + "f 1 two 3\n", "line 5: the face '1 two 3'"),
     ],
 )

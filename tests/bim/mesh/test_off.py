@@ -41,9 +41,9 @@ def test_colours_and_normals_of_vertices_are_passed_over() -> None:
         ("4OFF\n1 0 0\n", "4OFF file"),
         ("OFF\n", "does not count"),
         ("OFF\n-1 2\n", "does not count"),
-        ("OFF\n1000000000 1 0\n0 0 0\n", "announces 1,000,000,000 vertices"),
+        ("OFF\n1000000000 1 0\n0 0 0\n", "declares 1,000,000,000 vertices"),
         ("OFF\n4 1 0\n" + SQUARE + "4 0 1 2\n", "fewer corners"),
-        ("OFF\n4 1 0\n" + SQUARE + "x 0 1 2\n", "no number"),
+        ("OFF\n4 1 0\n" + SQUARE + "x 0 1 2\n", "not a number"),
         ("OFF\n4 1 0\n" + SQUARE.replace("1 1 0", "1 1") + "3 0 1 2\n", "fewer than 3 numbers"),
     ],
 )

@@ -100,20 +100,20 @@ def test_a_count_of_nothing_at_all_ends() -> None:
 
 def test_a_list_length_that_the_file_cannot_hold() -> None:
     head = "ply\nformat binary_little_endian 1.0\nelement face 1\nproperty list uint int vertex_indices\nend_header\n"
-    with pytest.raises(MeshError, match="damaged, in row 0"):
+    with pytest.raises(MeshError, match="damaged in row 0"):
         read_ply(PATH, head.encode() + struct.pack("<Ii", 0xFFFFFFFF, 1))
 
 
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"hello", "no PLY header"),
-        (b"ply\nformat ascii 1.0\nelement vertex 3\n", "no PLY header"),
+        (b"hello", "not a PLY file"),
+        (b"ply\nformat ascii 1.0\nelement vertex 3\n", "not a PLY file"),
         (b"ply\nformat ebcdic 1.0\nend_header\n", "format ebcdic"),
         (b"ply\nformat ascii 1.0\nproperty float x\nend_header\n", "property float x"),
         (b"ply\nformat ascii 1.0\nelement vertex 1\nproperty list x\nend_header\n", "property list x"),
         (b"ply\nformat ascii 1.0\nelement face 0\nend_header\n", "no vertices"),
-        (text().replace(b"1 1 0", b"1 ! 0"), "'!' is no number"),
+        (text().replace(b"1 1 0", b"1 ! 0"), "'!' is not a number"),
     ],
 )
 def test_damage_is_named(data: bytes, message: str) -> None:

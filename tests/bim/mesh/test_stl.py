@@ -59,13 +59,13 @@ def test_cut_off_anywhere_it_is_refused(name: str) -> None:
 
 
 def test_a_huge_count_is_refused_by_the_size_of_the_file() -> None:
-    with pytest.raises(MeshError, match=r"announces 4,294,967,295 triangles .* has 1,084 bytes"):
+    with pytest.raises(MeshError, match=r"declares 4,294,967,295 triangles .* has 1,084 bytes"):
         read_stl(PATH, b"\0" * 80 + struct.pack("<I", 0xFFFFFFFF) + b"\0" * 1000)
 
 
 def test_words_that_are_no_numbers_are_named() -> None:
     text = stl.export_stl_ascii(box()).replace("vertex 1.0", "vertex l.0", 1)
-    with pytest.raises(MeshError, match=r"'l\.0' is no number"):
+    with pytest.raises(MeshError, match=r"'l\.0' is not a number"):
         read_stl(PATH, text.encode())
 
 

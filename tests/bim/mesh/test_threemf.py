@@ -90,7 +90,7 @@ def test_objects_in_another_part() -> None:
         (package(one(), '<item objectid="1" transform="1 2 3"/>'), "reshape"),
         (
             package('<object id="1"><components><component objectid="1"/></components></object>'),
-            "in itself",
+            "contains itself",
         ),
     ],
 )
