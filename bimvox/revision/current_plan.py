@@ -22,8 +22,8 @@ class CurrentPlan:
     Attributes:
         plan: Site and lifts, in ascending order; a pending lift already has its path.
         motions: By order; none on a site without a crane.
-        paths: Footprints of the planned lifts' paths, by order.
-        ways: Footprints of their motions, by order.
+        path_footprints: Footprints of the planned lifts' paths, by order.
+        motion_footprints: Footprints of their motions, by order.
         examined: The cells that made lifts infeasible, by order; an infeasible lift without an entry is tried again
             at every change.
         pending: Orders of the planned lifts that are not timed and proven yet.
@@ -33,8 +33,8 @@ class CurrentPlan:
 
     plan: LiftPlan
     motions: Mapping[int, LiftMotion]
-    paths: Mapping[int, Footprint]
-    ways: Mapping[int, Footprint]
+    path_footprints: Mapping[int, Footprint]
+    motion_footprints: Mapping[int, Footprint]
     examined: Mapping[int, Footprint] = field(default_factory=dict)
     pending: frozenset[int] = frozenset()
     memory: Memory = field(default_factory=dict)
@@ -99,7 +99,7 @@ def current_plan_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> CurrentPla
     A planned lift without a path, or without a motion on a site with a crane, is pending.
     """
     by_order = {motion.order: motion for motion in motions}
-    paths, ways, pending = {}, {}, set()
+    paths, moved, pending = {}, {}, set()
     for lift in plan.lifts:
         if lift.status is not Status.PLANNED:
             continue
@@ -110,5 +110,5 @@ def current_plan_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> CurrentPla
         paths[lift.order] = path_footprint(plan.site, lift)
         if timed:
             motion = by_order[lift.order]
-            ways[lift.order] = motion_footprint(plan.site, lift, motion)
-    return CurrentPlan(plan, by_order, paths, ways, pending=frozenset(pending))
+            moved[lift.order] = motion_footprint(plan.site, lift, motion)
+    return CurrentPlan(plan, by_order, paths, moved, pending=frozenset(pending))

@@ -157,12 +157,12 @@ class Replanning:
     def _remember(self, was: Lift, lift: Lift, done: int, before: int | None) -> None:
         """Store the old version of a changed lift; ``done`` and ``before`` are those of the current plan."""
         order, draft = was.order, self.draft
-        if was.status is not Status.PLANNED or order in self.was.pending or order not in self.was.paths:
+        if was.status is not Status.PLANNED or order in self.was.pending or order not in self.was.path_footprints:
             return
         if lift is was and order not in draft.new_motions | draft.pending:
             return
         if self.was_obstructed is None:
             self.was_obstructed = obstructed_cells(self.was.plan.site)
-        motion, way = self.was.motions.get(order), self.was.ways.get(order)
-        version = Version(was, self.was.paths[order], motion, way, done, before, self.was_obstructed)
+        motion, moved = self.was.motions.get(order), self.was.motion_footprints.get(order)
+        version = Version(was, self.was.path_footprints[order], motion, moved, done, before, self.was_obstructed)
         draft.memory[order] = remembered(draft.memory, version)

@@ -123,7 +123,7 @@ class OneCrane:
             return False
         if not self._site.cranes:
             return True
-        motion, way = self._was.motions.get(lift.order), self._was.ways.get(lift.order)
-        if motion is None or way is None or not same_start:
+        motion, footprint = self._was.motions.get(lift.order), self._was.motion_footprints.get(lift.order)
+        if motion is None or footprint is None or not same_start:
             return False
-        return not replanning.touched.motion_is_met(motion, way)
+        return not replanning.touched.motion_is_met(motion, footprint)

@@ -19,14 +19,14 @@ class Proof:
 
     Attributes:
         refused: The lifts to refuse and why; if there are any, the footprints are incomplete.
-        paths: Footprints of the new paths, by order.
-        ways: Footprints of the new motions, by order.
+        path_footprints: Footprints of the new paths, by order.
+        motion_footprints: Footprints of the new motions, by order.
         stuck: The components to refuse whose empty hook meets something.
     """
 
     refused: Refused
-    paths: Mapping[int, Footprint]
-    ways: Mapping[int, Footprint]
+    path_footprints: Mapping[int, Footprint]
+    motion_footprints: Mapping[int, Footprint]
     stuck: frozenset[str] = frozenset()
 
 

@@ -29,18 +29,18 @@ class Version:
 
     Attributes:
         lift: The lift.
-        path: The footprint of its path.
+        path_footprint: The footprint of its path.
         motion: Its motion; None without a crane.
-        way: The footprint of the motion.
+        motion_footprint: The footprint of the motion.
         done: The lifts done before it, as bits by order.
         before: The component of the planned lift before it; None for the first.
         obstructed: The cells of all obstructions then.
     """
 
     lift: Lift
-    path: Footprint
+    path_footprint: Footprint
     motion: LiftMotion | None
-    way: Footprint | None
+    motion_footprint: Footprint | None
     done: int
     before: int | None
     obstructed: CellMask
@@ -82,7 +82,7 @@ class Recall:
     def path(self, order: int, done: int) -> Version | None:
         """Return the latest version whose path is still proven after these lifts (bits by order); None if none is."""
         for version in self._memory.get(order, ()):
-            if version.done == done and not self._since(version).meets(version.path):
+            if version.done == done and not self._since(version).meets(version.path_footprint):
                 return version
         return None
 
@@ -95,13 +95,17 @@ class Recall:
             before: The component of the planned lift before it.
         """
         for version in self._memory.get(lift.order, ()):
-            if version.lift is not lift or version.motion is None or version.way is None:
+            if version.lift is not lift or version.motion is None or version.motion_footprint is None:
                 continue
             if version.done != done or version.before != before:
                 continue
             added = self._since(version)
             crane = self._site.cranes[version.motion.crane]
-            if added.meets(version.path) or added.meets(version.way) or added.reaches_jib(self._site, crane):
+            if (
+                added.meets(version.path_footprint)
+                or added.meets(version.motion_footprint)
+                or added.reaches_jib(self._site, crane)
+            ):
                 continue
             return version
         return None

@@ -83,7 +83,7 @@ def _proven_part(
         found = prove_new(plan, draft, known_shapes)
         if found.refused:
             return work.refused(found)
-        known_shapes.update(lift.component for lift in draft.lifts if lift.order in found.paths)
+        known_shapes.update(lift.component for lift in draft.lifts if lift.order in found.path_footprints)
         return _part(current, draft, plan, change, found)
 
     return proven_in_rounds(attempt, "changed")
@@ -104,20 +104,24 @@ def _part(
     """Return the part of a draft whose new lifts are proven."""
     made_paths = draft.new_paths - draft.pending
     planned = {lift.order: lift for lift in draft.lifts if lift.status is Status.PLANNED}
-    paths = {order: was.paths[order] for order in planned if order in was.paths}
-    ways = {order: was.ways[order] for order in planned if order in was.ways}
-    paths |= {order: known.path for order, known in draft.recalled_paths.items() if order in made_paths}
-    ways |= {order: known.way for order, known in draft.recalled_motions.items() if known.way is not None}
+    paths = {order: was.path_footprints[order] for order in planned if order in was.path_footprints}
+    moved = {order: was.motion_footprints[order] for order in planned if order in was.motion_footprints}
+    paths |= {order: known.path_footprint for order, known in draft.recalled_paths.items() if order in made_paths}
+    moved |= {
+        order: known.motion_footprint
+        for order, known in draft.recalled_motions.items()
+        if known.motion_footprint is not None
+    }
     for order in draft.pending:
-        ways.pop(order, None)
-        if order in draft.new_paths or order in was.pending - was.paths.keys():
+        moved.pop(order, None)
+        if order in draft.new_paths or order in was.pending - was.path_footprints.keys():
             paths.pop(order, None)
-    paths, ways = {**paths, **proof.paths}, {**ways, **proof.ways}
+    paths, moved = {**paths, **proof.path_footprints}, {**moved, **proof.motion_footprints}
     before = {lift.order: lift for lift in was.plan.lifts}
     replanned = {order for order in made_paths if not same_path(before[order], planned[order])}
     return RevisionPart(
         CurrentPlan(
-            plan, draft.motions, paths, ways, draft.examined, frozenset(draft.pending), draft.memory, draft.held
+            plan, draft.motions, paths, moved, draft.examined, frozenset(draft.pending), draft.memory, draft.held
         ),
         made=tuple(sorted(made_paths | draft.new_motions | draft.new_verdicts | draft.written)),
         replanned=tuple(sorted(replanned)),

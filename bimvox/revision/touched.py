@@ -69,8 +69,8 @@ class Touched:
             return True
         if self._is_waiting(was, pending):
             return False
-        path = self._was.paths.get(was.order)
-        return path is None or self._added.meets(path) or self._in_yard.meets(path)
+        footprint = self._was.path_footprints.get(was.order)
+        return footprint is None or self._added.meets(footprint) or self._in_yard.meets(footprint)
 
     def reason_is_met(self, was: Lift, seen: Footprint | None, pending: Collection[int]) -> bool:
         """Return whether the change, or the new state of an earlier lift, may affect why a lift is infeasible.
@@ -89,9 +89,9 @@ class Touched:
         touched = self._changed.meets(seen) or self._in_yard.meets(seen)
         return touched or not self._change.ids.isdisjoint(was.blocked_by)
 
-    def motion_is_met(self, motion: LiftMotion, way: Footprint) -> bool:
+    def motion_is_met(self, motion: LiftMotion, footprint: Footprint) -> bool:
         """Return whether the change, or the new state of an earlier lift, meets a motion."""
-        met = self._added.meets(way) or self._in_yard.meets(way)
+        met = self._added.meets(footprint) or self._in_yard.meets(footprint)
         return met or jib_meets(self._site, motion, self._change.added)
 
     def rest_is_met(self, lift: Lift, motion: LiftMotion, now_ns: int) -> bool:

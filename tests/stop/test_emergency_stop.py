@@ -1,4 +1,4 @@
-"""Stopping from anywhere: within the limits, at rest, and on from there."""
+"""Emergency stops from any state: within the limits, to rest, and resumed."""
 
 import dataclasses
 from math import degrees, pi
@@ -89,7 +89,7 @@ def lifts():
 
 
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.5, 0.62, 0.8, 0.95])
-def test_a_lift_stopped_anywhere_keeps_the_limits_holds_and_goes_on_as_one_proven_motion(lifts, share):
+def test_a_lift_stopped_anywhere_keeps_the_limits_holds_and_resumes_as_one_proven_motion(lifts, share):
     plan, preparation, motions = lifts
     site, motion = plan.site, motions[0]
     rigged = rigged_crane(site, site.cranes[0], site.components[motion.component])
@@ -148,7 +148,7 @@ def test_a_stop_begins_where_the_axes_are_and_is_sampled_until_the_last_one_rest
     assert t.time_ns[-1] / 1e9 == pytest.approx(stop.duration_s, abs=1e-6)
 
 
-def test_what_cannot_be_stopped_or_gone_on_from_is_refused(lifts):
+def test_a_stop_outside_the_lift_and_an_unreachable_cell_are_refused(lifts):
     plan, _, motions = lifts
     component = plan.site.components[motions[0].component]
     rigged = rigged_crane(plan.site, plan.site.cranes[0], component)

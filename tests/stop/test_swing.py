@@ -1,4 +1,4 @@
-"""A load swings while its crane brakes in need: as theory says, as the proof says, and into what is there."""
+"""The swing of a load in an emergency stop agrees with theory and with the proof, and its collisions are found."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def running(rate_m_s: float, for_s: float):
 
 
 @pytest.mark.parametrize("rate_m_s", [0.3, 0.6, 0.9])
-def test_what_a_stop_leaves_swinging_is_what_theory_says(rate_m_s):
+def test_the_swing_that_a_stop_leaves_agrees_with_theory(rate_m_s):
     """The spectrum of the deceleration at the pendulum's own frequency: a box of v / a seconds under one of a / j."""
     motion, part, stop = running(rate_m_s, 4.0)
     found = swing_through(motion, part, stop, HANGING)
@@ -77,11 +77,11 @@ def test_what_a_stop_leaves_swinging_is_what_theory_says(rate_m_s):
     beyond = first.time_s * 1e9 >= stop.start_ns
     assert np.hypot(*first.offset_m[beyond].T).max() == pytest.approx(found.peak_m, rel=0.02, abs=0.004)
     assert np.hypot(*second.offset_m.T).max() < 1e-9, "it was brought to rest while it was held"
-    assert first.time_s[-1] * 1e9 <= stop.end_ns + 1.01e9 * PERIOD_S, "one period says it all"
+    assert first.time_s[-1] * 1e9 <= stop.end_ns + 1.01e9 * PERIOD_S, "one period is enough"
     assert hangs_still_ns(stopped, whole, int(whole.time_ns[-1])) == held.end_ns
 
 
-def test_a_load_that_swings_from_what_went_before_swings_on():
+def test_a_load_that_swings_before_a_stop_continues_to_swing():
     """Not only braking counts: a stop in the middle of a shaped move meets a load that is swinging."""
     motion, part, _ = running(0.6, 4.0)
     at = int(np.searchsorted(part.time_ns, int(0.5 * PERIOD_S * 1e9)))
